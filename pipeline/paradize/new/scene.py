@@ -20,6 +20,7 @@ from paradize.files import read_file, read_parts, resolved
 from paradize.material import Material
 from paradize.new.sources import FACES, write_heightmap, write_sand, write_sky, write_vase
 from paradize.readers.model import read_model
+from paradize.scene.reference import SCHEMA, schema_text
 from paradize.store.atomic import PARTIAL
 
 SUN_AZIMUTH_DEG, SUN_ELEVATION_DEG = 215.0, 38.0
@@ -88,6 +89,7 @@ def new_scene(folder: Path, model: Path | None = None) -> NewScene:
             write_heightmap(aside / "ground.png")
             write_sand(aside / "sand.png")
             name = _identifier(folder.name, "scene")
+            (aside / SCHEMA.name).write_text(schema_text(), encoding="utf-8")
             (aside / "scene.toml").write_text(_toml(name, copied), encoding="utf-8")
             files = sorted(path.relative_to(aside).as_posix() for path in aside.rglob("*") if path.is_file())
             aside.rename(folder)
@@ -222,6 +224,7 @@ def _toml(name: str, model: _Model) -> str:
     away = 1.25 * r / sin(0.5 * FOV_DEG * pi / 180.0)
     side = 10.0 * away
     lines = [
+        f"#:schema {SCHEMA.name}",
         "# A scene to start from. All fields, defaults, units and ranges: pipeline/paradize/scene/FIELDS.md.",
         "# Metres, Y up; -Z is north, +X east.",
         "",

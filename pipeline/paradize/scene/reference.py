@@ -1,5 +1,5 @@
-"""Writes FIELDS.md: every field of a scene with its default, unit, range and meaning, and an example of each
-table.
+"""Writes FIELDS.md, every field of a scene with its default, unit, range and meaning, and an example of each
+table; and scene.schema.json, the same for editors.
 
     python -m paradize.scene.reference
 
@@ -9,15 +9,18 @@ The texts come from the settings (settings/) and the metrics (budget.py). Only t
 from __future__ import annotations
 
 import dataclasses
+import json
 from collections.abc import Iterator
 from dataclasses import MISSING
 from pathlib import Path
 from typing import Any
 
 from paradize.scene.budget import METRICS
+from paradize.scene.json_schema import scene_schema
 from paradize.scene.settings import Scene
 
 PAGE = Path(__file__).with_name("FIELDS.md")
+SCHEMA = Path(__file__).with_name("scene.schema.json")
 _HEAD = """# The fields of a scene
 
 A scene is one TOML file. A table is optional unless it says *Required*; a field whose default is *required*
@@ -88,6 +91,11 @@ def fields_page() -> str:
     return "".join(parts)
 
 
+def schema_text() -> str:
+    """The text of scene.schema.json."""
+    return json.dumps(scene_schema(), indent=1, allow_nan=False) + "\n"
+
+
 def _tables(of: type, path: str) -> Iterator[tuple[str, Any]]:
     """Yields every table of a dataclass and of its tables, by its path in the file."""
     for item in dataclasses.fields(of):
@@ -127,3 +135,4 @@ def _default(field: Any) -> str:
 
 if __name__ == "__main__":
     PAGE.write_text(fields_page(), encoding="utf-8")
+    SCHEMA.write_text(schema_text(), encoding="utf-8")

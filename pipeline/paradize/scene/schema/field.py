@@ -50,13 +50,16 @@ def declare(
     default: Any,
     allowed: str,
     *,
+    json: dict[str, Any],
     meaning: str = "",
     unit: str = "",
     key: str | None = None,
     of: type | None = None,
 ) -> Any:
-    """Returns a field of a dataclass. allowed, meaning, unit: for FIELDS.md. of: the dataclass of a table."""
-    metadata = {"rule": rule, "unit": unit, "key": key, "allowed": allowed, "meaning": meaning, "of": of}
+    """Returns a field of a dataclass. allowed, meaning, unit: for FIELDS.md. json: the same limits as JSON
+    Schema; of a table what is around the schema of its own. of: the dataclass of a table."""
+    metadata = {"rule": rule, "unit": unit, "key": key, "allowed": allowed, "meaning": meaning}
+    metadata |= {"json": json, "of": of}
     if isinstance(default, type) or callable(default):
         return field(default_factory=default, metadata=metadata)
     return field(default=default, metadata=metadata)

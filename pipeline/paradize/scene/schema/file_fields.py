@@ -10,6 +10,8 @@ from typing import Any
 from paradize.files import is_there, missing_reason, resolved
 from paradize.scene.schema.field import Faults, declare, show
 
+_FILE = {"type": "string", "minLength": 1}
+
 
 def _source(value: object, place: str, faults: Faults) -> Path | None:
     if not isinstance(value, str) or not value or "\0" in value:
@@ -37,7 +39,7 @@ def _source(value: object, place: str, faults: Faults) -> Path | None:
 
 def source(default: Any = MISSING, *, meaning: str = "") -> Any:
     """A file, relative to the scene's folder and inside it."""
-    return declare(_source, default, "a file", meaning=meaning)
+    return declare(_source, default, "a file", json=_FILE, meaning=meaning)
 
 
 def sources(default: Any = MISSING, *, size: int, meaning: str = "") -> Any:
@@ -50,4 +52,5 @@ def sources(default: Any = MISSING, *, size: int, meaning: str = "") -> Any:
         paths = [_source(item, f"{place}[{i}]", faults) for i, item in enumerate(value)]
         return None if None in paths else tuple(path for path in paths if path is not None)
 
-    return declare(rule, default, f"{size} files", meaning=meaning)
+    json = {"type": "array", "items": _FILE, "minItems": size, "maxItems": size}
+    return declare(rule, default, f"{size} files", json=json, meaning=meaning)

@@ -63,4 +63,16 @@ def limits(known: dict[str, Limit], *, meaning: str = "") -> Any:
                 faults.add(f"{place}.{key}.soft", f"is {soft:g}", mend)
         return read
 
-    return declare(rule, Limits, "metric = limit, or { soft = limit, hard = limit }", meaning=meaning)
+    allowed = "metric = limit, or { soft = limit, hard = limit }"
+    return declare(rule, Limits, allowed, json=_json(known), meaning=meaning)
+
+
+def _json(known: dict[str, Limit]) -> dict[str, Any]:
+    metrics = {}
+    for name, one in known.items():
+        limit = {"type": "number", "minimum": 0, "maximum": one.high}
+        parts = dict.fromkeys(("soft", "hard"), limit)
+        both = {"type": "object", "properties": parts, "additionalProperties": False}
+        unit = f", {one.unit}" if one.unit else ""
+        metrics[name] = {"description": f"{one.meaning}{unit}", "anyOf": [limit, both]}
+    return {"type": "object", "properties": metrics, "additionalProperties": False}

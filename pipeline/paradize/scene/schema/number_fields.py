@@ -32,6 +32,10 @@ def _range(low: float, high: float) -> str:
     return f"{shown[0]} to {shown[1]}"
 
 
+def _json(kind: str, low: float, high: float) -> dict[str, Any]:
+    return {"type": kind, "minimum": low, "maximum": high}
+
+
 def number(default: Any = MISSING, *, low: float, high: float, unit: str = "", meaning: str = "") -> Any:
     """A finite number in [low, high]."""
 
@@ -45,7 +49,8 @@ def number(default: Any = MISSING, *, low: float, high: float, unit: str = "", m
             return None
         return real
 
-    return declare(rule, default, _range(low, high), meaning=meaning, unit=unit)
+    json = _json("number", low, high)
+    return declare(rule, default, _range(low, high), json=json, meaning=meaning, unit=unit)
 
 
 def number_or(words: tuple[str, ...], *, low: float, high: float, meaning: str = "") -> Any:
@@ -58,7 +63,8 @@ def number_or(words: tuple[str, ...], *, low: float, high: float, meaning: str =
             return None
         return str(value) if real is None else real
 
-    return declare(rule, words[0], f"{_range(low, high)}, or {', '.join(words)}", meaning=meaning)
+    json = {"anyOf": [_json("number", low, high), {"enum": list(words)}]}
+    return declare(rule, words[0], f"{_range(low, high)}, or {', '.join(words)}", json=json, meaning=meaning)
 
 
 def whole(default: Any = MISSING, *, low: int, high: int, unit: str = "", meaning: str = "") -> Any:
@@ -73,7 +79,8 @@ def whole(default: Any = MISSING, *, low: int, high: int, unit: str = "", meanin
             return None
         return value
 
-    return declare(rule, default, f"whole, {_range(low, high)}", meaning=meaning, unit=unit)
+    json = _json("integer", low, high)
+    return declare(rule, default, f"whole, {_range(low, high)}", json=json, meaning=meaning, unit=unit)
 
 
 def vector(
@@ -107,7 +114,9 @@ def vector(
         return tuple(reals)
 
     kind = f"{size} {'whole ' if integers else ''}numbers, {_range(low, high)}{', rising' if rising else ''}"
-    return declare(rule, default, kind, meaning=meaning, unit=unit)
+    items = _json("integer" if integers else "number", low, high)
+    json = {"type": "array", "items": items, "minItems": size, "maxItems": size}
+    return declare(rule, default, kind, json=json, meaning=meaning, unit=unit)
 
 
 def numbers(default: Any = MISSING, *, low: float, high: float, unit: str = "", meaning: str = "") -> Any:
@@ -129,7 +138,10 @@ def numbers(default: Any = MISSING, *, low: float, high: float, unit: str = "", 
             return None
         return found
 
-    return declare(rule, default, f"rising numbers, {_range(low, high)}", meaning=meaning, unit=unit)
+    json = {"type": "array", "items": _json("number", low, high)}
+    return declare(
+        rule, default, f"rising numbers, {_range(low, high)}", json=json, meaning=meaning, unit=unit
+    )
 
 
 def point(default: Any = MISSING, *, meaning: str = "") -> Any:

@@ -17,7 +17,7 @@ def table(of: type[T], default: Any = MISSING, *, key: str | None = None, meanin
     def rule(value: object, place: str, faults: Faults) -> T | None:
         return read_table(of, value, place, faults)
 
-    return declare(rule, default, "a table", meaning=meaning, key=key, of=of)
+    return declare(rule, default, "a table", json={}, meaning=meaning, key=key, of=of)
 
 
 def tables(
@@ -36,7 +36,8 @@ def tables(
         return tuple(item for item in items if item is not None)
 
     kind = f"{least} or more tables" if least else "tables"
-    return declare(rule, MISSING if least else tuple, kind, meaning=meaning, key=key, of=of)
+    json = {"type": "array", "minItems": least, "maxItems": most}
+    return declare(rule, MISSING if least else tuple, kind, json=json, meaning=meaning, key=key, of=of)
 
 
 def named_tables(of: type[T], *, key: str | None = None, meaning: str = "") -> Any:
@@ -50,7 +51,9 @@ def named_tables(of: type[T], *, key: str | None = None, meaning: str = "") -> A
         read = {name: read_table(of, item, f"{place}.{name}", faults) for name, item in value.items()}
         return {name: item for name, item in read.items() if item is not None}
 
-    return declare(rule, dict, "a table for each name", meaning=meaning, key=key, of=of)
+    return declare(
+        rule, dict, "a table for each name", json={"type": "object"}, meaning=meaning, key=key, of=of
+    )
 
 
 def read_table(of: type[T], value: object, place: str, faults: Faults) -> T | None:

@@ -20,7 +20,7 @@ def flag(default: Any = MISSING, *, meaning: str = "") -> Any:
             return None
         return value
 
-    return declare(rule, default, "true, false", meaning=meaning)
+    return declare(rule, default, "true, false", json={"type": "boolean"}, meaning=meaning)
 
 
 def choice(default: Any = MISSING, *, among: tuple[str, ...], meaning: str = "") -> Any:
@@ -32,7 +32,7 @@ def choice(default: Any = MISSING, *, among: tuple[str, ...], meaning: str = "")
             return None
         return str(value)
 
-    return declare(rule, default, ", ".join(among), meaning=meaning)
+    return declare(rule, default, ", ".join(among), json={"enum": list(among)}, meaning=meaning)
 
 
 def choices(default: Any = MISSING, *, among: tuple[str, ...], meaning: str = "") -> Any:
@@ -48,7 +48,8 @@ def choices(default: Any = MISSING, *, among: tuple[str, ...], meaning: str = ""
             return None
         return tuple(value)
 
-    return declare(rule, default, f"some of {', '.join(among)}", meaning=meaning)
+    json = {"type": "array", "items": {"enum": list(among)}, "minItems": 1, "uniqueItems": True}
+    return declare(rule, default, f"some of {', '.join(among)}", json=json, meaning=meaning)
 
 
 _NAME = "abcdefghijklmnopqrstuvwxyz0123456789_"
@@ -64,7 +65,8 @@ def identifier(default: Any = MISSING, *, meaning: str = "") -> Any:
             return None
         return str(value)
 
-    return declare(rule, default, "1 to 40 of a-z, 0-9 and _, a letter first", meaning=meaning)
+    json = {"type": "string", "pattern": "^[a-z][a-z0-9_]{0,39}$"}
+    return declare(rule, default, "1 to 40 of a-z, 0-9 and _, a letter first", json=json, meaning=meaning)
 
 
 def text(default: Any = MISSING, *, meaning: str = "") -> Any:
@@ -76,7 +78,8 @@ def text(default: Any = MISSING, *, meaning: str = "") -> Any:
             return None
         return value
 
-    return declare(rule, default, "text", meaning=meaning)
+    json = {"type": "string", "pattern": "\\S"}
+    return declare(rule, default, "text", json=json, meaning=meaning)
 
 
 def texts(default: Any = MISSING, *, meaning: str = "") -> Any:
@@ -92,7 +95,8 @@ def texts(default: Any = MISSING, *, meaning: str = "") -> Any:
             return None
         return tuple(value)
 
-    return declare(rule, default, "list of texts", meaning=meaning)
+    json = {"type": "array", "items": {"type": "string"}}
+    return declare(rule, default, "list of texts", json=json, meaning=meaning)
 
 
 def one_of(default: Any = MISSING, *, known: Collection[str], meaning: str = "") -> Any:
@@ -104,7 +108,7 @@ def one_of(default: Any = MISSING, *, known: Collection[str], meaning: str = "")
             return None
         return value
 
-    return declare(rule, default, "a metric", meaning=meaning)
+    return declare(rule, default, "a metric", json={"enum": sorted(known)}, meaning=meaning)
 
 
 def day(default: Any = MISSING, *, meaning: str = "") -> Any:
@@ -116,7 +120,8 @@ def day(default: Any = MISSING, *, meaning: str = "") -> Any:
             return None
         return value
 
-    return declare(rule, default, "a day, as 2026-12-31", meaning=meaning)
+    json = {"type": "string", "format": "date"}  # how validators of TOML see a day
+    return declare(rule, default, "a day, as 2026-12-31", json=json, meaning=meaning)
 
 
 _CODE = re.compile(r"PZ[0-9]{3}")
@@ -131,7 +136,8 @@ def code(default: Any = MISSING, *, meaning: str = "") -> Any:
             return None
         return value
 
-    return declare(rule, default, "a code, as PZ401", meaning=meaning)
+    json = {"type": "string", "pattern": f"^{_CODE.pattern}$"}
+    return declare(rule, default, "a code, as PZ401", json=json, meaning=meaning)
 
 
 def words(among: tuple[str, ...], *, meaning: str = "") -> Any:
@@ -149,4 +155,6 @@ def words(among: tuple[str, ...], *, meaning: str = "") -> Any:
                 faults.add(f"{place}.{key}", f"is {show(item)}", f"allowed: {', '.join(among)}")
         return value
 
-    return declare(rule, dict, f"code = {', '.join(among)}", meaning=meaning)
+    rules = {f"^{_CODE.pattern}$": {"enum": list(among)}}
+    json = {"type": "object", "patternProperties": rules, "additionalProperties": False}
+    return declare(rule, dict, f"code = {', '.join(among)}", json=json, meaning=meaning)

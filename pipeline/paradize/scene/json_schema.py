@@ -1,0 +1,48 @@
+"""The fields of a scene as JSON Schema (draft 7), with which editors complete and check a scene file.
+
+    python -m paradize.scene.reference
+
+writes scene.schema.json beside FIELDS.md. It does not know what concerns several fields, nor whether files
+exist.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import MISSING
+from typing import Any
+
+from paradize.scene.settings import Scene
+
+
+def scene_schema() -> dict[str, Any]:
+    """The schema of a scene file."""
+    head = {"$schema": "http://json-schema.org/draft-07/schema#", "title": "A scene of Paradize"}
+    return head | _table(Scene)
+
+
+def _table(of: type) -> dict[str, Any]:
+    fields = {item.metadata["key"] or item.name: item for item in dataclasses.fields(of)}
+    needed = [
+        key for key, item in fields.items() if item.default is MISSING and item.default_factory is MISSING
+    ]
+    return {
+        "type": "object",
+        "properties": {key: _field(item) for key, item in fields.items()},
+        **({"required": needed} if needed else {}),
+        "additionalProperties": False,
+    }
+
+
+def _field(item: Any) -> dict[str, Any]:
+    facts = item.metadata
+    unit = f", {facts['unit']}" if facts["unit"] else ""
+    schema: dict[str, Any] = {"description": f"{facts['meaning']}{unit}", **facts["json"]}
+    if item.default is not MISSING and item.default not in (None, ()):
+        schema["default"] = list(item.default) if isinstance(item.default, tuple) else item.default
+    if facts["of"] is None:
+        return schema
+    own = _table(facts["of"])
+    return schema | {"array": {"items": own}, "object": {"additionalProperties": own}}.get(
+        schema.get("type", ""), own
+    )
