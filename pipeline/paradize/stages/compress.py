@@ -1,7 +1,7 @@
-"""Rows of float or code texels -> the bytes of a texture's levels, written band by band.
+"""Encodes rows of texels into the bytes of a texture's levels, band by band.
 
-`paradize/maps.py` says which formats a map may take: the first is the default where level 0 divides by four
-(WebGL's rule for blocks), the next are what a budget falls back on.
+`paradize/maps.py` lists the formats of each map. The first is the default if the sides of level 0 divide by
+four (WebGL's rule for blocks). The next ones are used if a budget needs them.
 """
 
 from __future__ import annotations
@@ -29,8 +29,8 @@ _TEXEL_BYTES = {"R8": 1, "RG8": 2, "R16": 2, "RG16": 4, "RGBA8": 4}
 def formats_of(
     name: str, height: int, width: int, *, tier: str = "balanced", alpha: bool = False
 ) -> tuple[str, ...]:
-    """The formats that a map of this size may take, the one of the tier first; no blocks where level 0 does
-    not divide by four."""
+    """Returns the formats that a map of this size may take, the tier's first. Without block formats if the
+    sides do not divide by four."""
     known = MAPS[name].alpha_formats if alpha else MAPS[name].formats
     if tier == "exact" and "BC7_SRGB" in known:
         known = known[known.index("BC7_SRGB") :]
@@ -58,9 +58,9 @@ def unorm(values: F32, top: int) -> npt.NDArray[Any]:
 def encode_rows(
     values: npt.NDArray[Any], fmt: str, *, tier: str = "balanced", threads: int = 1, alpha_weight: float = 1.0
 ) -> bytes:
-    """The bytes of rows (n, w, c): of colour formats RGBA codes (n, w, 4) uint8; of signed ones x and y,
-    -1..1, and what follows them is ignored; of others values 0..1. A block format's rows start at a multiple
-    of four, and end at one or at the end of the level. alpha_weight: of BC7, see kernels/bc7."""
+    """Encodes rows (n, w, c). Colour formats take RGBA codes (n, w, 4) uint8. Signed formats take x and y in
+    -1..1; further channels are ignored. Other formats take values in 0..1. Rows of a block format begin at a
+    multiple of four, and end at one or at the end of the level. alpha_weight: see kernels/bc7."""
     if fmt == "RGBA8_SRGB":
         return values.tobytes()
     if fmt == "BC1_RGB_SRGB":
@@ -82,8 +82,8 @@ def encode_rows(
 
 
 class LevelWriter:
-    """The bytes of every level of a texture, filled band by band by whichever thread has one. Raises
-    ValueError where there is no texel."""
+    """Collects the bytes of every level of a texture, band by band, from any thread. Raises ValueError for a
+    texture without texels."""
 
     def __init__(self, fmt: str, height: int, width: int, count: int) -> None:
         if height < 1 or width < 1:

@@ -1,8 +1,8 @@
-"""Cube maps: mips that are filtered across the edges of the faces, then half floats.
+"""Makes mips of cube maps, filtered across the edges of the faces, and encodes them as half floats.
 
-A coarser texel gathers 4 x 4 finer ones, weighted 1 3 3 1 in both directions and by the solid angle that
-each covers; where the 4 x 4 leave the face they go on over its edge. Edge geometry as in the OpenGL 3.3
-specification, chapter 3.8.6.
+A texel is the mean of 4 x 4 texels of the finer level, weighted 1 3 3 1 in both directions and by the solid
+angle of each. Where they leave the face, the texels of the neighbouring face count. Edge geometry as in the
+OpenGL 3.3 specification, chapter 3.8.6.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
-"""Heights of a coarse source, smooth again: each stays within half a step of what the source said.
+"""Smooths heights that a coarse source rounded to steps. Each height stays within half a step of its source.
 
-Source of the method: see kernels/filter/destep.hpp. Done on request only: what lies between two steps is a
-guess, the one that bends least.
+It runs on request only, because the heights between two steps are a guess: those of the surface that bends
+least. Source of the method: see kernels/filter/destep.hpp.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     F32 = npt.NDArray[np.float32]
 
 STEP_8_BIT = 1.0 / 255.0  # of an 8-bit picture whose codes stand for 0..1
-_LEAST_STEP = 2.0**-126  # bends are told in steps: below it their number overflows float32
+_LEAST_STEP = 2.0**-126  # bends are counted in steps; with smaller steps the count overflows float32
 
 
 def destep(heights: F32, step: float = STEP_8_BIT, *, wrap: tuple[bool, bool] = (False, False)) -> F32:
@@ -28,7 +28,8 @@ def destep(heights: F32, step: float = STEP_8_BIT, *, wrap: tuple[bool, bool] = 
     step: the distance of neighbouring values of the source, above 0. wrap: whether the map repeats along (x,
     y). A constant stays; a ramp in steps becomes a slope; where the source bends by more than about half a
     step per texel its values stay as they are. Call it on what the file holds, before levels bend the steps.
-    Raises BakeError for a step that is none, or too small for float32, and for heights that are not finite.
+    Raises BakeError for a step that is not positive and finite or too small for float32, and for heights that
+    are not finite.
     """
     if not _LEAST_STEP <= step < np.inf:
         raise BakeError(f"a step of {step} cannot be smoothed", mend="give the distance of two source values")

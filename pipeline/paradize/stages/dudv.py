@@ -1,4 +1,4 @@
-"""Du/dv: the signed x and y of a normal map, less their mean, so that what they shake does not drift."""
+"""Du/dv maps: the signed x and y of a normal map minus their mean, so that reflections do not drift."""
 
 from __future__ import annotations
 
@@ -15,9 +15,10 @@ if TYPE_CHECKING:
 
 
 class DudvLevels:
-    """The codes of every level of a du/dv map, filled band by band; their sums come out as exactly zero.
+    """Collects the codes of every level of a du/dv map, band by band. The codes of a level sum to exactly
+    zero.
 
-    mean: of x and y over the map, as the last level of the normals' means holds it.
+    mean: of x and y over the map, from the last level of the averaged normals.
     """
 
     def __init__(self, height: int, width: int, count: int, mean: tuple[float, float]) -> None:
@@ -33,7 +34,7 @@ class DudvLevels:
         self._codes[level][first:last], self._rest[level][first:last] = codes, rest
 
     def levels(self) -> list[bytes]:
-        """The SNORM codes of every level, finest first; what was held is let go."""
+        """Returns the SNORM codes of every level, finest first, and frees the memory."""
         done = []
         while self._codes:
             codes, rest = self._codes.pop(0), self._rest.pop(0)

@@ -1,7 +1,8 @@
-"""Mip chains: level 0 first, down to 1 x 1, each level the area mean of the one before.
+"""Makes mip chains: level 0 first, down to 1 x 1. Each level is the area mean of the one before.
 
-Odd sizes are halved downwards with the weights that the areas have, so nothing shifts. Areas never pass an
-edge, so a periodic map stays periodic. All chains are float32; quantisation comes last.
+Odd sizes are halved and rounded down; texels are weighted by the area that they cover, so nothing shifts. No
+mean crosses an edge of the picture, so a periodic map stays periodic. All levels are float32 until they are
+encoded.
 """
 
 from __future__ import annotations
@@ -35,8 +36,9 @@ def color_rows(
     band.
 
     values: codes uint8 or uint16, or floats; encoded: sRGB, else linear light. Level 0 keeps its codes; the
-    others are means of linear light, weighted by alpha where there is alpha. alpha_cutoff, 0..1: every level
-    keeps level 0's share of texels at or above it, by a factor on its alpha (cut-outs do not thin out).
+    others are means of linear light, weighted by alpha if there is alpha. alpha_cutoff, 0..1: each level's
+    alpha is scaled so that as large a share of its texels is at or above the cutoff as in level 0. So
+    cut-outs do not become thinner.
     """
     height, width, channels = values.shape
     keep = alpha_cutoff is not None and channels in (2, 4)
@@ -60,7 +62,7 @@ def color_rows(
 
 
 def _half_color(rows: npt.NDArray[Any], level: int, count: int, first: int, encoded: bool) -> F32:
-    """Half of a band of level 0's values, or of another level's linear light."""
+    """Returns half a band: of the values of level 0, or of the linear light of another level."""
     if level == 0:
         if encoded and rows.dtype == np.uint8 and count % 2 == 0 and rows.shape[1] % 2 == 0:
             return maps.halved_light(rows, threads=1)
@@ -84,7 +86,7 @@ def _share(values: npt.NDArray[Any], cutoff: float) -> float:
         passing = np.count_nonzero(alpha >= np.float32(cutoff))
     else:
         top = np.float32(np.iinfo(alpha.dtype).max)
-        codes = np.arange(int(top) + 1, dtype=np.float32) / top  # which codes pass, as floats would
+        codes = np.arange(int(top) + 1, dtype=np.float32) / top  # to compare in floats
         passing = np.count_nonzero((codes >= np.float32(cutoff))[alpha])
     return int(passing) / alpha.size
 
@@ -102,15 +104,15 @@ def _covered_rows(level: F32, share: float, cutoff: float, index: int, emit: Row
 
 
 def unit_rows(bundle: Bundle, level: int) -> F32:
-    """Unit normals of a band of a level's means; where they cancel out, (0, 0, 1)."""
+    """Returns unit normals of a band of averaged normals; (0, 0, 1) where the average is zero."""
     return bundle["normal"] if level == 0 else maps.normalise(bundle["normal"], threads=1)
 
 
 def gloss_rows(bundle: Bundle, level: int) -> F32:
-    """Gloss (n, w, 2) of a band that holds "normal", "specular" and "variance" (see gloss_bundle).
+    """Returns gloss (n, w, 2) of a band that holds "normal", "specular" and "variance" (see gloss_bundle).
 
-    Specular is averaged; smoothness comes from the averaged variance of slopes, widened at every level above
-    the first by what averaging took out of the normals.
+    Specular is averaged. Smoothness comes from the averaged variance of slopes. On coarser levels it is
+    reduced by the variation of normals that averaging removed.
     """
     variance = np.ascontiguousarray(bundle["variance"][:, :, 0])
     if level == 0:
@@ -121,7 +123,7 @@ def gloss_rows(bundle: Bundle, level: int) -> F32:
 
 
 def gloss_bundle(gloss: F32) -> Bundle:
-    """What is averaged of gloss (n, w, 2): specular, and smoothness as squared roughness."""
+    """Returns the quantities of gloss (n, w, 2) that are averaged: specular, and smoothness as variance."""
     smoothness = np.ascontiguousarray(gloss[:, :, 1])
     return {
         "specular": np.ascontiguousarray(gloss[:, :, :1]),
@@ -131,7 +133,8 @@ def gloss_bundle(gloss: F32) -> Bundle:
 
 
 def half_maps(bundle: Bundle, level: int, rows: int, first: int) -> Bundle:
-    """Area means of a band of maps (see stages.sweep); smoothness ends at level 0, its variance goes on."""
+    """Returns the area means of a band of maps (see stages.sweep). Smoothness itself is left out: coarser
+    levels derive it from the variance."""
     del level
     return {
         name: maps.halve(array, rows=rows, first=first, threads=1)

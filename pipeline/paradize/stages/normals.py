@@ -1,4 +1,4 @@
-"""Unit normals for every vertex: the source's where it has them, else by smoothing group and crease angle."""
+"""Unit normals for every vertex: the source's, or else computed by smoothing group and crease angle."""
 
 from __future__ import annotations
 

@@ -116,16 +116,16 @@ def quantise(
 def quantise_levels(
     meshes: Sequence[Mesh], grid: QuantizationGrid, *, direction_deg: float = DIRECTION_DEG
 ) -> list[QuantizedValues]:
-    """All levels of a mesh as codes of one grid. direction_deg: normals and tangents of all of them take
-    the fewest bits, of 8 and 16, that turn none of them by more than this; 16 where both do."""
+    """Quantizes all levels of a mesh to one grid. direction_deg: normals and tangents of all levels take 8
+    bits if that turns none of them by more than this, else 16."""
     eight = [quantise(mesh, grid, direction_bits=8) for mesh in meshes]
     turned = max(_most_turned(mesh, quantized) for mesh, quantized in zip(meshes, eight, strict=True))
     return eight if turned <= direction_deg else [quantise(mesh, grid) for mesh in meshes]
 
 
 def direction_bits(grid: QuantizationGrid, direction_deg: float = DIRECTION_DEG) -> int:
-    """Bits for directions that keep the bound on any mesh of a grid, told from the grid alone: the same
-    for all parts of a terrain. 8, 16, or 32 where only floats do."""
+    """Returns the bits of directions that keep the bound on any mesh of a grid: 8, 16, or 32 for floats. It
+    depends on the grid alone, so all parts of a terrain take the same."""
     # Half a code along each axis, magnified by no more than the ratio of the steps.
     ratio = max(grid.step) / min(grid.step)
     for bits in (8, 16):
@@ -137,7 +137,7 @@ def direction_bits(grid: QuantizationGrid, direction_deg: float = DIRECTION_DEG)
 def _directions(
     values: npt.NDArray[np.float32] | None, stretch: npt.NDArray[np.float64] | None, bits: int
 ) -> Any:
-    """Unit vectors (n, 3) or (n, 4: w = +-1) as codes of `bits` bits, or float32."""
+    """Returns unit vectors (n, 3) or (n, 4: w = +-1) as integers of `bits` bits, or float32."""
     if values is None:
         return None
     wide = values.astype(np.float64)
@@ -159,7 +159,7 @@ def _shares(values: npt.NDArray[np.float32] | None) -> Any:
 
 
 def _colors(values: npt.NDArray[np.float32] | None) -> Any:
-    """8 bits where the values are such codes, else 16."""
+    """Returns colours in 8 bits if their values are multiples of 1/255, else in 16."""
     if values is None:
         return None
     wide = values.astype(np.float64)
@@ -170,8 +170,8 @@ def _colors(values: npt.NDArray[np.float32] | None) -> Any:
 
 
 def _most_turned(mesh: Mesh, quantized: QuantizedValues) -> float:
-    """A bound on the largest angle, in degrees, between a direction and its codes, both of the grid's
-    space stretched back; the sine stands for the angle, which is small."""
+    """Returns a bound on the largest angle between a direction and its quantized value, in degrees. Both are
+    compared in metres, not in steps of the grid. Uses the sine for the angle, which is small."""
     most = 0.0
     step = np.array(quantized.grid.step)
     for values, coded, stretch in (

@@ -1,4 +1,4 @@
-"""Attributes and groups of a simplified mesh, taken from the nearest places of the original surface."""
+"""Takes attributes and groups of a simplified mesh from the nearest places of the original surface."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def group_of(mesh: Mesh) -> npt.NDArray[np.uint32]:
 
 
 def with_groups(mesh: Mesh, numbers: npt.NDArray[np.uint32], groups: tuple[Group, ...]) -> Mesh:
-    """Triangles sorted by group (keeping their order within one), and the groups that still have any."""
+    """Returns the mesh with triangles sorted by group, in their order within each, without empty groups."""
     order = np.argsort(numbers, kind="stable")
     counts = np.bincount(numbers, minlength=len(groups))
     first, found = 0, []
@@ -38,14 +38,14 @@ def with_groups(mesh: Mesh, numbers: npt.NDArray[np.uint32], groups: tuple[Group
 
 
 def take_attributes(source: Mesh, simple: Mesh, names: tuple[str, ...], *, one_chart: bool = False) -> Mesh:
-    """`simple` with the named attributes of the nearest places of `source`.
+    """Returns `simple` with the named attributes, interpolated at the nearest places of `source`.
 
-    one_chart: every triangle takes all three corners from one chart, where it may reach over several.
+    one_chart: all three corners of a triangle come from one chart, even if it crosses several.
     """
     charts = topology(source.triangles, len(source.positions)).component
     middle = source.positions.astype(np.float64)
     centre = (middle.min(axis=0) + middle.max(axis=0)) / 2
-    # Relative to the centre, so that an offset costs the kernel's float32 nothing.
+    # Relative to the centre, so that the kernel's float32 loses no precision far from the origin.
     place, weights = project(
         (source.positions - centre).astype(np.float32),
         source.triangles,

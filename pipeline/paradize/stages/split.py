@@ -1,4 +1,4 @@
-"""Values per corner -> values per vertex: vertices are split where their corners differ."""
+"""Turns values per corner into values per vertex. Vertices are split where their corners differ."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ ATTRIBUTES = ("normals", "tangents", "uvs", "uvs1", "colors")
 
 
 def split_by(mesh: Mesh, **corners: npt.NDArray[np.float32]) -> Mesh:
-    """The mesh with attributes set from values per corner, each (m, 3, k) float32 or (3 m, k).
+    """Returns the mesh with attributes set from values per corner, each (m, 3, k) float32 or (3 m, k).
 
-    A vertex whose corners differ becomes several. Vertices are numbered in the order of their first use;
-    positions and triangles keep their values, other attributes follow their vertex. Raises BakeError where
-    the mesh has an attribute that is not one row per vertex.
+    A vertex whose corners differ becomes several. Vertices are numbered in the order of their first use. All
+    other attributes are copied with their vertex. Raises BakeError if an attribute of the mesh does not have
+    one row per vertex.
     """
     for name in ATTRIBUTES:
         values = getattr(mesh, name)

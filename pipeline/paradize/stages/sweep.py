@@ -1,7 +1,7 @@
-"""One pass over a picture in bands of rows. Each band is made, visited and halved while it is in the cache.
+"""Passes over a picture in bands of rows. Each band is made, visited and halved while it is in the cache.
 
-A bundle holds several arrays (n, w, c) of the same texels, by name. Bands run in several threads; what
-they make does not depend on how many there are, because a band touches its own rows only.
+A bundle holds several arrays (n, w, c) of the same texels, by name. Bands run in several threads. The result
+does not depend on the number of threads, because each band writes only its own rows.
 """
 
 from __future__ import annotations
@@ -23,12 +23,12 @@ if TYPE_CHECKING:
     Visit = Callable[[int, int, Bundle], None]  # level, its row that the bundle begins with, the bundle
     Halve = Callable[[Bundle, int, int, int], Bundle]  # a band, its level, that level's rows, first row above
 
-_DEEP = 3  # levels that a band goes through before the next round gathers them
+_DEEP = 3  # levels that a band makes before all bands are joined for the next round
 _BAND_TEXELS = 1 << 17  # about 3 MB of normals and what is made of them
 
 
 def level_count(height: int, width: int) -> int:
-    """Levels of a chain down to 1 x 1."""
+    """Returns the number of levels down to 1 x 1."""
     return max(height, width).bit_length()
 
 
@@ -64,10 +64,10 @@ def sweep(
     count: int | None = None,
     halve: Halve = halved,
 ) -> None:
-    """Makes `count` levels (all, by itself) of a picture of height x width texels.
+    """Makes `count` levels of a picture of height x width texels (default: all).
 
-    visit is called once for every band of every level, in no fixed order. Bands begin at multiples of four
-    rows, so that they can be compressed into blocks. Raises ValueError where there is no texel.
+    visit is called once for each band of each level, in no fixed order. Bands begin at multiples of four
+    rows, so that they can be compressed into blocks. Raises ValueError for a picture without texels.
     """
     if height < 1 or width < 1:
         raise ValueError(f"no levels of {height} x {width} texels")
@@ -80,7 +80,7 @@ def sweep(
         gathered: Bundle = {}
         work = _worker(height, width, max(1, deep), source, visit, halve, level, gathered)
         bands = _halved_bands(height, width, max(1, deep))
-        work(bands[0])  # alone: it makes the arrays that the others write into
+        work(bands[0])  # first, because it allocates the arrays that all bands write into
         run(work, bands[1:] or [])
         level, left = level + max(1, deep), left - max(1, deep)
         height, width = (max(1, size >> max(1, deep)) for size in (height, width))
@@ -97,7 +97,8 @@ def _rows_of(bundle: Bundle) -> Source:
 
 
 def _halved_bands(height: int, width: int, deep: int) -> list[tuple[int, int]]:
-    """Bands of the rows of the level `deep` below, each of four rows or more at every level above it."""
+    """Returns bands of the level that is `deep` levels coarser. Each has at least four rows on the levels
+    before it."""
     unit = max(1, 2 if deep == 1 else 4 << (deep - 1) >> deep)
     rows = max(1, height >> deep)
     size = -(-max(1, (_BAND_TEXELS // width) >> deep) // unit) * unit
@@ -114,7 +115,7 @@ def _worker(
     level: int,
     gathered: Bundle,
 ) -> Callable[[tuple[int, int]], None]:
-    """A function that visits `deep` levels of a band and gathers the level after them."""
+    """Returns a function that visits `deep` levels of a band and stores the next level in `gathered`."""
     end = max(1, height >> deep)
 
     def work(band: tuple[int, int]) -> None:

@@ -1,4 +1,4 @@
-"""Tangent frames by two methods: averaged per vertex, and those of MikkTSpace.
+"""Makes tangent frames by two methods: averaged per vertex, and as MikkTSpace does.
 
 Source of the last: M. Mikkelsen, "Simulation of Wrinkled Surfaces Revisited", master's thesis, University of
 Copenhagen, 2008. Sign: B = w * cross(N, T) points up the image; MikkTSpace run on top-left UVs gives the
@@ -17,20 +17,20 @@ from paradize.kernels.mesh import split_tangents
 from paradize.stages.split import ATTRIBUTES
 
 METHODS = ("vertex", "mikktspace")  # the quicker first
-# What other names stand for. Normal maps are painted for MikkTSpace's frames, which take a tenth of a
-# second for a million triangles: no tier of a bake gains by less. One frame a face splits nearly every
-# vertex: on the models that were measured it took longer than `vertex`, erred four times as much on the
-# mean and wrote 1.5 to 5 times the bytes.
+# The methods of the tiers. All take MikkTSpace's frames, because normal maps are painted for them and they
+# take only a tenth of a second for a million triangles. `face`, one frame for each triangle, is replaced by
+# `vertex`: on the measured models it was slower, had four times the mean error and 1.5 to 5 times the bytes.
 TIERS = {"fast": "mikktspace", "balanced": "mikktspace", "exact": "mikktspace", "face": "vertex"}
 
 
 def tangent_frames(mesh: Mesh, tier: str = "mikktspace") -> Mesh:
-    """The mesh with tangents (n, 4): xyz unit and at right angles to the normal, w = +-1; always finite.
+    """Returns the mesh with tangents (n, 4): xyz unit and at right angles to the normal, w = +-1; always
+    finite.
 
-    tier: `vertex`: the mean of the triangles at each vertex that are mirrored alike; `mikktspace`: as
-    MikkTSpace splits, joins and weighs them; or a name of TIERS. A vertex is split where its corners' frames
-    differ (mirrored images, for one); new ones are numbered in the order of their first use. Needs normals
-    and uvs.
+    tier: `vertex`: the mean over the triangles at a vertex with the same mirroring; `mikktspace`: as
+    MikkTSpace splits, joins and weights them; or a name of TIERS. A vertex is split where the frames of its
+    corners differ, for example at a mirrored texture. New vertices are numbered in the order of their first
+    use. Needs normals and uvs.
     """
     if mesh.normals is None or mesh.uvs is None:
         missing = "normals" if mesh.normals is None else "texture coordinates"

@@ -1,9 +1,12 @@
-"""Height field -> mesh with two UV sets, normals from the field itself, and a bound on the vertical error.
+"""Makes one mesh of a height field, with two UV sets, normals, and a bound on its vertical error.
 
-Vertices are pixels: x = -size_x / 2 + column * size_x / (columns - 1), z likewise from the row, y = height.
-Tiers: `fast` a hierarchy of right triangles, every one measured at every pixel; `balanced` greedy Delaunay
-insertion (Garland and Heckbert, 1995), slower and of fewer triangles; `exact` the same until it meets
-every pixel. `grid` makes every pixel a vertex: no tier, but what holds where float32 positions round.
+Each vertex is a pixel: x = -size_x / 2 + column * size_x / (columns - 1), z the same from the row, y =
+height.
+
+- Tier `fast`: a hierarchy of right triangles, each measured at all its pixels.
+- Tier `balanced`: greedy Delaunay insertion (Garland and Heckbert, 1995). Slower, with fewer triangles.
+- Tier `exact`: the same, until the mesh passes through every pixel.
+- `grid` makes every pixel a vertex. It is no tier: it serves where rounding to float32 spoils the others.
 """
 
 from __future__ import annotations
@@ -19,13 +22,13 @@ MAX_GRID_TRIANGLES = 64_000_000
 
 
 def terrain_mesh(field: Heightfield, *, tolerance_m: float, sand_repeat: float = 1.0, tier: str) -> Mesh:
-    """The terrain as one mesh whose planes pass every pixel within tolerance_m (metres, >= 0).
+    """Returns the terrain as one mesh that is within tolerance_m (metres, >= 0) of every pixel, vertically.
 
-    normals, tangents: from the height field; T points along +X, B along -Z, w = +1. uvs: the sand pattern,
-    sand_repeat times along X and as often along Z as keeps its tiles square. uvs1: the effect map, once: the
-    first and last column at 0 and 1. tier: "fast", "balanced", "exact" or "grid"; a tolerance of 0 is
-    "exact". Raises BakeError for a height that is not finite, and when every pixel as a vertex would make
-    more than MAX_GRID_TRIANGLES triangles.
+    normals, tangents: of the height field; T points along +X, B along -Z, w = +1. uvs: the sand pattern,
+    sand_repeat times along X, and along Z so that its tiles are square. uvs1: the effect map, once; the first
+    and last column are at 0 and 1. tier: "fast", "balanced", "exact" or "grid"; a tolerance of 0 means
+    "exact". Raises BakeError for a height that is not finite, or if a mesh of all pixels would have more than
+    MAX_GRID_TRIANGLES triangles.
     """
     rows, columns = field.heights_m.shape
     if not np.isfinite(field.heights_m).all():
@@ -55,13 +58,13 @@ def pixels_mesh(
     *,
     sand_repeat: float = 1.0,
 ) -> Mesh:
-    """The mesh of pixels: positions, normals, tangents and both UV sets of each, as `terrain_mesh` says.
+    """Returns a mesh of the given pixels, with the attributes that `terrain_mesh` describes.
 
     pixels: (n, 2) as (row, column); triangles: (m, 3), clockwise in an image drawn with row 0 at the top.
-    What a vertex gets depends on its pixel alone, so that meshes of parts have the same where they meet.
+    A vertex depends only on its pixel, so meshes of neighbouring parts agree on their common border.
     """
     made = vertices(field.heights_m, (field.size_x_m, field.size_z_m), pixels, sand_repeat=sand_repeat)
-    # Rows grow towards +Z: seen from above the kernel's positive turn is clockwise, so two corners swap.
+    # Rows grow towards +Z, so the kernel's triangles are clockwise seen from above: swap two corners.
     return _mesh(made, np.ascontiguousarray(triangles[:, [0, 2, 1]], dtype=np.uint32))
 
 

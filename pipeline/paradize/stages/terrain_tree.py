@@ -1,11 +1,12 @@
-"""The tree of a terrain's patches: right triangles of pixel space, each half of the one above it.
+"""The tree of a terrain's patches: right triangles over the pixels, each half of its parent.
+
+The root is a square of leaf_px * 2^depth pixels that contains the field; its corner is pixel (0, 0). Its two
+halves are the patches of level 0. A split bisects the hypotenuse. A patch of level 2k is half a square of
+depth k, one of level 2k + 1 a quarter. Patches outside the field do not exist. A diamond is the one or two
+patches on one hypotenuse. They split together, so that neighbours share whole edges.
 
 Source: Cignoni, Ganovelli, Gobbetti, Marton, Ponchio, Scopigno, "BDAM: Batched Dynamic Adaptive Meshes for
-High Performance Terrain Visualization", 2003. The root is a square of leaf_px * 2^depth pixels, its corner at
-pixel (0, 0), that holds the field; its two halves are the patches of level 0. A split bisects the hypotenuse.
-Level 2k is half a cell of depth k, level 2k + 1 a quarter. What the field's rectangle leaves nothing of does
-not exist. A diamond is the one or two patches on one hypotenuse: they split together, so that neighbours meet
-along whole edges.
+High Performance Terrain Visualization", 2003.
 """
 
 from __future__ import annotations
@@ -82,7 +83,7 @@ class Shape:
         return True
 
     def clipped(self, corners: Corners) -> list[tuple[float, float]]:
-        """The corners (row, column) of what the field's rectangle leaves of a patch (Sutherland and Hodgman,
+        """Returns the corners (row, column) of the part of a patch inside the field (Sutherland and Hodgman,
         1974)."""
         polygon = [(float(r), float(c)) for r, c in corners]
         for k, sign, bound in (
@@ -116,13 +117,13 @@ class Shape:
 
 
 def diamond_of(corners: Corners) -> Point:
-    """What tells the diamond of a patch from others of its level: its hypotenuse's middle, doubled."""
+    """Returns the key of a patch's diamond among those of its level: twice the middle of the hypotenuse."""
     return corners[1][0] + corners[2][0], corners[1][1] + corners[2][1]
 
 
 def tolerance(level: int, finest: int, finest_m: float, least_m: float) -> float:
-    """The vertical tolerance of a level, metres: finest_m at the finest, sqrt(2) times as much at each level
-    above it. least_m: what levels above the finest start from where finest_m is less."""
+    """Returns the vertical tolerance of a level, metres: finest_m at the finest level, and sqrt(2) times as
+    much at each coarser one. least_m: used instead of finest_m for coarser levels, if it is larger."""
     up = finest - level
     if up == 0:
         return finest_m

@@ -1,8 +1,8 @@
-"""Mesh -> sound mesh: finite, in range, no degenerate or doubled triangle, every vertex used; and a report.
+"""Validates a mesh: drops degenerate, doubled and unused elements, refuses invalid values, and reports.
 
-This is the door before every library: what passes here has no index out of range, no repeated index in a
-triangle and no value that is not finite. OpenMesh, which crashes or drops faces on less, counts again where
-the surface is a manifold; a difference between its count and ours is an error of ours.
+It runs before every mesh library. Afterwards all values are finite, all indices are in range, and no triangle
+uses a vertex twice. OpenMesh would crash or drop faces otherwise. Where the surface is a manifold, OpenMesh
+counts its edges again; a different count is an error of ours.
 """
 
 from __future__ import annotations
@@ -21,16 +21,16 @@ if TYPE_CHECKING:
     import numpy.typing as npt
 
 _OPTIONAL = {"normals": 3, "tangents": 4, "uvs": 2, "uvs1": 2, "colors": 4}
-# OpenMesh keeps some 300 bytes a triangle; beyond this our own count stands alone.
+# OpenMesh needs about 300 bytes for each triangle. Larger meshes are not counted twice.
 _MOST_COUNTED_TWICE = 500_000
 
 
 @dataclass(frozen=True)
 class Report:
-    """What validation found and dropped. Triangle numbers are those of the input mesh.
+    """What validation found and dropped. Triangles are numbered as in the input mesh.
 
-    kept: (m,) bool, the triangles of the input that are in the output, in their order. topology: of
-    the result, with vertices joined by position.
+    kept: (m,) bool, which triangles of the input are in the output, in the same order. topology: of the
+    result, with vertices joined by position.
     """
 
     kept: npt.NDArray[np.bool_]
@@ -52,12 +52,12 @@ class Report:
 
 
 def validate_mesh(mesh: Mesh, file: object = None) -> tuple[Mesh, Report]:
-    """Drops triangles and vertices that no tool can use, and reports the rest. Positions of kept triangles
-    are unchanged.
+    """Drops triangles and vertices that no tool can use, and reports what is odd about the others. Their
+    positions do not change.
 
     Dropped: triangles without area (two corners at one position, or all on a line), triangles that repeat the
     vertices of an earlier one in the same direction, vertices that no triangle uses.
-    Raises SourceError where arrays do not fit, a value is not finite, or nothing is left.
+    Raises SourceError if arrays do not fit, a value is not finite, or nothing is left.
     """
     _require_arrays(mesh, file)
     flat = _flat(mesh)
@@ -170,7 +170,7 @@ def _require_arrays(mesh: Mesh, file: object) -> None:
 
 
 def _flat(mesh: Mesh) -> npt.NDArray[np.bool_]:
-    """Triangles whose area is exactly zero, worked out in float64 from edges scaled to their length."""
+    """Returns which triangles have an area of exactly zero, computed in float64 from normalized edges."""
     corners = mesh.positions[mesh.triangles].astype(np.float64)
     a = corners[:, 1] - corners[:, 0]
     b = corners[:, 2] - corners[:, 0]
@@ -182,12 +182,12 @@ def _flat(mesh: Mesh) -> npt.NDArray[np.bool_]:
 
 
 def _doubled(mesh: Mesh, flat: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
-    """Triangles with the same vertices, in the same direction, as an earlier one that is kept."""
+    """Returns which triangles have the vertices of an earlier kept one, in the same direction."""
     triangles = mesh.triangles.astype(np.int64)
     turn = triangles.argmin(axis=1)
     rows = np.arange(len(triangles))
     key = np.stack([triangles[rows, (turn + k) % 3] for k in range(3)], axis=1)
-    # Vertices of a triangle without area never match: each gets a number of its own.
+    # Triangles without area match none: each gets a key of its own.
     key[flat] = np.stack([-1 - rows[flat]] * 3, axis=1)
     order = np.lexsort((rows, key[:, 2], key[:, 1], key[:, 0]))
     ordered = key[order]
@@ -227,10 +227,11 @@ def _zero_area_uv(mesh: Mesh) -> npt.NDArray[np.bool_]:
 def _count_again(
     mesh: Mesh, welded: npt.NDArray[np.uint32], first: npt.NDArray[np.uint32], found: Topology, file: object
 ) -> bool:
-    """OpenMesh's count of edges and border edges, where it can hold the surface without splitting vertices.
+    """Compares our counts with OpenMesh's, and raises BakeError if they differ.
 
-    In this process: its input has no repeated or foreign index and is finite, which is all that it crashes
-    on. False where it did not count: no manifold, too many triangles, or built without OpenMesh.
+    Returns False if OpenMesh did not count: the surface is no manifold, has too many triangles, or Paradize
+    was built without OpenMesh. It runs in this process, because it crashes only on indices and values that
+    validation refuses.
     """
     odd = found.non_manifold.count or found.turned.count or found.bow_tie.count
     if odd or len(welded) > _MOST_COUNTED_TWICE or not openmesh.BUILT:

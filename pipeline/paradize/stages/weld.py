@@ -1,6 +1,6 @@
-"""Vertices nearer to each other than a stated tolerance -> one: only where a person asks for it.
+"""Joins vertices that are nearer to each other than a tolerance, on request only.
 
-Without it nothing but equal positions is joined: a gap that the source has is a gap that stays.
+By default only equal positions are joined, so a gap of the source stays.
 """
 
 from __future__ import annotations
@@ -29,9 +29,9 @@ class Welding:
 def weld(mesh: Mesh, tolerance_m: float) -> tuple[Mesh, Welding]:
     """Moves positions at most `tolerance_m` (0: nothing is done), each to the nearest earlier one that stays.
 
-    Those that stay are farther apart than the tolerance. Vertices that are equal in everything afterwards
-    become one; triangles keep their number and order, and those that lost their area are validate_mesh's.
-    Raises BakeError for a tolerance that is negative or not finite.
+    Positions that stay are farther apart than the tolerance. Vertices that are then equal in all attributes
+    become one. Triangles keep their number and order; validate_mesh drops those that lost their area. Raises
+    BakeError for a tolerance that is negative or not finite.
     """
     if not (math.isfinite(tolerance_m) and tolerance_m >= 0):
         raise BakeError(f"a weld tolerance of {tolerance_m:g} metres", mend="write 0 or more")
@@ -58,7 +58,7 @@ def weld(mesh: Mesh, tolerance_m: float) -> tuple[Mesh, Welding]:
 
 
 def welded_messages(done: Welding) -> list[str]:
-    """What was welded, in a sentence; none where nothing was."""
+    """Returns a sentence about what was welded; none if nothing was."""
     if not done.joined:
         return []
     return [
