@@ -30,7 +30,7 @@ FLOORS = (
     {"documents"},
     {"files"},
     {"kernels", "data", "maps", "artifact", "material"},
-    {"errors"},
+    {"errors", "tiers"},
 )
 FLOOR = {room: floor for floor, rooms in enumerate(FLOORS) for room in rooms}
 # What knows neither a scene nor its settings.
@@ -88,6 +88,53 @@ def test_no_modules_import_one_another_in_a_circle() -> None:
         tuple(TopologicalSorter(graph).static_order())
     except CycleError as circle:
         pytest.fail(" -> ".join(circle.args[1]))
+
+
+def names_of(module: str) -> set[str]:
+    """What a module defines or imports at its top level, or below an `if` there."""
+    names = set()
+    for statement in ast.parse(MODULES[module].read_text()).body:
+        if isinstance(statement, ast.FunctionDef | ast.ClassDef):
+            names.add(statement.name)
+            continue
+        for node in ast.walk(statement):
+            if isinstance(node, ast.alias):
+                names.add(node.asname or node.name)
+            elif isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):
+                names.add(node.id)
+    return names
+
+
+def is_there(name: str) -> bool:
+    """Whether a dotted name that begins with a room leads to a module, or to what one holds."""
+    parts = ["paradize", *name.split(".")]
+    for count in range(len(parts), 1, -1):
+        module = ".".join(parts[:count])
+        if module in MODULES:
+            return count == len(parts) or parts[count] in names_of(module)
+    return False
+
+
+def test_docstrings_name_what_exists() -> None:
+    """Dotted names that begin with a room: `scene.settings.Flight`, not `scene.Flight`."""
+    missing, count = [], 0
+    for module in MODULES:
+        for node in ast.walk(ast.parse(MODULES[module].read_text())):
+            if not isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef):
+                continue
+            for name in re.findall(r"(?<![\w./])[a-z_]+(?:\.\w+)+(?![\w/])", ast.get_docstring(node) or ""):
+                is_file = name.endswith((".json", ".py", ".toml"))
+                if name.partition(".")[0] in FLOOR and not is_file:
+                    count += 1
+                    if not is_there(name):
+                        missing.append(f"{module}: {name}")
+    assert count > 0
+    assert not missing
+
+
+def test_the_tiers_are_named_in_one_place() -> None:
+    files = [path for path in PACKAGE.rglob("*.py") if '("fast", "balanced", "exact")' in path.read_text()]
+    assert files == [PACKAGE / "tiers.py"]
 
 
 def test_every_room_says_what_is_inside() -> None:

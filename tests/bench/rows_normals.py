@@ -13,7 +13,8 @@ import cv2
 import numpy as np
 
 from paradize.kernels.normals import normals_from_heights
-from paradize.stages.filters import TIERS, choose_filter, taps_of
+from paradize.stages.filters import choose_filter, taps_of
+from paradize.tiers import TIERS
 from row import CORES, Row, Trade, on, pair_ms
 
 SIZE = 4096

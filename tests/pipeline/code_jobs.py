@@ -20,9 +20,9 @@ def import_late(path: Path) -> str:
     return mark(path)
 
 
-def run_and_tell(maker: str, arguments: dict[str, Any]) -> list[str]:
-    """Runs a maker; every module of the package that is loaded afterwards."""
+def run_and_tell(baker: str, arguments: dict[str, Any]) -> list[str]:
+    """Runs a baker; every module of the package that is loaded afterwards."""
     from paradize.bakers import registry
 
-    registry.MAKERS[maker][1](**arguments)
+    registry.BAKERS[baker][1](**arguments)
     return sorted(name for name in sys.modules if name.startswith("paradize."))

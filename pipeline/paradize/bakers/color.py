@@ -30,9 +30,10 @@ from paradize.readers.model import read_model
 from paradize.scene.baker_settings import ColorSettings
 from paradize.scene.budget import METRICS
 from paradize.stages import gutter
-from paradize.stages.compress import TIERS, LevelWriter, encode_rows, formats_of
+from paradize.stages.compress import LevelWriter, encode_rows, formats_of
 from paradize.stages.mips import color_rows
 from paradize.stages.sweep import level_count
+from paradize.tiers import TIERS
 
 Values = npt.NDArray[Any]
 # How much an error of alpha may count beside one of a colour's channel in BC7.

@@ -1,7 +1,7 @@
-"""What a worker is asked to do: one function per kind of order, sources and settings in, products out.
+"""What a worker runs: one function per kind of job. Sources and settings go in, products come out.
 
-Each maker calls the baker of its kind (build/bake.py, bakers/maps/bake.py, mesh, bakers/sound.py) and
-tells its results in one form. Imports wait until they are needed, so that planning a bake stays light.
+Each function calls the baker of its kind and returns its results in one form. It imports the baker only when
+called, so that planning a bake stays fast.
 """
 
 from __future__ import annotations
@@ -192,12 +192,14 @@ def _texture(name: str, made: Any) -> Product:
     return Product(artifact, made.data)
 
 
-Maker = Callable[
+Baker = Callable[
     ..., list[Product]
 ]  # of sources, settings and tier; those of WITH_SCRATCH also a scratch folder
 WITH_SCRATCH = ("terrain",)
-# maker -> (the module whose code, with all that it imports, decides the result; the function)
-MAKERS: dict[str, tuple[str, Maker]] = {
+BUDGET_FORMATS = ("color", "maps")  # the bakers whose texture format a budget decides
+TEXTURES = (*BUDGET_FORMATS, "cubemap")
+# baker -> (the module whose code, with all that it imports, decides the result; the function)
+BAKERS: dict[str, tuple[str, Baker]] = {
     "mesh": ("paradize.bakers.mesh.lods_from_path", make_mesh),
     "terrain": ("paradize.bakers.terrain.tiles", make_terrain),
     "color": ("paradize.bakers.color", make_color),

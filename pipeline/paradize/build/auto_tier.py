@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from paradize.bakers import registry
 from paradize.build.options import BuildContext
 from paradize.build.tasks import Task, run_tasks, stored_products, take_from_store, task_of
 from paradize.build.tier_choice import cheapest, inside, limited, misses
@@ -19,11 +20,9 @@ from paradize.build.tuned_settings import next_label, split_label
 from paradize.errors import GroupedError, ParadizeError
 from paradize.scene.requirements import BakeJob
 from paradize.scene.schema import Limits
-from paradize.scene.tiers import AUTO, FINER_FORMAT, LABELS, ORDER
 from paradize.store.file_hashes import FileHashCache
 from paradize.store.local import Stamp
-
-TEXTURE_BAKERS = ("color", "maps")  # the bakers whose formats a budget decides
+from paradize.tiers import AUTO, FINER_FORMAT, LABELS, TIERS
 
 # By artifact: the tier requested, the tier taken, and the errors of each tried tier in the metrics that the
 # budget limits: {"asked", "taken", "errors": {tier: {metric: value}}}.
@@ -97,10 +96,10 @@ class _Choice:
         tried = {
             label: label in self.measured and inside(self.measured[label], budget.aim) for label in self.tasks
         }
-        finer = self.requested == AUTO and self.job.baker in TEXTURE_BAKERS
+        finer = self.requested == AUTO and self.job.baker in registry.BUDGET_FORMATS
         tunes = self.requested == AUTO and 0.0 not in budget.aim.values()
         given = self.job.settings.get("max_error_m") if tunes else None
-        return next_label(self.job.baker, LABELS if finer else ORDER, given, tried)
+        return next_label(self.job.baker, LABELS if finer else TIERS, given, tried)
 
     def chosen(self, budget: Limits) -> Task:
         """Returns the task to take; one with an error if no tier is inside the budget."""
@@ -131,7 +130,7 @@ def bake_jobs(
     budget = runner.context.scene.budget
     choices = [_Choice(job, runner.context.options.tier_of(job, runner.context.scene)) for job in jobs]
     for choice in choices:
-        first = ORDER[0] if choice.requested == AUTO else choice.requested
+        first = TIERS[0] if choice.requested == AUTO else choice.requested
         choice.tasks[first] = runner.task(choice, first)
     untried = [(choice, tier) for choice in choices for tier in choice.tasks]
     while untried:

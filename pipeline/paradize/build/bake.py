@@ -135,7 +135,7 @@ def derive(
     jobs = [job for job in require(scene, colors).jobs if any(map(is_wanted, job.outputs))]
     tasks = [task_of(job, hash_cache, options.tier_of(job, scene), scene) for job in jobs]
     stamps = {path: stamp(path) for job in jobs for path in job.sources.values()}
-    run_tasks(store, store.root / "rooms", tasks, stamps, options)
+    run_tasks(store, store.root / "scratch", tasks, stamps, options)
     sha256 = {
         output.artifact: str(task.products[output.product].sha256)
         for task in tasks

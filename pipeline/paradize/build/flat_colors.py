@@ -19,6 +19,7 @@ from paradize.build.gutter_limits import sampled_levels
 from paradize.data import Mesh
 from paradize.formats.glb.reader import decode_glb
 from paradize.formats.ktx2.reader import decode_ktx2
+from paradize.maps import MAPS
 from paradize.stages.gutter import goes_around
 from paradize.visibility.finest_mip import flat_triangles
 
@@ -44,7 +45,7 @@ def measure_flat(
         chain = sampled_levels(texture, key)[: levels[key] + 1]
         if key == "color":
             chain = [np.sqrt(np.maximum(level, 0.0)) for level in chain]
-        unit = 0.5 if key == "normal" else 1.0
+        unit = 0.5 if MAPS[key].kind == "normal" else 1.0
         size = (texture.width, texture.height)
         coarsest[key] = min(
             _coarsest_level(mesh, size, chain, unit, repeat or goes_around(mesh)) for mesh in meshes

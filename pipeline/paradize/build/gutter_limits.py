@@ -69,7 +69,7 @@ def sampled_levels(texture: Texture, name: str) -> list[F32]:
             level[:, :, :3] = linear_light(level[:, :, :3])
         opaque = levels[0].shape[2] == 4 and bool((levels[0][:, :, 3] >= 1).all())
         return [level[:, :, :3] for level in levels] if opaque else levels
-    return [np.ascontiguousarray(level[:, :, : 2 if name == "normal" else 1]) for level in levels]
+    return [np.ascontiguousarray(level[:, :, : 2 if MAPS[name].kind == "normal" else 1]) for level in levels]
 
 
 def measure_gutters(

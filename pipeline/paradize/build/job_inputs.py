@@ -112,7 +112,7 @@ def stale(record: Any | None, scene: Scene, job: BakeJob) -> list[str] | None:
 
 
 def _code(baker: str) -> Mapping[str, str]:
-    modules = dict(code_of(registry.MAKERS[baker][0], *SHARED_MODULES)) | dict(code_of(_DETAIL_MODULE))
+    modules = dict(code_of(registry.BAKERS[baker][0], *SHARED_MODULES)) | dict(code_of(_DETAIL_MODULE))
     modules.pop(_LIBRARIES, None)
     return modules
 

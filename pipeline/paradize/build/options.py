@@ -36,7 +36,7 @@ class JobObserver:
 @dataclass(frozen=True)
 class BuildOptions:
     """jobs: worker processes (0: one per core); on a cluster, jobs at once (0: one per thread). tier: one
-    of scene.tiers.TIERS; None: the scene's own. force: bake everything; read nothing from the store.
+    of tiers.TIER_OPTIONS; None: the scene's own. force: bake everything; read nothing from the store.
     observer: of the jobs. tiers: tier by job or artifact name, where it differs from `tier`. pool: workers
     to reuse (jobs/pool.py). cluster: address of a Dask scheduler. store: URL of a shared store
     (store/shared.py). uncompressed: textures in their most exact format. whole: publish also what no view

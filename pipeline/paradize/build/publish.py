@@ -30,9 +30,9 @@ from paradize.formats.scene_manifest import encode_scene
 from paradize.scene.budget import excesses
 from paradize.scene.requirements import ObjectSighting, object_sightings
 from paradize.scene.settings import Scene
-from paradize.scene.tiers import AUTO
 from paradize.store.atomic import flush_folder, write_whole
 from paradize.store.local import hash_file, stamp
+from paradize.tiers import AUTO
 
 
 @dataclass

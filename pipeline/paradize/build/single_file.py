@@ -46,7 +46,7 @@ def bake_single(
     from paradize.build.budget_metrics import measured_by, of_single_files
     from paradize.scene.budget import excesses
     from paradize.scene.schema import Limits
-    from paradize.scene.tiers import AUTO
+    from paradize.tiers import AUTO
 
     measurable = of_single_files(measured_by(kind, getattr(settings, "only", ()), asdict(settings)))
     _require_measured(kind, budget, measurable, path)
@@ -95,10 +95,10 @@ def _cheapest_inside(
     from paradize.errors import BakeError, GroupedError
     from paradize.scene.baker_settings import TextureSettings
     from paradize.scene.schema import Limits
-    from paradize.scene.tiers import FINER_FORMAT, LABELS, ORDER
+    from paradize.tiers import FINER_FORMAT, LABELS, TIERS
 
     limits = Limits(hard=budget)
-    labels = LABELS if isinstance(settings, TextureSettings) else ORDER
+    labels = LABELS if isinstance(settings, TextureSettings) else TIERS
     measured: dict[str, dict[str, dict[str, float]]] = {}
     tried: dict[str, bool] = {}  # by label: whether it is inside the budget
     given: float | None = None  # value of the setting that may be tuned

@@ -31,7 +31,6 @@ from paradize.store.file_hashes import FileHashCache
 from paradize.store.local import Stamp, Store, key_of, stamp
 
 ZSTD_LEVEL = 10  # of supercompressed textures
-TEXTURES = ("color", "maps", "cubemap")  # the bakers of textures
 # Code between a task and its baker. It is part of every key.
 SHARED_MODULES = ("paradize.bakers.registry", "paradize.artifact")
 
@@ -73,8 +72,8 @@ def job_settings(job: BakeJob, scene: Scene, finer_format: bool) -> dict[str, An
 
     finer_format: a texture takes a more exact format where its first one exceeds the budget.
     """
-    packed = {"zstd": ZSTD_LEVEL} if scene.head.zstd and job.baker in TEXTURES else {}
-    if job.baker not in ("color", "maps"):
+    packed = {"zstd": ZSTD_LEVEL} if scene.head.zstd and job.baker in registry.TEXTURES else {}
+    if job.baker not in registry.BUDGET_FORMATS:
         return job.settings | packed
     products = [output.product for output in job.outputs]
     owners = ["color", "alpha"] if job.baker == "color" else products
@@ -97,12 +96,12 @@ def task_of(
 ) -> Task:
     """Makes the task of a job. tier: a tier, or one with a tuned setting (tuned_settings.tuned_label).
     finer_format: as in job_settings. uncompressed: as in BuildOptions."""
-    module, baker = registry.MAKERS[job.baker]
+    module, baker = registry.BAKERS[job.baker]
     sources = {role: hash_cache.sha256(path) for role, path in job.sources.items()}
     code = code_digest(module, *SHARED_MODULES)
     tier, tuned = split_label(tier)
     settings = job_settings(job, scene, finer_format) | tuned
-    if uncompressed and job.baker in ("color", "maps"):
+    if uncompressed and job.baker in registry.BUDGET_FORMATS:
         settings = settings | {"uncompressed": True}
     return Task(job, settings, tier, key_of(baker.__name__, code, sources, settings, tier))
 
@@ -194,11 +193,11 @@ def run_tasks(
     pool_jobs = [
         Job(
             task.job.name,
-            registry.MAKERS[task.job.baker][1],
+            registry.BAKERS[task.job.baker][1],
             {"sources": task.job.sources, "settings": task.settings, "tier": task.tier}
             | ({"scratch": scratch / task.key} if task.job.baker in registry.WITH_SCRATCH else {}),
             file=next(iter(task.job.sources.values()), None),
-            code=code_of(registry.MAKERS[task.job.baker][0], *SHARED_MODULES),
+            code=code_of(registry.BAKERS[task.job.baker][0], *SHARED_MODULES),
             timeout_s=time_limit(seconds_of(task.job.sources.values())),
             memory_bytes=memory_of(task.job.sources.values()),
             files=files_read_by(task.job.sources.values()) if options.cluster else {},

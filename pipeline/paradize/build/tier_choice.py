@@ -1,7 +1,7 @@
 """Chooses the tier that a budget allows by what each tier measured, and reports by how much a budget is
 missed.
 
-The order of tiers is declared (scene/tiers.py), never timed.
+The order of tiers is declared (tiers.py), never timed.
 """
 
 from __future__ import annotations

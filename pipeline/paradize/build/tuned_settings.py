@@ -12,7 +12,7 @@ import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
-from paradize.scene.tiers import TIERS
+from paradize.tiers import TIERS
 
 STEPS = 9  # values tried at most
 CLOSE_ENOUGH = 1.02  # ratio of a value outside to one inside the budget at which the search ends

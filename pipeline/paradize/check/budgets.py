@@ -11,7 +11,7 @@ from paradize.formats.device import device_bytes
 from paradize.formats.scene_manifest import read_entry
 from paradize.scene.budget import METRICS, Excess, excesses, is_beyond
 from paradize.scene.schema import Limits
-from paradize.scene.tiers import LABELS
+from paradize.tiers import LABELS
 
 # The name in a level of what a budget's metric is the largest of.
 _LEVELS = {

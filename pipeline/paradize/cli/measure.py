@@ -12,7 +12,7 @@ from paradize.cli.output import say, show, show_json, warn
 from paradize.cli.values import whole
 from paradize.errors import BakeError, one_line
 from paradize.jobs.progress import OnProgress
-from paradize.scene.tiers import TIERS
+from paradize.tiers import TIER_OPTIONS
 
 
 def add(sub: argparse.ArgumentParser) -> None:
@@ -25,7 +25,7 @@ def add(sub: argparse.ArgumentParser) -> None:
         metavar="N",
         help="runs of each tier (default: 10, or 3 if a run takes long)",
     )
-    sub.add_argument("--tier", choices=TIERS, help="the tier in use (default: the scene's)")
+    sub.add_argument("--tier", choices=TIER_OPTIONS, help="the tier in use (default: the scene's)")
     sub.add_argument("--no-player", action="store_true", help="measure no pictures and frames")
     sub.add_argument(
         "--from",

@@ -7,7 +7,7 @@ import re
 from pathlib import Path
 
 from paradize.cli.values import number, whole
-from paradize.scene.tiers import TIERS
+from paradize.tiers import TIER_OPTIONS
 
 
 def add_json(sub: argparse.ArgumentParser, text: str = "print one JSON object on standard output") -> None:
@@ -22,7 +22,7 @@ def add_common(
     sub.add_argument("-j", "--jobs", type=whole(1, 4096), metavar="N", help=f"{jobs} (default: cores)")
     what = "speed against accuracy; auto: the cheapest tier whose measured error is inside the budget"
     sub.add_argument(
-        "--tier", choices=TIERS, default=tier, help=f"{what} (default: {tier or 'as the scene says'})"
+        "--tier", choices=TIER_OPTIONS, default=tier, help=f"{what} (default: {tier or 'as the scene says'})"
     )
     add_json(sub)
 

@@ -9,7 +9,7 @@ from paradize.explain.bounds import bound_short, bound_words
 from paradize.explain.economy import economy_words, saved_words, short
 from paradize.scene.budget import excesses
 from paradize.scene.schema import Limits
-from paradize.scene.tiers import AUTO
+from paradize.tiers import AUTO
 
 if TYPE_CHECKING:
     from paradize.explain.facts import Explanation

@@ -45,11 +45,11 @@ def moments_of(scene: Scene) -> list[float]:
 def swaps(jobs: Sequence[BakeJob], tiers: Mapping[str, str]) -> list[tuple[str, list[str]]]:
     """The stages that do not use tier exact already, each with the names of its jobs. tiers: by artifact."""
     stages = []
-    for maker, stage in STAGES:
+    for baker, stage in STAGES:
         names = [
             job.name
             for job in jobs
-            if job.baker == maker
+            if job.baker == baker
             and any(tiers.get(output.artifact) != "exact" for output in job.outputs if output.kind)
         ]
         if names:

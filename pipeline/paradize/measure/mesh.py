@@ -39,7 +39,7 @@ _VERTICES = {"16 bit, directions 8": 180.0, "16 bit": 0.0, "float32": None}
 
 
 def mesh_groups(job: BakeJob) -> list[TrialGroup]:
-    """The groups of a job of the maker "mesh". Reads the source."""
+    """The groups of a job of the baker "mesh". Reads the source."""
     path, settings = job.sources["mesh"], job.settings
     artifact = job.outputs[0].artifact
     name = job.name.removesuffix(" mesh")

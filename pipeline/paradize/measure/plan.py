@@ -45,7 +45,7 @@ class FileOptions:
 
 
 def scene_groups(scene: Scene, jobs: list[BakeJob]) -> list[TrialGroup]:
-    """The groups of a scene's jobs. A maker without stages (sound) has none."""
+    """The groups of a scene's jobs. A baker without stages (sound) has none."""
     groups = [group for job in jobs for group in _GROUPS.get(job.baker, _nothing)(job)]
     return [*groups, *path_groups(scene.flight)]
 

@@ -19,8 +19,8 @@ from paradize.jobs.progress import OnProgress
 from paradize.measure.curve import Group, Point, spread
 from paradize.metrics.picture import Picture, flip_errors
 from paradize.preview.player import read_picture, run_player
+from paradize.tiers import TIERS
 
-TIERS = ("fast", "balanced", "exact")
 SIZE = (320, 180)  # pixels
 MOMENTS = 3  # seconds of the flight
 FRAMES = 6  # timed at each

@@ -90,9 +90,11 @@ class _PlayerMeasurements:
 
     def qualities(self) -> Iterator[Group]:
         """The player's qualities and the formats of textures: time of a frame against its error."""
-        from paradize.measure.player import TIERS, player_groups
+        from paradize.bakers.registry import BUDGET_FORMATS
+        from paradize.measure.player import player_groups
+        from paradize.tiers import TIERS
 
-        names = [job.name for job in self.jobs if job.baker in ("color", "maps")]
+        names = [job.name for job in self.jobs if job.baker in BUDGET_FORMATS]
         used = self.tier or self.scene.head.tier
         options = {
             tier: BuildOptions(tier=self.tier, tiers=dict.fromkeys(names, tier))

@@ -19,12 +19,13 @@ from paradize.scene.flight import plan_flight
 from paradize.scene.requirements import BakeJob
 from paradize.scene.settings import Flight
 from paradize.stages.terrain import terrain_mesh
+from paradize.tiers import TIERS
 
 _METRICS = ("terrain_max_m", "terrain_rms_m")
 
 
 def tree_groups(job: BakeJob) -> list[TrialGroup]:
-    """The group of a job of the maker "terrain", where tier `fast` is `balanced`."""
+    """The group of a job of the baker "terrain", where tier `fast` is `balanced`."""
     arguments = {"path": job.sources["heightmap"], "settings": job.settings}
     trials = tuple(
         Trial(tier, tree_tier, arguments | {"tier": tier}, tier, {"tier": tier})
@@ -63,13 +64,12 @@ def height_map_groups(
     """The group of `paradize terrain` on a heightmap. height_m: as in read_heightmap. high_m: the range of
     the heights."""
     arguments = {"path": path, "size_m": size_m, "height_m": height_m, "max_error_m": max_error_m}
-    tiers = ("fast", "balanced", "exact")
-    trials = tuple(Trial(t, height_map_tier, arguments | {"tier": t}, t, {"tier": t}) for t in tiers)
+    trials = tuple(Trial(t, height_map_tier, arguments | {"tier": t}, t, {"tier": t}) for t in TIERS)
     note = (
         f"{size_m[0]:g} x {size_m[1]:g} m, {high_m:g} m high; fast and balanced keep a bound of "
         f"{max_error_m:g} m, fast with more triangles; exact has a vertex at every pixel."
     )
-    return [TrialGroup(f"{path.stem} terrain", "terrain", path.stem, _METRICS, trials, tiers, note)]
+    return [TrialGroup(f"{path.stem} terrain", "terrain", path.stem, _METRICS, trials, TIERS, note)]
 
 
 def height_map_tier(

@@ -23,16 +23,17 @@ from paradize.metrics.source import sky_error
 from paradize.readers.image import read_image
 from paradize.scene.requirements import BakeJob
 from paradize.stages import cubemap
-from paradize.stages.compress import TIERS, formats_of
+from paradize.stages.compress import formats_of
 from paradize.stages.filters import choose_filter
 from paradize.stages.normal import normal_rows
 from paradize.stages.sweep import bands_of, run
+from paradize.tiers import TIERS
 
 Settings = dict[str, Any]
 
 
 def color_groups(job: BakeJob) -> list[TrialGroup]:
-    """The groups of a job of the maker "color". Reads the sources."""
+    """The groups of a job of the baker "color". Reads the sources."""
     values, encoded, _ = _picture(job.sources, job.settings)
     own = {tier: color_formats(values, encoded=encoded, tier=tier)[0] for tier in TIERS}
     arguments = {"sources": job.sources, "settings": job.settings}
@@ -43,7 +44,7 @@ def color_groups(job: BakeJob) -> list[TrialGroup]:
 
 
 def map_groups(job: BakeJob) -> list[TrialGroup]:
-    """The groups of a job of the maker "maps". Reads the sources."""
+    """The groups of a job of the baker "maps". Reads the sources."""
     height, width = read_image(job.sources["image"], finite=False).values.shape[:2]
     base = job.name.removesuffix(" maps")
     groups = []
@@ -71,7 +72,7 @@ def map_groups(job: BakeJob) -> list[TrialGroup]:
 
 
 def sky_groups(job: BakeJob) -> list[TrialGroup]:
-    """The group of a job of the maker "cubemap"."""
+    """The group of a job of the baker "cubemap"."""
     arguments = {"paths": [job.sources[f"face{i}"] for i in range(6)]}
     trials = (Trial("half floats", sky_tier, arguments, None, {}),)
     artifact = job.outputs[0].artifact

@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     F32 = npt.NDArray[np.float32]
 
 _Quality = Literal["fast", "balanced", "exact"]
-TIERS = ("fast", "balanced", "exact")  # how long encoders search; kernels/bcn, kernels/bc7
 _BLOCK_BYTES = {"BC1": 8, "BC3": 16, "BC4": 8, "BC5": 16, "BC7": 16}
 _TEXEL_BYTES = {"R8": 1, "RG8": 2, "R16": 2, "RG16": 4, "RGBA8": 4}
 

@@ -18,6 +18,7 @@ import numpy.typing as npt
 
 from paradize.errors import BakeError
 from paradize.kernels import filter as kernel
+from paradize.tiers import TIERS
 
 if TYPE_CHECKING:
     F32 = npt.NDArray[np.float32]
@@ -26,7 +27,6 @@ if TYPE_CHECKING:
 
 FAST_FILTER = "central"
 REFERENCE_FILTER = "eighth"
-TIERS = ("fast", "balanced", "exact")
 # A filter that reads more texels is taken when its predicted error is below this part of the best so far.
 _WORTH = 0.98
 

@@ -58,7 +58,7 @@ def _clean(store: Store, now_s: float, older_than_s: float | None, max_bytes: in
     root = store.root
     for folder in [root / "bakes", *_folders(root / "blobs"), *_folders(root / "products")]:
         remove_partial(folder)
-    shutil.rmtree(root / "rooms", ignore_errors=True)  # scratch folders of killed bakes: none runs now
+    shutil.rmtree(root / "scratch", ignore_errors=True)  # scratch folders of killed bakes: none runs now
     shutil.rmtree(root / "remotes", ignore_errors=True)  # a cache
     blobs = {path.name: path.stat().st_size for path in _files(root / "blobs")}
     records, bad_records = _entries(root / "bakes")

@@ -5,7 +5,7 @@ products/<2>/<key>      result of the task with this key, a hash of sources, set
 bakes/<id>              files that a bake read and wrote, with their stamps (see `Stamp`)
 remotes/<id>            keys that are known to be in a shared store (see shared.py)
 locks/<id>              one bake at a time for each output folder
-rooms/<id>              scratch folder of a bake's workers, removed at its end
+scratch/<id>            scratch folder of a bake's workers, removed at its end
 locks/use               held shared by bakes, alone by `clean`
 
 Files in products, bakes and remotes are sealed: a line with the SHA-256 of the rest, then JSON.
@@ -202,7 +202,7 @@ class Store:
     def scratch(self, name: str) -> Iterator[Path]:
         """An empty folder for the holder of the lock `name`, removed afterwards. Leftovers of a killed bake
         are removed before."""
-        path = self.root / "rooms" / name
+        path = self.root / "scratch" / name
         shutil.rmtree(path, ignore_errors=True)
         try:
             yield path

@@ -159,10 +159,10 @@ def is_lit(sphere: Sphere, light: _Light) -> bool:
 def plan_query(sight: dict[str, Any]) -> VisibilityQuery:
     """The visibility query of a scene.
 
-    sight: as scene/requirements.py makes it: `flight` (scene.Flight as a dict), `viewport` (the largest,
+    sight: as scene/requirements.py makes it: `flight` (scene.settings.Flight as a dict), `viewport` (largest,
     pixels), `error_px`, `mirror_m` and `water_m` (water level for reflection and refraction, or None),
     `shadow` (extent_m and center, or None), `sun` (unit vector towards it), and optionally `region`
-    (scene.FreeCamera as a dict).
+    (scene.settings.FreeCamera as a dict).
     """
     flight = dict(sight["flight"])
     flight["eye"] = tuple(EyePoint(**point) for point in flight["eye"])

@@ -120,7 +120,7 @@ def _query_of(sight: str) -> VisibilityQuery:
 
 def views_of(sight: dict[str, Any], drawn: tuple[str, ...], light_m: float | None) -> Views:
     """The views of an object. sight: as for plan_query, and `scales` of reflection and refraction by name.
-    drawn: names of the views that draw the object (scene.VIEWS). light_m: as in Views."""
+    drawn: names of the views that draw the object (scene.settings.VIEWS). light_m: as in Views."""
     query = _query_of(json.dumps(sight))
     scales = sight["scales"]
     return Views(

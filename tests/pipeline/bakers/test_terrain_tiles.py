@@ -245,18 +245,18 @@ def test_fewer_tiles_sweep_those_that_are_no_longer_there(copied: tuple[Path, Pa
     (tile,) = tiles_of(out)
     assert not any(file.exists() for file in old)
     assert len(decode_tile(tile.read_bytes())) == len(manifest_of(out)["terrain"]["patches"]["level"])
-    assert not list((scene.parent.parent / "store" / "rooms").iterdir())
+    assert not list((scene.parent.parent / "store" / "scratch").iterdir())
 
 
 def test_what_a_kill_left_in_a_room_is_gone_after_the_next_bake(copied: tuple[Path, Path]) -> None:
     scene, out = copied
-    rooms = scene.parent.parent / "store" / "rooms"
-    left = rooms / key_of(str(out.resolve()))[:32]
+    scratch = scene.parent.parent / "store" / "scratch"
+    left = scratch / key_of(str(out.resolve()))[:32]
     left.mkdir(parents=True)
     (left / "tile0.glb").write_bytes(b"half")
     scene.write_text(scene.read_text().replace("tile_mb = 0.05", "tile_mb = 0.06"))
     assert not bake(scene, out, BuildOptions(jobs=1)).errors
-    assert not list(rooms.iterdir())
+    assert not list(scratch.iterdir())
 
 
 def test_bytes_do_not_depend_on_the_workers(copied: tuple[Path, Path], tmp_path: Path) -> None:

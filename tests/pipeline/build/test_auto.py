@@ -27,8 +27,8 @@ from paradize.explain.words import render
 from paradize.scene.baker_settings import BakerSettings, MapSettings, MeshSettings, TerrainSettings
 from paradize.scene.budget import METRICS, is_beyond
 from paradize.scene.schema import Limits
-from paradize.scene.tiers import FINER_FORMAT, ORDER
 from paradize.store.local import Store
+from paradize.tiers import FINER_FORMAT, TIERS
 from tests.pipeline.scenes import make_cove, write_image
 
 Truth = dict[str, dict[str, float]]  # by tier: what it measures of the post's mesh
@@ -41,7 +41,7 @@ def brute_force(tmp_path_factory: pytest.TempPathFactory) -> tuple[Truth, Path]:
     found = {}
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("PARADIZE_STORE", str(top / "store"))
-        for tier in ORDER:
+        for tier in TIERS:
             report = bake(make_cove(top / "scene"), top / "out", BuildOptions(jobs=2, tier=tier))
             assert not report.errors, report.errors
             errors = rows(report)["post_mesh"]["errors"]
@@ -104,16 +104,16 @@ def test_a_scene_names_its_own_tier_and_the_command_line_another(scene: Path, tm
 def test_auto_takes_the_cheapest_tier_inside_the_budget_and_tells_what_each_measured(
     truth: Truth, scene: Path, tmp_path: Path, capsys: Any
 ) -> None:
-    values = {tier: truth[tier]["surface_rms"] for tier in ORDER}
+    values = {tier: truth[tier]["surface_rms"] for tier in TIERS}
     limit = 0.5 * (values["fast"] + min(values.values()))
     with_budget(scene, surface_rms=limit)
     assert main(["bake", str(scene), "-o", str(tmp_path / "out"), "--tier", "auto", "-j", "2", "--json"]) == 0
     told = json.loads(capsys.readouterr().out)
     row = next(row for row in told["artifacts"] if row["name"] == "post_mesh")
-    wanted = next(tier for tier in ORDER if values[tier] <= limit)
+    wanted = next(tier for tier in TIERS if values[tier] <= limit)
     assert wanted != "fast" and row["tried"]["taken"] == wanted
     assert row["errors"]["surface_max"] == truth[wanted]["surface_max"]
-    tried = list(ORDER[: ORDER.index(wanted) + 1])
+    tried = list(TIERS[: TIERS.index(wanted) + 1])
     assert row["tried"]["errors"] == {tier: {"surface_rms": values[tier]} for tier in tried}
     others = [row for row in told["artifacts"] if row["name"] != "post_mesh"]
     assert {row["tried"]["taken"] for row in others} == {"fast"}, "no budget: the cheapest"
@@ -168,7 +168,7 @@ def test_what_only_mesh_and_map_show_together_moves_the_choice_too(
     with_budget(scene, lod_mapped_mean_deg="{ soft = 1e-6 }")
     report = bake(scene, tmp_path / "out", BuildOptions(jobs=2, tier="auto"))
     tried = rows(report)["post_mesh"]["tried"]
-    values = {tier: tried["errors"][tier]["lod_mapped_mean_deg"] for tier in ORDER}
+    values = {tier: tried["errors"][tier]["lod_mapped_mean_deg"] for tier in TIERS}
     assert not report.errors and tried["taken"] == "fast", "a soft limit that no tier keeps changes nothing"
     best = min(values.values())
     assert values["fast"] > best
@@ -176,7 +176,7 @@ def test_what_only_mesh_and_map_show_together_moves_the_choice_too(
     for force in (False, True):
         report = bake(scene, tmp_path / "out", BuildOptions(jobs=2, tier="auto", force=force))
         row = rows(report)["post_mesh"]
-        assert not report.errors and row["tried"]["taken"] == next(t for t in ORDER if values[t] <= best)
+        assert not report.errors and row["tried"]["taken"] == next(t for t in TIERS if values[t] <= best)
         assert row["errors"]["lod_mapped_mean_deg"] == best
     assert report.count("baked") == len(report.rows)
 
@@ -184,9 +184,9 @@ def test_what_only_mesh_and_map_show_together_moves_the_choice_too(
 def test_a_soft_limit_is_aimed_at_and_the_hard_one_accepted(
     truth: Truth, scene: Path, tmp_path: Path
 ) -> None:
-    values = {tier: truth[tier]["surface_rms"] for tier in ORDER}
+    values = {tier: truth[tier]["surface_rms"] for tier in TIERS}
     best = min(values.values())
-    for soft, wanted in ((best, next(t for t in ORDER if values[t] <= best)), (0.5 * best, "fast")):
+    for soft, wanted in ((best, next(t for t in TIERS if values[t] <= best)), (0.5 * best, "fast")):
         with_budget(scene, surface_rms=f"{{ soft = {soft}, hard = {2.0 * max(values.values())} }}")
         report = bake(scene, tmp_path / "out", BuildOptions(jobs=2, tier="auto"))
         assert not report.errors and rows(report)["post_mesh"]["tried"]["taken"] == wanted
@@ -298,7 +298,7 @@ def assets(where: str, files: Path, folder: Path) -> Iterator[tuple[str, Path, B
 def grown(path: Path, settings: BakerSettings, metric: str, limit: float) -> dict[str, float]:
     """What each tier measures in the first format that keeps a limit, else in the finest."""
     found = {}
-    for tier, label in zip(ORDER, FINER_FORMAT, strict=True):
+    for tier, label in zip(TIERS, FINER_FORMAT, strict=True):
         errors = bake_single("maps", path, settings, tier=tier, budget={metric: limit}).errors
         found[label] = next(one[metric] for one in errors.values() if metric in one)
     return found
@@ -312,7 +312,7 @@ def test_auto_takes_a_finer_format_in_the_tier_that_keeps_the_budget_in_it(tmp_p
     write_image(path, (20000 * (2 + np.sin(x) * np.cos(y) + 0.2 * noise)).astype(np.uint16)[:, :, None])
     settings, budget = replace(MAPS, source="height", only=["normal"]), {"normal_p99_deg": 0.5}
     alone = {
-        tier: bake_single("maps", path, settings, tier=tier, budget={}).errors["normal"] for tier in ORDER
+        tier: bake_single("maps", path, settings, tier=tier, budget={}).errors["normal"] for tier in TIERS
     }
     assert all(errors["normal_p99_deg"] > 0.5 for errors in alone.values())
     assert alone["fast"]["normal_filter_p99_deg"] > 0.5
@@ -324,7 +324,7 @@ def test_auto_takes_a_finer_format_in_the_tier_that_keeps_the_budget_in_it(tmp_p
 def brute(kind: str, path: Path, settings: BakerSettings, metric: str) -> dict[str, float]:
     """What each tier measures, the worst of its products."""
     found = {}
-    for tier in ORDER:
+    for tier in TIERS:
         errors = bake_single(kind, path, settings, tier=tier, budget={}).errors
         worst = max if METRICS[metric].less_is_better else min
         found[tier] = worst(one[metric] for one in errors.values() if metric in one)

@@ -20,7 +20,7 @@ from paradize.errors import ParadizeError
 from paradize.explain.facts import explain
 from paradize.explain.words import render
 from paradize.scene.baker_settings import TerrainSettings
-from paradize.scene.tiers import FINER_FORMAT
+from paradize.tiers import FINER_FORMAT
 from tests.pipeline.heights import save, waves
 from tests.pipeline.scenes import make_cove
 

@@ -143,8 +143,8 @@ def test_a_worker_killed_in_mid_bake_costs_nothing_but_time(
 ) -> None:
     own, scene = start(2), make_cove(tmp_path / "scene")
     assert not bake(scene, tmp_path / "here", BuildOptions(jobs=1)).errors
-    module, _ = registry.MAKERS["sound"]
-    monkeypatch.setitem(registry.MAKERS, "sound", (module, stall_once))
+    module, _ = registry.BAKERS["sound"]
+    monkeypatch.setitem(registry.BAKERS, "sound", (module, stall_once))
     with killing_who_stalls(own) as killed:
         report = bake(scene, tmp_path / "there", BuildOptions(force=True, cluster=own.address))
     assert killed[0] in [worker.pid for worker in own.workers] and not report.errors
@@ -179,8 +179,8 @@ def test_a_scheduler_that_goes_leaves_the_old_scene_and_what_was_baked(
     own, scene, out = start(1), make_cove(tmp_path / "scene"), tmp_path / "out"
     assert not bake(scene, out, BuildOptions(jobs=1)).errors
     before = contents(out)
-    module, _ = registry.MAKERS["sound"]
-    monkeypatch.setitem(registry.MAKERS, "sound", (module, stall_once))
+    module, _ = registry.BAKERS["sound"]
+    monkeypatch.setitem(registry.BAKERS, "sound", (module, stall_once))
 
     def kill() -> None:
         own.told()

@@ -130,26 +130,26 @@ def test_what_was_made_by_code_that_came_later_is_refused(tmp_path: Path, module
 
 
 def test_keys_cover_all_code_that_a_baker_loads(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Every maker in a worker of its own, on a real order of a scene."""
+    """Every baker in a worker of its own, on a real order of a scene."""
     monkeypatch.setenv("PARADIZE_STORE", str(tmp_path / "store"))
     asked: dict[str, Job] = {}
 
     def note(jobs: list[Job], workers: int, told: Any, **others: Any) -> None:
         for job in jobs:
-            maker = next(name for name, (_, call) in registry.MAKERS.items() if call is job.call)
-            asked.setdefault(maker, job)
+            baker = next(name for name, (_, call) in registry.BAKERS.items() if call is job.call)
+            asked.setdefault(baker, job)
         raise KeyboardInterrupt
 
     with monkeypatch.context() as patch, pytest.raises(KeyboardInterrupt):
         patch.setattr("paradize.build.work.run_jobs", note)
         bake(make_cove(tmp_path / "scene"), tmp_path / "out")
-    assert asked.keys() == registry.MAKERS.keys()
-    for maker, job in asked.items():
-        (outcome,) = run_jobs([Job(maker, run_and_tell, {"maker": maker, "arguments": job.arguments})], 1)
+    assert asked.keys() == registry.BAKERS.keys()
+    for baker, job in asked.items():
+        (outcome,) = run_jobs([Job(baker, run_and_tell, {"baker": baker, "arguments": job.arguments})], 1)
         assert outcome.error is None
         loaded = {name for name in outcome.value if not name.startswith(code._ENGINE_PACKAGES)}
         assert len(loaded) > 2
-        assert loaded - job.code.keys() <= {"paradize.errors"}, maker  # which every worker holds
+        assert loaded - job.code.keys() <= {"paradize.errors"}, baker  # which every worker holds
 
 
 def test_the_engine_is_no_part_of_a_key() -> None:

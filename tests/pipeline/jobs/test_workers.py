@@ -382,8 +382,8 @@ def test_in_a_scene_only_its_own_artifact_is_spoilt(
     monkeypatch.setenv("PARADIZE_STORE", str(tmp_path / "store"))
     monkeypatch.setenv("PARADIZE_MEMORY", "600M")
     scene, out = make_cove(tmp_path / "scene"), tmp_path / "out"
-    module, _ = registry.MAKERS["sound"]
-    monkeypatch.setitem(registry.MAKERS, "sound", (module, crash_on if how == "crash" else hunger_on))
+    module, _ = registry.BAKERS["sound"]
+    monkeypatch.setitem(registry.BAKERS, "sound", (module, crash_on if how == "crash" else hunger_on))
     report = bake(scene, out, BuildOptions(jobs=2))
     assert [row["name"] for row in report.rows if row["status"] == "failed"] == ["sound"]
     assert len(report.errors) == 1 and "sea.ogg: sound" in str(report.errors[0])

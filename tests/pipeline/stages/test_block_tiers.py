@@ -19,7 +19,8 @@ import pytest
 from paradize.bakers.color import bake_color
 from paradize.data import Texture
 from paradize.metrics.texels import decode_texels
-from paradize.stages.compress import TIERS, encode_rows, formats_of
+from paradize.stages.compress import encode_rows, formats_of
+from paradize.tiers import TIERS
 from tests.pipeline.heights import save
 
 F64 = npt.NDArray[np.float64]

@@ -42,10 +42,10 @@ def test_without_limits_only_what_is_of_no_use_goes(tmp_path: Path) -> None:
     (tmp_path / "products" / "cc" / "cc3").write_bytes(b"{damaged")
     (tmp_path / "blobs" / whole[:2] / ".half.part-0123").write_bytes(b"of a killed writer")
     before = size_of(store)
-    (tmp_path / "rooms" / "killed").mkdir(parents=True)
-    (tmp_path / "rooms" / "killed" / "tile").write_bytes(b"of a killed worker")
+    (tmp_path / "scratch" / "killed").mkdir(parents=True)
+    (tmp_path / "scratch" / "killed" / "tile").write_bytes(b"of a killed worker")
     done = clean(store, now_s=NOW_S, older_than_s=None, max_bytes=None)
-    assert not (tmp_path / "rooms").exists()
+    assert not (tmp_path / "scratch").exists()
     assert store.get(whole) == b"whole" and store.get_product("aa1") is not None
     assert store.get(orphan) is None and store.get_product("bb2") is None
     assert not list(tmp_path.rglob("*.part-*")) and not (tmp_path / "products" / "cc" / "cc3").exists()

@@ -243,7 +243,7 @@ def test_a_source_that_changes_in_mid_read_is_refused_and_the_next_bake_is_right
         sound.with_name("go_on").write_bytes(b"now")
 
     with monkeypatch.context() as patch:
-        patch.setitem(registry.MAKERS, "sound", ("paradize.bakers.sound", read_in_halves))
+        patch.setitem(registry.BAKERS, "sound", ("paradize.bakers.sound", read_in_halves))
         meddler = threading.Thread(target=meddle)
         meddler.start()
         report = cove.bake()

@@ -32,12 +32,12 @@ from paradize.readers.model import read_model
 from paradize.scene.baker_settings import MapSettings
 from paradize.scene.settings import FILTERS, Relief
 from paradize.stages import gutter
-from paradize.stages.compress import TIERS
 from paradize.stages.destep import destep_pixels
 from paradize.stages.filters import choose_filter
 from paradize.stages.gloss import GlossSettings
 from paradize.stages.height import height_from_color, height_from_height
 from paradize.stages.sweep import bands_of, run
+from paradize.tiers import TIERS
 
 F32 = npt.NDArray[np.float32]
 MAX_STRENGTH = 1e6

@@ -18,8 +18,8 @@ from paradize.metrics.terrain import TerrainError, terrain_error
 from paradize.readers.heightmap import read_heightmap
 from paradize.scene.baker_settings import TerrainSettings
 from paradize.stages.terrain import terrain_mesh
+from paradize.tiers import TIERS
 
-TIERS = ("fast", "balanced", "exact")
 TRIES = 6
 
 

@@ -20,9 +20,8 @@ from paradize.formats.glb.tiles import TilePatch, encode_tiles
 from paradize.jobs.progress import report_step
 from paradize.scene.baker_settings import TileSettings
 from paradize.store.atomic import write_whole
+from paradize.tiers import TIERS
 from paradize.visibility.query import plan_query
-
-TIERS = ("fast", "balanced", "exact")
 
 
 @dataclass(frozen=True)

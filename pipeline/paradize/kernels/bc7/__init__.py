@@ -9,11 +9,12 @@ import numpy.typing as npt
 
 from paradize.kernels.bc7 import _bc7
 from paradize.kernels.threads import default_threads
+from paradize.tiers import TIERS
 
 THREADS = default_threads(2)
 
 Quality = Literal["fast", "balanced", "exact"]
-QUALITIES: dict[str, int] = {"fast": 0, "balanced": 1, "exact": 2}
+QUALITIES = {tier: i for i, tier in enumerate(TIERS)}
 
 
 def encode_bc7(

@@ -13,12 +13,13 @@ import numpy as np
 
 from paradize.kernels.bcn import _bcn
 from paradize.kernels.maps import THREADS
+from paradize.tiers import TIERS
 
 if TYPE_CHECKING:
     import numpy.typing as npt
 
 # Effort of the search. At a later entry no block has a larger sum of squares or a worse worst texel.
-QUALITIES = ("fast", "balanced", "exact")
+QUALITIES = TIERS
 
 
 def _quality(name: str) -> int:

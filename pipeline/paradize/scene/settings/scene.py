@@ -32,7 +32,7 @@ from paradize.scene.settings.environment import Ambient, Fog, Shadow, Sky, Sun, 
 from paradize.scene.settings.flight import Flight, FreeCamera
 from paradize.scene.settings.objects import SceneObject
 from paradize.scene.settings.terrain import Terrain
-from paradize.scene.tiers import TIERS
+from paradize.tiers import TIER_OPTIONS
 
 SEVERITIES = ("error", "warning", "off")  # of a rule of `paradize check`
 
@@ -69,7 +69,7 @@ class Head:
     )
     tier: str = choice(
         "balanced",
-        among=TIERS,
+        among=TIER_OPTIONS,
         meaning="tier used if the command line names none; `auto` takes the cheapest inside the budget",
     )
     poster_s: float = number(

@@ -1,0 +1,14 @@
+"""The tiers of the bakers, the cheapest first, and the labels under which `auto` reports what it tried.
+
+A texture's format grows last: a slower tier costs time once, in the bake; a larger format costs every player
+memory.
+"""
+
+from __future__ import annotations
+
+TIERS = ("fast", "balanced", "exact")
+AUTO = "auto"  # the cheapest of them inside the budget
+TIER_OPTIONS = (*TIERS, AUTO)
+# A tier in its first texture format that keeps the budget.
+FINER_FORMAT = tuple(f"{tier}, finer format" for tier in TIERS)
+LABELS = (*TIERS, *FINER_FORMAT)
