@@ -45,6 +45,8 @@ _NOTES = {
     "smoothing": "{count} smoothing groups that are not whole numbers; read as off",
     "crossing_polygons": "{count} polygons whose outline crosses itself; triangles may overlap",
     "unchecked_polygons": "{count} concave polygons beyond the work limit; triangles may overlap",
+    "broken_uvs": "{count} face corners name texture coordinates that are not there; read without them",
+    "broken_normals": "{count} face corners name normals that are not there; read without them",
     "keywords": "{count} more statements with unknown keywords ignored",
 }
 
@@ -53,9 +55,11 @@ def read_obj(path: Path, root: Path | None = None, on_library: list[Path] | None
     """Reads an OBJ file and its MTL files, which must lie inside `root` (default: its folder). on_library: a
     list to which each MTL file's path is appended before it is read.
 
-    Raises SourceError for a missing or unreadable file, an invalid number, NaN, infinity, an index out of
-    range (with the line), no faces, more than MAX_BYTES, and for MTL or map files that exist but cannot be
-    read. Missing MTL and map files are warnings.
+    Face corners whose texture coordinate or normal is not there are read without it, with a warning.
+
+    Raises SourceError for a missing or unreadable file, an invalid number, NaN, infinity, a position index
+    out of range (with the line), no faces, more than MAX_BYTES, and for MTL or map files that exist but
+    cannot be read. Missing MTL and map files are warnings.
     """
     with expecting(MODEL, path):
         parsed = _parse(path)
@@ -111,9 +115,15 @@ def read_obj(path: Path, root: Path | None = None, on_library: list[Path] | None
         "positions_unused": parsed.positions_unused,
     }
     counts |= {note.code: note.count for note in parsed.notes}
+    lost: dict[str, dict[str, int | None]] = {
+        name: {"count": 0, "triangle": None, "line": None} for name in ("broken_uvs", "broken_normals")
+    }
+    for note in parsed.notes:
+        if note.code in lost:
+            lost[note.code] |= {"count": note.count, "line": note.line}
     return Model(
         *(mesh, source, materials, warnings, counts, smoothing, parsed.triangle_lines),
-        *(libraries, absent),
+        *(libraries, absent, lost),
     )
 
 

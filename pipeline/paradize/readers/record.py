@@ -23,7 +23,8 @@ class Model:
     materials: by name; the groups of the mesh name them. smoothing: (m,) uint32, smoothing group of each
     triangle, 0 off, UNKNOWN_SMOOTHING where the file has none. lines: (m,) uint32, the line of each
     triangle's face; None where the file has no lines. libraries: files beside the model that were read.
-    absent: files that are named but missing."""
+    absent: files that are named but missing. repairs: what the reader left out, as `mesh --json` has it: by
+    name count, triangle and line of the first (None: not known)."""
 
     mesh: Mesh
     source: SourcePositions
@@ -34,3 +35,4 @@ class Model:
     lines: npt.NDArray[np.uint32] | None = None
     libraries: list[Path] = field(default_factory=list)
     absent: list[Path] = field(default_factory=list)
+    repairs: dict[str, dict[str, int | None]] = field(default_factory=dict)

@@ -242,10 +242,10 @@ def test_lines_points_short_faces_and_unknown_keywords_are_counted(tmp_path: Pat
         ("f 1 2 0", r"line 4: position index 0 is out of range 1 to 3"),
         ("f 1 2 4", r"line 4: position index 4 is out of range 1 to 3"),
         ("f 1 2 -4", r"line 4: position index -4 reaches before the first of 3"),
-        ("f 1/1 2/1 3/1", r"line 4: texture coordinate index 1, but there are none"),
-        ("f 1//2 2//2 3//2", r"line 4: normal index 2, but there are none"),
-        ("f 1//0 2//0 3//0", r"line 4: normal index 0, but there are none before it"),
-        ("f 1//-1 2//-1 3//-1", r"line 4: normal index -1, but there are none before it"),
+        ("f 1/1 2/1 3/1", None),
+        ("f 1//2 2//2 3//2", None),
+        ("f 1//0 2//0 3//0", None),
+        ("f 1//-1 2//-1 3//-1", None),
         ("f 1 2 99999999999999999999", r"is not a face corner"),
         ("f 1 2 3/", None),
         ("f 1 2 3//", None),
@@ -264,6 +264,40 @@ def test_a_fault_is_told_with_file_and_line(tmp_path: Path, line: str, said: str
     assert raised.value.file == str(tmp_path / "a.obj")
 
 
+CORNERS = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\nvn 0 0 1\n"
+
+
+@pytest.mark.parametrize("broken", ["0", "9", "-9", "4294967293", "4294967294", "4294967295", "99999999999"])
+def test_a_corner_is_read_without_the_uv_or_normal_that_is_not_there(tmp_path: Path, broken: str) -> None:
+    sound = "f 1/1/1 2/2/1 3/3/1\n"
+    text = f"{CORNERS}f 1/{broken}/1 2/2/{broken} 3/3/{broken}\n{sound}f 1/{broken} 2/{broken} 3/{broken}\n"
+    result = read(tmp_path, text)
+    alike = read(tmp_path, f"{CORNERS}f 1//1 2/2 3/3\n{sound}f 1 2 3\n")
+    for values, expected in zip(
+        *([m.triangles, m.positions, m.uvs, m.normals] for m in (result.mesh, alike.mesh)), strict=True
+    ):
+        assert values is not None and expected is not None and (values == expected).all()
+    assert result.repairs["broken_uvs"] == {"count": 4, "triangle": None, "line": 8}
+    assert result.repairs["broken_normals"] == {"count": 2, "triangle": None, "line": 8}
+    assert f"{tmp_path / 'a.obj'}: line 8: 4 face corners name texture coordinates" in " ".join(
+        result.warnings
+    )
+
+
+def test_a_uv_may_stand_behind_the_face_that_names_it(tmp_path: Path) -> None:
+    face, uvs = "f 1/1 2/2 3/3\n", "vt 0 0\nvt 1 0\nvt 0 1\n"
+    after, before = (read(tmp_path, TRIANGLE + text) for text in (face + uvs, uvs + face))
+    assert after.mesh.uvs is not None and (after.mesh.uvs == before.mesh.uvs).all()
+    assert after.repairs["broken_uvs"]["count"] == 0
+    late = read(tmp_path, TRIANGLE + "f 1/1 2/1 3/4\n" + uvs + "f 1/1 2/5 3/1\n")  # the first of them is told
+    assert late.repairs["broken_uvs"] == {"count": 2, "triangle": None, "line": 4}
+
+
+def test_a_model_without_any_sound_uv_has_none(tmp_path: Path) -> None:
+    model = read(tmp_path, TRIANGLE + "f 1/1/1 2/1/1 3/1/1\n")
+    assert model.mesh.uvs is None and model.mesh.normals is None and len(model.mesh.triangles) == 1
+
+
 def test_every_fault_of_a_file_is_told_at_once(tmp_path: Path) -> None:
     with pytest.raises(SourceError, match=r"line 2: .*and 2 more, lines 4, 5"):
         read(tmp_path, "v 0 0 0\nv x 0 0\nv 0 0 0\nv 0 0\nf 1 2 9\n")
@@ -271,7 +305,7 @@ def test_every_fault_of_a_file_is_told_at_once(tmp_path: Path) -> None:
 
 def test_a_line_with_several_faults_is_named_once(tmp_path: Path) -> None:
     with pytest.raises(SourceError, match=r"line 1: .*and 2 more, line 3\)"):
-        read(tmp_path, "v x 0 0\nv 0 0 0\nf 9/9 9/9 9/9\n")
+        read(tmp_path, "v x 0 0\nv 0 0 0\nf 9 8 y\n")
 
 
 @pytest.mark.parametrize(

@@ -78,7 +78,7 @@ def prepare_mesh(
         warnings.append(f"{path}: vertex colours outside 0 to 1, clamped")
     smoothing, materials = read.smoothing[validation.kept], read.materials
     welded = {"welded": welding.joined, "welded_most_m": welding.largest_m}
-    repaired: dict[str, Any] = {**repairs(validation, read.lines), **welded}
+    repaired: dict[str, Any] = {**read.repairs, **repairs(validation, read.lines), **welded}
     del read, joined  # saves memory while the layout is made
     mesh = with_normals(mesh, smoothing, settings.crease_deg)
     layout = None

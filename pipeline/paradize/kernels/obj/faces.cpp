@@ -6,19 +6,19 @@
 namespace paradize::obj {
 namespace {
 
-constexpr const char *index_words[3] = {"position", "texture coordinate", "normal"};
+// A texture coordinate or normal that is not there, until `drop_broken_references` counts it.
+constexpr std::uint32_t broken = absent - 1;
 
 } // namespace
 
-std::string Statements::out_of_range(int kind, std::int64_t given, std::uint64_t have,
-                                     std::string_view where) {
+std::string Statements::out_of_range(std::int64_t given, std::uint64_t have, std::string_view where) {
     const std::string number = std::to_string(given);
     if (have == 0)
-        return text_of({index_words[kind], " index ", number, ", but there are none", where});
-    return text_of({index_words[kind], " index ", number, " is out of range 1 to ", std::to_string(have)});
+        return text_of({"position index ", number, ", but there are none", where});
+    return text_of({"position index ", number, " is out of range 1 to ", std::to_string(have)});
 }
 
-bool Statements::index(int kind, std::uint64_t have, std::uint32_t &value) {
+bool Statements::index(Kind kind, std::uint64_t have, std::uint32_t &value) {
     std::int64_t given = 0;
     const char *from = p_ != end_ && *p_ == '+' ? p_ + 1 : p_;
     const auto [stop, error] = std::from_chars(from, end_, given);
@@ -27,36 +27,39 @@ bool Statements::index(int kind, std::uint64_t have, std::uint32_t &value) {
         return false;
     }
     p_ = stop;
-    if (given < 0) {
-        given += static_cast<std::int64_t>(have) + 1;
-        if (given <= 0) {
-            given -= static_cast<std::int64_t>(have) + 1;
-            fault(have == 0 ? out_of_range(kind, given, have, " before it")
-                            : text_of({index_words[kind], " index ", std::to_string(given),
-                                       " reaches before the first of ", std::to_string(have)}));
+    const auto there = static_cast<std::int64_t>(have);
+    const std::int64_t found = given < 0 ? given + there + 1 : given;
+    if (found <= 0 || found > static_cast<std::int64_t>(broken)) {
+        if (kind == Kind::position) {
+            fault(given < 0 && have > 0 ? text_of({"position index ", std::to_string(given),
+                                                   " reaches before the first of ", std::to_string(have)})
+                                        : out_of_range(given, have, " before it"));
             return false;
         }
-    } else if (given == 0 || given > static_cast<std::int64_t>(absent) - 1) {
-        fault(out_of_range(kind, given, have, " before it"));
-        return false;
-    } else if (given > static_cast<std::int64_t>(have) && given > furthest_[kind].first) {
-        furthest_[kind] = {given, line_};
+        value = broken;
+        any_broken_ = true;
+        return true;
     }
-    value = static_cast<std::uint32_t>(given - 1);
+    if (found > there) {
+        if (kind == Kind::position && found > furthest_.first)
+            furthest_ = {found, line_};
+        any_broken_ = any_broken_ || kind != Kind::position;
+    }
+    value = static_cast<std::uint32_t>(found - 1);
     return true;
 }
 
 bool Statements::corner(Corner &c) {
     const char *const start = p_;
-    if (!index(0, elements_.positions.size() / 3, c.position))
+    if (!index(Kind::position, elements_.positions.size() / 3, c.position))
         return false;
     if (p_ != end_ && *p_ == '/') {
         ++p_;
-        if (p_ != end_ && *p_ != '/' && !at_token_end() && !index(1, elements_.uvs.size() / 2, c.uv))
+        if (p_ != end_ && *p_ != '/' && !at_token_end() && !index(Kind::uv, elements_.uvs.size() / 2, c.uv))
             return false;
         if (p_ != end_ && *p_ == '/') {
             ++p_;
-            if (!at_token_end() && !index(2, elements_.normals.size() / 3, c.normal))
+            if (!at_token_end() && !index(Kind::normal, elements_.normals.size() / 3, c.normal))
                 return false;
         }
     }
@@ -98,11 +101,29 @@ bool Statements::same_state(const Run &a, const Run &b) {
 }
 
 void Statements::check_forward_references() {
-    const std::uint64_t have[3] = {elements_.positions.size() / 3, elements_.uvs.size() / 2,
-                                   elements_.normals.size() / 3};
-    for (int kind = 0; kind < 3; ++kind)
-        if (furthest_[kind].first > static_cast<std::int64_t>(have[kind]))
-            fault_at(out_of_range(kind, furthest_[kind].first, have[kind], ""), furthest_[kind].second);
+    const std::uint64_t have = elements_.positions.size() / 3;
+    if (furthest_.first > static_cast<std::int64_t>(have))
+        fault_at(out_of_range(furthest_.first, have, ""), furthest_.second);
+    if (any_broken_)
+        drop_broken_references();
+}
+
+void Statements::drop_broken_references() {
+    const std::uint64_t uvs = elements_.uvs.size() / 2, normals = elements_.normals.size() / 3;
+    Corner *corner = elements_.corners.data();
+    for (std::size_t f = 0; f < elements_.faces.size(); ++f) {
+        const Face face = elements_.faces[f];
+        for (std::uint32_t k = 0; k < face.count; ++k, ++corner) {
+            if (corner->uv != absent && corner->uv >= uvs) {
+                corner->uv = absent;
+                notes_.add("broken_uvs", face.line);
+            }
+            if (corner->normal != absent && corner->normal >= normals) {
+                corner->normal = absent;
+                notes_.add("broken_normals", face.line);
+            }
+        }
+    }
 }
 
 } // namespace paradize::obj

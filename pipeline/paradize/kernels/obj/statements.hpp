@@ -45,15 +45,20 @@ class Statements : Text {
     // Reads between `least` and `most` numbers and appends `kept` of them, zeros where fewer were given.
     void numbers(Buffer<float> &into, int least, int most, int kept, const char *keyword);
 
-    // What is wrong with an index that names none of `have`; `where` is said when there are none at all.
-    static std::string out_of_range(int kind, std::int64_t given, std::uint64_t have, std::string_view where);
-    // One index of a corner: moves past it. False (and a fault) on anything but a whole number in range.
-    bool index(int kind, std::uint64_t have, std::uint32_t &value);
+    enum class Kind : std::uint8_t { position, uv, normal };
+
+    // What is wrong with a position index that names none of `have`; `where` is said when there are none.
+    static std::string out_of_range(std::int64_t given, std::uint64_t have, std::string_view where);
+    // One index of a corner: moves past it. False (and a fault) on anything but a whole number, and on a
+    // position that cannot be there. Texture coordinates and normals that are not there are dropped at the
+    // end.
+    bool index(Kind kind, std::uint64_t have, std::uint32_t &value);
     bool corner(Corner &c);
     void face();
     static bool same_state(const Run &a, const Run &b);
-    // Faces may come before what they name: the largest such index of each kind is checked at the end.
+    // Faces may come before what they name: the largest position index is checked at the end.
     void check_forward_references();
+    void drop_broken_references();
 
     const Limits limits_;
     std::uint64_t keywords_ = 0;
@@ -61,7 +66,8 @@ class Statements : Text {
     Elements elements_;
     PlainLines plain_;
     Run state_{0, absent, absent, absent, absent};
-    std::pair<std::int64_t, std::uint64_t> furthest_[3] = {};
+    std::pair<std::int64_t, std::uint64_t> furthest_ = {}; // position index ahead of its vertex, and its line
+    bool any_broken_ = false;
     std::unordered_map<std::string, std::uint32_t> name_of_;
     Parsed out_;
     Notes notes_{out_.notes};
