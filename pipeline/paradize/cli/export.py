@@ -31,6 +31,6 @@ def run(arguments: argparse.Namespace) -> int:
         show_json(result | {"pictures": done.pictures, "errors": done.errors, "warnings": done.notes})
     else:
         what = f"{done.bytes} bytes, {done.triangles} triangles, {done.pictures} pictures"
-        camera = f"camera within {done.errors['path_export_m_max']:g} m of its path at 120 moments a second"
+        camera = f"camera within {done.errors['path_export_m_max']:.2g} m of its path at 120 moments a second"
         show(one_line(f"{done.file}: {what}, {camera}"))
     return 0

@@ -114,7 +114,8 @@ class Progress(JobObserver):
                     self._show()
                 else:
                     count = f"{self.work.done} of {self.work.count} done, {self._time()}"
-                    say(f"paradize: {count}: {self._running()}")
+                    running = self._running()
+                    say(f"paradize: {count}{': ' if running else ''}{running}")
 
     def _running(self) -> str:
         names = [self.work.named(name) for name in self.work.running]

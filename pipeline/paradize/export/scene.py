@@ -169,7 +169,9 @@ class _Export:
             self._place(name, mesh, {"": material})
         if water:
             self._sea_floor(terrain["height_range_m"][0], water)
-        self.notes.append("the sand's pattern is as fine as the ground's picture; wet sand is as dry sand")
+        self.notes.append(
+            "the ground is one picture: the sand's pattern is only as fine as its texels; wet sand looks dry"
+        )
         self._note_errors(terrain["tiles"])
 
     def _sea_floor(self, low_m: float, water: dict[str, Any]) -> None:
@@ -230,7 +232,7 @@ class _Export:
         red, green, blue = (float(channel / most) for channel in sun["color"])
         self.bundle.sun("sun", (red, green, blue), sun["intensity"] * most, [float(x) for x in turn])
         self.notes.append(
-            "glTF has no light from all around: give the viewer an environment, or an ambient light"
+            "glTF holds no ambient light: give the viewer an environment map or an ambient light"
         )
         for key, what in (("particles", "particles"), ("sound", "sound")):
             if self.manifest[key]:

@@ -203,7 +203,9 @@ def _better(point: Point, group: Group) -> tuple[Point, str]:
     gains = [
         word for word, true in (("quicker", quicker), ("smaller", smaller), ("more exact", exacter)) if true
     ]
-    return best, f"{', '.join(gains)} and {'no slower' if gains == ['more exact'] else 'no worse'}"
+    if not (quicker and exacter):
+        gains.append("no slower" if gains == ["more exact"] else "no worse")
+    return best, f"{', '.join(gains[:-1])} and {gains[-1]}"
 
 
 def advice(group: Group) -> dict[str, Any] | None:

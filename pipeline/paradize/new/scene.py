@@ -217,7 +217,7 @@ def _toml(name: str, model: _Model) -> str:
     r = scale * model.radius
     if scale != 1.0:
         model.notes.append(
-            f"the model's radius is {model.radius:g}: the scene shows it at a scale of {scale:g}"
+            f"the model's radius is {model.radius:.3g} m: the scene shows it {scale:.3g} times as large"
         )
     position = [-scale * model.center[0], -scale * model.foot, -scale * model.center[2]]
     middle = scale * (model.center[1] - model.foot)

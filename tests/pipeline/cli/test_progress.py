@@ -116,6 +116,17 @@ def test_elsewhere_a_line_comes_now_and_then_until_the_work_is_done(monkeypatch:
     assert lines.getvalue() == printed
 
 
+def test_a_line_of_work_between_two_steps_ends_with_its_time(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Once all steps are done nothing runs, and the line names nothing."""
+    lines = Lines()
+    monkeypatch.setattr(sys, "stderr", lines)
+    progress = Progress(line_s=0.001)
+    progress.step("levels of detail", 4, 4)
+    assert lines.several.wait(60.0)
+    progress.close()
+    assert re.fullmatch(r"(paradize: 4 of 4 done, [\d:]+ left\n)+", lines.getvalue())
+
+
 def test_work_that_counts_its_own_steps_is_shown_on_a_terminal(tmp_path: Path) -> None:
     source = tmp_path / "rock.png"
     write_image(source, np.random.default_rng(1).integers(0, 255, (16, 16, 3), np.uint8))

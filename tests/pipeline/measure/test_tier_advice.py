@@ -202,7 +202,7 @@ def test_a_dominated_tier_says_what_to_take_instead_and_why() -> None:
     }  # fmt: skip
     conclude(group)
     assert [one.get("instead") for one in group["points"]] == [
-        None, "take fast: it is quicker and no worse", "take fast: it is quicker, more exact and no worse",
+        None, "take fast: it is quicker and no worse", "take fast: it is quicker and more exact",
     ]  # fmt: skip
     told = group["advice"]
     assert told and told["tier"] == "fast" and told["why"] == "dominated"
