@@ -6,8 +6,8 @@ C-contiguous. A stage returns new arrays and never writes into its arguments.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
@@ -83,6 +83,19 @@ class Mesh:
     def absolute_positions(self) -> F64:
         """(n, 3) float64, metres: positions + origin."""
         return self.positions.astype(np.float64) + self.origin
+
+    def of_materials(self, names: Collection[str]) -> Mesh:
+        """The triangles of these materials, with all vertices."""
+        kept = [group for group in self.groups if group.material in names]
+        if len(kept) == len(self.groups):
+            return self
+        runs = [self.triangles[group.first : group.first + group.count] for group in kept]
+        groups, first = [], 0
+        for group in kept:
+            groups.append(replace(group, first=first))
+            first += group.count
+        triangles = np.concatenate([self.triangles[:0], *runs])
+        return replace(self, triangles=triangles, groups=tuple(groups))
 
 
 @dataclass(frozen=True)

@@ -1,5 +1,5 @@
 #pragma once
-// The maps that an object may have. scene.json, the streamed scene and the objects pass use this list.
+// The maps that a material may have. scene.json, the streamed scene and the objects pass use this list.
 // pipeline/paradize/maps.py is the list of the pipeline.
 
 #include <array>
@@ -8,11 +8,12 @@
 
 namespace paradize::assets {
 
-enum class ObjectMap : std::size_t { color, normal, height, gloss };
+enum class ObjectMap : std::size_t { color, normal, height, gloss, occlusion, emission };
 
 /// The members of scene.json that name the artifacts. Shaders sample the map NAME as u_NAME if u_has_NAME is
 /// 1. The index in this list is the texture unit.
-inline constexpr std::array<std::string_view, 4> object_map_names{"color", "normal", "height", "gloss"};
+inline constexpr std::array<std::string_view, 6> object_map_names{"color", "normal",    "height",
+                                                                  "gloss", "occlusion", "emission"};
 
 /// One value per map.
 template <typename T>

@@ -14,6 +14,8 @@ namespace paradize::assets {
 
 namespace {
 
+constexpr long long scene_version = 4;
+
 class SceneReader {
   public:
     SceneReader(const JsonObject &root, SceneFile &out) : root_(root), out_(out) {}
@@ -22,11 +24,10 @@ class SceneReader {
         if (root_.text("format") != "paradize-scene") {
             root_.fail("format", "is \"" + root_.text("format") + "\", must be \"paradize-scene\"");
         }
-        if (const long long version = root_.integer("version", 0, 1LL << 40); version != 3) {
-            root_.fail("version",
-                       "is " + std::to_string(version) +
-                           ", this player reads version 3; bake the scene with the Paradize that came "
-                           "with the player");
+        if (const long long version = root_.integer("version", 0, 1LL << 40); version != scene_version) {
+            root_.fail("version", "is " + std::to_string(version) + ", this player reads version " +
+                                      std::to_string(scene_version) +
+                                      "; bake the scene again with the Paradize that came with the player");
         }
         head();
         artifacts();

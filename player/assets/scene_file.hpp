@@ -1,9 +1,10 @@
 #pragma once
-// scene.json, version 3, as plain values. Uses no GL. pipeline/paradize/formats/FORMAT.md describes the
+// scene.json, version 4, as plain values. Uses no GL. pipeline/paradize/formats/FORMAT.md describes the
 // members.
 
 #include "assets/object_maps.hpp"
 
+#include <glm/gtc/quaternion.hpp>
 #include <glm/mat4x3.hpp>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
@@ -121,16 +122,28 @@ struct Water {
     float smoothness = 0.9F;
 };
 
+/// What alpha does: nothing; texels below the cutoff are holes; the surface mixes with what is behind it.
+enum class AlphaMode { opaque, mask, blend };
+
+/// Factors multiply what their maps hold. Without the map they stand alone.
 struct Material {
     std::string name;
-    glm::vec3 color{1.0F}; // linear, multiplied with the colour map
+    PerMap<std::string> maps; // artifacts; empty: none
+    bool repeat = true;       // true: the maps repeat; false: they are clamped
+    glm::vec3 color{1.0F};    // linear
+    float opacity = 1.0F;
+    float metalness = 0.0F;
+    glm::vec3 emission{0.0F}; // linear
+    float occlusion_strength = 1.0F;
     float parallax_scale = 0.0F;
     float parallax_bias = 0.0F;
     std::optional<float> parallax_limit; // largest displacement of a sample, relative to the map's edge
     float specular = 0.0F;
     float smoothness = 0.3F;
     bool two_sided = false;
-    float alpha_cutoff = 0.0F; // 0: opaque
+    AlphaMode alpha_mode = AlphaMode::opaque;
+    float alpha_cutoff = 0.5F;  // of AlphaMode::mask
+    bool vertex_colors = false; // the mesh's colours multiply colour and opacity
 };
 
 struct ObjectLod {
@@ -140,17 +153,15 @@ struct ObjectLod {
 
 struct Placement {
     glm::dvec3 position{0.0};
-    double yaw_rad = 0.0;
-    double scale = 1.0;
+    glm::dquat rotation{1.0, 0.0, 0.0, 0.0}; // unit
+    glm::dvec3 scale{1.0};                   // along the mesh's axes; negative: mirrored
 };
 
 struct Object {
-    std::string name, mesh;   // mesh: an artifact
-    PerMap<std::string> maps; // artifacts; empty: none
-    glm::dvec3 center{0.0};   // bounding sphere in the mesh's space
+    std::string name, mesh; // mesh: an artifact
+    glm::dvec3 center{0.0}; // bounding sphere in the mesh's space
     float radius_m = 1.0F;
     bool camera = true, shadow = true, reflection = true, refraction = true; // views that draw it
-    bool repeat = true;          // true: its maps repeat; false: they are clamped
     std::vector<ObjectLod> lods; // level 0, the finest, comes first
     std::vector<Material> materials;
     std::vector<Placement> instances;

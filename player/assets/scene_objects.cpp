@@ -9,12 +9,40 @@ namespace paradize::assets {
 namespace {
 
 constexpr double max_turn_rad = 1e3;
+constexpr double min_scale = 1e-6, max_scale = 1e6;
 constexpr int max_particles = 1000000; // of all fields together
 
-Material material(const JsonObject &from, const std::string &name) {
+AlphaMode alpha_mode(const JsonObject &from) {
+    const std::string mode = from.text_or("alpha_mode", "opaque");
+    if (mode == "opaque") {
+        return AlphaMode::opaque;
+    }
+    if (mode == "mask") {
+        return AlphaMode::mask;
+    }
+    if (mode != "blend") {
+        from.fail("alpha_mode", "\"" + mode + "\" is not opaque, mask or blend");
+    }
+    return AlphaMode::blend;
+}
+
+Material material(const SceneFile &scene, const JsonObject &from, const std::string &name) {
     Material value;
     value.name = name;
+    if (const auto maps = from.object_or_none("maps")) {
+        for_each_map([&](ObjectMap map, std::string_view key) {
+            value.maps[map] = optional_artifact(scene, *maps, key, ArtifactKind::texture);
+        });
+        maps->reject_unknown_keys();
+    }
+    value.repeat = from.boolean_or("repeat", value.repeat);
     value.color = triple(from, "color", 0.0, 1e4);
+    value.opacity = real_or(from, "opacity", 0.0, 1.0, value.opacity);
+    value.metalness = real_or(from, "metalness", 0.0, 1.0, value.metalness);
+    if (from.has("emission")) {
+        value.emission = triple(from, "emission", 0.0, max_radiance);
+    }
+    value.occlusion_strength = real_or(from, "occlusion_strength", 0.0, 1.0, value.occlusion_strength);
     value.parallax_scale = real_or(from, "parallax_scale", 0.0, 10.0, value.parallax_scale);
     value.parallax_bias = real_or(from, "parallax_bias", -10.0, 10.0, value.parallax_bias);
     if (from.has("parallax_limit")) {
@@ -23,7 +51,35 @@ Material material(const JsonObject &from, const std::string &name) {
     value.specular = real_or(from, "specular", 0.0, 1e3, value.specular);
     value.smoothness = real_or(from, "smoothness", 0.0, 1.0, value.smoothness);
     value.two_sided = from.boolean_or("two_sided", value.two_sided);
+    value.alpha_mode = alpha_mode(from);
     value.alpha_cutoff = real_or(from, "alpha_cutoff", 0.0, 1.0, value.alpha_cutoff);
+    value.vertex_colors = from.boolean_or("vertex_colors", value.vertex_colors);
+    from.reject_unknown_keys();
+    return value;
+}
+
+Placement placement(const JsonObject &from) {
+    Placement value;
+    value.position = position(from, "position");
+    if (from.has("rotation")) {
+        const std::vector<double> q = from.numbers("rotation", 4, -1.001, 1.001);
+        const glm::dquat rotation(q[3], q[0], q[1], q[2]);
+        const double squared = glm::dot(rotation, rotation);
+        if (!(std::abs(squared - 1.0) <= 1e-3)) {
+            from.fail("rotation", "has the squared length " + shortest(squared) + ", must be 1");
+        }
+        value.rotation = glm::normalize(rotation);
+    }
+    if (from.has("scale")) {
+        const std::vector<double> s = from.numbers("scale", 3, -max_scale, max_scale);
+        value.scale = {s[0], s[1], s[2]};
+        for (const double along : s) {
+            if (std::abs(along) < min_scale) {
+                from.fail("scale", "is " + shortest(along) + " along an axis, its size must be at least " +
+                                       shortest(min_scale));
+            }
+        }
+    }
     from.reject_unknown_keys();
     return value;
 }
@@ -52,10 +108,6 @@ void read_objects(const JsonObject &root, SceneFile &out) {
             value.refraction = drawn("refraction");
         }
         value.mesh = required_artifact(out, from, "mesh", ArtifactKind::mesh);
-        for_each_map([&](ObjectMap map, std::string_view name) {
-            value.maps[map] = optional_artifact(out, from, name, ArtifactKind::texture);
-        });
-        value.repeat = from.boolean_or("repeat", value.repeat);
         value.center = position(from, "center");
         value.radius_m = real(from, "radius_m", 0.0, max_length_m);
         for (const JsonObject &lod : from.objects("lods", 64)) {
@@ -64,16 +116,11 @@ void read_objects(const JsonObject &root, SceneFile &out) {
         }
         if (const auto materials = from.object_or_none("materials")) {
             for (const std::string &name : materials->names()) {
-                value.materials.push_back(material(materials->object(name), name));
+                value.materials.push_back(material(out, materials->object(name), name));
             }
         }
         for (const JsonObject &at : from.objects("instances", max_entries)) {
-            Placement placement;
-            placement.position = position(at, "position");
-            placement.yaw_rad = at.number_or("yaw_rad", -max_turn_rad, max_turn_rad, 0.0);
-            placement.scale = at.number_or("scale", 1e-6, 1e6, 1.0);
-            at.reject_unknown_keys();
-            value.instances.push_back(placement);
+            value.instances.push_back(placement(at));
         }
         from.reject_unknown_keys();
         out.objects.push_back(std::move(value));

@@ -14,8 +14,13 @@ unsigned unit_of(ObjectMap map) {
     return static_cast<unsigned>(map);
 }
 
-/// Two-sided materials are leaves. They transmit this share of the light from behind.
+/// Two-sided materials with holes are leaves. They transmit this share of the light from behind.
 constexpr float leaf_translucency = 0.55F;
+
+/// 0: opaque.
+float cutoff_of(const assets::Material &material) {
+    return material.alpha_mode == assets::AlphaMode::mask ? material.alpha_cutoff : 0.0F;
+}
 
 std::string parallax_define(const RenderSettings &settings) {
     return "PARALLAX_STEPS " + std::to_string(settings.parallax_steps);
@@ -37,8 +42,7 @@ ObjectsPass::ObjectsPass(const PassSetup &setup)
                {shadow_define(setup.settings), parallax_define(setup.settings)}),
       environment_(setup, program_), depth_model_location_(depth_.location("u_model")),
       depth_cutoff_location_(depth_.location("u_alpha_cutoff")),
-      model_location_(program_.location("u_model")), scale_location_(program_.location("u_scale")),
-      base_color_location_(program_.location("u_base_color")),
+      model_location_(program_.location("u_model")), base_color_location_(program_.location("u_base_color")),
       parallax_location_(program_.location("u_parallax")),
       shine_location_(program_.location("u_specular_smoothness")),
       cutoff_location_(program_.location("u_alpha_cutoff")),
@@ -50,14 +54,17 @@ ObjectsPass::ObjectsPass(const PassSetup &setup)
         has_map_locations_[map] = program_.location(("u_has_" + std::string(name)).c_str());
     });
     for (const Object &object : setup.scene.objects()) {
-        const assets::Object &file = *object.file;
-        const gl::Wrap wrap = file.repeat ? gl::Wrap::repeat : gl::Wrap::clamp;
-        assets::PerMap<unsigned> &samplers = object_samplers_.emplace_back();
-        assets::for_each_map([&](ObjectMap map, std::string_view) {
-            const assets::Artifact *artifact = setup.scene.file().find_artifact(file.maps[map]);
-            const std::optional<int> max_level = artifact != nullptr ? artifact->max_level : std::nullopt;
-            samplers[map] = sampler(wrap, max_level, setup.settings);
-        });
+        std::vector<assets::PerMap<unsigned>> &samplers = samplers_of_.emplace_back();
+        for (const Material &material : object.materials) {
+            const gl::Wrap wrap = material.values.repeat ? gl::Wrap::repeat : gl::Wrap::clamp;
+            assets::PerMap<unsigned> &of_material = samplers.emplace_back();
+            assets::for_each_map([&](ObjectMap map, std::string_view) {
+                const assets::Artifact *artifact =
+                    setup.scene.file().find_artifact(material.values.maps[map]);
+                const std::optional<int> max_level = artifact != nullptr ? artifact->max_level : std::nullopt;
+                of_material[map] = sampler(wrap, max_level, setup.settings);
+            });
+        }
     }
 }
 
@@ -73,8 +80,9 @@ unsigned ObjectsPass::sampler(gl::Wrap wrap, std::optional<int> max_level, const
     return samplers_.back().sampler.name();
 }
 
-const assets::PerMap<unsigned> &ObjectsPass::samplers_of(const Frame &frame, const Object &object) const {
-    return object_samplers_[static_cast<std::size_t>(&object - frame.scene.objects().data())];
+std::span<const assets::PerMap<unsigned>> ObjectsPass::samplers_of(const Frame &frame,
+                                                                   const Object &object) const {
+    return samplers_of_[static_cast<std::size_t>(&object - frame.scene.objects().data())];
 }
 
 void ObjectsPass::draw_depth(const Frame &frame, const View &light) {
@@ -82,19 +90,22 @@ void ObjectsPass::draw_depth(const Frame &frame, const View &light) {
     depth_bias(true);
     for (const DrawItem &item : frame.visible(ViewKind::light)) {
         const Object &object = *item.object;
-        const StreamedTexture *color = object.maps[ObjectMap::color];
-        if (color != nullptr) {
-            color->bind(unit_of(ObjectMap::color), samplers_of(frame, object)[ObjectMap::color]);
-        }
+        const auto samplers = samplers_of(frame, object);
         gl::Program::set(depth_model_location_, light.local(item.instance->model));
+        glFrontFace(item.instance->mirrored == light.mirrored ? GL_CCW : GL_CW);
         for (std::size_t m = 0; m < object.materials.size(); ++m) {
-            const assets::Material &material = object.materials[m];
-            set_two_sided(material.two_sided);
-            gl::Program::set(depth_cutoff_location_, color != nullptr ? material.alpha_cutoff : 0.0F);
+            const Material &material = object.materials[m];
+            const StreamedTexture *color = material.maps[ObjectMap::color];
+            if (color != nullptr) {
+                color->bind(unit_of(ObjectMap::color), samplers[m][ObjectMap::color]);
+            }
+            set_two_sided(material.values.two_sided);
+            gl::Program::set(depth_cutoff_location_, color != nullptr ? cutoff_of(material.values) : 0.0F);
             object.mesh->draw(item.lod, static_cast<int>(m));
         }
     }
     set_two_sided(false);
+    glFrontFace(light.mirrored ? GL_CW : GL_CCW);
     depth_bias(false);
 }
 
@@ -112,27 +123,31 @@ void ObjectsPass::draw(const Frame &frame, const View &view) {
     }
     for (const DrawItem &item : frame.visible(view.kind)) {
         const Object &object = *item.object;
-        const assets::PerMap<unsigned> &samplers = samplers_of(frame, object);
-        assets::for_each_map([&](ObjectMap map, std::string_view) {
-            if (object.maps[map] != nullptr) {
-                object.maps[map]->bind(unit_of(map), samplers[map]);
-            }
-            gl::Program::set(has_map_locations_[map], object.maps[map] != nullptr ? 1.0F : 0.0F);
-        });
+        const auto samplers = samplers_of(frame, object);
         gl::Program::set(model_location_, view.local(item.instance->model));
-        gl::Program::set(scale_location_, item.instance->scale * object.mesh->grid().step[0]);
+        glFrontFace(item.instance->mirrored == view.mirrored ? GL_CCW : GL_CW);
         for (std::size_t m = 0; m < object.materials.size(); ++m) {
-            const assets::Material &material = object.materials[m];
-            set_two_sided(material.two_sided);
-            gl::Program::set(base_color_location_, material.color);
-            gl::Program::set(parallax_location_, parallax_of(material));
-            gl::Program::set(shine_location_, glm::vec2(material.specular, material.smoothness));
-            gl::Program::set(cutoff_location_, material.alpha_cutoff);
-            gl::Program::set(translucency_location_, material.two_sided ? leaf_translucency : 0.0F);
+            const Material &material = object.materials[m];
+            assets::for_each_map([&](ObjectMap map, std::string_view) {
+                if (material.maps[map] != nullptr) {
+                    material.maps[map]->bind(unit_of(map), samplers[m][map]);
+                }
+                gl::Program::set(has_map_locations_[map], material.maps[map] != nullptr ? 1.0F : 0.0F);
+            });
+            const assets::Material &values = material.values;
+            const float cutoff = cutoff_of(values);
+            set_two_sided(values.two_sided);
+            gl::Program::set(base_color_location_, values.color);
+            gl::Program::set(parallax_location_, parallax_of(values));
+            gl::Program::set(shine_location_, glm::vec2(values.specular, values.smoothness));
+            gl::Program::set(cutoff_location_, cutoff);
+            gl::Program::set(translucency_location_,
+                             values.two_sided && cutoff > 0.0F ? leaf_translucency : 0.0F);
             object.mesh->draw(item.lod, static_cast<int>(m));
         }
     }
     set_two_sided(false);
+    glFrontFace(view.mirrored ? GL_CW : GL_CCW);
     if (multisampled) {
         glDisable(GL_SAMPLE_ALPHA_TO_COVERAGE);
     }

@@ -9,6 +9,7 @@
 #include "streaming/scene.hpp"
 
 #include <optional>
+#include <span>
 #include <vector>
 
 namespace paradize {
@@ -24,8 +25,8 @@ class ObjectsPass : public Pass {
     gl::Program depth_;
     gl::Program program_;
     EnvironmentBindings environment_;
-    /// Sampler names of one object's maps.
-    const assets::PerMap<unsigned> &samplers_of(const Frame &frame, const Object &object) const;
+    /// Sampler names of one object's maps, by material.
+    std::span<const assets::PerMap<unsigned>> samplers_of(const Frame &frame, const Object &object) const;
     unsigned sampler(gl::Wrap wrap, std::optional<int> max_level, const RenderSettings &settings);
 
     struct CachedSampler {
@@ -34,11 +35,11 @@ class ObjectsPass : public Pass {
         gl::Sampler sampler;
     };
     std::vector<CachedSampler> samplers_;
-    std::vector<assets::PerMap<unsigned>> object_samplers_; // one entry per object, in the scene's order
-    assets::PerMap<int> has_map_locations_;                 // of the uniforms u_has_NAME
+    std::vector<std::vector<assets::PerMap<unsigned>>> samplers_of_; // by object, then material
+    assets::PerMap<int> has_map_locations_;                          // of the uniforms u_has_NAME
     int depth_model_location_ = -1, depth_cutoff_location_ = -1;
-    int model_location_ = -1, scale_location_ = -1, base_color_location_ = -1, parallax_location_ = -1,
-        shine_location_ = -1, cutoff_location_ = -1;
+    int model_location_ = -1, base_color_location_ = -1, parallax_location_ = -1, shine_location_ = -1,
+        cutoff_location_ = -1;
     int translucency_location_ = -1, multisampled_location_ = -1;
 };
 

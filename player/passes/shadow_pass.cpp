@@ -26,8 +26,10 @@ std::uint64_t fingerprint(const Frame &frame, const View &light) {
     for (const DrawItem &item : frame.visible(ViewKind::light)) {
         mix(hash, std::bit_cast<std::uintptr_t>(item.instance));
         mix(hash, static_cast<std::uint64_t>(item.lod));
-        const StreamedTexture *color = item.object->maps[assets::ObjectMap::color];
-        mix(hash, color != nullptr && color->complete() ? 1U : 0U);
+        for (const Material &material : item.object->materials) {
+            const StreamedTexture *color = material.maps[assets::ObjectMap::color];
+            mix(hash, color != nullptr && color->complete() ? 1U : 0U);
+        }
     }
     if (const TerrainTiles *terrain = frame.terrain()) {
         for (const std::uint32_t patch : terrain->cut().patches()) {

@@ -22,9 +22,9 @@ T pick(const Quality &quality, QualityFeature feature, T fast, T balanced, T exa
 
 bool has_relief(const assets::SceneFile &file) {
     return std::ranges::any_of(file.objects, [](const assets::Object &object) {
-        return !object.maps[assets::ObjectMap::height].empty() &&
-               std::ranges::any_of(object.materials,
-                                   [](const assets::Material &m) { return m.parallax_scale > 0.0F; });
+        return std::ranges::any_of(object.materials, [](const assets::Material &m) {
+            return !m.maps[assets::ObjectMap::height].empty() && m.parallax_scale > 0.0F;
+        });
     });
 }
 

@@ -52,8 +52,6 @@ Scene::Scene(const assets::SceneFile &file, const Streamer &streamer) : file_(fi
         Object &object = objects_.emplace_back();
         object.file = &entry;
         object.mesh = mesh(entry.mesh);
-        assets::for_each_map(
-            [&](assets::ObjectMap map, std::string_view) { object.maps[map] = texture(entry.maps[map]); });
         if (object.mesh->levels().size() != entry.lods.size()) {
             throw Error("scene.json: object " + entry.name + " has " + std::to_string(entry.lods.size()) +
                         " lods, its mesh " + entry.mesh + " has " +
@@ -63,16 +61,22 @@ Scene::Scene(const assets::SceneFile &file, const Streamer &streamer) : file_(fi
             const auto found =
                 std::find_if(entry.materials.begin(), entry.materials.end(),
                              [&](const assets::Material &material) { return material.name == name; });
-            object.materials.push_back(found != entry.materials.end() ? *found : assets::Material());
+            Material &material = object.materials.emplace_back();
+            material.values = found != entry.materials.end() ? *found : assets::Material();
+            assets::for_each_map([&](assets::ObjectMap map, std::string_view) {
+                material.maps[map] = texture(material.values.maps[map]);
+            });
         }
         for (const assets::Placement &placement : entry.instances) {
             Instance &instance = object.instances.emplace_back();
+            const glm::dvec3 &scale = placement.scale;
             glm::dmat4 stand = glm::translate(glm::dmat4(1.0), placement.position);
-            stand = glm::rotate(stand, placement.yaw_rad, glm::dvec3(0.0, 1.0, 0.0));
-            stand = glm::scale(stand, glm::dvec3(placement.scale));
+            stand = glm::scale(stand * glm::mat4_cast(placement.rotation), scale);
             instance.model = stand * model_of(object.mesh->grid());
             instance.center = glm::dvec3(stand * glm::dvec4(entry.center, 1.0));
-            instance.scale = static_cast<float>(placement.scale);
+            instance.scale =
+                static_cast<float>(std::max({std::abs(scale.x), std::abs(scale.y), std::abs(scale.z)}));
+            instance.mirrored = scale.x * scale.y * scale.z < 0.0;
             instance.radius_m = entry.radius_m * instance.scale;
         }
         instance_count_ += object.instances.size();

@@ -19,14 +19,20 @@ struct Instance {
     glm::dmat4 model{1.0};  // world from mesh
     glm::dvec3 center{0.0}; // bounding sphere in the world
     float radius_m = 0.0F;
-    float scale = 1.0F;
+    float scale = 1.0F;    // largest of its axes
+    bool mirrored = false; // triangle winding is reversed
+};
+
+/// A material with its maps.
+struct Material {
+    assets::Material values;
+    assets::PerMap<const StreamedTexture *> maps; // nullptr: it has no such map
 };
 
 struct Object {
     const assets::Object *file = nullptr;
     const StreamedMesh *mesh = nullptr;
-    assets::PerMap<const StreamedTexture *> maps; // nullptr: the object has no such map
-    std::vector<assets::Material> materials;      // one entry per name in mesh->materials(), same order
+    std::vector<Material> materials; // one entry per name in mesh->materials(), same order
     std::vector<Instance> instances;
 };
 

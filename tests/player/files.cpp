@@ -174,13 +174,14 @@ std::string SceneText::str() const {
 "ambient": {"color": [1, 1, 1], "intensity": 0.5}, "fog": {"color": [1, 1, 1], "density_per_m": 0.001},
 "sky": {"cubemap": "sky"}, "shadow": )" +
            shadow + R"(, "reflection": {"scale": 0.5}, "refraction": null, "terrain": null, "water": null,
-"objects": [{"name": "quad", "mesh": "quad_mesh", "color": )" +
-           color + R"(, "normal": null, "height": null, "gloss": null, "repeat": false,
+"objects": [{"name": "quad", "mesh": "quad_mesh",
  "center": [0, 0, 0], "radius_m": 1.5, "lods": [{"node": "lod0", "error_m": 0}, {"node": "lod1", "error_m": 0.1}],
- "materials": {"leaf": {"color": [1, 1, 1], "parallax_scale": 0, "parallax_bias": 0,
-  "parallax_limit": 0.25, "specular": 0.5, "smoothness": 0.7,
-  "two_sided": true, "alpha_cutoff": 0.5}},
- "instances": [{"position": [0, 0, 0], "yaw_rad": 0.5, "scale": 2.0}]}],
+ "materials": {"leaf": {"color": [1, 1, 1], "opacity": 0.5, "maps": {"color": )" +
+           color + R"(, "normal": null, "height": null, "gloss": null, "occlusion": null, "emission": null},
+  "repeat": false, "metalness": 0.25, "emission": [1, 2, 3], "occlusion_strength": 0.75,
+  "parallax_scale": 0, "parallax_bias": 0, "parallax_limit": 0.25, "specular": 0.5, "smoothness": 0.7,
+  "two_sided": true, "alpha_mode": "mask", "alpha_cutoff": 0.5, "vertex_colors": true}},
+ "instances": [{"position": [0, 0, 0], "rotation": [0, 0.6, 0, 0.8], "scale": [2, 2, -3]}]}],
 "particles": [], "sound": null,
 "flight": {"duration_s": 10, "fov_rad": 0.9, "near_m": 0.5, "far_m": 100,
  "segments": [{"eye": [[0, 5, 0, 0], [2, 0, 0, 0], [5, 0, 0, 0]], "target": [[0, 0, 0, 0], [0, 0, 0, 0], [0, 0, 0, 0]],

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+from math import cos, sin
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +13,7 @@ import numpy.typing as npt
 from paradize.data import Group, Lod, Mesh, Texture
 from paradize.formats.glb.encode import encode_glb
 from paradize.formats.ktx2.encode import encode_ktx2
-from paradize.formats.scene_manifest import VERSION, encode_scene
+from paradize.formats.scene_manifest import MATERIAL_MAPS, VERSION, encode_scene
 from tests.player.patches import Tiled, tiled
 
 SUN = [0.6, 0.64, 0.48]
@@ -125,17 +126,38 @@ def tile_names(terrain: Tiled) -> list[str]:
     return ["terrain_mesh", *(f"terrain_mesh_{i}" for i in range(1, len(terrain.tiles)))]
 
 
-def _manifest(artifacts: dict[str, Any], bare: bool, ground: Tiled) -> dict[str, Any]:
-    material = {
+def material(color: str | None = None, **changes: Any) -> dict[str, Any]:
+    """A material of scene.json with a colour map. `changes` replace its members, or its maps by their
+    names."""
+    maps = {key: changes.pop(key, None) for key in MATERIAL_MAPS if key not in ("color", "emission")}
+    return {
         "color": [1.0, 1.0, 1.0],
+        "opacity": 1.0,
+        "maps": {"color": color, **maps, "emission": changes.pop("emission_map", None)},
+        "repeat": True,
+        "metalness": 0.0,
+        "emission": [0.0, 0.0, 0.0],
+        "specular": 0.2,
+        "smoothness": 0.5,
+        "occlusion_strength": 1.0,
         "parallax_scale": 0.0,
         "parallax_bias": 0.0,
         "parallax_limit": None,
-        "specular": 0.2,
-        "smoothness": 0.5,
         "two_sided": False,
-        "alpha_cutoff": 0.0,
-    }
+        "alpha_mode": "opaque",
+        "alpha_cutoff": 0.5,
+        "vertex_colors": False,
+    } | changes
+
+
+def instance(position: list[float], yaw_rad: float = 0.0, scale: float = 1.0) -> dict[str, Any]:
+    """An instance of scene.json that is turned about +Y."""
+    half = 0.5 * yaw_rad
+    return {"position": position, "rotation": [0.0, sin(half), 0.0, cos(half)], "scale": [scale] * 3}
+
+
+def _manifest(artifacts: dict[str, Any], bare: bool, ground: Tiled) -> dict[str, Any]:
+    wood = material("box_color")
     still = [[0.0, 0.0, 0.0, 0.0]] * 3
     # Back and forth on a line past the box, ten seconds per round trip.
     way = [[[-2.0, 4.0, 0.0, 0.0], [EYE[1], 0, 0, 0], [EYE[2], 0, 0, 0]]]
@@ -173,16 +195,11 @@ def _manifest(artifacts: dict[str, Any], bare: bool, ground: Tiled) -> dict[str,
                 "name": "box",
                 "views": ["camera", "shadow", "reflection", "refraction"],
                 "mesh": "box_mesh",
-                "color": "box_color",
-                "normal": None,
-                "height": None,
-                "gloss": None,
-                "repeat": True,
                 "center": [0.0, 1.0, 0.0],
                 "radius_m": 1.7321,
                 "lods": [{"node": "lod0", "error_m": 0.0}, {"node": "lod1", "error_m": 0.05}],
-                "materials": {"wood": material, "leaf": material | {"two_sided": True}},
-                "instances": [{"position": [0.0, 0.0, 0.0], "yaw_rad": 0.4, "scale": 1.0}],
+                "materials": {"wood": wood, "leaf": wood | {"two_sided": True}},
+                "instances": [instance([0.0, 0.0, 0.0], 0.4)],
             }
         ],
         "particles": [],

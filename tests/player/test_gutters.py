@@ -112,8 +112,8 @@ def test_max_level_0_samples_level_0_only(picture: Callable[..., np.ndarray]) ->
 def relief(scale: float, bias: float, limit: float | None) -> Edit:
     def edit(scene: dict[str, Any]) -> None:
         (box,) = scene["objects"]
-        box["height"] = "box_height"
         for material in box["materials"].values():
+            material["maps"]["height"] = "box_height"
             material |= {"parallax_scale": scale, "parallax_bias": bias, "parallax_limit": limit}
 
     return edit
@@ -171,7 +171,8 @@ def test_maps_that_do_not_repeat_are_clamped(
     for repeat in (True, False):
 
         def edit(scene: dict[str, Any], repeat: bool = repeat) -> None:
-            scene["objects"][0]["repeat"] = repeat
+            for material in scene["objects"][0]["materials"].values():
+                material["repeat"] = repeat
 
         pixels = picture(files=files, edit=edit, size="320x180")
         reds.append(int((pixels[..., 0] > pixels[..., 1] + 0.05).sum()))

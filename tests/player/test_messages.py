@@ -49,7 +49,7 @@ def edits() -> dict[str, Edit]:
         "an unknown key": unknown_key,
         "an artifact's name": artifact,
         "a file": file,
-        "a reference": in_box("color", EVIL),
+        "a reference": in_box("mesh", EVIL),
         "streaming": streaming,
         "an object's name": object_name,
         "format": lambda tree: tree.update({"format": EVIL}),

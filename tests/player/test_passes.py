@@ -103,7 +103,9 @@ def test_a_shadow_caster_needs_positions_only(posed: Posed) -> None:
     place = top - sun * (top[1] - 0.4) / sun[1]
     eye, target = (place[0] - 4.0, 7.0, place[2] + 9.0), (place[0], 0.4, place[2])
     palm = next(item for item in scene["objects"] if item["name"] == "palm")
-    palm |= {"views": ["shadow"], "normal": None, "height": None, "gloss": None}
+    palm["views"] = ["shadow"]
+    for material in palm["materials"].values():
+        material["maps"] |= {"normal": None, "height": None, "gloss": None}
     scene["particles"] = []
     mesh = (posed.source / scene["artifacts"]["palm_mesh"]["file"]).read_bytes()
     bare = cut_glb(mesh, attributes=("POSITION", "TEXCOORD_0"))

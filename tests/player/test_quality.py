@@ -67,8 +67,8 @@ def relief(folder: Path) -> Path:
         (folder / f"{name}.ktx2").write_bytes(data)
         same = {"file": f"{name}.ktx2", **identity(data)}
         scene["artifacts"][name] = scene["artifacts"]["box_color"] | same
-    scene["objects"][0]["height"] = "box_height"
     for material in scene["objects"][0]["materials"].values():
+        material["maps"]["height"] = "box_height"
         material |= {"parallax_scale": 0.12, "parallax_bias": 0.0}
     scene["shadow"] = None
     scene["water"] = scene["reflection"] = scene["refraction"] = None
@@ -87,7 +87,7 @@ def wide_sun(scene: dict[str, Any]) -> None:
     """A wide sun and a box high above the ground: a broad penumbra. No water."""
     scene["sun"]["angular_diameter_rad"] = 0.06
     along = 12.0 / SUN[1]
-    scene["objects"][0]["instances"][0] |= {"position": [along * x for x in SUN], "scale": 1.5}
+    scene["objects"][0]["instances"][0] |= {"position": [along * x for x in SUN], "scale": [1.5] * 3}
     scene["water"] = scene["reflection"] = scene["refraction"] = None
     scene["particles"] = []
 

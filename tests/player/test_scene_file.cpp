@@ -31,14 +31,25 @@ TEST_CASE("scene.json: all values are read as written") {
     REQUIRE(scene.objects.size() == 1);
     CHECK(scene.objects[0].lods[1].error_m == doctest::Approx(0.1));
     CHECK(scene.objects[0].materials[0].two_sided);
-    CHECK(scene.objects[0].instances[0].scale == 2.0F);
+    CHECK(scene.objects[0].instances[0].scale == glm::dvec3(2.0, 2.0, -3.0));
+    CHECK(scene.objects[0].instances[0].rotation.w == doctest::Approx(0.8));
+    CHECK(scene.objects[0].instances[0].rotation.y == doctest::Approx(0.6));
     CHECK(scene.artifacts[scene.streaming[0]].name == "sky");
     CHECK(scene.flight.segments.size() == 2);
     CHECK(scene.find_artifact("none") == nullptr);
     CHECK(scene.find_artifact("quad_color")->max_level == 3);
     CHECK_FALSE(scene.find_artifact("sky")->max_level.has_value());
-    CHECK_FALSE(scene.objects[0].repeat);
-    CHECK(scene.objects[0].materials[0].parallax_limit == 0.25F);
+    const assets::Material &leaf = scene.objects[0].materials[0];
+    CHECK_FALSE(leaf.repeat);
+    CHECK(leaf.parallax_limit == 0.25F);
+    CHECK(leaf.opacity == 0.5F);
+    CHECK(leaf.metalness == 0.25F);
+    CHECK(leaf.emission == glm::vec3(1.0F, 2.0F, 3.0F));
+    CHECK(leaf.occlusion_strength == 0.75F);
+    CHECK(leaf.alpha_mode == assets::AlphaMode::mask);
+    CHECK(leaf.vertex_colors);
+    CHECK(leaf.maps[assets::ObjectMap::color] == "quad_color");
+    CHECK(leaf.maps[assets::ObjectMap::occlusion].empty());
 }
 
 TEST_CASE("scene.json: largest picture, free camera's region and trimmed data are read") {
@@ -58,10 +69,10 @@ TEST_CASE("scene.json: largest picture, free camera's region and trimmed data ar
 
 TEST_CASE("scene.json: another version is rejected with a remedy") {
     test::SceneText text;
-    text.version = "4";
-    check_refused(
-        text, "scene.json: version: is 4, this player reads version 3; bake the scene with the Paradize that "
-              "came with the player");
+    text.version = "3";
+    check_refused(text,
+                  "scene.json: version: is 3, this player reads version 4; bake the scene again with the "
+                  "Paradize that came with the player");
 }
 
 TEST_CASE("scene.json: an unknown key is rejected by name") {
@@ -83,8 +94,9 @@ TEST_CASE("scene.json: numbers out of range, dangling references and missing mem
     check_refused(text, "scene.json: shadow.extent_m: is missing");
     text.shadow = "null";
     text.color = R"("sky")";
-    check_refused(text,
-                  "scene.json: objects[0].color: names \"sky\", which is not an artifact of the right kind");
+    check_refused(
+        text, "scene.json: objects[0].materials.leaf.maps.color: names \"sky\", which is not an artifact of "
+              "the right kind");
     text.color = "null";
     text.streaming = R"(["nothing"])";
     check_refused(text, "scene.json: streaming: names \"nothing\", which is not an artifact");
@@ -102,7 +114,15 @@ TEST_CASE("scene.json: an invalid level or limit is rejected with its path") {
                                      "artifacts.quad_color.max_level"},
           {"\"max_level\": 3", "\"max_level\": 2.5", "artifacts.quad_color.max_level"},
           {"\"parallax_limit\": 0.25", "\"parallax_limit\": -0.1",
-           "objects[0].materials.leaf.parallax_limit"}}) {
+           "objects[0].materials.leaf.parallax_limit"},
+          {"\"opacity\": 0.5", "\"opacity\": 1.5", "objects[0].materials.leaf.opacity"},
+          {"\"metalness\": 0.25", "\"metalness\": -1", "objects[0].materials.leaf.metalness"},
+          {"\"emission\": [1, 2, 3]", "\"emission\": [1, 2]", "objects[0].materials.leaf.emission"},
+          {"\"alpha_mode\": \"mask\"", "\"alpha_mode\": \"glass\"", "objects[0].materials.leaf.alpha_mode"},
+          {"\"occlusion\": null", "\"shine\": null", "objects[0].materials.leaf.maps.shine"},
+          {"[0, 0.6, 0, 0.8]", "[0, 0.6, 0, 0.9]", "objects[0].instances[0].rotation"},
+          {"[2, 2, -3]", "[2, 0, -3]", "objects[0].instances[0].scale"},
+          {"[2, 2, -3]", "[2, 2e7, -3]", "objects[0].instances[0].scale[1]"}}) {
         std::string text = test::SceneText().str();
         text.replace(text.find(from), from.size(), to);
         CHECK_THROWS_WITH_AS(assets::parse_scene(text, "scene.json"),

@@ -289,9 +289,9 @@ TEST_CASE("scene: visible instances are collected with a resident level, hidden 
     Streamer streamer = small.streamer();
     const Scene scene(small.file, streamer);
     CHECK(scene.instance_count() == 1);
-    CHECK(scene.objects()[0].materials[1].two_sided);       // leaf: found by name
-    CHECK_FALSE(scene.objects()[0].materials[0].two_sided); // wood: default values
-    View view;                                              // planes of zero cull nothing
+    CHECK(scene.objects()[0].materials[1].values.two_sided);       // leaf: found by name
+    CHECK_FALSE(scene.objects()[0].materials[0].values.two_sided); // wood: default values
+    View view;                                                     // planes of zero cull nothing
     std::vector<DrawItem> items;
     items.reserve(scene.instance_count());
     scene.collect(view, {0.0F, 0.0F, 5.0F}, 400.0F, 1.0F, items);

@@ -9,11 +9,11 @@ from typing import Any
 from paradize.artifact import PUBLISHED, Artifact
 from paradize.errors import FormatError
 from paradize.formats.glb.document import glb_document
-from paradize.formats.scene_manifest import FORMAT, VERSION
+from paradize.formats.scene_manifest import FORMAT, MATERIAL_MAPS, VERSION
 from paradize.maps import MAPS, maps_of
-from paradize.scene.flight import PI, Flight, Vec
+from paradize.scene.flight import PI, Flight, Vec, sine_cosine
 from paradize.scene.requirements import ObjectSighting, sun_direction
-from paradize.scene.settings import ObjectMaterial, Scene, SceneObject, Waiver
+from paradize.scene.settings import Instance, ObjectMaterial, Scene, SceneObject, Waiver
 
 # Streaming order: the sky, then the ground, then objects; colour before relief.
 _BY_RANK = sorted(MAPS, key=lambda name: MAPS[name].stream_rank)
@@ -212,28 +212,38 @@ def _object(
     item: SceneObject, entries: dict[str, Any], facts: MeshFacts, gutters: dict[str, Any] | None
 ) -> dict[str, Any]:
     limits = gutters["limits"] if gutters else {}
-    materials = {
-        name: {"color": list(base)}
-        | _plain(item.materials.get(name, ObjectMaterial()))
-        | {"parallax_limit": limits.get(name)}
-        for name, base in facts.materials.items()
-    }
+    maps = {key: _present(f"{item.name}_{key}", entries) for key in MATERIAL_MAPS}
     return {
         "name": item.name,
         "views": list(item.views),
         "mesh": f"{item.name}_mesh",
-        **{key: _present(f"{item.name}_{key}", entries) for key in maps_of("object")},
-        "repeat": bool(gutters["repeat"]) if gutters else True,
         "center": list(facts.center),
         "radius_m": facts.radius_m,
         "lods": [{"node": node, "error_m": error_m} for node, error_m in facts.lods],
-        "materials": materials,
-        "instances": [
-            {
-                "position": list(instance.position),
-                "yaw_rad": instance.yaw_deg * (PI / 180.0),
-                "scale": instance.scale,
+        "materials": {
+            name: {
+                "color": list(base),
+                "opacity": 1.0,
+                "maps": maps,
+                "repeat": bool(gutters["repeat"]) if gutters else True,
+                "metalness": 0.0,
+                "emission": [0.0, 0.0, 0.0],
+                "occlusion_strength": 1.0,
+                **_plain(settings := item.materials.get(name, ObjectMaterial())),
+                "parallax_limit": limits.get(name),
+                "alpha_mode": "mask" if settings.alpha_cutoff > 0.0 else "opaque",
+                "vertex_colors": False,
             }
-            for instance in item.instances
-        ],
+            for name, base in facts.materials.items()
+        },
+        "instances": [_instance(instance) for instance in item.instances],
+    }
+
+
+def _instance(instance: Instance) -> dict[str, Any]:
+    sine, cosine = sine_cosine(0.5 * instance.yaw_deg)
+    return {
+        "position": list(instance.position),
+        "rotation": [0.0, sine, 0.0, cosine],
+        "scale": [instance.scale] * 3,
     }

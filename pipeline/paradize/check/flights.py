@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from math import cos, sin, sqrt, tan
+from math import sqrt, tan
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +14,7 @@ from paradize.check.rules import Finding
 from paradize.errors import ParadizeError
 from paradize.formats.glb.reader import decode_glb
 from paradize.formats.glb.tiles import decode_tile
+from paradize.formats.scene_instances import turned_back
 from paradize.formats.scene_manifest import read_entry
 from paradize.scene.flight import Flight
 
@@ -104,22 +105,21 @@ def _nearest_object(manifest: dict[str, Any], folder: Path, eyes: F64, reach: fl
                 corners = np.zeros((0, 3, 3))
         if not len(corners):
             continue
-        low, high = corners.min(axis=1), corners.max(axis=1)
-        least, most = low.min(axis=0), high.max(axis=0)
+        ends = np.stack([corners.min(axis=(0, 1)), corners.max(axis=(0, 1))])
         for instance in item["instances"]:
-            scale = instance["scale"]
-            sine, cosine = sin(instance["yaw_rad"]), cos(instance["yaw_rad"])
-            x, y, z = ((eyes - np.array(instance["position"])) / scale).T
-            own = np.stack([x * cosine - z * sine, y, x * sine + z * cosine], axis=1)
-            far = reach / scale
-            if ((own < least - far) | (own > most + far)).any(axis=1).all():
+            x, y, z = (eyes - np.array(instance["position"])).T
+            own = np.stack(turned_back((x, y, z), instance["rotation"]), axis=1)
+            box = ends * instance["scale"]
+            if ((own < box.min(axis=0) - reach) | (own > box.max(axis=0) + reach)).any(axis=1).all():
                 continue
+            sized = corners * instance["scale"]
+            low, high = sized.min(axis=1), sized.max(axis=1)
             for first in range(0, len(own), _RUN):
                 run = own[first : first + _RUN]
-                near = ((low <= run.max(axis=0) + far) & (high >= run.min(axis=0) - far)).all(axis=1)
+                near = ((low <= run.max(axis=0) + reach) & (high >= run.min(axis=0) - reach)).all(axis=1)
                 if near.any():
                     here = slice(first, first + len(run))
-                    nearest[here] = np.minimum(nearest[here], scale * distances(run, corners[near]))
+                    nearest[here] = np.minimum(nearest[here], distances(run, sized[near]))
     return np.asarray(np.where(nearest < reach, nearest, np.inf))
 
 

@@ -12,14 +12,14 @@ import numpy.typing as npt
 
 from paradize.check.rules import Finding, isolated
 from paradize.check.uv_borders import Borders, compared_levels, find_borders, is_safe, parallax_shift
-from paradize.data import Texture
+from paradize.data import Mesh, Texture
 from paradize.documents import SCENE_FILE
 from paradize.errors import ParadizeError
 from paradize.formats.glb.reader import decode_glb
 from paradize.formats.ktx2.layout import MAX_SIZE
 from paradize.formats.ktx2.reader import decode_ktx2
-from paradize.formats.scene_manifest import read_entry
-from paradize.maps import MAPS, maps_of
+from paradize.formats.scene_manifest import map_sets, read_entry
+from paradize.maps import MAPS
 
 F32 = npt.NDArray[np.float32]
 _DIGITS = 1e-5  # scene.json holds six
@@ -33,15 +33,29 @@ def check_gutters(manifest: dict[str, Any], folder: Path) -> Iterator[Finding]:
 
 
 def _object(manifest: dict[str, Any], folder: Path, item: dict[str, Any]) -> Iterator[Finding]:
-    names = {key: item[key] for key in maps_of("object") if item[key] is not None}
-    names = {key: name for key, name in names.items() if manifest["artifacts"][name]["gutter"]}
-    if not names:
-        return
-    try:
-        mesh = decode_glb(_read(manifest, folder, item["mesh"]))[0].mesh
-    except ParadizeError:
-        return
-    reaches = _reaches(item, item["height"] is not None)
+    for material, materials in map_sets(item):
+        names = {key: name for key, name in material["maps"].items() if name is not None}
+        names = {key: name for key, name in names.items() if manifest["artifacts"][name]["gutter"]}
+        if not names:
+            continue
+        try:
+            mesh = decode_glb(_read(manifest, folder, item["mesh"]))[0].mesh
+        except ParadizeError:
+            return
+        reaches = {name: _reach(item["materials"][name]) for name in materials}
+        yield from _layout(manifest, folder, mesh.of_materials(materials), names, reaches, material["repeat"])
+
+
+def _layout(
+    manifest: dict[str, Any],
+    folder: Path,
+    mesh: Mesh,
+    names: dict[str, str],
+    reaches: dict[str, float],
+    repeat: bool,
+) -> Iterator[Finding]:
+    """The findings in the maps of one UV layout. mesh: the triangles that have it. names: its textures, by
+    map."""
     borders: dict[tuple[int, int], Borders | None] = {}
     for key, name in names.items():
         artifact = manifest["artifacts"][name]
@@ -55,7 +69,7 @@ def _object(manifest: dict[str, Any], folder: Path, item: dict[str, Any]) -> Ite
                 yield Finding("PZ102", str(folder / SCENE_FILE), what, place)
                 continue
             if mesh.uvs is not None and (width, height) not in borders:
-                borders[width, height] = find_borders(mesh, width=width, height=height, repeat=item["repeat"])
+                borders[width, height] = find_borders(mesh, width=width, height=height, repeat=repeat)
         except ParadizeError:
             continue
         at = borders.get((width, height))
@@ -81,14 +95,13 @@ def _padded(levels: list[F32], left: int) -> list[F32]:
     return finer + levels
 
 
-def _reaches(item: dict[str, Any], relief: bool) -> dict[str, float]:
-    """How far parallax moves samples, by material: as the scene sets it, at most the limit."""
-    reaches = {}
-    for name, material in item["materials"].items():
-        reach = parallax_shift(material["parallax_scale"], material["parallax_bias"]) if relief else 0.0
-        limit = material["parallax_limit"]
-        reaches[name] = reach if limit is None else min(reach, limit)
-    return reaches
+def _reach(material: dict[str, Any]) -> float:
+    """How far parallax moves samples: as the scene sets it, at most the limit."""
+    if material["maps"]["height"] is None:
+        return 0.0
+    reach = parallax_shift(material["parallax_scale"], material["parallax_bias"])
+    limit = material["parallax_limit"]
+    return reach if limit is None else min(reach, limit)
 
 
 def _walk(

@@ -15,7 +15,7 @@ from paradize.data import Mesh
 from paradize.errors import ParadizeError
 from paradize.formats.glb.reader import decode_glb
 from paradize.formats.ktx2.reader import decode_ktx2
-from paradize.formats.scene_manifest import read_entry
+from paradize.formats.scene_manifest import map_sets, read_entry
 from paradize.kernels.reference.atlas import layout_raster
 from paradize.metrics.texels import decode_texels
 
@@ -34,17 +34,20 @@ def check_layouts(manifest: dict[str, Any], folder: Path) -> Iterator[Finding]:
     """The findings in the layouts of the objects whose maps do not repeat. Another rule reports meshes that
     cannot be read."""
     for item in manifest["objects"]:
-        if item["repeat"] or item["color"] is None:
+        sets = [one for one in map_sets(item) if not one[0]["repeat"] and one[0]["maps"]["color"] is not None]
+        if not sets:
             continue
         entry = manifest["artifacts"][item["mesh"]]
         file = str(folder / entry["file"])
         try:
-            mesh = decode_glb(read_entry(folder, entry))[0].mesh
+            whole = decode_glb(read_entry(folder, entry))[0].mesh
         except (OSError, ParadizeError):
             continue
-        if mesh.uvs is not None:
-            picture = partial(read_entry, folder, manifest["artifacts"][item["color"]])
-            yield from isolated(_layout(mesh, mesh.uvs, file, picture), file)
+        for material, names in sets:
+            mesh = whole.of_materials(names)
+            if mesh.uvs is not None:
+                picture = partial(read_entry, folder, manifest["artifacts"][material["maps"]["color"]])
+                yield from isolated(_layout(mesh, mesh.uvs, file, picture), file)
 
 
 def _layout(

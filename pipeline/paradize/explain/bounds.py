@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from paradize.explain.bound import SIX, bound
-from paradize.maps import MAPS, maps_of
+from paradize.maps import MAPS
 
 # What mixing linear light adds to the largest error of sRGB values: a share of it, at most MIXED_MOST.
 MIXED, MIXED_MOST = 0.32, 1.25 / 255.0
@@ -32,11 +32,11 @@ def bounds_of(manifest: dict[str, Any], folder: Path) -> dict[str, dict[str, Any
     if manifest["terrain"]:
         bounds |= terrain_bounds(manifest, folder, camera)
     parallax = {
-        item[key]
+        name
         for item in manifest["objects"]
-        for key in maps_of("object")
-        if item["height"] is not None
-        and any(material["parallax_scale"] != 0.0 for material in item["materials"].values())
+        for material in item["materials"].values()
+        if material["maps"]["height"] is not None and material["parallax_scale"] != 0.0
+        for name in material["maps"].values()
     }
     for name, entry in manifest["artifacts"].items():
         if entry["kind"] == "texture":

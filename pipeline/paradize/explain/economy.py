@@ -49,11 +49,15 @@ def economy(
 
 def _limit(manifest: dict[str, Any], artifact: str) -> str:
     """Why a pixel may cover less than any share of a texel, in words."""
-    owner = next((item for item in manifest["objects"] if artifact in item.values()), None)
-    if owner is None:
+    materials = [
+        material
+        for item in manifest["objects"]
+        for material in item["materials"].values()
+        if artifact in material["maps"].values()
+    ]
+    if not materials:
         return "the camera may come as near as it likes"
-    materials = owner["materials"].values()
-    if owner["height"] is not None and any(material["parallax_scale"] > 0.0 for material in materials):
+    if any(one["maps"]["height"] is not None and one["parallax_scale"] > 0.0 for one in materials):
         return "parallax may bring two pixels to one texel"
     return "triangles that show a single point of it would change their colour in a coarser one"
 

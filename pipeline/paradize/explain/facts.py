@@ -21,7 +21,6 @@ from paradize.explain.bounds import bounds_of
 from paradize.explain.economy import economy, saved_bytes, textures_by_owner
 from paradize.explain.gutters import decides
 from paradize.formats.scene_manifest import read_scene
-from paradize.maps import maps_of
 from paradize.scene.requirements import BakeJob, Output, require
 from paradize.scene.settings import Scene, load_scene
 
@@ -101,8 +100,11 @@ class _Known:
         self.manifest, self.inputs = manifest, inputs
         self.textures = textures_by_owner(manifest)
         self.bounds = bounds_of(manifest, folder)
-        names = ("mesh", *maps_of("object"))
-        self.owners = {item[name]: item for item in reversed(manifest["objects"]) for name in names}
+        self.owners: dict[str, dict[str, Any]] = {}  # materials that read a texture, by the texture
+        for item in manifest["objects"]:
+            for name, material in item["materials"].items():
+                for texture in filter(None, material["maps"].values()):
+                    self.owners.setdefault(texture, {}).setdefault(name, material)
 
 
 def _facts(scene: Scene, job: BakeJob, output: Output, known: _Known | None, folder: Path) -> dict[str, Any]:
@@ -173,10 +175,10 @@ def _demand(terrain: dict[str, Any], artifact: str) -> dict[str, Any]:
     }
 
 
-def _parallax(owner: dict[str, Any]) -> dict[str, Any]:
+def _parallax(materials: dict[str, Any]) -> dict[str, Any]:
     """By material: parallax (scale and bias) as the scene sets it, and as the gutters allow it."""
     parallax = {}
-    for name, material in owner["materials"].items():
+    for name, material in materials.items():
         scale, bias, limit = (material[f"parallax_{key}"] for key in ("scale", "bias", "limit"))
         reach = 0.5 * abs(scale) + abs(bias)
         share = 1.0 if limit is None or reach <= limit else limit / reach

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from functools import partial
-from math import cos, inf, isfinite, sin, sqrt
+from math import inf, isfinite, sqrt
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +20,7 @@ from paradize.errors import FormatError
 from paradize.explain.bound import SIX, bound
 from paradize.explain.pixels import Camera, Moved, Surfaces
 from paradize.files import read_file
-from paradize.scene.placement import to_world
+from paradize.formats.scene_instances import largest_scale, to_world
 from paradize.scene.requirements import COARSEST_LOD
 
 F64 = npt.NDArray[np.float64]
@@ -107,7 +107,7 @@ def _standing(
 ) -> Surfaces:
     """A level of a mesh at each instance. asked_px: the error that the player accepts of a coarser level."""
     center = np.array([_placed(np.array(item["center"]), one) for one in item["instances"]]).reshape(-1, 3)
-    scale = np.array([one["scale"] for one in item["instances"]], np.float64)
+    scale = np.array([largest_scale(one) for one in item["instances"]], np.float64)
     core = item["radius_m"] * SIX * scale
     # The published sphere belongs to the finest level; source and level exceed it by at most this.
     beyond = (errors_m[at] + errors_m[0]) * scale
@@ -118,10 +118,7 @@ def _standing(
 
 def _placed(places: F64, instance: dict[str, Any]) -> F64:
     """Points (..., 3) of a mesh, transformed by an instance."""
-    turn = sin(instance["yaw_rad"]), cos(instance["yaw_rad"])
-    return np.stack(
-        to_world(np.moveaxis(places, -1, 0), instance["position"], turn, instance["scale"]), axis=-1
-    )
+    return np.stack(to_world(np.moveaxis(places, -1, 0), instance), axis=-1)
 
 
 class _Triangles:

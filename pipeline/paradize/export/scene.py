@@ -6,7 +6,6 @@ were baked; maps are PNG; the flight is an animation of the camera."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -35,12 +34,12 @@ from paradize.formats.glb.reader import decode_glb
 from paradize.formats.glb.tiles import decode_tile
 from paradize.formats.ktx2.reader import decode_ktx2
 from paradize.formats.png import encode_png
-from paradize.formats.scene_manifest import read_entry, read_scene
+from paradize.formats.scene_instances import to_world
+from paradize.formats.scene_manifest import map_sets, read_entry, read_scene
 from paradize.jobs.progress import OnProgress
 from paradize.kinds import BAKED, expecting, require_glb
 from paradize.metrics.texels import decode_texels
 from paradize.preview.shade import to_srgb
-from paradize.scene.placement import to_world
 from paradize.store.atomic import write_whole
 
 if TYPE_CHECKING:
@@ -107,6 +106,7 @@ class _Export:
         self.keys = flight_keys(self.manifest["flight"])
         self.bundle = Bundle(self.manifest["name"])
         self.triangles = 0
+        self._textures: dict[tuple[str, bool], int] = {}  # by artifact, and whether it repeats
         self.errors: dict[str, float] = {}
         self.notes: list[str] = []
 
@@ -200,24 +200,26 @@ class _Export:
         self.notes.append("the sea is a plane: it neither moves, nor mirrors, nor bends light")
 
     def objects(self, item: dict[str, Any]) -> None:
-        pictures = self._pictures(item)
-        materials = {name: self._material(item, name, pictures) for name in item["materials"]}
+        materials: dict[str, int] = {}
+        for any_of_them, names in map_sets(item):
+            pictures = self._pictures(any_of_them)
+            materials |= {name: self._material(item, name, pictures) for name in names}
+        self._note_errors([item["mesh"]])
         lod = decode_glb(self._read(item["mesh"]), item["mesh"])[0]
-        names = {group.material for group in lod.mesh.groups}
-        materials |= {name: self._material(item, name, pictures) for name in names - materials.keys()}
+        used = {group.material for group in lod.mesh.groups}
+        materials |= {name: self._material(item, name, {}) for name in used - materials.keys()}
         mesh = self.bundle.mesh(item["name"], lod.mesh, materials)
         for k, instance in enumerate(item["instances"]):
-            half = 0.5 * instance["yaw_rad"]
             name = item["name"] if len(item["instances"]) == 1 else f"{item['name']} {k + 1}"
             self.bundle.node(
                 name,
                 mesh=mesh,
-                translation=_standing(instance, lod.mesh.origin),
-                rotation=[0.0, math.sin(half), 0.0, math.cos(half)],
-                scale=[instance["scale"]] * 3,
+                translation=[float(value) for value in to_world(lod.mesh.origin, instance)],
+                rotation=instance["rotation"],
+                scale=instance["scale"],
             )
             self.triangles += len(lod.mesh.triangles)
-        if item["height"]:
+        if any(material["maps"]["height"] for material in item["materials"].values()):
             self.notes.append(f"{item['name']}: glTF has no parallax; its height map is left out")
 
     def light(self) -> None:
@@ -258,15 +260,18 @@ class _Export:
             self.bundle.node("camera's place", translation=list(keys.origin), children=[node])
         self.errors |= keys.errors
 
-    def _pictures(self, item: dict[str, Any]) -> dict[str, int]:
-        """The textures of an object's maps, by kind."""
+    def _pictures(self, material: dict[str, Any]) -> dict[str, int]:
+        """The textures of a material's maps, by kind."""
         textures = {}
         for kind, encode in (("color", color_png), ("normal", normal_png), ("gloss", gloss_png)):
-            if item[kind]:
-                png = encode(self._texture(item[kind]))
-                textures[kind] = self.bundle.texture(f"{item['name']} {kind}", png, repeat=item["repeat"])
-                self._note_errors([item[kind]])
-        self._note_errors([item["mesh"]])
+            if artifact := material["maps"][kind]:
+                key = artifact, material["repeat"]
+                if key not in self._textures:
+                    png = encode(self._texture(artifact))
+                    label = artifact.replace("_", " ")
+                    self._textures[key] = self.bundle.texture(label, png, repeat=material["repeat"])
+                    self._note_errors([artifact])
+                textures[kind] = self._textures[key]
         return textures
 
     def _material(self, item: dict[str, Any], name: str, pictures: dict[str, int]) -> int:
@@ -287,7 +292,7 @@ class _Export:
         parts["extensions"] = {_SPECULAR: shine}
         if material.get("two_sided"):
             parts["doubleSided"] = True
-        if material.get("alpha_cutoff", 0.0) > 0.0:
+        if material.get("alpha_mode") == "mask":
             parts |= {"alphaMode": "MASK", "alphaCutoff": material["alpha_cutoff"]}
         return self.bundle.material(f"{item['name']} {name}".strip(), **parts)
 
@@ -313,12 +318,6 @@ class _Export:
     def _read(self, name: str) -> bytes:
         with _reading(self._file(name)):
             return read_entry(self.folder, self.manifest["artifacts"][name])
-
-
-def _standing(instance: dict[str, Any], origin: Vec3) -> list[float]:
-    """The translation of an instance of a mesh whose positions count from `origin`, in float64."""
-    turn = math.sin(instance["yaw_rad"]), math.cos(instance["yaw_rad"])
-    return [float(value) for value in to_world(origin, instance["position"], turn, instance["scale"])]
 
 
 @contextmanager

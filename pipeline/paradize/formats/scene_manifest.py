@@ -34,9 +34,11 @@ from paradize.formats.terrain_tables import check_tree
 from paradize.maps import maps_of
 
 FORMAT = "paradize-scene"
-VERSION = 3
+VERSION = 4
 VIEWS = ("camera", "shadow", "reflection", "refraction")
 KINDS = ("mesh", "texture", "cubemap", "sound")
+ALPHA_MODES = ("opaque", "mask", "blend")
+MATERIAL_MAPS = tuple(dict.fromkeys((*maps_of("object"), "occlusion", "emission")))
 
 
 def _kind(value: Any, place: str) -> None:
@@ -55,15 +57,38 @@ _cubic = list_of(_real, size=4)
 _level = whole(0, 31)
 _depth, _row, _row_or_none = whole(0, 63), whole(0, 1 << 30), whole(-1, 1 << 30)
 _view = or_null(table(scale=number(1e-3, 16.0)))
+
+
+def _unit_quaternion(value: Any, place: str) -> None:
+    list_of(_real, size=4)(value, place)
+    square = sum(part * part for part in value)
+    if abs(square - 1.0) > 1e-6:
+        raise Wrong(place, f"has the squared length {square:g}, not 1")
+
+
+def _axis_scale(value: Any, place: str) -> None:
+    _real(value, place)
+    if not 1e-9 <= abs(value) <= 1e9:
+        raise Wrong(place, f"is {value:g}; its size must lie between 1e-9 and 1e9")
+
+
 _material = table(
     color=_vec3,
+    opacity=_share,
+    maps=table(**dict.fromkeys(MATERIAL_MAPS, or_null(text))),
+    repeat=flag,
+    metalness=_share,
+    emission=list_of(_positive, size=3),
+    specular=_positive,
+    smoothness=_share,
+    occlusion_strength=_share,
     parallax_scale=_real,
     parallax_bias=_real,
     parallax_limit=or_null(_positive),
-    specular=_positive,
-    smoothness=_share,
     two_sided=flag,
+    alpha_mode=one_of(*ALPHA_MODES),
     alpha_cutoff=_share,
+    vertex_colors=flag,
 )
 GUTTER: dict[str, Check] = {
     "islands": whole(1, 1 << 31),
@@ -88,7 +113,7 @@ _required_detail = table(
     view=or_null(text),
 )
 
-_instance = table(position=_vec3, yaw_rad=_real, scale=number(1e-9))
+_instance = table(position=_vec3, rotation=_unit_quaternion, scale=list_of(_axis_scale, size=3))
 check_artifact = table(  # the fields of paradize.artifact.PUBLISHED
     file=file_name,
     kind=_kind,
@@ -191,15 +216,11 @@ _manifest = table(
             name=text,
             views=list_of(_view_name, min_size=1),
             mesh=text,
-            **dict.fromkeys(maps_of("object"), or_null(text)),
-            repeat=flag,
             center=_vec3,
             radius_m=_positive,
             lods=list_of(table(node=text, error_m=_positive), min_size=1),
             materials=map_of(_material),
-            instances=list_of(
-                table(position=_vec3, yaw_rad=_real, scale=number(1e-9)), min_size=1, max_size=10_000
-            ),
+            instances=list_of(_instance, min_size=1, max_size=100_000),
         )
     ),
     particles=list_of(
@@ -245,11 +266,23 @@ def references(manifest: dict[str, Any]) -> list[tuple[str, str, tuple[str, ...]
         entries += [(f"water.{key}", water[key], ("texture",)) for key in maps_of("water")]
     for i, item in enumerate(manifest["objects"]):
         entries.append((f"objects[{i}].mesh", item["mesh"], ("mesh",)))
-        for key in maps_of("object"):
-            entries.append((f"objects[{i}].{key}", item[key], ("texture",)))
+        for material, values in item["materials"].items():
+            for key, name in values["maps"].items():
+                entries.append((f"objects[{i}].materials.{material}.maps.{key}", name, ("texture",)))
     if manifest["sound"]:
         entries.append(("sound.artifact", manifest["sound"]["artifact"], ("sound",)))
     return [(place, name, kinds) for place, name, kinds in entries if name is not None]
+
+
+def map_sets(item: dict[str, Any]) -> list[tuple[dict[str, Any], frozenset[str]]]:
+    """The materials of an entry of `objects` that have the same maps, used alike: one of them, and the names
+    of all."""
+    sets: dict[tuple[Any, ...], tuple[dict[str, Any], frozenset[str]]] = {}
+    for name, material in item["materials"].items():
+        key = (*material["maps"].values(), material["repeat"])
+        first, names = sets.get(key, (material, frozenset()))
+        sets[key] = first, names | {name}
+    return list(sets.values())
 
 
 def _time_table(manifest: dict[str, Any]) -> None:

@@ -189,7 +189,8 @@ def _materials(scene: dict[str, Any]) -> dict[str, dict[str, dict[str, Any]]]:
     order = (*SHEET_ORDER, "cubemap")
     materials = {name: {k: maps[k] for k in order if k in maps} for name, maps in found.items()}
     for item in scene.get("objects", ()):
-        color = {"color": scene["artifacts"][item["color"]]} if item["color"] else {}
+        names = sorted({one["maps"]["color"] for one in item["materials"].values()} - {None})
+        color = {f"color {name}": scene["artifacts"][name] for name in names}
         materials[item["mesh"]] = {"mesh": scene["artifacts"][item["mesh"]], **color}
     return materials
 
@@ -206,9 +207,9 @@ def _material_defaults(scene: dict[str, Any], name: str) -> MaterialDefaults:
         color = tuple(0.7 * a + 0.3 * b for a, b in zip(deep, shallow, strict=True))
         return MaterialDefaults(True, (color[0], color[1], color[2]), water["specular"], water["smoothness"])
     for item in scene.get("objects", ()):
-        if item.get("normal") == f"{name}_normal" or item.get("color") == f"{name}_color":
-            material = next(iter(item["materials"].values()), None)
-            if material:
+        for material in item["materials"].values():
+            maps = material["maps"]
+            if maps["normal"] == f"{name}_normal" or maps["color"] == f"{name}_color":
                 r, g, b = material["color"]
                 return MaterialDefaults(False, (r, g, b), material["specular"], material["smoothness"])
     return MaterialDefaults()

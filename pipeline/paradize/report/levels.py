@@ -9,7 +9,7 @@ import numpy as np
 
 from paradize.formats.glb.reader import decode_glb
 from paradize.formats.ktx2.reader import decode_ktx2
-from paradize.formats.scene_manifest import read_entry
+from paradize.formats.scene_manifest import map_sets, read_entry
 from paradize.metrics.texels import decode_texels
 from paradize.preview.pictures import shown_level
 from paradize.preview.shade import to_light
@@ -22,17 +22,18 @@ def draw_object(baked: Path, scene: dict[str, Any], item: dict[str, Any]) -> byt
     """A PNG of all levels of detail of an object of a scene.json, each with its triangles and errors."""
     entry = scene["artifacts"][item["mesh"]]
     lods = decode_glb(read_entry(baked, entry), entry["file"])
-    texels = None
-    if item["color"]:
-        color = scene["artifacts"][item["color"]]
-        texture = decode_ktx2(read_entry(baked, color), color["file"])
-        texels = decode_texels(texture, shown_level(texture, _TEXELS))
-        texels = np.concatenate([to_light(texels[:, :, :3]), texels[:, :, 3:]], axis=2)
-    skins = {
-        name: Skin(texels, tuple(material["color"]), material["alpha_cutoff"])
-        for name, material in item["materials"].items()
-    }
-    skins[""] = Skin(texels, (1.0, 1.0, 1.0) if texels is not None else Skin.color)
+    skins = {"": Skin(None, Skin.color)}
+    for any_of_them, names in map_sets(item):
+        texels = None
+        if any_of_them["maps"]["color"]:
+            color = scene["artifacts"][any_of_them["maps"]["color"]]
+            texture = decode_ktx2(read_entry(baked, color), color["file"])
+            texels = decode_texels(texture, shown_level(texture, _TEXELS))
+            texels = np.concatenate([to_light(texels[:, :, :3]), texels[:, :, 3:]], axis=2)
+        for name in names:
+            material = item["materials"][name]
+            cutoff = material["alpha_cutoff"] if material["alpha_mode"] == "mask" else 0.0
+            skins[name] = Skin(texels, tuple(material["color"]), cutoff)
     shown = [
         Shown(lod.mesh, _lines(k, lod.mesh, level["error_m"], measured))
         for k, (lod, level, measured) in enumerate(zip(lods, item["lods"], entry["levels"], strict=True))

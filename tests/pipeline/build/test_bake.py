@@ -98,7 +98,7 @@ def test_every_pass_gets_what_it_reads_and_the_manifest_names_it(baked: tuple[Pa
     assert item["materials"]["wood"]["parallax_scale"] == 0.01
     assert item["lods"][0] == {"node": "lod0", "error_m": 0.0}
     assert item["center"] == pytest.approx([0.0, 1.0, 0.0], abs=1e-5)
-    assert item["instances"][0]["yaw_rad"] == pytest.approx(1.5707963267948966)
+    assert item["instances"][0]["rotation"] == pytest.approx([0.0, 0.5**0.5, 0.0, 0.5**0.5])
     assert manifest["terrain"]["height_range_m"] == pytest.approx([-2.0, 2.0], abs=0.05)
     assert manifest["flight"]["errors"]["path_miss_m"] == 0.0
     assert manifest["sun"]["direction"][1] > 0.5
@@ -191,8 +191,9 @@ def test_an_object_without_a_colour_map_takes_the_one_of_its_materials(copied: t
     (scene.parent / "post.mtl").write_text("newmtl wood\nKd 0.25 0.5 0.75\n")
     bake(scene, out, BuildOptions(jobs=1))
     item = json.loads((out / "scene.json").read_text())["objects"][0]
-    assert (item["color"], item["normal"]) == (None, None)
-    assert item["materials"]["wood"]["color"] == [0.25, 0.5, 0.75]
+    wood = item["materials"]["wood"]
+    assert set(wood["maps"].values()) == {None}
+    assert wood["color"] == [0.25, 0.5, 0.75]
 
 
 def test_a_missing_source_is_a_scene_error_before_anything_runs(copied: tuple[Path, Path]) -> None:

@@ -19,6 +19,7 @@ from paradize.scene.flight import plan_flight
 from paradize.scene.settings import EyePoint, Flight, TargetPoint
 from paradize.stages.terrain import terrain_mesh
 from tests.pipeline.shapes import soup
+from tests.player.synthetic import instance
 
 F64 = npt.NDArray[np.float64]
 FOV_DEG, WIDTH, HEIGHT = 60.0, 320, 180
@@ -69,7 +70,7 @@ def near_findings(folder: Path, mesh: Mesh, *stands: dict[str, Any]) -> list[str
         "flight": plan_flight(flight_settings()).as_json(),
         "viewport": [WIDTH, HEIGHT],
         "terrain": None,
-        "objects": [{"mesh": "thing_mesh", "instances": list(stands)}],
+        "objects": [{"mesh": "thing_mesh", "materials": {}, "instances": list(stands)}],
         "artifacts": {"thing_mesh": {"file": "thing.glb", "bytes": len(glb)}},
     }
     found = list(check_flight(manifest, folder, "scene.json"))
@@ -78,21 +79,21 @@ def near_findings(folder: Path, mesh: Mesh, *stands: dict[str, Any]) -> list[str
 
 
 @pytest.mark.parametrize("yaw_deg", [0.0, 70.0, -155.0])
-@pytest.mark.parametrize("scale", [0.25, 3.0])
+@pytest.mark.parametrize("axes", [(0.25, 0.25, 0.25), (3.0, 3.0, 3.0), (-2.0, 1.0, 3.0)])
 def test_an_object_comes_as_near_as_it_does_turned_scaled_and_moved(
-    tmp_path: Path, yaw_deg: float, scale: float
+    tmp_path: Path, yaw_deg: float, axes: tuple[float, float, float]
 ) -> None:
     """It stands aside of its own origin; the second instance is never near."""
     mesh = soup([(2.0, 0.0, 1.0), (2.1, 0.3, 1.0), (2.0, 0.1, 1.4)], [(0, 1, 2)])
     a = math.radians(yaw_deg)
     turn = np.array([[math.cos(a), 0, math.sin(a)], [0, 1, 0], [-math.sin(a), 0, math.cos(a)]])
-    own = samples(mesh.positions.astype(np.float64)[mesh.triangles])
-    position = np.array([-8.0, 2.2, 1.0]) - scale * turn @ own.mean(axis=0)  # so that it lies beside the path
-    stand = {"position": position.tolist(), "yaw_rad": a, "scale": scale}
-    far = {"position": [0.0, 300.0, 0.0], "yaw_rad": 0.0, "scale": 1.0}
+    own = samples(mesh.positions.astype(np.float64)[mesh.triangles] * axes)
+    position = np.array([-8.0, 2.2, 1.0]) - turn @ own.mean(axis=0)  # so that it lies beside the path
+    stand = instance(position.tolist(), a) | {"scale": list(axes)}
+    far = instance([0.0, 300.0, 0.0])
     planned = plan_flight(flight_settings())
     eyes = np.array([planned.view(12.0 * k / MOMENTS)[0] for k in range(MOMENTS)])
-    apart = np.linalg.norm(eyes[:, None] - (scale * own @ turn.T + position)[None], axis=2).min(axis=1)
+    apart = np.linalg.norm(eyes[:, None] - (own @ turn.T + position)[None], axis=2).min(axis=1)
     slope = math.tan(math.radians(FOV_DEG) / 2)
     reach = math.sqrt(1.0 + slope**2 * (1.0 + (WIDTH / HEIGHT) ** 2))
     assert np.abs(apart - reach).min() > 1e-3 and 5 < (apart < reach).sum() < 60
@@ -136,4 +137,4 @@ def test_of_a_path_under_ground_the_deepest_place_is_named(tmp_path: Path) -> No
 
 def test_what_stays_away_is_no_finding(tmp_path: Path) -> None:
     mesh = soup([(2.0, 0.0, 1.0), (2.1, 0.3, 1.0), (2.0, 0.1, 1.4)], [(0, 1, 2)])
-    assert not near_findings(tmp_path, mesh, {"position": [0.0, 20.0, 0.0], "yaw_rad": 1.0, "scale": 2.0})
+    assert not near_findings(tmp_path, mesh, instance([0.0, 20.0, 0.0], 1.0, 2.0))

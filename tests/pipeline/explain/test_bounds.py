@@ -142,16 +142,19 @@ def nearest(places: F64, triangles: F64) -> F64:
 
 
 def stand(places: F64, instance: dict[str, Any]) -> F64:
-    sine, cosine = np.sin(instance["yaw_rad"]), np.cos(instance["yaw_rad"])
-    x, y, z = places.T
-    turned = np.stack([x * cosine + z * sine, y, z * cosine - x * sine], axis=1)
-    return np.asarray(instance["position"] + instance["scale"] * turned)
+    x, y, z, w = instance["rotation"]
+    turn = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+    ]
+    return np.asarray(instance["position"] + (places * instance["scale"]) @ np.array(turn).T)
 
 
 def taken(item: dict[str, Any], instance: dict[str, Any], view: View, asked_px: float) -> int:
     """The player's rule (player/streaming/scene.cpp, choose_lod)."""
     center = stand(np.array([item["center"]]), instance)[0]
-    scale = instance["scale"]
+    scale = max(map(abs, instance["scale"]))
     away = max(np.linalg.norm(view.eye - center) - item["radius_m"] * scale, 1e-3)
     levels = range(len(item["lods"]) - 1, 0, -1)
     errors = [lod["error_m"] * scale * view.pixels / away for lod in item["lods"]]

@@ -50,7 +50,8 @@ def test_the_file_holds_every_instance_map_and_key_and_names_nothing_outside(
     nodes = [node["name"] for node in tree["nodes"]]  # type: ignore[attr-defined]
     for item in scene["objects"]:
         assert sum(name.split()[0] == item["name"] for name in nodes) == len(item["instances"])
-    maps = sum(bool(item[kind]) for item in scene["objects"] for kind in ("color", "normal", "gloss"))
+    materials = [material for item in scene["objects"] for material in item["materials"].values()]
+    maps = len({one["maps"][kind] for one in materials for kind in ("color", "normal", "gloss")} - {None})
     pictures = tree["images"]
     assert isinstance(pictures, list) and len(pictures) == done.pictures >= maps
     for k, picture in enumerate(pictures):  # each is a PNG that another decoder reads
@@ -94,9 +95,9 @@ def test_instances_sun_camera_and_sea_floor_stand_as_the_scene_says(
         return light(sand, effect, share, repeat)
 
     monkeypatch.setattr("paradize.export.scene.ground_light", spied)
-    stands = [
-        {"position": [1.0, 2.0, 3.0], "yaw_rad": 0.7, "scale": 2.5},
-        {"position": [-4.0, 0.0, 1.0], "yaw_rad": -2.0, "scale": 0.5},
+    stands: list[dict[str, Any]] = [
+        {"position": [1.0, 2.0, 3.0], "rotation": [0.0, 0.6, 0.0, 0.8], "scale": [2.5, 2.5, 2.5]},
+        {"position": [-4.0, 0.0, 1.0], "rotation": [0.48, 0.64, 0.36, 0.48], "scale": [0.5, -1.0, 2.0]},
     ]
     for k, direction in enumerate(([0.48, 0.6, -0.64], [0.0, 1.0, 0.0])):
 
@@ -110,10 +111,9 @@ def test_instances_sun_camera_and_sea_floor_stand_as_the_scene_says(
         scene = json.loads((folder / "scene.json").read_text())
         nodes: dict[str, Any] = {node["name"]: node for node in tree["nodes"]}  # type: ignore[attr-defined]
         for number, stand in enumerate(stands, 1):
-            node, a = nodes[f"post {number}"], stand["yaw_rad"]
-            turn = [[np.cos(a), 0, np.sin(a)], [0, 1, 0], [-np.sin(a), 0, np.cos(a)]]
-            assert np.allclose(rotation(node["rotation"]), turn, atol=1e-12)
-            assert (node["translation"], node["scale"]) == (stand["position"], [stand["scale"]] * 3)
+            node = nodes[f"post {number}"]
+            assert np.allclose(rotation(node["rotation"]), rotation(stand["rotation"]), atol=1e-12)
+            assert (node["translation"], node["scale"]) == (stand["position"], stand["scale"])
         assert np.allclose(rotation(nodes["sun"]["rotation"]) @ [0, 0, 1], direction, atol=1e-12)
         assert np.linalg.det(rotation(nodes["sun"]["rotation"])) == pytest.approx(1.0)
         (camera,) = tree["cameras"]  # type: ignore[misc]
