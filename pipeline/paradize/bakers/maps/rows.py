@@ -1,4 +1,4 @@
-"""The maps of one picture: heights, normals, gloss of any rows, and what is averaged of them."""
+"""Makes any rows of the maps of one picture: heights, normals and gloss at level 0, and their means."""
 
 from __future__ import annotations
 
@@ -31,29 +31,33 @@ I32 = npt.NDArray[np.int32]
 
 @dataclass(frozen=True)
 class Layout:
-    """Where the map's UV islands lie. islands: (h, w) int32, ids; outside -1, or, where filled, -2 less the
-    flat index of the texel that the gutter takes (stages.gutter.with_source). mask: texels that shine, all
-    where it is None."""
+    """The UV islands of a map. islands: (h, w) int32, the island's number; -1 outside, or if `filled`, -2 -
+    flat index of the texel that the gutter copies (stages.gutter.with_source). mask: the texels that shine;
+    None: all."""
 
     islands: I32
     filled: bool
     mask: npt.NDArray[np.bool_] | None
 
     def source(self, first: int, last: int) -> I32:
-        """Flat indices (n, w) of the texels that the rows' own are taken from."""
+        """Returns the flat indices (n, w) of the texels that these rows copy."""
         return gutter.source_rows(self.islands, first, last)
 
 
 def filter_errors(ground: HeightMap) -> dict[str, float]:
-    """Degrees between the filter's normals and the true ones: what the filter alone costs."""
+    """Returns the angles between the filter's normals and the true ones, degrees: the error of the filter
+    alone."""
     return _parts("normal_filter", filter_error(ground))
 
 
 def no_worse_than_fast(ground: HeightMap) -> HeightMap:
-    """The height map with the filter that `auto` chose, if that errs no more than tier `fast`'s filter by
-    any of filter_errors. Otherwise with the slopes of tier `exact`: of 8- and 16-bit heights held to what
-    their rounding leaves open, of floats EXACT's. `auto` predicts from a spectrum, which says little of small
-    maps and of UV islands."""
+    """Returns the height map with a filter that is no worse than tier `fast`'s by any of filter_errors.
+
+    This is the filter that `auto` chose, if its measured errors allow it. Otherwise the map gets the slopes
+    of tier `exact`: for 8- and 16-bit heights limited to what their rounding leaves open, for floats those of
+    the reference filter. `auto` predicts errors from a spectrum, which says little about small maps and UV
+    islands.
+    """
     if ground.filter_name in (FAST_FILTER, REFERENCE_FILTER):
         return ground
     own, fast = (
@@ -70,12 +74,12 @@ def no_worse_than_fast(ground: HeightMap) -> HeightMap:
 
 
 def open_angles(ground: HeightMap) -> dict[str, float]:
-    """Degrees that the half steps of the source leave open: no error is told within them."""
+    """Returns the angles that the half steps of the source leave open, degrees. Errors count only beyond."""
     return _parts("normal_open", open_error(ground))
 
 
 def encoding_errors(shown: Texture | F32, ground: HeightMap) -> dict[str, float]:
-    """What storing a normal map costs at level 0, a texture or decoded x and y (h, w, 2)."""
+    """Returns the error of storing level 0 of a normal map: a texture, or decoded x and y (h, w, 2)."""
     return _parts("normal_encoding", encoding_error(shown, ground))
 
 
@@ -90,10 +94,10 @@ def _parts(name: str, found: dict[str, float]) -> dict[str, float]:
 class MapRows:
     """Rows of every map of a picture, level 0.
 
-    names: the maps that will be asked for. unit (low, span): a height map's zero and one among the heights.
-    picture: where brightness comes from, and truth what metrics take for
-    it; the heights where it is None. Where there is a UV layout, gutters
-    are filled: beside the heights the normals along the islands' borders are held, nothing else.
+    names: the maps that will be requested. unit: (low, span) of the heights that become 0..1 in the height
+    map. picture: the source of brightness; None: the heights. truth: the brightness that metrics compare
+    with. If there is a UV layout, gutters are filled. For that only the normals along the borders of islands
+    are kept in memory, beside the heights.
     """
 
     def __init__(
