@@ -13,7 +13,18 @@ from dataclasses import dataclass, field, fields
 from typing import Any
 
 FILE_NAME = re.compile(r"[a-z0-9_]+-[0-9a-f]{8}\.(glb|ktx2|ogg)")  # as Artifact.file gives it
-KEPT = ("sha256", "suffix", "tier", "errors", "levels", "format", "reason", "filter", "warnings")
+KEPT = (
+    "sha256",
+    "suffix",
+    "tier",
+    "errors",
+    "levels",
+    "format",
+    "reason",
+    "filter",
+    "warnings",
+    "constant",
+)
 REPORTED = (
     "name", "file", "sha256", "bytes", "tier", "errors", "status", "seconds", "levels", "format", "reason",
     "filter", "tried", "over", "left_out",
@@ -53,6 +64,7 @@ class Artifact:
     reason: str | None = None
     filter: str | None = None
     warnings: list[str] = field(default_factory=list)
+    constant: list[float] | None = None
     status: str = "baked"
     seconds: float = 0.0
     tried: dict[str, Any] | None = None

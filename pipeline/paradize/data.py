@@ -182,6 +182,15 @@ class HeightMap:
 
 
 @dataclass(frozen=True)
+class DrawnNormals:
+    """The normals of a map that somebody drew, as metrics compare with them. vectors: (h, w, 3) float32,
+    unit, green up. islands: as of HeightMap; None: all texels count."""
+
+    vectors: F32
+    islands: I32 | None = None
+
+
+@dataclass(frozen=True)
 class Texture:
     """An encoded texture. format: KTX2's VkFormat without prefix and suffix, such as "BC5_SNORM".
 

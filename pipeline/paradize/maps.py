@@ -24,7 +24,9 @@ class MaterialMap:
     the same where there is alpha.
     surfaces: who may have it: "object", "water", "ground".
     stream_rank: what of a surface is streamed first.
-    derived: made by `paradize maps` of a colour or a height picture.
+    derived: made by `paradize maps` of a colour or a height picture. authored: may be baked from a picture
+    that somebody drew of it, no colour.
+    narrow_formats: the same where only the first channel is read.
     panels: what a contact sheet shows of it, one after the other; of a "value" one for each channel.
     not_bounded: what the bound of its error does not hold, in the words of `paradize explain`.
     """
@@ -39,7 +41,9 @@ class MaterialMap:
     panels: tuple[str, ...]
     not_bounded: tuple[str, ...]
     alpha_formats: tuple[str, ...] = ()
+    narrow_formats: tuple[str, ...] = ()
     derived: bool = True
+    authored: bool = True
 
     @property
     def is_direction(self) -> bool:
@@ -73,6 +77,7 @@ MAPS: dict[str, MaterialMap] = {
             panels=("colour",),
             not_bounded=("light",),
             derived=False,
+            authored=False,
         ),
         MaterialMap(
             name="normal",
@@ -117,10 +122,38 @@ MAPS: dict[str, MaterialMap] = {
             stream_rank=2,
             panels=("du/dv, stretched",),
             not_bounded=("mixes of texels", "what the water makes of it"),
+            authored=False,
+        ),
+        MaterialMap(
+            name="occlusion",
+            label="occlusion",
+            kind="value",
+            channels=2,
+            formats=("BC5_UNORM", "RG8_UNORM", "RG16_UNORM"),
+            narrow_formats=("BC4_UNORM", "R8_UNORM", "R16_UNORM"),
+            surfaces=(),
+            stream_rank=5,
+            panels=("occlusion R", "occlusion G: metalness"),
+            not_bounded=("light",),
+            derived=False,
+        ),
+        MaterialMap(
+            name="emission",
+            label="emission",
+            kind="color",
+            channels=3,
+            formats=("BC1_RGB_SRGB", "BC7_SRGB", "RGBA8_SRGB"),
+            surfaces=(),
+            stream_rank=6,
+            panels=("emission",),
+            not_bounded=("light",),
+            derived=False,
+            authored=False,
         ),
     )
 }
 DERIVED = tuple(name for name, one in MAPS.items() if one.derived)
+AUTHORED = tuple(name for name, one in MAPS.items() if one.authored)
 
 
 def maps_of(surface: str) -> tuple[str, ...]:

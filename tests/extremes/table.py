@@ -38,6 +38,7 @@ ROOMS = (
     "loading_rows",
     "mesh_rows",
     "map_rows",
+    "authored_rows",
     "picture_rows",
     "ground_rows",
     "metric_rows",

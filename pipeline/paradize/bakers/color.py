@@ -24,6 +24,7 @@ from paradize.data import Image, Texture
 from paradize.errors import BakeError, SourceError
 from paradize.formats.ktx2.encode import encode_ktx2
 from paradize.kernels.bc7 import THREADS
+from paradize.kernels.maps import linear_light
 from paradize.metrics.levels import color_levels
 from paradize.readers.image import read_image
 from paradize.readers.model import read_model
@@ -50,7 +51,8 @@ def bake_color(
     measure: bool = True,
     **changes: Any,
 ) -> MapProduct:
-    """The picture at `path` as an sRGB texture with mips in linear light.
+    """The picture at `path` as an sRGB texture with mips in linear light. Of emission alpha does not count,
+    and where all texels are equal the product is their linear RGB, `constant`, and no texture.
 
     settings: None: as they are by themselves; changes: fields of them that are others. alpha: another picture
     whose luminance (or alpha) replaces the alpha; opaque pictures have none in the texture. uv: an OBJ whose
@@ -64,8 +66,13 @@ def bake_color(
     if not 0.0 <= used.alpha_cutoff <= 1.0:
         raise BakeError(f"the alpha cutoff is {used.alpha_cutoff}; 0 to 1 is the range")
     wraps = wraps_of(used.wrap)
-    values, encoded, warnings = color_values(path, alpha, wraps, uv)
+    name = used.product
+    values, encoded, warnings = color_values(path, alpha, wraps, uv, opaque=name == "emission")
     rows, columns = values.shape[:2]
+    if name == "emission" and (values == values[0, 0]).all():
+        light = linear_light(values[:1, :1], encoded=encoded)[0, 0]
+        constant = tuple(float(value) for value in light)
+        return MapProduct(b"", columns, rows, "", 0.0, None, tier, warnings=warnings, constant=constant)
     cutoff = used.alpha_cutoff if values.shape[2] == 4 else None
 
     formats, other, alpha_weight = color_formats(
@@ -82,19 +89,20 @@ def bake_color(
         return texture, color_levels(texture, values, encoded=encoded, alpha_cutoff=cutoff)
 
     def errors_of(made: tuple[Texture, LevelErrors]) -> dict[str, float]:
-        return flat_errors("color", made[1][0]) if made[1] else {}
+        return flat_errors(name, made[1][0]) if made[1] else {}
 
     kept = formats[-1 if used.uncompressed else 0 :]
     (texture, levels), reason = within_budget(kept, make, errors_of, used.budget)
     reason = reason or other
     errors = errors_of((texture, levels)) if measure else {}
+    metric = next(iter(errors), None)
     return MapProduct(
         encode_ktx2(texture, zstd_level=used.zstd),
         columns,
         rows,
         texture.format,
-        errors.get("color_psnr_db", 0.0),
-        "color_psnr_db" if errors else None,
+        errors[metric] if metric else 0.0,
+        metric,
         tier,
         errors,
         warnings,
@@ -104,11 +112,14 @@ def bake_color(
 
 
 def color_values(
-    path: Path, alpha: Path | None, wraps: tuple[bool, bool], uv: Path | None
+    path: Path, alpha: Path | None, wraps: tuple[bool, bool], uv: Path | None, *, opaque: bool = False
 ) -> tuple[Values, bool, list[str]]:
     """The texels (h, w, 3 or 4) of level 0 as bake_color takes them from its sources, whether they are sRGB,
-    and warnings."""
+    and warnings. opaque: what the picture says of alpha does not count."""
     image = read_image(path)
+    if opaque and image.values.shape[2] in (2, 4):
+        seen: Any = np.ascontiguousarray(image.values[:, :, :-1])
+        image = replace(image, values=seen)
     warnings = []
     if image.values.dtype == np.float32 and float(image.values.max()) > 1.0:
         warnings.append(f"{path}: brighter than 1 in places; a colour texture holds 0..1")

@@ -18,6 +18,7 @@ class MapProduct:
     `metric`, which stands first in `errors` (metric -> value of level 0, six significant digits). levels:
     what was measured of every level, the finest first. tier: the one that was used. filter: the derivative
     filter behind it; None where there is none. reason: why it has another format than its tier's.
+    constant: of a map whose texels are all equal, the values of its channels; then `data` is empty.
     source, guess: what the picture was taken for, and in words where nobody said it; as bake.Picture."""
 
     data: bytes
@@ -34,6 +35,7 @@ class MapProduct:
     reason: str | None = None
     source: str = "color"
     guess: str | None = None
+    constant: tuple[float, ...] | None = None
 
 
 def one_of(what: str, wrong: Sequence[str], allowed: Collection[str]) -> None:

@@ -107,7 +107,7 @@ def make_terrain(sources: Sources, settings: Settings, tier: str, scratch: Path)
 
 
 def make_color(sources: Sources, settings: Settings, tier: str) -> list[Product]:
-    """Colour map -> KTX2."""
+    """Colour map -> KTX2; or a map of emission."""
     from paradize.bakers.color import bake_color
     from paradize.scene.baker_settings import ColorSettings
 
@@ -118,7 +118,7 @@ def make_color(sources: Sources, settings: Settings, tier: str) -> list[Product]
         uv=layout_of(sources),
         tier=tier,
     )
-    return [_texture("color", made)]
+    return [_texture(settings.get("product", "color"), made)]
 
 
 def make_maps(sources: Sources, settings: Settings, tier: str) -> list[Product]:
@@ -128,6 +128,17 @@ def make_maps(sources: Sources, settings: Settings, tier: str) -> list[Product]:
     used, layout = map_settings(sources, settings)
     made = bake_maps(sources["image"], used, uv=layout, tier=tier)
     return [_texture(name, made[name]) for name in used.only]
+
+
+def make_authored(sources: Sources, settings: Settings, tier: str) -> list[Product]:
+    """Pictures that somebody drew, by role -> the asked ones of normal, height, gloss and occlusion, each
+    KTX2; of a map whose texels are all equal no bytes, but `constant`."""
+    from paradize.bakers.authored.bake import bake_authored
+    from paradize.scene.baker_settings import AuthoredSettings
+
+    drawn = {role: path for role, path in sources.items() if role != "layout"}
+    made = bake_authored(drawn, AuthoredSettings(**settings), uv=layout_of(sources), tier=tier)
+    return [_texture(name, one) for name, one in made.items()]
 
 
 def map_settings(sources: Sources, settings: Settings) -> tuple[MapSettings, Path | None]:
@@ -188,6 +199,7 @@ def _texture(name: str, made: Any) -> Product:
         reason=made.reason,
         filter=made.filter,
         warnings=list(made.warnings),
+        constant=None if made.constant is None else list(made.constant),
     )
     return Product(artifact, made.data)
 
@@ -196,7 +208,7 @@ Baker = Callable[
     ..., list[Product]
 ]  # of sources, settings and tier; those of WITH_SCRATCH also a scratch folder
 WITH_SCRATCH = ("terrain",)
-BUDGET_FORMATS = ("color", "maps")  # the bakers whose texture format a budget decides
+BUDGET_FORMATS = ("color", "maps", "authored")  # the bakers whose texture format a budget decides
 TEXTURES = (*BUDGET_FORMATS, "cubemap")
 # baker -> (the module whose code, with all that it imports, decides the result; the function)
 BAKERS: dict[str, tuple[str, Baker]] = {
@@ -204,6 +216,7 @@ BAKERS: dict[str, tuple[str, Baker]] = {
     "terrain": ("paradize.bakers.terrain.tiles", make_terrain),
     "color": ("paradize.bakers.color", make_color),
     "maps": ("paradize.bakers.maps.bake", make_maps),
+    "authored": ("paradize.bakers.authored.bake", make_authored),
     "cubemap": ("paradize.bakers.cubemap", make_cubemap),
     "sound": ("paradize.bakers.sound", make_sound),
     "flight": ("paradize.metrics.flight", make_flight),

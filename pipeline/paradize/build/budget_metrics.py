@@ -5,24 +5,28 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Mapping
 from typing import Any
 
+from paradize.bakers.registry import BUDGET_FORMATS
 from paradize.scene.budget import METRICS
 
 # First words of the metrics that a baker measures. The metrics of maps begin with the map's name.
 _OWNERS = {
     "mesh": ("surface", "load", "lod", "uv_shift", "tangent"),
     "terrain": ("terrain",),
-    "color": ("color", "alpha"),
     "cubemap": ("sky",),
     "flight": ("path",),
 }
+# Of normals that are derived from heights alone.
+_OF_SLOPES = {metric for metric in METRICS if metric.startswith(("normal_filter_", "normal_open_"))}
 
 
 def measured_by(baker: str, products: Iterable[str], settings: Mapping[str, Any]) -> set[str]:
     """Returns the metrics that a baker ("mesh", "maps", ...) measures for these products."""
-    owners = [*_OWNERS.get(baker, ()), *(products if baker == "maps" else ())]
+    maps = [*products] if baker in BUDGET_FORMATS else []
+    owners = [*_OWNERS.get(baker, ()), *maps, *(["alpha"] if "color" in maps else [])]
     if settings.get("quantise") not in (None, False):
         owners.append("quantise")
-    return {metric for metric in METRICS if metric.startswith(tuple(f"{owner}_" for owner in owners))}
+    known = {metric for metric in METRICS if metric.startswith(tuple(f"{owner}_" for owner in owners))}
+    return known - _OF_SLOPES if baker == "authored" else known
 
 
 def of_single_files(metrics: Collection[str]) -> set[str]:

@@ -38,6 +38,7 @@ PRODUCTS = map_of(
         reason=or_null(text),
         filter=or_null(text),
         warnings=list_of(text),
+        constant=or_null(list_of(_real)),
     )
 )
 _MAP_GUTTERS = table(**GUTTER, max_level=or_null(_level))

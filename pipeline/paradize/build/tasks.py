@@ -76,7 +76,7 @@ def job_settings(job: BakeJob, scene: Scene, finer_format: bool) -> dict[str, An
     if job.baker not in registry.BUDGET_FORMATS:
         return job.settings | packed
     products = [output.product for output in job.outputs]
-    owners = ["color", "alpha"] if job.baker == "color" else products
+    owners = [*products, *(["alpha"] if "color" in products else [])]
     limits = {
         metric: limit for metric, limit in scene.budget.hard.items() if metric.partition("_")[0] in owners
     }

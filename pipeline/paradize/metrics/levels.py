@@ -9,7 +9,8 @@ Normals have one reference for all tiers and filters: eighth-order differences o
 to half a step only. The half steps allow a cone of normals around the reference: the largest angle to a
 normal whose slopes lie within their reach. An angle counts by how much it exceeds the cone; at level k the
 cone is the mean of level 0's, which is generous, because half steps partly cancel. The heights are the
-source's own (source.py), not those of the stages.
+source's own (source.py), not those of the stages. Normals that somebody drew are their own reference
+(authored.py).
 
 Angles are degrees. PSNR is dB for a peak of 1, at most LOSSLESS_DB. p99 is the 99th percentile. All numbers
 have six significant digits.
@@ -23,7 +24,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from paradize.data import rounded
+from paradize.data import DrawnNormals, rounded
 from paradize.kernels.reference import maps as reference_maps
 from paradize.metrics.filters import EXACT, central_weights, taps
 from paradize.metrics.texels import bc7_codes, decode_texels
@@ -95,6 +96,13 @@ def _psnr(squares: float, count: int) -> float:
     return LOSSLESS_DB if mean <= 1e-12 else rounded(float(-10 * Decimal(mean).log10()))
 
 
+def _normals(height_map: HeightMap | DrawnNormals) -> reference_maps.Normals:
+    """What the normals of all tiers are compared with."""
+    if isinstance(height_map, DrawnNormals):
+        return reference_maps.Vectors(height_map.vectors, islands=height_map.islands)
+    return _reference(height_map)
+
+
 def _reference(height_map: HeightMap) -> reference_maps.HeightMap:
     """The reference that the normals of all tiers are compared with."""
     levels = height_map.height_levels if height_map.reference_heights is None else height_map.reference_levels
@@ -127,16 +135,15 @@ def _filtered(height_map: HeightMap) -> reference_maps.HeightMap:
     )
 
 
-def normal_levels(texture: Texture, height_map: HeightMap) -> list[dict[str, float]]:
-    """mean_deg, p99_deg and max_deg of each level of a normal map, against the reference of all tiers.
+def normal_levels(texture: Texture, height_map: HeightMap | DrawnNormals) -> list[dict[str, float]]:
+    """mean_deg, p99_deg and max_deg of each level of a normal map, against the reference of all tiers, or
+    against the normals of a map that somebody drew.
 
     The reference of a level averages normals and normalizes the mean, which is (0, 0, 1) where they cancel.
     With islands, only texels whose taps and area lie on one island are measured (elsewhere the gutter
     decides); a level without such a texel has errors of 0.
     """
-    return [
-        _angles(level) for level in reference_maps.normal_levels(_native(texture), _reference(height_map))
-    ]
+    return [_angles(level) for level in reference_maps.normal_levels(_native(texture), _normals(height_map))]
 
 
 def dudv_levels(texture: Texture, height_map: HeightMap) -> list[dict[str, float]]:
@@ -195,7 +202,9 @@ def value_levels(texture: Texture, level0: F32) -> list[dict[str, float]]:
     return [_differences(level) for level in reference_maps.value_levels(_native(texture), level0)]
 
 
-def gloss_levels(texture: Texture, gloss: F32, height_map: HeightMap) -> list[dict[str, float]]:
+def gloss_levels(
+    texture: Texture, gloss: F32, height_map: HeightMap | DrawnNormals
+) -> list[dict[str, float]]:
     """psnr_db, p99 and max of each level of gloss (h, w, 2), both channels together; width_mean_deg,
     width_p99_deg and width_max_deg: error of a highlight's half-width, at half maximum of GGX's distribution
     of slopes.
@@ -205,7 +214,7 @@ def gloss_levels(texture: Texture, gloss: F32, height_map: HeightMap) -> list[di
     cones, the mean normal may be longer or shorter by their mean, and any smoothness in that range has no
     error. Islands as in normal_levels.
     """
-    kernel_texture, reference = _native(texture), _reference(height_map)
+    kernel_texture, reference = _native(texture), _normals(height_map)
     values = map(_differences, reference_maps.gloss_levels(kernel_texture, gloss, reference))
     widths = map(_angles, reference_maps.highlight_levels(kernel_texture, gloss, reference))
     return [

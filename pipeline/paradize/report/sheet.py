@@ -66,8 +66,11 @@ def _panels(maps: dict[str, SheetMap]) -> list[_Panel]:
     """What is shown, in the order of the sheet."""
     out: list[_Panel] = []
     for name in (name for name in SHEET_ORDER if name in maps):
-        many = len(MAPS[name].panels) > 1
-        out += [_Panel(name, title, k if many else None) for k, title in enumerate(MAPS[name].panels)]
+        titles = MAPS[name].panels
+        if maps[name].texture.format in MAPS[name].narrow_formats:
+            titles = titles[:1]
+        many = len(titles) > 1
+        out += [_Panel(name, title, k if many else None) for k, title in enumerate(titles)]
         if name == "color" and has_holes(maps[name].texture):
             out.append(_Panel(name, "alpha", 3))
     return out

@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from typing import Any, Literal, Self
 
-from paradize.maps import DERIVED
+from paradize.maps import AUTHORED, DERIVED
 from paradize.scene.settings import SIMPLIFIERS, UNWRAPPERS, Relief
 
 
@@ -108,10 +108,36 @@ class MapSettings(TextureSettings, Relief):
 
 @dataclass(frozen=True, kw_only=True)
 class ColorSettings(TextureSettings):
-    """What decides a colour texture, beside its pictures, their UV layout and the tier. alpha_cutoff: each
-    mip keeps the share of texels that pass it, 0 to 1."""
+    """What decides a colour texture, beside its pictures, their UV layout and the tier. product: "color", or
+    "emission", which has no alpha. alpha_cutoff: each mip keeps the share of texels that pass it, 0 to 1."""
 
+    product: Literal["color", "emission"] = "color"
     alpha_cutoff: float = 0.5
+
+
+@dataclass(frozen=True, kw_only=True)
+class AuthoredSettings(TextureSettings):
+    """What decides the maps that somebody drew, beside the pictures by role, their UV layout and the tier.
+    Roles: "normal", "height", "roughness", "smoothness", "specular", "metalness", "occlusion".
+
+    only: the maps to make, of paradize.maps.AUTHORED: normal; height; gloss of roughness or smoothness and
+    specular; occlusion, with metalness beside it. channels: role -> what of its picture counts, as
+    material.Channel; by itself all of a normal map, and the luminance of other pictures. inverted: roles
+    whose values count as 1 - value.
+    green_down: whether green points down in the normal map; None: as its slopes say, with a warning. Factors
+    of the material, which are baked in where the map has a picture: normal_scale, of x and y; roughness,
+    metalness, specular, 0 to 1; occlusion_strength, 0 to 1.
+    """
+
+    only: Sequence[str] = AUTHORED
+    channels: Mapping[str, str] = field(default_factory=dict)
+    inverted: Sequence[str] = ()
+    green_down: bool | None = None
+    normal_scale: float = 1.0
+    roughness: float = 1.0
+    metalness: float = 1.0
+    specular: float = 1.0
+    occlusion_strength: float = 1.0
 
 
 @dataclass(frozen=True, kw_only=True)

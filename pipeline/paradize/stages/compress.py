@@ -26,11 +26,18 @@ _TEXEL_BYTES = {"R8": 1, "RG8": 2, "R16": 2, "RG16": 4, "RGBA8": 4}
 
 
 def formats_of(
-    name: str, height: int, width: int, *, tier: str = "balanced", alpha: bool = False
+    name: str,
+    height: int,
+    width: int,
+    *,
+    tier: str = "balanced",
+    alpha: bool = False,
+    narrow: bool = False,
 ) -> tuple[str, ...]:
     """Returns the formats that a map of this size may take, the tier's first. Without block formats if the
-    sides do not divide by four."""
-    known = MAPS[name].alpha_formats if alpha else MAPS[name].formats
+    sides do not divide by four. narrow: only the first channel is read."""
+    one = MAPS[name]
+    known = one.alpha_formats if alpha else one.narrow_formats if narrow else one.formats
     if tier == "exact" and "BC7_SRGB" in known:
         known = known[known.index("BC7_SRGB") :]
     if height % 4 or width % 4:

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from paradize.bakers.authored.bake import bake_authored
 from paradize.bakers.color import bake_color
 from paradize.build.bake import bake
 from paradize.build.options import BuildOptions
@@ -19,6 +20,7 @@ from tests.pipeline.build.test_budget_measured import MAPS, MESH, TERRAIN
 from tests.pipeline.scenes import make_cove, write_image
 from tests.places import ROOT
 
+ALPHA = {"occlusion": "a", "roughness": "a"}
 # Of a level or a report: what is no error.
 FACTS = {"triangles", "vertices", "draw", "tier", "bytes", "bound_m", "quantised", "warnings"}
 
@@ -52,8 +54,13 @@ def written(tmp_path_factory: pytest.TempPathFactory) -> set[str]:
     leaf = np.full((16, 16, 4), 200, np.uint8)
     leaf[::2, :, 3] = 90
     write_image(top / "leaf.png", leaf)
-    made = bake_color(top / "leaf.png")
-    names |= set(made.errors).union(*made.levels)
+    drawn = bake_authored({"occlusion": top / "leaf.png", "roughness": top / "leaf.png"}, channels=ALPHA)
+    for made in (
+        bake_color(top / "leaf.png"),
+        bake_color(scene.parent / "wood.png", product="emission"),
+        *drawn.values(),
+    ):
+        names |= set(made.errors).union(*made.levels)
     for fmt in ("ktx2", "png"):
         told = bake_single(
             "maps", scene.parent / "wood.png", replace(MAPS, fmt=fmt), tier="fast", budget={}

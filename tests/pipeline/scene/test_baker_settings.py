@@ -17,6 +17,7 @@ from paradize.cli import maps, mesh, terrain
 from paradize.cli.main import main
 from paradize.scene import baker_settings
 from paradize.scene.baker_settings import (
+    AuthoredSettings,
     BakerSettings,
     ColorSettings,
     CubemapSettings,
@@ -37,7 +38,7 @@ BAKERS: dict[str, type[BakerSettings]] = {
     "maps": MapSettings,
     "cubemap": CubemapSettings,
 }
-ALL = [*BAKERS.values(), TerrainSettings, TextureSettings]
+ALL = [*BAKERS.values(), AuthoredSettings, TerrainSettings, TextureSettings]
 
 
 @pytest.mark.parametrize("kind", ALL)

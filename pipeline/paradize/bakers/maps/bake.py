@@ -104,7 +104,7 @@ def map_rows(
         require_finite(image.values, path)
         warnings += [*_beyond(path, image), *_normals(path, image)]
     rows, columns = image.values.shape[:2]
-    layout = None if uv is None else _layout(uv, rows, columns, wraps, settings.gloss_groups)
+    layout = None if uv is None else read_layout(uv, rows, columns, wraps, settings.gloss_groups)
     if source == "color":
         image = replace(image, values=spread(image.values, wraps))
     heights = _heights(image, source, levels)
@@ -130,7 +130,7 @@ def map_rows(
         truth = heights  # one plane less while maps are made
     unit = (0.0, 1.0)
     if source == "height":
-        unit, ranged = _unit(heights, path)
+        unit, ranged = unit_of_heights(heights, path)
         warnings += ranged
     slopes = _slopes(settings, rows, columns, unit[1])
     down = settings.green == "down"
@@ -228,7 +228,11 @@ def _without_steps(image: Image, path: Path, wraps: tuple[bool, bool]) -> tuple[
     return replace(image, values=pixels), []
 
 
-def _layout(uv: Path, rows: int, columns: int, wraps: tuple[bool, bool], groups: Sequence[str]) -> Layout:
+def read_layout(
+    uv: Path, rows: int, columns: int, wraps: tuple[bool, bool], groups: Sequence[str] = ()
+) -> Layout:
+    """Where the UV islands of a model lie on a map of so many texels. groups: those that shine; none: all.
+    Raises SourceError and BakeError."""
     mesh = read_model(uv).mesh
     islands = gutter.island_map(mesh, height=rows, width=columns, file=uv)
     mask = None
@@ -262,7 +266,7 @@ def _code_heights(image: Image, heights: Callable[[Image], F32]) -> F32 | None:
     return np.unique(heights(replace(image, values=grey)))
 
 
-def _unit(heights: F32, path: Path) -> tuple[tuple[float, float], list[str]]:
+def unit_of_heights(heights: F32, path: Path) -> tuple[tuple[float, float], list[str]]:
     """The heights that a height map holds as 0, and how far above it 1 is: (0, 1) where the heights fit, else
     from the lowest to the highest, with a warning."""
     low, high = float(heights.min()), float(heights.max())

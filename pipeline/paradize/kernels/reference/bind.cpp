@@ -215,6 +215,18 @@ reference::HeightMap ground(const Rows<float> &heights, std::vector<double> deri
     return out;
 }
 
+// vectors: (rows, columns, 3), unit. The caller holds both arrays.
+reference::HeightMap drawn(Values vectors, const nb::object &islands) {
+    reference::HeightMap out;
+    out.drawn = flat(vectors);
+    out.size = {vectors.shape(0), vectors.shape(1)};
+    out.taps = {{}, {1.0}};
+    if (!islands.is_none()) {
+        out.islands = flat(nb::cast<Islands>(islands));
+    }
+    return out;
+}
+
 using Found = std::vector<reference::LevelError>;
 
 // One tuple a level: count, sum, p99, max, sum of alpha's squares, count of alpha's texels.
@@ -331,6 +343,8 @@ NB_MODULE(_reference, m) {
           nb::arg("wrap"), nb::arg("green_down"), nb::arg("islands").none(), nb::arg("codes").none(),
           nb::arg("exact"), nb::arg("held"), nb::arg("cones"), nb::keep_alive<0, 1>(), nb::keep_alive<0, 7>(),
           nb::keep_alive<0, 8>());
+    m.def("drawn", &drawn, nb::arg("vectors"), nb::arg("islands").none(), nb::keep_alive<0, 1>(),
+          nb::keep_alive<0, 2>());
     m.def("normal_levels", &normal_levels);
     m.def("filter_angles", &filter_angles);
     m.def("open_angles", &open_angles);

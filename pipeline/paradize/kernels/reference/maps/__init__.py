@@ -136,6 +136,27 @@ class HeightMap:
         )
 
 
+class Vectors:
+    """Unit vectors (h, w, 3) float32, finite: the normals of a map that somebody drew. islands: as of
+    HeightMap. Raises ValueError."""
+
+    cones = False
+
+    def __init__(self, vectors: npt.ArrayLike, *, islands: npt.ArrayLike | None = None) -> None:
+        exact = np.ascontiguousarray(vectors, np.float32)
+        if exact.ndim != 3 or exact.shape[2] != 3 or exact.size == 0:
+            raise ValueError(f"expected (h, w, 3) vectors, got {exact.shape}")
+        _require_finite(exact, "vectors")
+        ids = None if islands is None else np.ascontiguousarray(islands, np.int32)
+        if ids is not None and ids.shape != exact.shape[:2]:
+            raise ValueError(f"{ids.shape} islands of {exact.shape} vectors")
+        self.shape = exact.shape[:2]
+        self.native = _reference.drawn(exact, ids)
+
+
+Normals: TypeAlias = HeightMap | Vectors
+
+
 def _workers(threads: int | None) -> int:
     return default_threads(_THREADS) if threads is None else max(1, threads)
 
@@ -151,7 +172,7 @@ def _check_size(texture: Texture, shape: tuple[int, ...], channels: int) -> None
 
 
 def normal_levels(
-    texture: Texture, height_map: HeightMap, *, offsets: bool = False, threads: int | None = None
+    texture: Texture, height_map: Normals, *, offsets: bool = False, threads: int | None = None
 ) -> list[Error]:
     """Angles in degrees between the normals rebuilt from the texture's x and y and those of the height map.
     offsets: the texture is du/dv, minus its mean."""
@@ -185,7 +206,7 @@ def value_levels(texture: Texture, values: npt.ArrayLike, *, threads: int | None
 
 
 def gloss_levels(
-    texture: Texture, gloss: npt.ArrayLike, height_map: HeightMap, *, threads: int | None = None
+    texture: Texture, gloss: npt.ArrayLike, height_map: Normals, *, threads: int | None = None
 ) -> list[Error]:
     """Differences from gloss (h, w, 2) float32, whose smoothness is widened by the normals of the height
     map."""
@@ -194,7 +215,7 @@ def gloss_levels(
 
 
 def highlight_levels(
-    texture: Texture, gloss: npt.ArrayLike, height_map: HeightMap, *, threads: int | None = None
+    texture: Texture, gloss: npt.ArrayLike, height_map: Normals, *, threads: int | None = None
 ) -> list[Error]:
     """Errors of the half-width of highlights of this smoothness, in degrees, at half maximum of GGX's
     distribution of slopes."""
@@ -202,7 +223,7 @@ def highlight_levels(
     return _errors(_reference.highlight_levels(texture.native, exact, height_map.native, _workers(threads)))
 
 
-def _gloss(texture: Texture, gloss: npt.ArrayLike, height_map: HeightMap) -> npt.NDArray[np.float32]:
+def _gloss(texture: Texture, gloss: npt.ArrayLike, height_map: Normals) -> npt.NDArray[np.float32]:
     exact = np.ascontiguousarray(gloss, np.float32)
     if exact.ndim != 3 or exact.shape[2] != 2 or exact.shape[:2] != height_map.shape:
         raise ValueError(f"gloss {exact.shape} on heights of {height_map.shape}")

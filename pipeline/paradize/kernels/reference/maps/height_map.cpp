@@ -329,7 +329,31 @@ void NormalRows::cone(double *normals, double *degrees) {
                    {exact_.x.data(), exact_.y.data(), corner_z_.data()}, columns, degrees);
 }
 
+void NormalRows::drawn(std::size_t y, double *out) const {
+    const std::size_t columns = height_map_.size.columns;
+    const float *from = &height_map_.drawn[3 * y * columns];
+    for (std::size_t i = 0; i < columns; ++i) {
+        const double x = from[3 * i];
+        const double y_up = from[3 * i + 1];
+        const double z = from[3 * i + 2];
+        double length = std::sqrt(x * x + y_up * y_up + z * z);
+        if (length < 1.0 - 1e-6) { // a mean; else 1 but for the rounding of floats
+            length = 1.0;
+        }
+        out[i] = x / length;
+        out[columns + i] = y_up / length;
+        out[2 * columns + i] = z / length;
+    }
+    if (!height_map_.islands.empty()) {
+        inside(y, out + 3 * columns);
+    }
+}
+
 void NormalRows::row(std::size_t y, double *out) {
+    if (!height_map_.drawn.empty()) {
+        drawn(y, out);
+        return;
+    }
     const std::size_t columns = height_map_.size.columns;
     const auto at = static_cast<std::ptrdiff_t>(y);
     filtered(at, height_map_.taps, slope_);

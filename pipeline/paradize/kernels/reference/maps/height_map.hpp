@@ -37,6 +37,9 @@ struct HeightMap {
     Taps exact;         // of the slopes that those half steps surround
     bool held = false;  // the taps' slopes are held to what the half steps allow
     bool cones = false; // a plane of the angle that they leave open
+    // Empty, or x, y, z of rows * columns unit vectors or means of such: the normals of a map that somebody
+    // drew. Then heights, taps and codes are empty, and cones are false.
+    std::span<const float> drawn;
 };
 
 class HalfSteps;
@@ -70,6 +73,7 @@ class NormalRows final : public Rows {
     void reached(std::ptrdiff_t y);
     void hold();
     void cone(double *normals, double *degrees);
+    void drawn(std::size_t y, double *out) const;
     void inside(std::size_t y, double *out) const;
     double signed_scale_y() const {
         return height_map_.green_down ? -height_map_.scale_y : height_map_.scale_y;

@@ -1,0 +1,251 @@
+"""Pictures that somebody drew of a material's maps -> its textures, with the measured error of every level.
+
+The conventions are those of formats/FORMAT.md: normals are green up, gloss holds specular intensity and
+smoothness, occlusion 1 where nothing is hidden. Pictures are data, whatever their profile of colours says.
+A map whose texels are all equal is no texture: the product says its constant, which the material's factor
+takes. A tilted normal map is a texture all the same, since no factor tilts.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from paradize.bakers.authored.normals import normal_coding
+from paradize.bakers.authored.pictures import Drawn, read_drawn
+from paradize.bakers.authored.rows import F64, Channel, Layouts, NormalRows, ValueRows
+from paradize.bakers.authored.textures import GlossMap, NormalMap, ValueMap
+from paradize.bakers.maps.bake import read_layout, unit_of_heights
+from paradize.bakers.product import MapProduct, flat_errors, one_of, within_budget, wraps_of
+from paradize.data import Texture
+from paradize.errors import BakeError
+from paradize.formats.ktx2.encode import encode_ktx2
+from paradize.jobs.progress import report_step
+from paradize.maps import AUTHORED
+from paradize.metrics.authored import true_occlusion, true_smoothness
+from paradize.scene.baker_settings import AuthoredSettings
+from paradize.stages.compress import formats_of
+from paradize.tiers import TIERS
+
+# What each map is made of.
+ROLES = {
+    "normal": ("normal",),
+    "height": ("height",),
+    "gloss": ("roughness", "smoothness", "specular"),
+    "occlusion": ("occlusion", "metalness"),
+}
+MAX_SCALE = 1e6
+_FACTORS = ("roughness", "metalness", "specular", "occlusion_strength")
+
+
+def bake_authored(
+    sources: Mapping[str, Path],
+    settings: AuthoredSettings | None = None,
+    *,
+    uv: Path | None = None,
+    tier: str = "balanced",
+    measure: bool = True,
+    **changes: Any,
+) -> dict[str, MapProduct]:
+    """The maps of the pictures by role, by name: those of `settings.only` that have a picture.
+
+    settings: None: as they are by themselves; changes: fields of them that are others. uv: a model whose UV
+    layout the pictures follow; its gutters are filled. Where there is a normal map, the mips of gloss are
+    rougher by what its own mips lose. measure: False leaves out errors (and with them the budget).
+    Raises SourceError for what cannot be read, BakeError for settings that cannot be met.
+    """
+    used = replace(settings or AuthoredSettings(), **changes)
+    names = _names(sources, used, tier)
+    report_step("reading")
+    roles = [role for name in names for role in ROLES[name]]
+    roles += ["normal"] if "gloss" in names and "normal" not in roles else []
+    drawn = read_drawn(sources, roles, used.channels)
+    wrap = wraps_of(used.wrap)
+    layouts: Layouts = cache(lambda size: None if uv is None else read_layout(uv, size[0], size[1], wrap))
+    maps = _Maps(drawn, used, layouts, wrap, measure)
+    return {name: _product(name, maps, used, tier) for name in names}
+
+
+def _names(sources: Mapping[str, Path], settings: AuthoredSettings, tier: str) -> list[str]:
+    """The maps to make. Raises BakeError for settings that cannot be met."""
+    known = [role for roles in ROLES.values() for role in roles]
+    one_of("map", [name for name in settings.only if name not in AUTHORED], AUTHORED)
+    one_of("role", [role for role in sources if role not in known], known)
+    one_of("tier", [] if tier in TIERS else [tier], TIERS)
+    if not -MAX_SCALE <= settings.normal_scale <= MAX_SCALE:
+        raise BakeError(f"the scale of normals is {settings.normal_scale}; up to {MAX_SCALE:g} is taken")
+    for name in _FACTORS:
+        if not 0.0 <= getattr(settings, name) <= 1.0:
+            raise BakeError(f"{name} is {getattr(settings, name)}; 0 to 1 is the range")
+    if "roughness" in sources and "smoothness" in sources:
+        mend = "leave one of them out"
+        raise BakeError("a roughness and a smoothness map of one material", mend=mend)
+    return [name for name in AUTHORED if name in settings.only and any(r in sources for r in ROLES[name])]
+
+
+class _Maps:
+    """The maps that are asked for, one at a time. warnings: of all so far that were made."""
+
+    def __init__(
+        self,
+        drawn: dict[str, Drawn],
+        settings: AuthoredSettings,
+        layouts: Layouts,
+        wrap: tuple[bool, bool],
+        measure: bool,
+    ) -> None:
+        self._drawn, self._settings, self._layouts = drawn, settings, layouts
+        self._wrap, self._measure = wrap, measure
+        self._coding = cache(self._find_coding)
+
+    def make(self, name: str) -> tuple[NormalMap | ValueMap | GlossMap, list[str]]:
+        """A map and its warnings."""
+        if name == "normal":
+            _, warnings = self._coding()
+            return NormalMap(self._normals(None), measure=self._measure), warnings
+        channels, warnings = self._channels(name)
+        rows = ValueRows(channels, self._layouts, self._wrap)
+        warnings += _enlarged(channels, rows.size)
+        truth = rows.truth(self._layouts) if self._measure else None
+        if name != "gloss":
+            return ValueMap(rows, truth), warnings
+        normals = self._normals(rows.size) if "normal" in self._drawn else None
+        return GlossMap(rows, normals, truth), warnings
+
+    def _find_coding(self) -> tuple[Any, list[str]]:
+        drawn = self._drawn["normal"]
+        return normal_coding(
+            drawn,
+            self._layouts(drawn.size),
+            green_down=self._settings.green_down,
+            scale=self._settings.normal_scale,
+        )
+
+    def _normals(self, size: tuple[int, int] | None) -> NormalRows:
+        return NormalRows(self._drawn["normal"], self._coding()[0], self._layouts, self._wrap, size)
+
+    def _channels(self, name: str) -> tuple[list[Channel], list[str]]:
+        used = self._settings
+        if name == "height":
+            return self._height()
+        if name == "gloss":
+            rough = "roughness" if "roughness" in self._drawn else "smoothness"
+            factor = used.roughness
+            channels = [
+                self._channel("specular", 0.0, used.specular, lambda v: v * used.specular, used.specular),
+                self._channel(
+                    rough, 1.0, -factor, lambda v: true_smoothness(v, factor), 1.0 - factor,
+                    turned=rough == "smoothness",
+                ),
+            ]  # fmt: skip
+        else:
+            strength = used.occlusion_strength
+            channels = [
+                self._channel(
+                    "occlusion", 1.0 - strength, strength, lambda v: true_occlusion(v, strength), 1.0
+                ),
+            ]
+            if "metalness" in self._drawn:
+                metal = used.metalness
+                channels.append(self._channel("metalness", 0.0, metal, lambda v: v * metal, metal))
+        return channels, _beyond(channels)
+
+    def _channel(
+        self,
+        role: str,
+        offset: float,
+        gain: float,
+        truth: Callable[[F64], F64],
+        alone: float,
+        *,
+        turned: bool = False,
+    ) -> Channel:
+        """offset + gain * v of the role's picture; `alone` where it has none. turned: the picture holds
+        1 - v."""
+        if role not in self._drawn:
+            return Channel(None, alone, 0.0, truth)
+        if turned != (role in self._settings.inverted):
+            turned_truth = truth
+            offset, gain, truth = offset + gain, -gain, lambda v: turned_truth(1.0 - v)
+        return Channel(self._drawn[role], offset, gain, truth)
+
+    def _height(self) -> tuple[list[Channel], list[str]]:
+        drawn = self._drawn["height"]
+        low, span = 0.0, 1.0
+        warnings: list[str] = []
+        if drawn.values.dtype == np.float32:
+            (low, span), warnings = unit_of_heights(drawn.values, drawn.path)
+        elif drawn.values.dtype == np.uint8:
+            warnings = [
+                f"{drawn.path}: heights of 8 bits stand in 255 steps; save it with 16 bits or as float"
+            ]
+        gain, offset = 1.0 / span, -low / span
+        if "height" in self._settings.inverted:
+            return [Channel(drawn, 1.0 - offset, -gain, lambda v: 1.0 - (v - low) / span)], warnings
+        return [Channel(drawn, offset, gain, lambda v: (v - low) / span)], warnings
+
+
+def _beyond(channels: list[Channel]) -> list[str]:
+    """What a map does not keep of floats."""
+    found = []
+    for drawn in (one.drawn for one in channels if one.drawn is not None):
+        if drawn.values.dtype != np.float32:
+            continue
+        least, most = float(drawn.values.min()), float(drawn.values.max())
+        if least < 0.0 or most > 1.0:
+            what = f"runs from {least:g} to {most:g}; what is below 0 counts as 0, and above 1 as 1"
+            found.append(f"{drawn.path}: {what}")
+    return found
+
+
+def _enlarged(channels: list[Channel], size: tuple[int, int]) -> list[str]:
+    """The pictures that are smaller than their map."""
+    return [
+        f"{one.drawn.path}: {one.drawn.size[1]} x {one.drawn.size[0]} texels are enlarged to {size[1]} x "
+        f"{size[0]}, the size of the picture beside it in the same map"
+        for one in channels
+        if one.drawn is not None and one.drawn.size != size
+    ]
+
+
+def _product(name: str, maps: _Maps, used: AuthoredSettings, tier: str) -> MapProduct:
+    made, warnings = maps.make(name)
+    rows, columns = made.rows.size
+    constant = made.rows.constant()
+    if constant is not None:
+        return MapProduct(b"", columns, rows, "", 0.0, None, tier, warnings=warnings, constant=constant)
+    narrow = isinstance(made, ValueMap) and len(made.rows.channels) == 1
+    formats = formats_of(name, rows, columns, tier=tier, narrow=name == "occlusion" and narrow)
+
+    @cache
+    def make(fmt: str) -> tuple[Texture, Any]:
+        report_step(f"mips of {name}")
+        texture = made.texture(fmt, tier)
+        report_step(f"measuring {name}")
+        return texture, made.errors(texture)
+
+    def errors_of(one: tuple[Texture, Any]) -> dict[str, float]:
+        return flat_errors(name, one[1][0]) if one[1] else {}
+
+    kept = formats[-1 if used.uncompressed else 0 :]
+    (texture, levels), reason = within_budget(kept, make, errors_of, used.budget)
+    errors = errors_of((texture, levels))
+    metric = next(iter(errors), None)
+    return MapProduct(
+        encode_ktx2(texture, zstd_level=used.zstd),
+        columns,
+        rows,
+        texture.format,
+        errors[metric] if metric else 0.0,
+        metric,
+        tier,
+        errors,
+        warnings,
+        levels,
+        reason=reason,
+    )

@@ -1,0 +1,158 @@
+"""Rows of the maps of drawn pictures, level 0, and what metrics compare them with.
+
+Pictures of one map may have different sizes: the map takes the larger size along each axis, and the smaller
+picture is enlarged as a sampler would show it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from paradize.bakers.authored.pictures import Drawn, Values
+from paradize.bakers.maps.rows import Layout
+from paradize.data import DrawnNormals
+from paradize.metrics.authored import (
+    true_normals,
+    true_resized,
+    true_shares,
+)
+from paradize.stages import gutter
+from paradize.stages.authored import NormalCoding, drawn_normals, shares
+from paradize.stages.resample import resized
+from paradize.stages.sweep import bands_of
+
+F32 = npt.NDArray[np.float32]
+F64 = npt.NDArray[np.float64]
+Size = tuple[int, int]
+Wrap = tuple[bool, bool]
+Layouts = Callable[[Size], "Layout | None"]  # the UV layout on a map of this size
+
+
+def _filled(values: Values, layout: Layout | None, first: int, last: int) -> Values:
+    """Rows of a picture, gutters filled."""
+    if layout is None or not layout.filled:
+        return values[first:last]
+    return gutter.gathered(values, layout.source(first, last))
+
+
+@dataclass(frozen=True)
+class Channel:
+    """A channel of a map: offset + gain * the picture's share of 1, within 0..1; without a picture `offset`
+    alone. truth: the same by metrics/authored.py, in float64."""
+
+    drawn: Drawn | None
+    offset: float
+    gain: float
+    truth: Callable[[F64], F64]
+
+
+class ValueRows:
+    """Rows of a map of values: "height", "gloss" without its spread, "occlusion"."""
+
+    def __init__(self, channels: Sequence[Channel], layouts: Layouts, wrap: Wrap) -> None:
+        sizes = [one.drawn.size for one in channels if one.drawn is not None]
+        self.size = max(size[0] for size in sizes), max(size[1] for size in sizes)
+        self.layout = layouts(self.size)
+        self.channels, self._wrap = channels, wrap
+        self._planes = [self._plane(one, layouts) for one in channels]
+
+    def _plane(self, one: Channel, layouts: Layouts) -> Values | None:
+        """The picture's values (h, w) at the map's size."""
+        if one.drawn is None or one.drawn.size == self.size:
+            return None if one.drawn is None else one.drawn.values
+        return resized(shares(self._whole(one.drawn, layouts), gain=1.0), *self.size, self._wrap)
+
+    @staticmethod
+    def _whole(drawn: Drawn, layouts: Layouts) -> Values:
+        """A picture of another size than the map, with gutters of its own."""
+        return _filled(drawn.values, layouts(drawn.size), 0, drawn.size[0])
+
+    def rows(self, first: int, last: int) -> F32:
+        """Rows (n, w, c), 0..1, gutters filled."""
+        made = [
+            np.full((last - first, self.size[1]), one.offset, np.float32)
+            if plane is None
+            else shares(_filled(plane, self.layout, first, last), gain=one.gain, offset=one.offset)
+            for one, plane in zip(self.channels, self._planes, strict=True)
+        ]
+        return np.stack(made, axis=2)
+
+    def truth(self, layouts: Layouts) -> F32:
+        """The reference (h, w, c)."""
+        out = np.empty((*self.size, len(self.channels)), np.float32)
+        for k, one in enumerate(self.channels):
+            if one.drawn is None:
+                out[:, :, k] = one.offset
+                continue
+            plane: Values = one.drawn.values
+            if one.drawn.size != self.size:
+                own = np.clip(true_shares(self._whole(one.drawn, layouts)), 0.0, 1.0)
+                plane = true_resized(own, *self.size, self._wrap).astype(np.float32)
+            for first, last in bands_of(*self.size):
+                out[first:last, :, k] = one.truth(true_shares(_filled(plane, self.layout, first, last)))
+        return out
+
+    def constant(self) -> tuple[float, ...] | None:
+        """The values of the channels where all texels are equal; None where they are not."""
+        first = self.rows(0, 1)[0, 0]
+        if any((self.rows(*band) != first).any() for band in bands_of(*self.size)):
+            return None
+        return tuple(float(value) for value in first)
+
+
+class NormalRows:
+    """Rows of a normal map. size: None: its picture's; else it is made to fit: normals that beside other maps
+    of another size tell how much they spread."""
+
+    def __init__(
+        self, drawn: Drawn, coding: NormalCoding, layouts: Layouts, wrap: Wrap, size: Size | None = None
+    ) -> None:
+        self.size = size or drawn.size
+        self.layout = layouts(self.size)
+        self._drawn, self._coding = drawn, coding
+        self._own = layouts(drawn.size)
+        self._wrap = wrap
+        self._resized = None
+        if drawn.size != self.size:
+            whole = np.concatenate([self._decoded(*band) for band in bands_of(*drawn.size)])
+            self._resized = resized(whole, *self.size, wrap)
+
+    def _decoded(self, first: int, last: int) -> F32:
+        return drawn_normals(_filled(self._drawn.values, self._own, first, last), self._coding)
+
+    def rows(self, first: int, last: int) -> F32:
+        """Normals (n, w, 3), green up, gutters filled: unit at the picture's own size, else their means."""
+        if self._resized is None:
+            return self._decoded(first, last)
+        rows: F32 = _filled(self._resized, self.layout, first, last)
+        return rows
+
+    def truth(self) -> DrawnNormals:
+        """What metrics compare with."""
+        coding = self._coding
+        vectors = true_normals(
+            self._drawn.values
+            if self._resized is None
+            else _filled(self._drawn.values, self._own, 0, self._drawn.size[0]),
+            signed=coding.signed,
+            without_z=coding.without_z,
+            green_down=coding.green_down,
+            scale=coding.scale,
+        )
+        if self._resized is not None:
+            planes = (vectors[:, :, k].astype(np.float64) for k in range(3))
+            vectors = np.stack([true_resized(p, *self.size, self._wrap) for p in planes], axis=2).astype(
+                np.float32
+            )
+        return DrawnNormals(vectors, None if self.layout is None else self.layout.islands)
+
+    def constant(self) -> tuple[float, ...] | None:
+        """(0, 0, 1) where every normal is; None where one is not."""
+        for first, last in bands_of(*self.size):
+            if self.rows(first, last)[:, :, :2].any():
+                return None
+        return 0.0, 0.0, 1.0
