@@ -38,7 +38,7 @@ VERSION = 4
 VIEWS = ("camera", "shadow", "reflection", "refraction")
 KINDS = ("mesh", "texture", "cubemap", "sound")
 ALPHA_MODES = ("opaque", "mask", "blend")
-MATERIAL_MAPS = tuple(dict.fromkeys((*maps_of("object"), "occlusion", "emission")))
+MATERIAL_MAPS = maps_of("object")
 
 
 def _kind(value: Any, place: str) -> None:
