@@ -53,7 +53,7 @@ run: assets ## bake, then fly over the island: in a window, or into build/flight
 
 check: lint types island ## lint, types, formatting, and the island's assets; changes nothing
 
-test: check cpp-tests ## every check and every test that fits in a few minutes
+test: setup-test check cpp-tests ## every check and every test that fits in a few minutes
 	@$(alone) $(bin)/python -m pytest -m "not deep" $(beside) --ctest=build/ctest.log
 
 extremes: setup-test ## what every stage and metric does with zero, NaN, 1e30 ...: stage, extreme, error, verdict
@@ -62,7 +62,7 @@ extremes: setup-test ## what every stage and metric does with zero, NaN, 1e30 ..
 bench: setup-test $(stamps)/python-bench ## speed and error as ratios beside peers, measured in one run; topics=maps for some
 	@$(bin)/python tests/bench/bench.py $(topics)
 
-deep: check cpp-sanitized ## everything: sanitizers, whole flight, whole corpus; hours
+deep: setup-test check cpp-sanitized ## everything: sanitizers, whole flight, whole corpus; hours
 	@$(alone) $(bin)/python -m pytest $(beside) --ctest=build/ctest.log
 
 fix: setup-test ## put formatting, simple lint and the page of scene fields right
@@ -74,17 +74,17 @@ fix: setup-test ## put formatting, simple lint and the page of scene fields righ
 clean: ## delete everything that was built
 	@rm -rf build
 
-# --- parts of check and test: make runs two of them beside each other -----------------------------
+# --- parts of check and test: make runs two of them beside each other, and beside what setup-test still fetches ---
 
-lint: setup-test
+lint: $(stamps)/python-test
 	@$(bin)/ruff check -q pipeline raw_assets tests player
 	@$(bin)/ruff format -q --check pipeline raw_assets tests player
 	@$(bin)/clang-format --dry-run -Werror $(cpp_files)
 
-types: setup-test
+types: $(stamps)/python-test
 	@$(bin)/mypy
 
-island: setup-test
+island: setup
 	@$(paradize) bake $(scene) -o $(island) -j $(jobs) --json >/dev/null
 	@$(paradize) check $(island)
 

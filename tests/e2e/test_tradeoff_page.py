@@ -18,9 +18,9 @@ from tests.pipeline.scenes import write_image
 @pytest.fixture(scope="module")
 def page(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("tradeoff")
-    noise = np.random.default_rng(3).integers(0, 255, (64, 64, 3), np.uint8)
+    noise = np.random.default_rng(3).integers(0, 255, (16, 16, 3), np.uint8)
     write_image(folder / "<b>rock & sand.png", noise)
-    told = measure_file(folder / "<b>rock & sand.png", FileOptions(), runs=2)
+    told = measure_file(folder / "<b>rock & sand.png", FileOptions(), runs=1)
     told["attribution"] = [
         {"stage": "terrain", "flip_mean": 0.01, "flip_p99": 0.2, "flip_max": 0.5},
         {"stage": "levels of detail", "flip_mean": 0.02, "flip_p99": 0.3, "flip_max": 0.6},

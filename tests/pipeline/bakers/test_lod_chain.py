@@ -41,7 +41,7 @@ def turned(mesh: Mesh, scale: float = 1.0, move: tuple[float, float, float] = (0
     )
 
 
-@pytest.mark.parametrize("tier", TIERS)
+@pytest.mark.parametrize("tier", sweep(TIERS, test=["balanced"]))
 def test_a_ratio_sets_the_triangles_of_each_level(tier: str) -> None:
     mesh = sphere(20)
     found = counts(mesh, Plan(count=3, ratio=0.3), tier)
@@ -50,7 +50,7 @@ def test_a_ratio_sets_the_triangles_of_each_level(tier: str) -> None:
         assert 0.2 * before < after < 0.34 * before
 
 
-@pytest.mark.parametrize("tier", TIERS)
+@pytest.mark.parametrize("tier", sweep(TIERS, test=["exact"]))
 def test_by_error_each_level_is_inside_its_bound_and_as_coarse_as_can_be(tier: str) -> None:
     mesh = sphere(20)
     bounds = (0.002, 0.01)
@@ -337,7 +337,7 @@ def test_an_offset_of_a_million_diagonals_is_measured_without_harm() -> None:
     assert all(np.isfinite(list(step.errors.values())).all() for step in steps)
 
 
-@pytest.mark.parametrize("rows", sweep([254, 255, 256], test=[255, 256]))
+@pytest.mark.parametrize("rows", sweep([254, 255, 256], test=[256]))
 def test_vertex_counts_around_16_bits_pass(rows: int) -> None:
     mesh = grid(255, height=0.05)
     extra = rows - 255
@@ -365,7 +365,7 @@ def test_vertex_counts_around_16_bits_pass(rows: int) -> None:
     assert len(steps) == 2 and steps[1].errors["error_max"] < 0.01
 
 
-@pytest.mark.parametrize("tier", TIERS)
+@pytest.mark.parametrize("tier", sweep(TIERS, test=["exact"]))
 def test_any_number_of_threads_gives_the_same_levels(monkeypatch: pytest.MonkeyPatch, tier: str) -> None:
     mesh = sphere(16)
     found = []

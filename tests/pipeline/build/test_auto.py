@@ -42,7 +42,7 @@ def brute_force(tmp_path_factory: pytest.TempPathFactory) -> tuple[Truth, Path]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("PARADIZE_STORE", str(top / "store"))
         for tier in TIERS:
-            report = bake(make_cove(top / "scene"), top / "out", BuildOptions(jobs=2, tier=tier))
+            report = bake(make_cove(top / "scene"), top / "out", BuildOptions(jobs=1, tier=tier))
             assert not report.errors, report.errors
             errors = rows(report)["post_mesh"]["errors"]
             found[tier] = {metric: errors[metric] for metric in ("surface_max", "surface_rms")}
@@ -74,14 +74,14 @@ def rows(report: BakeReport) -> dict[str, dict[str, Any]]:
 
 
 def test_a_task_bakes_in_its_own_tier_and_the_others_are_reused(scene: Path, tmp_path: Path) -> None:
-    base = bake(scene, tmp_path / "base", BuildOptions(jobs=2, tier="fast"))
+    base = bake(scene, tmp_path / "base", BuildOptions(jobs=1, tier="fast"))
     for name in ("post maps", "post_gloss"):  # by the task's name, or one of its artifacts'
-        other = bake(scene, tmp_path / "other", BuildOptions(jobs=2, tier="fast", tiers={name: "exact"}))
+        other = bake(scene, tmp_path / "other", BuildOptions(jobs=1, tier="fast", tiers={name: "exact"}))
         tiers = {row["name"]: row["tier"] for row in other.rows}
         changed = {row["name"] for row in base.rows if row["tier"] != tiers[row["name"]]}
         assert changed == {"post_normal", "post_height", "post_gloss"}
         assert tiers["post_normal"] == "exact"
-    again = bake(scene, tmp_path / "base", BuildOptions(jobs=2, tier="fast"))
+    again = bake(scene, tmp_path / "base", BuildOptions(jobs=1, tier="fast"))
     assert {row["name"]: row["sha256"] for row in again.rows} == {
         row["name"]: row["sha256"] for row in base.rows
     }
@@ -94,9 +94,9 @@ def test_a_tier_of_what_is_not_there_is_refused(scene: Path, tmp_path: Path) -> 
 
 def test_a_scene_names_its_own_tier_and_the_command_line_another(scene: Path, tmp_path: Path) -> None:
     scene.write_text(scene.read_text().replace('name = "cove"', 'name = "cove"\ntier = "fast"'))
-    assert rows(bake(scene, tmp_path / "out", BuildOptions(jobs=2)))["post_color"]["tier"] == "fast"
+    assert rows(bake(scene, tmp_path / "out", BuildOptions(jobs=1)))["post_color"]["tier"] == "fast"
     assert (
-        rows(bake(scene, tmp_path / "out", BuildOptions(jobs=2, tier="exact")))["post_color"]["tier"]
+        rows(bake(scene, tmp_path / "out", BuildOptions(jobs=1, tier="exact")))["post_color"]["tier"]
         == "exact"
     )
 
@@ -127,7 +127,7 @@ def test_a_second_bake_tries_no_tier_again(
     truth: Truth, scene: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     with_budget(scene, surface_rms=min(errors["surface_rms"] for errors in truth.values()))
-    first = bake(scene, tmp_path / "out", BuildOptions(jobs=2, tier="auto"))
+    first = bake(scene, tmp_path / "out", BuildOptions(jobs=1, tier="auto"))
     scene.write_text(scene.read_text() + "# looked at again\n")
     ran: list[str] = []
     run = auto_tier.run_tasks
@@ -137,10 +137,10 @@ def test_a_second_bake_tries_no_tier_again(
         run(store, room, tasks, *rest)
 
     monkeypatch.setattr(auto_tier, "run_tasks", counted)
-    second = bake(scene, tmp_path / "out", BuildOptions(jobs=2, tier="auto"))
+    second = bake(scene, tmp_path / "out", BuildOptions(jobs=1, tier="auto"))
     assert not first.errors and not second.errors and ran == [] and second.count("baked") == 0
     assert rows(second)["post_mesh"]["tried"] == rows(first)["post_mesh"]["tried"]
-    assert bake(scene, tmp_path / "out", BuildOptions(jobs=2, tier="auto")).count("baked") == 0
+    assert bake(scene, tmp_path / "out", BuildOptions(jobs=1, tier="auto")).count("baked") == 0
 
 
 def test_a_budget_that_nothing_meets_is_an_error_that_says_by_how_much(
@@ -148,12 +148,12 @@ def test_a_budget_that_nothing_meets_is_an_error_that_says_by_how_much(
 ) -> None:
     best = min(errors["surface_max"] for errors in truth.values())
     with_budget(scene, surface_max=0.5 * best)
-    report = bake(scene, tmp_path / "out", BuildOptions(jobs=2, tier="auto"))
+    report = bake(scene, tmp_path / "out", BuildOptions(jobs=1, tier="auto"))
     (error,) = report.errors
     assert f"surface_max is {best:g} of the diagonal at best" in str(error)
     assert f"{0.5 * best:.3g} of the diagonal beyond" in str(error) and "post_mesh" in str(error)
     assert report.count("failed") == 1 and not (tmp_path / "out" / "scene.json").exists()
-    plain = bake(scene, tmp_path / "out", BuildOptions(jobs=2, tier="balanced"))
+    plain = bake(scene, tmp_path / "out", BuildOptions(jobs=1, tier="balanced"))
     assert not plain.errors and any("surface_max" in text for text in plain.warnings)
 
 
@@ -161,12 +161,12 @@ def test_what_only_mesh_and_map_show_together_moves_the_choice_too(
     truth: Truth, scene: Path, tmp_path: Path
 ) -> None:
     with_budget(scene, lod_mapped_mean_deg=1e-6)
-    report = bake(scene, tmp_path / "out", BuildOptions(jobs=2, tier="auto"))
+    report = bake(scene, tmp_path / "out", BuildOptions(jobs=1, tier="auto"))
     (error,) = report.errors
     assert "post_mesh" in str(error) and "no tier keeps the budget: lod_mapped_mean_deg is" in str(error)
     assert not (tmp_path / "out" / "scene.json").exists()
     with_budget(scene, lod_mapped_mean_deg="{ soft = 1e-6 }")
-    report = bake(scene, tmp_path / "out", BuildOptions(jobs=2, tier="auto"))
+    report = bake(scene, tmp_path / "out", BuildOptions(jobs=1, tier="auto"))
     tried = rows(report)["post_mesh"]["tried"]
     values = {tier: tried["errors"][tier]["lod_mapped_mean_deg"] for tier in TIERS}
     assert not report.errors and tried["taken"] == "fast", "a soft limit that no tier keeps changes nothing"
@@ -174,7 +174,7 @@ def test_what_only_mesh_and_map_show_together_moves_the_choice_too(
     assert values["fast"] > best
     with_budget(scene, lod_mapped_mean_deg=best)
     for force in (False, True):
-        report = bake(scene, tmp_path / "out", BuildOptions(jobs=2, tier="auto", force=force))
+        report = bake(scene, tmp_path / "out", BuildOptions(jobs=1, tier="auto", force=force))
         row = rows(report)["post_mesh"]
         assert not report.errors and row["tried"]["taken"] == next(t for t in TIERS if values[t] <= best)
         assert row["errors"]["lod_mapped_mean_deg"] == best
@@ -188,7 +188,7 @@ def test_a_soft_limit_is_aimed_at_and_the_hard_one_accepted(
     best = min(values.values())
     for soft, wanted in ((best, next(t for t in TIERS if values[t] <= best)), (0.5 * best, "fast")):
         with_budget(scene, surface_rms=f"{{ soft = {soft}, hard = {2.0 * max(values.values())} }}")
-        report = bake(scene, tmp_path / "out", BuildOptions(jobs=2, tier="auto"))
+        report = bake(scene, tmp_path / "out", BuildOptions(jobs=1, tier="auto"))
         assert not report.errors and rows(report)["post_mesh"]["tried"]["taken"] == wanted
 
 

@@ -75,7 +75,7 @@ def test_a_scene_refuses_a_budget_of_what_it_does_not_hold(
     scene = make_cove(tmp_path / "scene")
     scene.write_text(scene.read_text() + "[budget]\nquantise_max = 0.1\nsurface_max = { soft = 1 }\n")
     with pytest.raises(ParadizeError, match=r"budget\.quantise_max: nothing in this scene measures it"):
-        bake(scene, tmp_path / "out", BuildOptions(jobs=2))
+        bake(scene, tmp_path / "out", BuildOptions(jobs=1))
     assert not (tmp_path / "out").exists()
 
 

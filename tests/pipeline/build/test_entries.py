@@ -57,7 +57,7 @@ def cove(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[tuple[Path
     """The scene, its bake and the store."""
     monkeypatch.setenv("PARADIZE_STORE", str(tmp_path / "store"))
     scene = make_cove(tmp_path / "cove")
-    assert not bake(scene, tmp_path / "out", BuildOptions(jobs=2)).errors
+    assert not bake(scene, tmp_path / "out", BuildOptions(jobs=1)).errors
     yield scene, tmp_path / "out", tmp_path / "store"
 
 
@@ -74,7 +74,7 @@ def test_entries_of_any_shape_change_no_bake(cove: tuple[Path, Path, Path]) -> N
         spoil(store / "products", make)
         spoil(store / "bakes", make)
         (out / "scene.json").unlink()
-        report = bake(scene, out, BuildOptions(jobs=2))
+        report = bake(scene, out, BuildOptions(jobs=1))
         assert not report.errors, what
         assert {path.name: path.read_bytes() for path in out.iterdir()} == good, what
 
@@ -89,7 +89,7 @@ def test_a_sealed_entry_of_deep_brackets_is_one_that_is_damaged(cove: tuple[Path
         for path in (path for path in (store / name).rglob("*") if path.is_file()):
             path.write_bytes(entry)
     assert explain(scene, out=out).baked
-    report = bake(scene, out, BuildOptions(jobs=2))
+    report = bake(scene, out, BuildOptions(jobs=1))
     assert not report.errors and report.count("baked") == len(report.rows)
 
 

@@ -40,7 +40,7 @@ def store(tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPa
 
 def baked(folder: Path, obj: str, picture: np.ndarray, **settings: object) -> Path:
     report = bake(
-        make_atlas_scene(folder / "scene", obj, picture, **settings), folder / "out", BuildOptions(jobs=2)
+        make_atlas_scene(folder / "scene", obj, picture, **settings), folder / "out", BuildOptions(jobs=1)
     )
     assert not report.errors
     return folder / "out"

@@ -92,8 +92,8 @@ def test_a_scenes_terrain_is_turned_too_told_and_derived_again(
     monkeypatch.setenv("PARADIZE_STORE", str(tmp_path / "store"))
     scene, out = make_cove(tmp_path / "scene"), tmp_path / "out"
     rough(scene.parent / "height.png")
-    options = BuildOptions(jobs=2, tier="auto")
-    plain = bake(scene, out, BuildOptions(jobs=2, tier="balanced"))
+    options = BuildOptions(jobs=1, tier="auto")
+    plain = bake(scene, out, BuildOptions(jobs=1, tier="balanced"))
     assert not plain.errors
     told = json.loads((out / "scene.json").read_text())["artifacts"]
     worst = max(one["errors"].get("terrain_rms_m", 0.0) for one in told.values())

@@ -35,7 +35,7 @@ def baked(tmp_path_factory: pytest.TempPathFactory) -> Path:
     top = tmp_path_factory.mktemp("cove")
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("PARADIZE_STORE", str(top / "store"))
-        report = bake(make_cove(top / "scene"), top / "out", BuildOptions(jobs=2))
+        report = bake(make_cove(top / "scene"), top / "out", BuildOptions(jobs=1))
     assert not report.errors
     return top
 
@@ -56,7 +56,7 @@ def with_toml(cove: Path, text: str) -> Path:
 
 
 def rebaked(cove: Path, text: str, tier: str = "fast") -> Path:
-    report = bake(with_toml(cove, text), cove / "out", BuildOptions(jobs=2, tier=tier))
+    report = bake(with_toml(cove, text), cove / "out", BuildOptions(jobs=1, tier=tier))
     assert not report.errors, report.errors
     return cove / "out"
 

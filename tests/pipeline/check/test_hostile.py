@@ -214,7 +214,7 @@ def cove(tmp_path_factory: pytest.TempPathFactory) -> Path:
     top = tmp_path_factory.mktemp("cove")
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("PARADIZE_STORE", str(top / "store"))
-        assert not bake(make_cove(top / "cove"), top / "out", BuildOptions(jobs=2)).errors
+        assert not bake(make_cove(top / "cove"), top / "out", BuildOptions(jobs=1)).errors
     return top / "out"
 
 

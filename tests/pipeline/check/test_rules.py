@@ -32,7 +32,7 @@ from tests.pipeline.scenes import make_cove
 def sound_scene(tmp_path_factory: pytest.TempPathFactory) -> Path:
     top = tmp_path_factory.mktemp("cove")
     os.environ["PARADIZE_STORE"] = str(top / "store")
-    report = bake(make_cove(top / "scene"), top / "out", BuildOptions(jobs=2))
+    report = bake(make_cove(top / "scene"), top / "out", BuildOptions(jobs=1))
     del os.environ["PARADIZE_STORE"]
     assert not report.errors
     return top / "out"

@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 
 from tests.pipeline.scenes import make_cove
+from tests.sweeps import sweep
 
 # Sends a signal at the Nth call or return of a Python function after the program's first call, which takes
 # signals over; for 0 it says how many there are.
@@ -36,7 +37,6 @@ start()
 """
 LINE = "paradize: interrupted; nothing half-written stays"
 AT_ONCE = "paradize: ended at once; files that were being written aside may stay"
-STEPS = 6
 
 
 def run(at: int, number: int, words: list[str], folder: Path) -> subprocess.CompletedProcess[str]:
@@ -61,12 +61,15 @@ def run(at: int, number: int, words: list[str], folder: Path) -> subprocess.Comp
     ],
     ids=lambda words: words[0],
 )
-def test_a_signal_at_any_call_ends_a_command_with_one_line(words: list[str], tmp_path: Path) -> None:
+@pytest.mark.parametrize("steps", sweep([4, 12], test=[4]))
+def test_a_signal_at_any_call_ends_a_command_with_one_line(
+    words: list[str], steps: int, tmp_path: Path
+) -> None:
     make_cove(tmp_path)
     count = int(run(0, signal.SIGTERM, words, tmp_path).stderr.splitlines()[-1])
     ended = 0
-    for step in range(STEPS):
-        at = 2 + (count - 2) * step // STEPS
+    for step in range(steps):
+        at = 2 + (count - 2) * step // steps
         shutil.rmtree(tmp_path / "n", ignore_errors=True)  # `new` refuses a folder that it finished before
         ran = run(at, (signal.SIGTERM, signal.SIGINT)[step % 2], words, tmp_path)
         if ran.returncode == 0:  # waiting for workers takes fewer calls on a quiet machine
@@ -76,7 +79,7 @@ def test_a_signal_at_any_call_ends_a_command_with_one_line(words: list[str], tmp
         if "--json" in words and LINE in ran.stderr:
             assert json.loads(ran.stdout) == {"error": [LINE.partition(": ")[2]]}
         ended += 1
-    assert ended > STEPS // 3
+    assert ended > steps // 3
 
 
 AFTERWARDS = """

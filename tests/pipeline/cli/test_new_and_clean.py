@@ -15,6 +15,7 @@ from paradize.cli.values import age, size
 from paradize.store.local import Store
 from tests.conftest import RENDER_ENVIRONMENT
 from tests.places import ROOT
+from tests.sweeps import sweep
 
 
 @pytest.fixture(autouse=True)
@@ -33,7 +34,7 @@ def test_a_new_scene_says_how_to_go_on(tmp_path: Path, capsys: pytest.CaptureFix
     assert "none.obj" in json.loads(capsys.readouterr().out)["error"][0]
 
 
-@pytest.mark.parametrize("on_path", [True, False])
+@pytest.mark.parametrize("on_path", sweep([True, False], test=[False]))
 def test_the_commands_that_new_prints_bake_and_show_the_scene_as_they_stand(
     tmp_path: Path, on_path: bool
 ) -> None:

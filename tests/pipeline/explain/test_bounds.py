@@ -53,7 +53,7 @@ def baked(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFacto
     scene.write_text(text)
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("PARADIZE_STORE", str(top / "store"))
-        report = bake(scene, top / "out", BuildOptions(jobs=2))
+        report = bake(scene, top / "out", BuildOptions(jobs=1))
     assert not report.errors, report.errors
     manifest = json.loads((top / "out" / "scene.json").read_text())
     return scene, top / "out", (manifest, bounds_of(manifest, top / "out"))

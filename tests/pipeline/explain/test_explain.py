@@ -37,7 +37,7 @@ def close(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
     )
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("PARADIZE_STORE", str(top / "store"))
-        assert not bake(scene, top / "out", BuildOptions(jobs=2)).errors
+        assert not bake(scene, top / "out", BuildOptions(jobs=1)).errors
     return scene, top / "out"
 
 
@@ -188,7 +188,7 @@ def cove(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> tuple[Path, Path]:
     """(scene, its bake), of the cove."""
     monkeypatch.setenv("PARADIZE_STORE", str(tmp_path / "store"))
     scene = make_cove(tmp_path / "scene")
-    assert not bake(scene, tmp_path / "out", BuildOptions(jobs=2)).errors
+    assert not bake(scene, tmp_path / "out", BuildOptions(jobs=1)).errors
     return scene, tmp_path / "out"
 
 

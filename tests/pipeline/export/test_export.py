@@ -29,7 +29,7 @@ from tests.pipeline.scenes import make_cove
 @pytest.fixture(scope="module")
 def baked(tmp_path_factory: pytest.TempPathFactory) -> Path:
     top = tmp_path_factory.mktemp("cove")
-    report = bake(make_cove(top / "scene"), top / "out", BuildOptions(jobs=2))
+    report = bake(make_cove(top / "scene"), top / "out", BuildOptions(jobs=1))
     assert not report.errors
     return top / "out"
 

@@ -83,7 +83,7 @@ from paradize.build.bake import bake
 from paradize.build.options import BuildOptions
 
 out = Path(sys.argv[2])
-report = bake(Path(sys.argv[1]) / "cove.toml", out, BuildOptions(jobs=2, force=True))
+report = bake(Path(sys.argv[1]) / "cove.toml", out, BuildOptions(jobs=1, force=True))
 assert not report.errors, report.errors
 files = {file.name: file.read_bytes() for file in sorted(out.iterdir())}
 print(json.dumps({name: hashlib.sha256(data).hexdigest() for name, data in files.items()}))

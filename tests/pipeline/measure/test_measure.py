@@ -310,7 +310,7 @@ def tiers(one: dict[str, Any]) -> dict[str, Any]:
 
 
 def test_a_model_is_measured_in_every_tier_of_its_stages(tmp_path: Path) -> None:
-    (tmp_path / "post.obj").write_text(ball(24))
+    (tmp_path / "post.obj").write_text(ball(16))
     told = measure_file(tmp_path / "post.obj", FileOptions(), runs=2)
     hold_to_the_form(told)
     assert [one["stage"] for one in told["groups"]] == [
@@ -342,7 +342,7 @@ def test_a_model_without_coordinates_has_an_atlas_to_be_measured(tmp_path: Path)
 
 
 def test_a_colour_map_is_measured_in_every_format_and_tier(tmp_path: Path) -> None:
-    noise = np.random.default_rng(3).integers(0, 255, (64, 64, 3), np.uint8)
+    noise = np.random.default_rng(3).integers(0, 255, (32, 32, 3), np.uint8)
     write_image(tmp_path / "rock.png", noise)
     told = measure_file(tmp_path / "rock.png", FileOptions(), runs=1, tier="exact")
     hold_to_the_form(told)

@@ -44,7 +44,7 @@ def written(tmp_path_factory: pytest.TempPathFactory) -> set[str]:
     scene.write_text(scene.read_text().replace("lods = 3\n", "lods = 3\nquantise = true\n"))
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("PARADIZE_STORE", str(top / "store"))
-        report = bake(scene, top / "out", BuildOptions(jobs=2))
+        report = bake(scene, top / "out", BuildOptions(jobs=1))
     assert not report.errors
     manifest: dict[str, Any] = json.loads((top / "out/scene.json").read_text())
     names = set(manifest["flight"]["errors"])

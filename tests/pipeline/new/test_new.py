@@ -37,7 +37,7 @@ def write_model(folder: Path, obj: str, mtl: str, *maps: str) -> Path:
 def test_without_a_model_it_makes_a_scene_that_bakes(tmp_path: Path) -> None:
     made = new_scene(tmp_path / "first")
     assert not made.notes
-    report = bake(made.scene, tmp_path / "out", BuildOptions(jobs=2))
+    report = bake(made.scene, tmp_path / "out", BuildOptions(jobs=1))
     assert not report.errors and not report.warnings
     assert {"vase_mesh", "vase_color", "vase_normal", "terrain_mesh", "sky"} <= {
         row["name"] for row in report.rows
@@ -128,7 +128,7 @@ def test_a_model_with_several_maps_becomes_an_object_for_each(tmp_path: Path) ->
     scene = load_scene(made.scene)
     counts = sorted(len(read_obj(item.mesh).mesh.triangles) for item in scene.objects)
     assert counts == [1, 2, 2] and sum(counts) == len(read_obj(source).mesh.triangles)
-    assert not bake(made.scene, tmp_path / "out", BuildOptions(jobs=2)).errors
+    assert not bake(made.scene, tmp_path / "out", BuildOptions(jobs=1)).errors
 
 
 def test_what_is_there_is_left_alone(tmp_path: Path) -> None:
@@ -189,7 +189,7 @@ def test_models_of_kits_become_scenes_that_bake(sources: Path, tmp_path: Path) -
     assert len(models) > 5
     for i, model in enumerate(models):
         made = new_scene(tmp_path / f"s{i}", model)
-        report = bake(made.scene, tmp_path / f"out{i}", BuildOptions(jobs=2))
+        report = bake(made.scene, tmp_path / f"out{i}", BuildOptions(jobs=1))
         assert not report.errors, (model, report.errors)
 
 

@@ -125,7 +125,7 @@ def test_a_baked_mesh_holds_what_is_read_and_no_more(tmp_path: Path, monkeypatch
         ("shadow", ("lods = 3\n", 'lods = 2\nviews = ["shadow"]\n'), {"POSITION"}),
     ):
         scene = edited(tmp_path / name, change)
-        report = bake(scene, tmp_path / name / "out", BuildOptions(jobs=2))
+        report = bake(scene, tmp_path / name / "out", BuildOptions(jobs=1))
         assert not report.errors, report.errors
         manifest = json.loads((tmp_path / name / "out" / "scene.json").read_text())
         assert manifest["objects"][0]["views"] == (["shadow"] if name == "shadow" else list(VIEWS))
@@ -147,7 +147,7 @@ def test_a_terrain_without_relief_has_no_tangents(tmp_path: Path, monkeypatch: p
     ):
         assert jobs_by_name(edited(tmp_path / name, *changes))["terrain"].settings["tangents"] is there
         scene, out = edited(tmp_path / name, *changes), tmp_path / name / "out"
-        assert not bake(scene, out, BuildOptions(jobs=2)).errors
+        assert not bake(scene, out, BuildOptions(jobs=1)).errors
         manifest = json.loads((out / "scene.json").read_text())
         tile = (out / manifest["artifacts"]["terrain_mesh"]["file"]).read_bytes()
         assert all((patch.mesh.tangents is not None) == there for patch in decode_tile(tile))
@@ -278,7 +278,7 @@ def test_an_object_names_its_unwrapper_and_its_row_tells_it(
     post = scene.parent / "post.obj"
     lines = [line for line in post.read_text().splitlines() if not line.startswith("vt ")]
     post.write_text("\n".join(re.sub(r"/\d+", "", line) for line in lines) + "\n")
-    report = bake(scene, tmp_path / "out", BuildOptions(jobs=2))
+    report = bake(scene, tmp_path / "out", BuildOptions(jobs=1))
     assert not report.errors
     row = next(row for row in report.rows if row["name"] == "post_mesh")
     assert row["reason"] == f"UV layout by xatlas {unwrapper_version('xatlas')}"
@@ -297,7 +297,7 @@ def test_an_object_names_its_simplifier_and_its_row_tells_it(
     rows = []
     for name, more in (("ours", ()), ("theirs", (changes,))):
         scene, out = edited(tmp_path / name, *more), tmp_path / name / "out"
-        report = bake(scene, out, BuildOptions(jobs=2))
+        report = bake(scene, out, BuildOptions(jobs=1))
         assert not report.errors
         rows.append(next(row for row in report.rows if row["name"] == "post_mesh"))
         assert not [one for one in check_paths([out]) if one.severity == "error"]

@@ -3,6 +3,7 @@ bakes at once: each ends in the old state or the new one, and the next bake mend
 
 from __future__ import annotations
 
+import itertools
 import json
 import os
 import shutil
@@ -27,6 +28,7 @@ from paradize.store.atomic import PARTIAL, write_whole
 from paradize.store.local import hash_file
 from tests.pipeline.scenes import make_cove
 from tests.processes import started
+from tests.sweeps import sweep
 
 ROOT = Path(__file__).resolve().parents[3]
 
@@ -287,8 +289,10 @@ def test_files_from_the_future_are_read_again_and_bake_right(cove: Cove) -> None
 # Decay in the store.
 
 
-@pytest.mark.parametrize("harm", ["flipped", "cut", "empty"])
-@pytest.mark.parametrize("kind", ["blobs", "products", "bakes"])
+DECAY = list(itertools.product(["blobs", "products", "bakes"], ["flipped", "cut", "empty"]))
+
+
+@pytest.mark.parametrize(("kind", "harm"), sweep(DECAY, test=DECAY[::4]))
 def test_a_decayed_store_entry_is_derived_again(cove: Cove, kind: str, harm: str) -> None:
     """Each of its kind, in all of them at once, then the store is whole again."""
     cove.bake()
@@ -332,14 +336,15 @@ def test_what_decays_in_the_store_while_it_is_used_is_never_published(
     assert not cove.bake().errors and state_of(cove.out) == cove.states[1]
 
 
-def test_two_bakes_at_once_ten_times_leave_one_of_the_two_whole(cove: Cove) -> None:
+@pytest.mark.parametrize("times", sweep([3, 10], test=[3]))
+def test_two_bakes_at_once_many_times_leave_one_of_the_two_whole(cove: Cove, times: int) -> None:
     """On one folder: of one scene, of two scenes, and baked anew; both succeed."""
     other = cove.scene.with_name("other.toml")
     shutil.copy(cove.scene.parent / "wood.png", cove.scene.with_name("planks.png"))
     other.write_text(cove.scene.read_text().replace("sand.png", "planks.png"))
     assert not bake(other, cove.top / "other", BuildOptions(jobs=2)).errors
     states = [cove.states[0], state_of(cove.top / "other")]
-    for i in range(10):
+    for i in range(times):
         scenes = [str(cove.scene), str(cove.scene if i % 2 else other)]
         words = ["-o", str(cove.out), "-j", "1", *(["--force"] if i % 5 == 0 else [])]
         command = [sys.executable, "-m", "paradize.cli.main", "bake"]

@@ -48,6 +48,7 @@ from tests.pictures import load
 from tests.pipeline.full_bake import full_bake
 from tests.pipeline.scenes import make_cove, write_image
 from tests.places import ROOT
+from tests.sweeps import sweep
 
 F64 = npt.NDArray[np.float64]
 Run = Callable[..., Any]
@@ -308,8 +309,8 @@ def far(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("PARADIZE_STORE", str(top / "store"))
         for report in (
-            bake(scene, top / "path", BuildOptions(jobs=2)),
-            full_bake(scene, top / "full", BuildOptions(jobs=2)),
+            bake(scene, top / "path", BuildOptions(jobs=1)),
+            full_bake(scene, top / "full", BuildOptions(jobs=1)),
         ):
             assert not report.errors, report.errors
     return scene, top / "path", top / "full"
@@ -342,12 +343,17 @@ def test_a_texture_begins_at_the_finest_level_that_is_asked_for(far: tuple[Path,
     assert sum(entry["bytes"] for entry in ours.values()) < sum(entry["bytes"] for entry in whole.values())
 
 
+MOMENTS_S = (0.0, 1.3, 2.9, 4.4, 6.1, 7.7)
+
+
+@pytest.mark.parametrize("every", sweep([3, 1], test=[3]))
 @pytest.mark.parametrize("quality", ["balanced", "exact"])
 def test_what_was_left_out_is_not_seen(
-    far: tuple[Path, Path, Path], player: Run, tmp_path: Path, quality: str
+    far: tuple[Path, Path, Path], player: Run, tmp_path: Path, quality: str, every: int
 ) -> None:
+    """At every third moment; `make deep`: at all."""
     _, path, full = far
-    for moment in (0.0, 1.3, 2.9, 4.4, 6.1, 7.7):
+    for moment in MOMENTS_S[1::every]:
         pictures = []
         for folder in (path, full):
             file = tmp_path / f"{folder.name}_{moment}.png"
@@ -394,7 +400,7 @@ def test_verify_compares_what_is_published(
     file.write_bytes(file.read_bytes()[:-1] + b"x")
     artifacts = [Artifact.from_json(row) for row in json.loads(done.stdout)["artifacts"]]
     report = provenance.BakeReport(tmp_path / "out", artifacts)
-    chosen, errors = verify(scene, report, percent=100.0, options=BuildOptions(jobs=2))
+    chosen, errors = verify(scene, report, percent=100.0, options=BuildOptions(jobs=1))
     assert "post_color" in chosen and [error.place for error in errors] == ["post_color"]
 
 

@@ -23,6 +23,7 @@ from paradize.watch import loop as watch_module
 from tests.pipeline.own_package import copy_package
 from tests.pipeline.scenes import make_cove, write_image
 from tests.processes import kill, start
+from tests.sweeps import sweep
 
 PATIENCE_S = 200.0  # a test that waits longer has failed
 
@@ -190,7 +191,7 @@ def test_a_scene_may_be_broken_and_name_what_comes_later(watched: Watched) -> No
     assert "post_color" in watched.baked("oak.png")
 
 
-@pytest.mark.parametrize("name", ["wood.png", "cove.toml", "post.obj"])
+@pytest.mark.parametrize("name", sweep(["wood.png", "cove.toml", "post.obj"], test=["wood.png"]))
 def test_a_pipe_in_a_files_place_is_told_and_the_watch_goes_on(watched: Watched, name: str) -> None:
     path = watched.folder / name
     good = path.read_bytes()
@@ -279,7 +280,7 @@ def test_changed_code_is_run_and_broken_code_does_not_end_the_watch(tmp_path: Pa
     assert watched.end() == 0
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("number", sweep([signal.SIGINT, signal.SIGTERM], test=[signal.SIGINT]))
 def test_an_interrupt_in_a_bake_ends_it_and_leaves_nothing_half_done(
     tmp_path: Path, watch: Watch, number: int
 ) -> None:
