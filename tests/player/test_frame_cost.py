@@ -40,8 +40,7 @@ def test_frames_of_every_pass_allocate_nothing(player: Player, counter: Path, tm
             # Mesa allocates through templates that the linker merges with ours, the same number in every run.
             "MESA_SHADER_CACHE_DISABLE": "true",
         }
-        size = ("--size", "320x180")
-        result = player(scene, *size, "--frames", frames, "--wait-resident", *arguments, env=environment)
+        result = player(scene, "--frames", frames, "--wait-resident", *arguments, env=environment)
         assert result.returncode == 0, result.stderr
         return int(out.read_text())
 
