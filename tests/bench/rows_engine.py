@@ -25,6 +25,7 @@ import sys, tempfile
 from dataclasses import replace
 from pathlib import Path
 from paradize.build.bake import derive
+from paradize.build.map_sets import find_map_sets
 from paradize.build.object_measurements import measure_objects
 from paradize.build.manifest import mesh_facts
 from paradize.build.options import BuildOptions
@@ -46,10 +47,10 @@ with tempfile.TemporaryDirectory() as name:
     sightings = object_sightings(scene, plan_flight(scene.flight), bounds)
     data = {one: store.find(sha256) for one, sha256 in made.items()} | {f"{owner}_mesh": mesh}
     hashes = made | {f"{owner}_mesh": hash_file(mesh)}
-    materials = {owner: list(facts.materials)}
-    found, errors = measure_objects(store, scene, sightings, materials, data, hashes, options)
+    maps = find_map_sets(scene, path).maps
+    found, errors = measure_objects(store, scene, maps, sightings, data, hashes, options)
     options.pool.stop()
-assert not errors and all(owner in of for of in found.values()), (found, errors)
+assert not errors and all((owner, owner) in of for of in found.values()), (found, errors)
 """
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from paradize.build.bake import bake
-from paradize.build.material_colors import material_colors_of
+from paradize.build.map_sets import find_map_sets
 from paradize.build.options import BuildOptions
 from paradize.errors import BakeError
 from paradize.measure import attribution
@@ -33,7 +33,7 @@ def test_a_swapped_stage_changes_the_picture_and_none_changes_nothing(
     scene = load_scene(path)
     used = bake(path, tmp_path / "used", BuildOptions(tier="fast"))
     assert not used.errors
-    jobs = require(scene, material_colors_of(scene, path)[0]).jobs
+    jobs = require(scene, find_map_sets(scene, path).maps).jobs
     stages = swaps(jobs, {row["name"]: row["tier"] for row in used.rows})
     names = [stage for stage, _ in stages]
     assert names[:3] == ["levels of detail", "terrain", "colour textures"]
@@ -50,7 +50,7 @@ def test_a_swapped_stage_changes_the_picture_and_none_changes_nothing(
 def test_what_is_exact_already_is_not_swapped(tmp_path: Path) -> None:
     path = make_cove(tmp_path)
     scene = load_scene(path)
-    jobs = require(scene, material_colors_of(scene, path)[0]).jobs
+    jobs = require(scene, find_map_sets(scene, path).maps).jobs
     wanted = {output.artifact: "exact" for job in jobs for output in job.outputs}
     assert swaps(jobs, wanted) == []
     assert [stage for stage, _ in swaps(jobs, wanted | {"terrain_mesh": "balanced"})] == ["terrain"]

@@ -10,7 +10,7 @@ from pathlib import Path
 from paradize.build.auto_tier import LateErrors, TaskRunner, bake_jobs
 from paradize.build.budget_metrics import measured_by, unmeasured
 from paradize.build.job_inputs import keep_inputs
-from paradize.build.material_colors import material_colors_of
+from paradize.build.map_sets import find_map_sets
 from paradize.build.options import BuildContext, BuildOptions
 from paradize.build.provenance import BakeReport, record_name, remember, unchanged_bake
 from paradize.build.publish import publish, report_of
@@ -73,25 +73,25 @@ def _bake(context: BuildContext, name: str, scene_stamp: Stamp | None) -> BakeRe
     """name: of the build's record. scene_stamp: of the scene file before it was read."""
     store, scene, scene_path, options = context.store, context.scene, context.scene_path, context.options
     code = code_files("paradize.build.bake")
-    colors, libraries, missing = material_colors_of(scene, scene_path)
-    jobs = [*require(scene, colors).jobs, flight_job(scene, context.flight)]
+    last = store.get_bake(name)
+    hash_cache = FileHashCache.from_json(
+        last["memory"] if isinstance(last, dict) and "memory" in last else None
+    )
+    found = find_map_sets(scene, scene_path, hash_cache)
+    jobs = [*require(scene, found.maps).jobs, flight_job(scene, context.flight)]
     for job in jobs:
         if options.whole and job.baker == "terrain":
             job.settings["sight"] = None
     check_tier_names(options, jobs)
     check_budget_metrics(scene, jobs, scene_path)
-    last = store.get_bake(name)
-    hash_cache = FileHashCache.from_json(
-        last["memory"] if isinstance(last, dict) and "memory" in last else None
-    )
-    inputs = [*libraries, *(path for job in jobs for path in job.sources.values())]
+    inputs = [*found.libraries, *(path for job in jobs for path in job.sources.values())]
     stamps = {path: stamp(path) for path in [*inputs, *code]} | {resolved(scene_path): scene_stamp}
     runner = TaskRunner(context, hash_cache, stamps)
     late_errors: LateErrors = {}
     while True:
         tasks, tried = bake_jobs(runner, jobs, late_errors)
         report = report_of(context, tasks, tried)
-        if report.errors or publish(context, tasks, report, late_errors):
+        if report.errors or publish(context, found.maps, tasks, report, late_errors):
             break
     warnings = store.settle()
     reused = [one for one in report.artifacts if one.status == "reused"]
@@ -100,7 +100,7 @@ def _bake(context: BuildContext, name: str, scene_stamp: Stamp | None) -> BakeRe
     # After an edit during the bake no record is kept, so that the next bake checks everything.
     if options.usual and not report.errors and all(stamp(path) == old for path, old in stamps.items()):
         keep_inputs(store, context.out, scene, tasks, hash_cache, options)
-        remember(store, name, report, list(stamps), missing, hash_cache)
+        remember(store, name, report, list(stamps), found.missing, hash_cache)
     report.warnings += warnings
     return report
 
@@ -124,15 +124,15 @@ def derive(
     """Bakes the jobs of these artifacts again, into a store of the caller's. Returns the SHA-256 of each,
     and the errors."""
     scene = load_scene(scene_path)
-    colors, _, _ = material_colors_of(scene, scene_path)
     hash_cache = FileHashCache()
+    maps = find_map_sets(scene, scene_path, hash_cache).maps
 
     def is_wanted(output: Output) -> bool:
         return output.artifact in names or (
             output.many and any(name.startswith(f"{output.artifact}_") for name in names)
         )
 
-    jobs = [job for job in require(scene, colors).jobs if any(map(is_wanted, job.outputs))]
+    jobs = [job for job in require(scene, maps).jobs if any(map(is_wanted, job.outputs))]
     tasks = [task_of(job, hash_cache, options.tier_of(job, scene), scene) for job in jobs]
     stamps = {path: stamp(path) for job in jobs for path in job.sources.values()}
     run_tasks(store, store.root / "scratch", tasks, stamps, options)

@@ -10,7 +10,7 @@ decides as long as at most SHARE of the surface shows a colour that is more than
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 
 import numpy as np
 import numpy.typing as npt
@@ -33,12 +33,19 @@ _WEIGHTS = (_PLACES + 1.0 / 3.0) / 4.0
 
 
 def measure_flat(
-    name: str, glb: bytes, textures: Mapping[str, bytes], levels: Mapping[str, int], repeat: bool
+    name: str,
+    glb: bytes,
+    textures: Mapping[str, bytes],
+    levels: Mapping[str, int],
+    repeat: bool,
+    materials: Collection[str] | None = None,
 ) -> dict[str, int]:
     """Returns by map the coarsest level, at most that of `levels`, up to which flat triangles keep their
     colours on all levels of detail. textures: KTX2 by map ("color", "normal", ...). repeat: whether they
-    tile."""
+    tile. materials: those that the maps lie on; None: all."""
     meshes = [lod.mesh for lod in decode_glb(glb, name)]
+    if materials is not None:
+        meshes = [mesh.of_materials(materials) for mesh in meshes]
     coarsest = {}
     for key, data in textures.items():
         texture = decode_ktx2(data, f"{name}_{key}")

@@ -62,9 +62,9 @@ def find_borders(mesh: Mesh, *, width: int, height: int, repeat: bool, file: obj
 
 def sampled_levels(texture: Texture, name: str) -> list[F32]:
     """Returns all levels of an object's map as they are compared: colour in linear light, normals as x and
-    y, height as it is, of gloss the intensity (smoothness changes from level to level by design)."""
+    y, others as they are, of gloss the intensity (smoothness changes from level to level by design)."""
     levels = [decode_texels(texture, level) for level in range(len(texture.levels))]
-    if name == "color":
+    if MAPS[name].kind == "color":
         for level in levels:
             level[:, :, :3] = linear_light(level[:, :, :3])
         opaque = levels[0].shape[2] == 4 and bool((levels[0][:, :, 3] >= 1).all())
@@ -84,13 +84,14 @@ def measure_gutters(
 ) -> dict[str, Any]:
     """Returns {"repeat", "limits": {material: reach or None}, "maps": {map: facts}}.
 
-    textures: KTX2 by map. parallax: (scale, bias) by material. bleed: the bound, a share of the range.
-    pixel_m: metres of the object that the largest pixel of the flight covers; None if it is never seen.
+    textures: KTX2 by map. name: of their set. parallax: (scale, bias) of each material that they lie on.
+    bleed: the bound, a share of the range. pixel_m: metres of the object that the largest pixel of the flight
+    covers; None if it is never seen.
 
     repeat: whether the maps must repeat, because they tile or because UVs lie outside 0..1. limits: the
     farthest safe reach where the requested one is too far. facts: see FORMAT.md; None for maps that tile.
     """
-    mesh = decode_glb(glb, name)[0].mesh
+    mesh = decode_glb(glb, name)[0].mesh.of_materials(parallax)
     requested = {key: gutter.parallax_reach(*parallax[key]) for key in sorted(parallax)}
     limits: dict[str, float | None] = dict.fromkeys(requested)
     if repeat or mesh.uvs is None:

@@ -33,12 +33,13 @@ def _name(out: Path) -> str:
 
 def views_of_job(scene: Scene, job: BakeJob) -> dict[str, Any]:
     """Returns the settings that decide which levels of a job's artifacts the views need."""
-    owner = job.name.rpartition(" ")[0]
-    item = next((item for item in scene.objects if item.name == owner), None)
     views = scene_views(scene)
-    if item is not None:
-        views["views"] = item.views
-        views["instance"] = [[one.position, one.yaw_deg, one.scale] for one in item.instances]
+    users = [item for item in scene.objects if item.name in job.objects]
+    if users:
+        views["views"] = [item.views for item in users]
+        views["instance"] = [
+            [one.position, one.yaw_deg, one.scale] for item in users for one in item.instances
+        ]
     plain: dict[str, Any] = json.loads(json.dumps(views))
     return plain
 

@@ -6,6 +6,7 @@ hardware decodes it. Separate from the mesh's bake, so that a changed picture ba
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -25,22 +26,29 @@ MAPPED = ("mapped_mean_deg", "mapped_p99_deg", "mapped_max_deg")
 
 
 def measure_lod_normal_error(
-    glb: bytes, texture: bytes, *, name: str, repeat: bool
+    glb: bytes, texture: bytes, *, name: str, repeat: bool, materials: Collection[str]
 ) -> list[dict[str, float]]:
     """Returns mapped_mean_deg, mapped_p99_deg and mapped_max_deg of each level, the finest (0) first: degrees
     between the normals of the level and the finest one at the same point, both turned by the map in their own
     tangent frames.
 
-    texture: the normal map's KTX2. repeat: whether it tiles. name: of the object, for messages. Raises
-    FormatError for bytes that Paradize did not write.
+    texture: the normal map's KTX2. repeat: whether it tiles. materials: those that it lies on. name: of its
+    set, for messages. Raises FormatError for bytes that Paradize did not write.
     """
     finest, *coarser = decode_glb(glb, name)
     vectors = _vectors(decode_ktx2(texture, f"{name}_normal"))
-    reference = Original(finest.mesh)
+    own = finest.mesh.of_materials(materials)
+    reference = Original(own)
     levels = [dict.fromkeys(MAPPED, 0.0)]
     for lod in coarser:
+        mesh = lod.mesh.of_materials(materials)
+        if not len(mesh.triangles):  # the level has lost the material
+            levels.append(dict.fromkeys(MAPPED, 0.0))
+            continue
+        whole = own is finest.mesh
+        error_max = lod.error_max if whole else None
         errors = normal_error(
-            reference, lod.mesh, SAMPLES, surface_error=lod.error_max, normal_map=vectors, repeat=repeat
+            reference, mesh, SAMPLES, surface_error=error_max, normal_map=vectors, repeat=repeat
         )
         levels.append({key: errors[key] for key in MAPPED})
     return levels

@@ -12,8 +12,9 @@ from paradize.formats.glb.document import glb_document
 from paradize.formats.scene_manifest import FORMAT, MATERIAL_MAPS, VERSION
 from paradize.maps import MAPS, maps_of
 from paradize.scene.flight import PI, Flight, Vec, sine_cosine
+from paradize.scene.map_sets import DrawnMaterial, ObjectMaps, SceneMaps
 from paradize.scene.requirements import ObjectSighting, sun_direction
-from paradize.scene.settings import Instance, ObjectMaterial, Scene, SceneObject, Waiver
+from paradize.scene.settings import Instance, Scene, SceneObject, Waiver
 
 # Streaming order: the sky, then the ground, then objects; colour before relief.
 _BY_RANK = sorted(MAPS, key=lambda name: MAPS[name].stream_rank)
@@ -70,26 +71,29 @@ def _base_color(material: dict[str, Any]) -> Vec:
 
 def build_manifest(
     scene: Scene,
+    maps: SceneMaps,
+    owners: dict[str, tuple[str, ...]],
     flight: Flight,
     flight_errors: dict[str, float],
     artifacts: dict[str, Artifact],
     facts: dict[str, MeshFacts],
     sightings: dict[str, ObjectSighting],
-    gutters: dict[str, dict[str, Any]],
+    gutters: dict[tuple[str, str], dict[str, Any]],
     pixels: dict[str, float],
     terrain_tables: dict[str, Any] | None,
 ) -> dict[str, Any]:
-    """Returns the manifest. artifacts, facts: by artifact name. sightings, gutters (from
-    gutter_limits.measure_gutters), pixels (from nearest_view.nearest_pixel_m): by object name.
+    """Returns the manifest. owners: the objects that use an artifact, by its name. artifacts, facts: by
+    artifact name. sightings, pixels (from nearest_view.nearest_pixel_m): by object name. gutters: by (object,
+    map set), from gutter_limits.measure_gutters.
     terrain_tables: the terrain's tables and when each of its tiles is first needed, from
     registry.make_terrain."""
     tiles = _tiles(terrain_tables)
     entries = {}
     for name, one in artifacts.items():
-        owner = name.rpartition("_")[0]
-        first_s = sightings[owner].first_s if owner in sightings else tiles.get(name, 0.0)
-        seen = name in facts and owner in pixels
-        levels = _with_pixel_errors(one.levels, facts[name], pixels[owner]) if seen else one.levels
+        users = owners.get(name, ())
+        first_s = min((sightings[user].first_s for user in users), default=tiles.get(name, 0.0))
+        seen = [user for user in users if name in facts and user in pixels]
+        levels = _with_pixel_errors(one.levels, facts[name], pixels[seen[0]]) if seen else one.levels
         entries[name] = replace(one, first_needed_s=first_s, levels=levels).to_json(PUBLISHED)
     head = scene.head
     return {
@@ -122,8 +126,7 @@ def build_manifest(
         "terrain": _terrain(scene, entries, terrain_tables),
         "water": _water(scene),
         "objects": [
-            _object(item, entries, facts[f"{item.name}_mesh"], gutters.get(item.name))
-            for item in scene.objects
+            _object(item, maps, entries, facts[f"{item.name}_mesh"], gutters) for item in scene.objects
         ],
         "particles": [_plain(item) for item in scene.particles],
         "sound": {"artifact": "sound", "volume": scene.sound.volume} if scene.sound else None,
@@ -209,10 +212,13 @@ def _water(scene: Scene) -> dict[str, Any] | None:
 
 
 def _object(
-    item: SceneObject, entries: dict[str, Any], facts: MeshFacts, gutters: dict[str, Any] | None
+    item: SceneObject,
+    maps: SceneMaps,
+    entries: dict[str, Any],
+    facts: MeshFacts,
+    gutters: dict[tuple[str, str], dict[str, Any]],
 ) -> dict[str, Any]:
-    limits = gutters["limits"] if gutters else {}
-    maps = {key: _present(f"{item.name}_{key}", entries) for key in MATERIAL_MAPS}
+    known = maps.objects[item.name]
     return {
         "name": item.name,
         "views": list(item.views),
@@ -220,23 +226,24 @@ def _object(
         "center": list(facts.center),
         "radius_m": facts.radius_m,
         "lods": [{"node": node, "error_m": error_m} for node, error_m in facts.lods],
-        "materials": {
-            name: {
-                "color": list(base),
-                "opacity": 1.0,
-                "maps": maps,
-                "repeat": bool(gutters["repeat"]) if gutters else True,
-                "metalness": 0.0,
-                "emission": [0.0, 0.0, 0.0],
-                "occlusion_strength": 1.0,
-                **_plain(settings := item.materials.get(name, ObjectMaterial())),
-                "parallax_limit": limits.get(name),
-                "alpha_mode": "mask" if settings.alpha_cutoff > 0.0 else "opaque",
-                "vertex_colors": False,
-            }
-            for name, base in facts.materials.items()
-        },
+        "materials": {name: _material(item, name, known, entries, gutters) for name in facts.materials},
         "instances": [_instance(instance) for instance in item.instances],
+    }
+
+
+def _material(
+    item: SceneObject,
+    name: str,
+    known: ObjectMaps,
+    entries: dict[str, Any],
+    gutters: dict[tuple[str, str], dict[str, Any]],
+) -> dict[str, Any]:
+    one = known.sets.get(name)
+    measured = gutters.get((item.name, one.name)) if one else None
+    return _plain(known.drawn.get(name, DrawnMaterial())) | {
+        "maps": {key: _present(f"{one.name}_{key}", entries) if one else None for key in MATERIAL_MAPS},
+        "repeat": measured["repeat"] if measured else True,
+        "parallax_limit": measured["limits"][name] if measured else None,
     }
 
 

@@ -19,8 +19,9 @@ from paradize.errors import ParadizeError
 from paradize.jobs.code import code_digest, code_of
 from paradize.jobs.pool import Job
 from paradize.maps import maps_of
+from paradize.scene.map_sets import MapSet, SceneMaps
 from paradize.scene.requirements import ObjectSighting
-from paradize.scene.settings import ObjectMaterial, Scene, SceneObject
+from paradize.scene.settings import Scene, SceneObject
 from paradize.store.local import Store, key_of
 
 _SHAPES = {"gutters": GUTTERS, "lod_normal_error": LOD_NORMAL_ERRORS}
@@ -28,9 +29,10 @@ _SHAPES = {"gutters": GUTTERS, "lod_normal_error": LOD_NORMAL_ERRORS}
 
 @dataclass(frozen=True)
 class _Measurement:
-    """A measurement of an object: its kind, its key in the store, and the job that makes it."""
+    """A measurement of a map set on an object: its kind, its key in the store, and the job that makes it."""
 
     item: str
+    map_set: str
     kind: str
     key: str
     job: Job
@@ -55,86 +57,89 @@ def lod_normal_error_job(glb: Path, maps: dict[str, Path], settings: dict[str, A
 def measure_objects(
     store: Store,
     scene: Scene,
+    maps: SceneMaps,
     sightings: Mapping[str, ObjectSighting],
-    materials: Mapping[str, list[str]],
     data: Mapping[str, Path],
     sha256: Mapping[str, str],
     options: BuildOptions,
-) -> tuple[dict[str, dict[str, dict[str, Any]]], list[ParadizeError]]:
+) -> tuple[dict[str, dict[tuple[str, str], dict[str, Any]]], list[ParadizeError]]:
     """Measures each object's published files; results are kept in the store.
 
-    sightings, materials: how the flight sees each object and the names of its mesh's materials, by object
-    name. data, sha256: by artifact.
+    sightings: how the flight sees each object, by name. data, sha256: by artifact.
 
-    Returns, by "gutters" and "lod_normal_error" and then by object name, what measure_gutters returns of
-    objects with a colour map, and {"levels": what measure_lod_normal_error returns} of those with a normal
-    map; and the errors of what failed.
+    Returns, by "gutters" and "lod_normal_error" and then by (object, map set), what measure_gutters returns
+    of sets with maps, and {"levels": what measure_lod_normal_error returns} of those with a normal map; and
+    the errors of what failed.
     """
     measurements: list[_Measurement] = []
-    found: dict[str, dict[str, dict[str, Any]]] = {kind: {} for kind in _SHAPES}
+    found: dict[str, dict[tuple[str, str], dict[str, Any]]] = {kind: {} for kind in _SHAPES}
     for item in scene.objects:
-        textures = {key: f"{item.name}_{key}" for key in maps_of("object") if f"{item.name}_{key}" in data}
-        known = {name: item.materials.get(name, ObjectMaterial()) for name in materials[item.name]}
-        parallax = {name: (one.parallax_scale, one.parallax_bias) for name, one in known.items()}
-        repeat = item.wrap == "repeat"
-        if "color" in textures and repeat:  # maps that tile have no borders to look at
-            free = {"limits": dict.fromkeys(sorted(parallax)), "maps": dict.fromkeys(textures)}
-            found["gutters"][item.name] = {"repeat": True} | free
-        elif "color" in textures:
-            settings = {"name": item.name, "parallax": parallax, "bleed": item.bleed, "repeat": repeat}
-            settings |= {"pixel_m": sightings[item.name].pixel_m}
-            measurements.append(
-                _measurement("gutters", gutter_limits_job, item, settings, data, sha256, textures)
-            )
-        if "normal" in textures:
-            settings = {"name": item.name, "repeat": repeat}
-            only = {"normal": textures["normal"]}
-            measurements.append(
-                _measurement("lod_normal_error", lod_normal_error_job, item, settings, data, sha256, only)
-            )
+        for one, materials in maps.of_object(item.name):
+            textures = {key: f"{one.name}_{key}" for key in maps_of("object") if f"{one.name}_{key}" in data}
+            drawn = {name: maps.objects[item.name].drawn[name] for name in materials}
+            parallax = {name: (by.parallax_scale, by.parallax_bias) for name, by in drawn.items()}
+            kinds: dict[str, tuple[dict[str, Any], dict[str, str]]] = {}
+            if textures and one.layout is None:  # maps that tile have no borders to look at
+                free = {"limits": dict.fromkeys(sorted(parallax)), "maps": dict.fromkeys(textures)}
+                found["gutters"][item.name, one.name] = {"repeat": one.wrap == "repeat"} | free
+            elif textures:
+                settings = {"parallax": parallax, "bleed": one.bleed, "repeat": False}
+                kinds["gutters"] = settings | {"pixel_m": sightings[item.name].pixel_m}, textures
+            if "normal" in textures:
+                settings = {"repeat": one.wrap == "repeat", "materials": materials}
+                kinds["lod_normal_error"] = settings, {"normal": textures["normal"]}
+            measurements += [
+                _measurement(kind, item, one, settings, data, sha256, names)
+                for kind, (settings, names) in kinds.items()
+            ]
     missing = []
     if not options.force:
         store.expect(one.key for one in measurements)
-    for one in measurements:
-        stored = None if options.force else store.get_product(one.key)
-        if fits(stored, _SHAPES[one.kind]):
-            found[one.kind][one.item] = stored
+    for measured in measurements:
+        stored = None if options.force else store.get_product(measured.key)
+        if fits(stored, _SHAPES[measured.kind]):
+            found[measured.kind][measured.item, measured.map_set] = stored
         else:
-            missing.append(one)
+            missing.append(measured)
     errors = []
     outcomes = run_build_jobs(options, [one.job for one in missing])
-    for one, outcome in zip(missing, outcomes, strict=True):
+    for measured, outcome in zip(missing, outcomes, strict=True):
         if outcome.error:
             errors.append(outcome.error)
             continue
-        found[one.kind][one.item] = outcome.value
-        store.put_product(one.key, outcome.value)
+        found[measured.kind][measured.item, measured.map_set] = outcome.value
+        store.put_product(measured.key, outcome.value)
     return found, errors
+
+
+_FUNCTIONS: dict[str, tuple[str, Callable[..., dict[str, Any]]]] = {
+    "gutters": ("paradize.build.gutter_limits", gutter_limits_job),
+    "lod_normal_error": ("paradize.build.lod_normal_error", lod_normal_error_job),
+}
 
 
 def _measurement(
     kind: str,
-    function: Callable[..., dict[str, Any]],
     item: SceneObject,
+    one: MapSet,
     settings: dict[str, Any],
     data: Mapping[str, Path],
     sha256: Mapping[str, str],
     textures: Mapping[str, str],
 ) -> _Measurement:
-    module = {
-        "gutters": "paradize.build.gutter_limits",
-        "lod_normal_error": "paradize.build.lod_normal_error",
-    }[kind]
+    module, function = _FUNCTIONS[kind]
     mesh = f"{item.name}_mesh"
+    settings = {"name": one.name} | settings
     hashes = {key: sha256[name] for key, name in textures.items()} | {"mesh": sha256[mesh]}
     key = key_of(kind, code_digest(module), hashes, settings)
     maps = {key: data[name] for key, name in textures.items()}
+    of = one.name if one.name in one.materials else f"{item.name} {one.name}"
     job = Job(
-        f"{item.name} {kind.replace('_', ' ')}",
+        f"{of} {kind.replace('_', ' ')}",
         function,
         {"glb": data[mesh], "maps": maps, "settings": settings},
         file=item.mesh,
         code=code_of(module),
         files=dict.fromkeys([data[mesh], *maps.values()], True),
     )
-    return _Measurement(item.name, kind, key, job)
+    return _Measurement(item.name, one.name, kind, key, job)

@@ -28,6 +28,7 @@ from paradize.files import read_file
 from paradize.formats.device import device_bytes
 from paradize.formats.scene_manifest import encode_scene
 from paradize.scene.budget import excesses
+from paradize.scene.map_sets import SceneMaps
 from paradize.scene.requirements import ObjectSighting, object_sightings
 from paradize.scene.settings import Scene
 from paradize.store.atomic import flush_folder, write_whole
@@ -39,14 +40,14 @@ from paradize.tiers import AUTO
 class _Baked:
     """What the tasks baked, by artifact; each step replaces what it changes. data: paths of the bytes.
     meshes: facts of each object's mesh. flight_errors, tree: of the camera's path and of the terrain.
-    gutters: by object, as gutter_limits.measure_gutters returns them."""
+    gutters: by (object, map set), as gutter_limits.measure_gutters returns them."""
 
     artifacts: dict[str, Artifact]
     data: dict[str, Path] = field(default_factory=dict)
     meshes: dict[str, MeshFacts] = field(default_factory=dict)
     flight_errors: dict[str, float] = field(default_factory=dict)
     tree: dict[str, Any] | None = None
-    gutters: dict[str, dict[str, Any]] = field(default_factory=dict)
+    gutters: dict[tuple[str, str], dict[str, Any]] = field(default_factory=dict)
 
     @property
     def hashes(self) -> dict[str, str]:
@@ -80,7 +81,9 @@ def report_of(context: BuildContext, tasks: list[Task], tried: TriedTiers) -> Ba
     return report
 
 
-def publish(context: BuildContext, tasks: list[Task], report: BakeReport, late_errors: LateErrors) -> bool:
+def publish(
+    context: BuildContext, maps: SceneMaps, tasks: list[Task], report: BakeReport, late_errors: LateErrors
+) -> bool:
     """Publishes what the tasks baked, with a scene.json. Errors are added to the report; nothing is then
     published. Returns False, and publishes nothing, if it measured errors that change the choice of
     `auto`: they are added to `late_errors`."""
@@ -94,7 +97,7 @@ def publish(context: BuildContext, tasks: list[Task], report: BakeReport, late_e
             f"flight: {excess}" for excess in excesses(context.scene.budget, baked.flight_errors)
         ]
         sightings = _sightings(context, baked)
-        normal_mapped = _measure_objects(context, baked, sightings, report)
+        normal_mapped = _measure_objects(context, maps, baked, sightings, report)
         if report.errors:
             return True
         if _note_late_errors(context.scene, baked, normal_mapped, late_errors):
@@ -107,12 +110,14 @@ def publish(context: BuildContext, tasks: list[Task], report: BakeReport, late_e
             baked.hashes,
             force=context.options.force,
         )
-        _trim(context, baked)
+        _trim(context, maps, baked)
         _check_totals(context, baked, report)
         if report.errors:
             return True
         manifest = build_manifest(
             context.scene,
+            maps,
+            {output.artifact: task.job.objects for task in tasks for output in task.outputs},
             context.flight,
             baked.flight_errors,
             baked.artifacts,
@@ -174,30 +179,38 @@ def _sightings(context: BuildContext, baked: _Baked) -> dict[str, ObjectSighting
 
 
 def _measure_objects(
-    context: BuildContext, baked: _Baked, sightings: dict[str, ObjectSighting], report: BakeReport
+    context: BuildContext,
+    maps: SceneMaps,
+    baked: _Baked,
+    sightings: dict[str, ObjectSighting],
+    report: BakeReport,
 ) -> list[str]:
     """Adds what is measured of each object's files together: the gutters of its maps, and the normal
     errors of its levels under its normal map. Returns the names of the meshes with a normal map."""
     scene = context.scene
-    names = {item.name: list(baked.meshes[f"{item.name}_mesh"].materials) for item in scene.objects}
     measured, errors = measure_objects(
-        context.store, scene, sightings, names, baked.data, baked.hashes, context.options
+        context.store, scene, maps, sightings, baked.data, baked.hashes, context.options
     )
     report.errors += errors
     if errors:
         return []
     baked.gutters = measured["gutters"]
-    for owner, facts_of_object in baked.gutters.items():
-        for key, facts in facts_of_object["maps"].items():
+    for (_, map_set), facts_of_set in baked.gutters.items():
+        for key, facts in facts_of_set["maps"].items():
             if facts:
                 rest = {name: value for name, value in facts.items() if name != "max_level"}
-                name = f"{owner}_{key}"
+                name = f"{map_set}_{key}"
                 baked.artifacts[name] = replace(
                     baked.artifacts[name], max_level=facts["max_level"], gutter=rest
                 )
-    for owner, facts_of_object in measured["lod_normal_error"].items():
-        mesh = baked.artifacts[f"{owner}_mesh"]
-        levels = facts_of_object["levels"]
+    normal_mapped: dict[str, list[list[dict[str, float]]]] = {}  # levels of each set, by mesh
+    for (owner, _), found in measured["lod_normal_error"].items():
+        normal_mapped.setdefault(f"{owner}_mesh", []).append(found["levels"])
+    for name, of_sets in normal_mapped.items():
+        mesh = baked.artifacts[name]
+        levels = [
+            {key: max(level[key] for level in same) for key in same[0]} for same in zip(*of_sets, strict=True)
+        ]
         worst = {
             f"lod_{key}": max(level[key] for level in levels) for key in ("mapped_p99_deg", "mapped_mean_deg")
         }
@@ -209,7 +222,7 @@ def _measure_objects(
         baked.artifacts[mesh.name] = replace(
             mesh, levels=levels_with_errors, errors=mesh.errors | worst, over=[*mesh.over, *over]
         )
-    return [f"{owner}_mesh" for owner in measured["lod_normal_error"]]
+    return list(normal_mapped)
 
 
 def _note_late_errors(scene: Scene, baked: _Baked, meshes: list[str], late_errors: LateErrors) -> bool:
@@ -227,13 +240,13 @@ def _note_late_errors(scene: Scene, baked: _Baked, meshes: list[str], late_error
     return is_new
 
 
-def _trim(context: BuildContext, baked: _Baked) -> None:
+def _trim(context: BuildContext, maps: SceneMaps, baked: _Baked) -> None:
     """Leaves out of every artifact the levels that no view needs."""
     if context.options.whole:
         return
     data = Artifacts(baked.data, baked.tiles)
     detail = find_required_detail(
-        context.store, context.scene, data, baked.hashes, baked.meshes, context.options
+        context.store, context.scene, maps, data, baked.hashes, baked.meshes, context.options
     )
     for name, required in detail.items():
         one = baked.artifacts[name]

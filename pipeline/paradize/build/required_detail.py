@@ -39,16 +39,24 @@ SEA_MIP = 2  # of the sky that water shows without [reflection] (shaders/water.f
 
 
 @dataclass(frozen=True)
+class SeenTexture:
+    """A texture of an object. materials: those of the object that it lies on. spread: share of its side by
+    which parallax may move two neighbouring samples apart. lit: whether shadows read it."""
+
+    size: Size
+    materials: tuple[str, ...]
+    spread: float = 0.0
+    lit: bool = False
+
+
+@dataclass(frozen=True)
 class SeenObject:
-    """An object. glb: its levels. textures: size by map. drawn: the views that draw it. spread: share of a
-    map's side by which parallax may move two neighbouring samples apart. leaves: its shadow reads the
-    colour. errors_m, center, radius_m: as in scene.json, of the whole chain."""
+    """An object. glb: its levels. textures: SeenTexture's fields by artifact. drawn: the views that draw it.
+    errors_m, center, radius_m: as in scene.json, of the whole chain."""
 
     glb: bytes
-    textures: Mapping[str, Size]
+    textures: Mapping[str, Mapping[str, Any]]
     drawn: tuple[str, ...]
-    spread: float
-    leaves: bool
     instances: Sequence[Mapping[str, Any]]
     center: tuple[float, float, float]
     radius_m: float
@@ -108,20 +116,27 @@ def _object_detail(
     )
     mesh: dict[str, Any] = {"level": level, "texels": None, "second_s": second, "view": view}
     detail = {f"{name}_mesh": mesh}
-    known: dict[tuple[Size, bool], dict[str, Any]] = {}
-    for key, size in seen_object.textures.items():
-        lit = key == "color" and seen_object.leaves
-        if (size, lit) not in known:
-            seen = views if lit else views_of(sight, seen_object.drawn, None)
-            known[size, lit] = _texture_detail(seen_object, levels, places, seen, size)
-        detail[f"{name}_{key}"] = known[size, lit]
+    known: dict[SeenTexture, dict[str, Any]] = {}
+    for key, fields in seen_object.textures.items():
+        texture = SeenTexture(**fields)
+        if texture not in known:
+            seen = views if texture.lit else views_of(sight, seen_object.drawn, None)
+            own = [mesh.of_materials(texture.materials) for mesh in levels]
+            known[texture] = _texture_detail(seen_object, texture, own, places, seen)
+        detail[key] = known[texture]
     return detail
 
 
 def _texture_detail(
-    seen_object: SeenObject, levels: Sequence[Mesh], places: Sequence[Placement], views: Views, size: Size
+    seen_object: SeenObject,
+    texture: SeenTexture,
+    levels: Sequence[Mesh],
+    places: Sequence[Placement],
+    views: Views,
 ) -> dict[str, Any]:
-    """Returns the required detail of an object's texture of this size, as measure_required_detail does."""
+    """Returns the required detail of an object's texture, as measure_required_detail does. levels: the
+    triangles that it lies on."""
+    size, spread = texture.size, texture.spread
 
     def finest_of(*, flat: bool) -> FinestMip:
         surfaces = [
@@ -131,11 +146,11 @@ def _texture_detail(
             for surface in [surface_of(mesh, mesh.uvs, *size, flat=flat)]
             for at in places
         ]
-        return finest(views, surfaces, seen_object.spread * max(size))
+        return finest(views, surfaces, spread * max(size))
 
     whole = _detail_json(finest_of(flat=True))
     flat = (mesh.uvs is not None and flat_triangles(mesh, mesh.uvs, *size).any() for mesh in levels)
-    if seen_object.spread > 0.0 or not any(flat):  # parallax shows more than the line
+    if spread > 0.0 or not any(flat):  # parallax shows more than the line
         return whole
     others = _detail_json(finest_of(flat=False))
     return whole | {"others": others} if others["level"] > whole["level"] else whole

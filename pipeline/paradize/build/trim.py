@@ -23,6 +23,7 @@ from paradize.formats.scene_fields import Check
 from paradize.jobs.code import code_digest, code_of
 from paradize.jobs.pool import Job
 from paradize.maps import maps_of
+from paradize.scene.map_sets import SceneMaps
 from paradize.scene.requirements import finest_scales, finest_shadow_texel_m, scene_views
 from paradize.scene.settings import Scene, SceneObject
 from paradize.store.local import Store, key_of
@@ -56,40 +57,53 @@ def flat_colors_job(**arguments: Any) -> dict[str, int]:
 def find_required_detail(
     store: Store,
     scene: Scene,
+    maps: SceneMaps,
     data: Mapping[str, bytes | Path],
     sha256: Mapping[str, str],
     facts: Mapping[str, MeshFacts],
     options: BuildOptions,
 ) -> RequiredDetail:
-    """Returns what the views need of each texture and mesh. Objects are measured separately; results are
-    kept in the store. data, sha256, facts: by artifact. Raises the error of a worker."""
+    """Returns what the views need of each texture and mesh; of a texture that objects share, the most that
+    any of them needs. Objects are measured separately; results are kept in the store. data, sha256, facts:
+    by artifact. Raises the error of a worker."""
     keyed_jobs = []
-    for arguments, meshes, decides in _queries(scene, data, facts):
+    for arguments, meshes, decides in _queries(scene, maps, data, facts):
         hashes = {name: sha256[name] for name in meshes}
         name = next(iter(arguments["objects"]), "the scene")
         job = Job(f"required detail of {name}", required_detail_job, arguments, code=code_of(_MODULE))
         keyed_jobs.append((key_of("required_detail", code_digest(_MODULE), hashes, decides), job))
-    detail: RequiredDetail = {}
-    for answer in _stored_or_run(store, keyed_jobs, REQUIRED_DETAIL, options):
-        detail |= answer
-    objects, keyed_jobs = [], []
-    for item in scene.objects:
-        names = [f"{item.name}_{key}" for key in maps_of("object")]
-        names = [name for name in names if "others" in detail.get(name, {})]
-        if names:
-            levels = {name.rpartition("_")[2]: detail[name]["others"]["level"] for name in names}
-            settings = {"name": item.name, "levels": levels, "repeat": item.wrap == "repeat"}
+    *of_objects, of_scene = _stored_or_run(store, keyed_jobs, REQUIRED_DETAIL, options)
+    measured, keyed_jobs = [], []
+    for item, detail in zip(scene.objects, of_objects, strict=True):
+        for one, materials in maps.of_object(item.name):
+            names = {key: f"{one.name}_{key}" for key in maps_of("object")}
+            names = {key: name for key, name in names.items() if "others" in detail.get(name, {})}
+            if not names:
+                continue
+            levels = {key: detail[name]["others"]["level"] for key, name in names.items()}
+            settings = {"name": one.name, "levels": levels, "repeat": one.wrap == "repeat"}
+            settings["materials"] = materials
             mesh = f"{item.name}_mesh"
-            hashes = {name: sha256[name] for name in (mesh, *names)}
-            maps = {name.rpartition("_")[2]: data[name] for name in names}
-            arguments = settings | {"glb": data[mesh], "textures": maps}
-            job = Job(f"flat colors of {item.name}", flat_colors_job, arguments, code=code_of(_FLAT))
+            hashes = {name: sha256[name] for name in (mesh, *names.values())}
+            textures = {key: data[name] for key, name in names.items()}
+            arguments = settings | {"glb": data[mesh], "textures": textures}
+            job = Job(f"flat colors of {one.name}", flat_colors_job, arguments, code=code_of(_FLAT))
             keyed_jobs.append((key_of("flat", code_digest(_FLAT), hashes, settings), job))
-            objects.append(item.name)
-    for name, levels_kept in zip(objects, _stored_or_run(store, keyed_jobs, FLAT, options), strict=True):
+            measured.append((detail, names))
+    answers = _stored_or_run(store, keyed_jobs, FLAT, options)
+    for (detail, names), levels_kept in zip(measured, answers, strict=True):
         for key, level in levels_kept.items():
-            detail[f"{name}_{key}"] = with_flat_colors(detail[f"{name}_{key}"], level)
-    return detail
+            detail[names[key]] = with_flat_colors(detail[names[key]], level)
+    found: RequiredDetail = dict(of_scene)
+    for name, one_detail in (part for detail in of_objects for part in detail.items()):
+        other = found.get(name)
+        found[name] = one_detail if other is None else min(other, one_detail, key=_fineness)
+    return found
+
+
+def _fineness(detail: Mapping[str, Any]) -> tuple[int, float]:
+    """The order in which users of a texture decide how fine it is."""
+    return detail["level"], float("inf") if detail["texels"] is None else detail["texels"]
 
 
 def _stored_or_run(
@@ -126,8 +140,10 @@ def with_flat_colors(detail: Mapping[str, Any], level: int) -> dict[str, Any]:
 Part = tuple[dict[str, Any], list[str], dict[str, Any]]
 
 
-def _queries(scene: Scene, data: Mapping[str, bytes | Path], facts: Mapping[str, MeshFacts]) -> list[Part]:
-    """Returns for each object, and for the rest of the scene: the arguments of
+def _queries(
+    scene: Scene, maps: SceneMaps, data: Mapping[str, bytes | Path], facts: Mapping[str, MeshFacts]
+) -> list[Part]:
+    """Returns for each object, and last for the rest of the scene: the arguments of
     required_detail.measure_required_detail, the meshes whose bytes are among them, and the other
     arguments, which are part of the key."""
     sight = scene_views(scene)
@@ -136,7 +152,8 @@ def _queries(scene: Scene, data: Mapping[str, bytes | Path], facts: Mapping[str,
     empty: dict[str, Any] = {"sight": sight, "objects": {}, "terrain": None, "water": None, "sky": None}
     queries: list[Part] = []
     for item in scene.objects:
-        seen_object, mesh = _seen_object(item, facts[f"{item.name}_mesh"], data), f"{item.name}_mesh"
+        mesh = f"{item.name}_mesh"
+        seen_object = _seen_object(item, maps, facts[mesh], data)
         arguments = empty | {"objects": {item.name: seen_object | {"glb": data[mesh]}}}
         queries.append((arguments, [mesh], empty | {"objects": {item.name: seen_object}}))
     decides, meshes, with_data = dict(empty), [], {}
@@ -155,21 +172,33 @@ def _queries(scene: Scene, data: Mapping[str, bytes | Path], facts: Mapping[str,
         decides["water"] = {"textures": _sizes([f"water_{key}" for key in maps_of("water")], data)} | square
     if scene.sky and isinstance(cube := data["sky"], bytes):
         side, _, levels = ktx2_size(cube)
-        decides["sky"] = {"side": side, "levels": levels, "smoothest": _smoothest(scene)}
+        decides["sky"] = {"side": side, "levels": levels, "smoothest": _smoothest(scene, maps)}
     queries.append((decides | with_data, meshes, decides))
     return queries
 
 
-def _seen_object(item: SceneObject, known: MeshFacts, data: Mapping[str, bytes | Path]) -> dict[str, Any]:
+def _seen_object(
+    item: SceneObject, maps: SceneMaps, known: MeshFacts, data: Mapping[str, bytes | Path]
+) -> dict[str, Any]:
     """Returns the fields of required_detail.SeenObject, without the GLB."""
-    sizes = _sizes([f"{item.name}_{key}" for key in maps_of("object")], data)
-    materials = item.materials.values()
-    deep = f"{item.name}_height" in sizes
+    textures: dict[str, dict[str, Any]] = {}
+    for one, materials in maps.of_object(item.name):
+        drawn = [maps.objects[item.name].drawn[name] for name in materials]
+        sizes = _sizes([f"{one.name}_{key}" for key in maps_of("object")], data)
+        deep = max(material.parallax_scale for material in drawn) if f"{one.name}_height" in sizes else 0.0
+        leaves = any(material.alpha_mode != "opaque" for material in drawn)
+        textures |= {
+            name: {
+                "size": size,
+                "materials": materials,
+                "spread": max(deep, 0.0),
+                "lit": leaves and name == f"{one.name}_color",
+            }
+            for name, size in sizes.items()
+        }
     return {
-        "textures": {name.rpartition("_")[2]: size for name, size in sizes.items()},
+        "textures": textures,
         "drawn": item.views,
-        "spread": max((material.parallax_scale for material in materials), default=0.0) if deep else 0.0,
-        "leaves": any(material.alpha_cutoff > 0.0 for material in materials),
         "instances": [asdict(instance) for instance in item.instances],
         "center": known.center,
         "radius_m": known.radius_m,
@@ -177,9 +206,14 @@ def _seen_object(item: SceneObject, known: MeshFacts, data: Mapping[str, bytes |
     }
 
 
-def _smoothest(scene: Scene) -> float | None:
+def _smoothest(scene: Scene, maps: SceneMaps) -> float | None:
     """Returns the largest smoothness of anything that mirrors the sky; None if nothing does."""
-    values = [m.smoothness for item in scene.objects for m in item.materials.values() if m.specular > 0.0]
+    values = [
+        one.smoothness
+        for known in maps.objects.values()
+        for one in known.drawn.values()
+        if one.specular > 0.0 or one.metalness > 0.0
+    ]
     if scene.terrain:
         values += [scene.terrain.smoothness, scene.terrain.wet_smoothness]
     return max(values, default=None)

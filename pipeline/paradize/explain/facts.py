@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from paradize.build.job_inputs import inputs_of, stale
-from paradize.build.material_colors import material_colors_of
+from paradize.build.map_sets import find_map_sets
 from paradize.documents import SCENE_FILE
 from paradize.errors import FormatError, SceneError
 from paradize.explain.bounds import bounds_of
@@ -62,7 +62,7 @@ def explain(scene_path: Path, artifact: str | None = None, out: Path | None = No
     tiles = {f"mesh_{k}" for k in range(1, len(terrain["tiles"]))} if terrain else set()
     required = {
         named.artifact: (job, named)
-        for job in require(scene, material_colors_of(scene, scene_path)[0]).jobs
+        for job in require(scene, find_map_sets(scene, scene_path).maps).jobs
         for output in job.outputs
         if output.kind
         for named in output.expand(tiles)

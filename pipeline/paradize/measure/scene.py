@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from paradize.build.bake import bake
-from paradize.build.material_colors import material_colors_of
+from paradize.build.map_sets import find_map_sets
 from paradize.build.options import BuildOptions
 from paradize.errors import GroupedError, ParadizeError
 from paradize.jobs.progress import OnProgress
@@ -46,8 +46,7 @@ def measure_scene(
         if report.errors:
             raise GroupedError(report.errors)
         rows = {row["name"]: row for row in report.rows}
-        colors, _, _ = material_colors_of(scene, path)
-        jobs = require(scene, colors).jobs
+        jobs = require(scene, find_map_sets(scene, path).maps).jobs
         planned = plan_in_worker(path.name, scene_groups, {"scene": scene, "jobs": jobs}, path)
         groups, warnings = run_groups(planned, rows, scene.budget.aim, runs, on_progress)
         bars: list[dict[str, Any]] = []

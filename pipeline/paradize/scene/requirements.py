@@ -6,7 +6,7 @@ parallax no height map, without highlights no gloss map. Does not import numpy.
 
 from __future__ import annotations
 
-from collections.abc import Container, Sequence
+from collections.abc import Container, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -20,6 +20,7 @@ from paradize.scene.baker_settings import (
     TileSettings,
 )
 from paradize.scene.flight import Flight, Vec, sightings_of, sine_cosine
+from paradize.scene.map_sets import MapSet, ObjectMaps, SceneMaps
 from paradize.scene.placement import to_world
 from paradize.scene.settings import VIEWS, Scene, SceneObject, Terrain, Water
 
@@ -58,13 +59,14 @@ class Output:
 @dataclass(frozen=True)
 class BakeJob:
     """A job that bakes some artifacts. baker: its name in the job registry (bakers/registry.py). sources:
-    files by role. settings: as JSON. outputs: the artifacts."""
+    files by role. settings: as JSON. outputs: the artifacts. objects: the names of those that use them."""
 
     name: str
     baker: str
     sources: dict[str, Path]
     settings: dict[str, Any]
     outputs: tuple[Output, ...]
+    objects: tuple[str, ...] = ()
 
 
 @dataclass
@@ -74,23 +76,21 @@ class Requirements:
     jobs: list[BakeJob] = field(default_factory=list)
 
     def add(
-        self, name: str, baker: str, sources: dict[str, Path], outputs: Sequence[Output], **settings: Any
+        self,
+        name: str,
+        baker: str,
+        sources: dict[str, Path],
+        outputs: Sequence[Output],
+        objects: Iterable[str] = (),
+        **settings: Any,
     ) -> None:
         """Adds a job, unless it has no outputs."""
         if outputs:
-            self.jobs.append(BakeJob(name, baker, sources, settings, tuple(outputs)))
+            self.jobs.append(BakeJob(name, baker, sources, settings, tuple(outputs), tuple(objects)))
 
 
-@dataclass(frozen=True)
-class MaterialColors:
-    """Where an object's colour comes from: its colour map, or linear RGB by material name."""
-
-    color_map: Path | None = None
-    base_colors: dict[str, tuple[float, float, float]] = field(default_factory=dict)
-
-
-def require(scene: Scene, colors: dict[str, MaterialColors]) -> Requirements:
-    """Returns the jobs of a scene. colors: by object name."""
+def require(scene: Scene, maps: SceneMaps) -> Requirements:
+    """Returns the jobs of a scene. maps: from build/map_sets.py."""
     required = Requirements()
     if scene.sky:
         faces = {f"face{i}": path for i, path in enumerate(scene.sky.faces)}
@@ -111,10 +111,14 @@ def require(scene: Scene, colors: dict[str, MaterialColors]) -> Requirements:
     quantise_limits = {
         metric: limit for metric, limit in scene.budget.hard.items() if metric.startswith("quantise_")
     }
+    drawn_in = {item.name: tuple(view for view in views if view in item.views) for item in scene.objects}
+    left = list(maps.sets)
     for item in scene.objects:
         path = _camera_views(scene) if item.lods_by == "sight" else None
-        own = tuple(view for view in views if view in item.views)
-        _object(required, item, colors[item.name], own, path, quantise_limits)
+        _object(required, item, maps, drawn_in[item.name], path, quantise_limits)
+        for one in [one for one in left if item.name in one.materials]:
+            left.remove(one)  # a shared set comes with its first object
+            _map_set(required, one, maps, drawn_in)
     if scene.sound:
         output = Output("sound", "sound", "sound", "the sound of the scene")
         required.add("sound", "sound", {"file": scene.sound.file}, [output])
@@ -137,7 +141,7 @@ def _color(
 
 def _all(*what: str) -> str:
     """Joins texts as a list in English: one, two and three."""
-    return " and ".join(part for part in (", ".join(what[:-1]), what[-1]) if part)
+    return " and ".join(part for part in (", ".join(what[:-1]), *what[-1:]) if part)
 
 
 def _drawn(what: str, views: tuple[str, ...]) -> str:
@@ -284,91 +288,156 @@ def sun_direction(azimuth_deg: float, elevation_deg: float) -> list[float]:
     return [sin_a * cos_e, sin_e, -cos_a * cos_e]
 
 
-def player_inputs(item: SceneObject, views: Sequence[str], painted: bool) -> dict[str, str]:
-    """Returns what the player reads of an object in these views, and why: the attributes of its mesh (by glTF
-    name) and its maps. painted: it has a colour map.
+def map_inputs(
+    one: MapSet, users: Mapping[str, Sequence[str]], maps: SceneMaps, drawn_in: Mapping[str, tuple[str, ...]]
+) -> dict[str, str]:
+    """Returns the maps of a set that the player reads, and why. users: materials that use it, by object name.
+    drawn_in: the views that draw an object, by its name.
 
-    The shadow view writes depth only: it reads positions, and the colour's alpha for materials with an alpha
-    cutoff. Every other view shades. Normal maps and parallax need tangents; nothing else does.
+    The shadow view writes depth only: it reads the colour's alpha for materials that it cuts out. Every other
+    view shades.
     """
-    name = item.name
-    shaded = any(view != "shadow" for view in views)
-    leaves = any(material.alpha_cutoff > 0.0 for material in item.materials.values())
-    inputs = {"POSITION": _drawn(f"the object {name}", tuple(views))}
-    if shaded:
-        inputs["NORMAL"] = f"the light on {name}"
-    if painted and (shaded or leaves):
-        inputs["color"] = f"the object {name}" if shaded else f"the shape of {name}'s shadow"
-    if painted and shaded:
-        if item.strength > 0.0:
-            inputs["normal"] = f"bumps on {name}"
-        deep = [key for key, material in item.materials.items() if material.parallax_scale != 0.0]
-        if deep:
-            inputs["height"] = f"parallax of {name}'s {', '.join(deep)}"
-        shiny = [key for key, material in item.materials.items() if material.specular > 0.0]
-        if shiny:
-            inputs["gloss"] = f"highlights on {name}'s {', '.join(shiny)}"
-    if "normal" in inputs or "height" in inputs:
+    shaded = {name: names for name, names in users.items() if _shades(drawn_in[name])}
+    cut = {
+        name: left
+        for name, names in users.items()
+        if (left := [key for key in names if maps.objects[name].drawn[key].alpha_mode != "opaque"])
+    }
+    of = _owners(one, shaded or users)
+    inputs: dict[str, str] = {}
+    if "color" in one.pictures and (shaded or cut):
+        inputs["color"] = f"the object {of}" if shaded else f"the shape of {of}'s shadow"
+    if not shaded or "color" not in one.pictures:
+        return inputs
+    if "normal" in one.derived and one.strength > 0.0:
+        inputs["normal"] = f"bumps on {of}"
+
+    def having(field_name: str) -> str:
+        """The materials that have a factor, after their objects."""
+        found = {
+            name: [key for key in names if getattr(maps.objects[name].drawn[key], field_name) != 0.0]
+            for name, names in shaded.items()
+        }
+        return _all(*(f"{name}'s {', '.join(keys)}" for name, keys in found.items() if keys))
+
+    if "height" in one.derived and (deep := having("parallax_scale")):
+        inputs["height"] = f"parallax of {deep}"
+    if "gloss" in one.derived and (shiny := having("specular")):
+        inputs["gloss"] = f"highlights on {shiny}"
+    return inputs
+
+
+def _shades(views: Sequence[str]) -> bool:
+    return any(view != "shadow" for view in views)
+
+
+def _owners(one: MapSet, users: Iterable[str]) -> str:
+    """The objects that use a set, in words; with the materials where an object has other sets."""
+    if one.name in one.materials:
+        return _all(*users)
+    return _all(*(f"{name} ({', '.join(one.materials[name])})" for name in users))
+
+
+def mesh_inputs(item: SceneObject, views: Sequence[str], read: Iterable[str]) -> dict[str, str]:
+    """Returns the attributes of an object's mesh that the player reads in these views (by glTF name), and
+    why. read: the maps of its materials that are read. Normal maps and parallax need tangents; nothing else
+    does."""
+    inputs = {"POSITION": _drawn(f"the object {item.name}", tuple(views))}
+    if _shades(views):
+        inputs["NORMAL"] = f"the light on {item.name}"
+    read = set(read)
+    if {"normal", "height"} & read:
         inputs["TANGENT"] = "the frame of bumps and parallax"
-    if "color" in inputs:
-        inputs["TEXCOORD_0"] = f"where {name}'s maps lie"
+    if read:
+        inputs["TEXCOORD_0"] = f"where {item.name}'s maps lie"
     return inputs
 
 
 def _object(
     required: Requirements,
     item: SceneObject,
-    colors: MaterialColors,
+    maps: SceneMaps,
     views: tuple[str, ...],
     sight: dict[str, Any] | None,
     quantise_limits: dict[str, float],
 ) -> None:
     name = item.name
-    drawn = ("objects", *views[1:]) if "camera" in views else views
-    shaded = tuple(name for name in drawn if name != "shadow")
-    layout = {"layout": item.mesh} if item.wrap == "clamp" else {}
-    inputs = player_inputs(item, views, colors.color_map is not None)
+    sets = list(maps.of_object(name))
+    read = [key for one, names in sets for key in map_inputs(one, {name: names}, maps, {name: views})]
+    inputs = mesh_inputs(item, views, read)
     required.add(
         f"{name} mesh",
         "mesh",
         {"mesh": item.mesh},
-        [Output(f"{name}_mesh", "mesh", "mesh", inputs["POSITION"], drawn)],
+        [Output(f"{name}_mesh", "mesh", "mesh", inputs["POSITION"], _passes(views))],
+        [name],
         **asdict(
             MeshSettings.of(
                 item,
-                attributes=[key for key in inputs if key.isupper()],
+                attributes=list(inputs),
                 quantise=quantise_limits if item.quantise else None,
                 sight=sight,
                 instances=[asdict(instance) for instance in item.instances] if sight else [],
-                atlas=colors.color_map is not None,  # a map needs a UV layout
+                atlas=bool(sets),  # a map needs a UV layout
                 painted=True,  # overlapping UVs are the author's choice: the maps are painted for them
-                base_colors={material: list(color) for material, color in colors.base_colors.items()},
+                base_colors=_base_colors(maps.objects[name]),
             )
         ),
     )
-    if colors.color_map is None or "color" not in inputs:
-        return
-    alpha = {"alpha": item.alpha} if item.alpha else {}
-    cutoffs = [material.alpha_cutoff for material in item.materials.values() if material.alpha_cutoff > 0.0]
-    sources = {"image": colors.color_map, **alpha, **layout}
-    _color(required, name, sources, item.wrap, inputs["color"], drawn, min(cutoffs, default=0.5))
-    maps = [Output(f"{name}_{key}", "texture", key, inputs[key], shaded) for key in DERIVED if key in inputs]
-    required.add(
-        f"{name} maps",
-        "maps",
-        {"image": colors.color_map, **layout},
-        maps,
-        **asdict(
-            MapSettings.of(
-                item.relief,
-                only=[output.product for output in maps],
-                source="color",
-                strength=item.strength,
-                wrap=item.wrap,
-                gloss_groups=list(item.gloss_groups) if layout else [],
-            )
-        ),
-    )
+
+
+def _base_colors(known: ObjectMaps) -> dict[str, list[float]]:
+    """Returns the colours that the GLB holds, by material; materials with a colour map are white by
+    default."""
+    return {
+        name: list(drawn.color)
+        for name, drawn in known.drawn.items()
+        if drawn.color != (1.0, 1.0, 1.0) or not (name in known.sets and "color" in known.sets[name].pictures)
+    }
+
+
+def _passes(views: tuple[str, ...]) -> tuple[str, ...]:
+    return ("objects", *views[1:]) if "camera" in views else views
+
+
+def _map_set(
+    required: Requirements, one: MapSet, maps: SceneMaps, drawn_in: Mapping[str, tuple[str, ...]]
+) -> None:
+    """Adds the jobs of a map set."""
+    name, inputs = one.name, map_inputs(one, one.materials, maps, drawn_in)
+    drawn = tuple(dict.fromkeys(view for user in one.materials for view in _passes(drawn_in[user])))
+    shaded = tuple(view for view in drawn if view != "shadow")
+    layout = {"layout": one.layout} if one.layout else {}
+    if "color" in inputs:
+        alpha = {"alpha": one.pictures["alpha"]} if "alpha" in one.pictures else {}
+        required.add(
+            f"{name} colour",
+            "color",
+            {"image": one.pictures["color"], **alpha, **layout},
+            [Output(f"{name}_color", "texture", "color", inputs["color"], drawn)],
+            one.materials,
+            **asdict(ColorSettings(wrap=one.wrap, alpha_cutoff=one.alpha_cutoff)),
+        )
+        derived = [
+            Output(f"{name}_{key}", "texture", key, inputs[key], shaded) for key in DERIVED if key in inputs
+        ]
+        required.add(
+            f"{name} maps",
+            "maps",
+            {"image": one.pictures["color"], **layout},
+            derived,
+            one.materials,
+            **asdict(
+                MapSettings.of(
+                    one.relief,
+                    only=[output.product for output in derived],
+                    source="color",
+                    strength=one.strength,
+                    wrap=one.wrap,
+                    gloss_groups=list(one.gloss_groups),
+                )
+            ),
+        )
 
 
 @dataclass(frozen=True)

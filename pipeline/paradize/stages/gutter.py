@@ -93,7 +93,8 @@ def goes_around(mesh: Mesh) -> bool:
     said."""
     if mesh.uvs is None:
         return False
-    return bool((mesh.uvs < -_ROUNDING).any() or (mesh.uvs > 1.0 + _ROUNDING).any())
+    used = mesh.uvs[mesh.triangles]
+    return bool((used < -_ROUNDING).any() or (used > 1.0 + _ROUNDING).any())
 
 
 def layout_source(islands: I32, mesh: Mesh, wrap: tuple[bool, bool]) -> I32 | None:

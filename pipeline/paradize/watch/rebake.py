@@ -108,7 +108,7 @@ def _reads(record: Any, baked: Baked) -> dict[Path, Stamp | None]:
 def _candidates(scene: Path, errors: list[ParadizeError]) -> dict[Path, Stamp | None]:
     """The files that may repair a failed bake, existing or not: the scene, each file that it or its models
     may name, and the files of the errors."""
-    from paradize.build.material_colors import material_colors_of
+    from paradize.build.map_sets import find_map_sets
     from paradize.scene.settings import load_scene
 
     files = {scene, *(Path(error.file) for error in errors if error.file)}
@@ -116,8 +116,8 @@ def _candidates(scene: Path, errors: list[ParadizeError]) -> dict[Path, Stamp | 
     try:
         tree = parse_toml(read_file(scene, TOML_BYTES), scene)
         files |= {resolved(scene).parent / text for text in _texts(tree) if "\0" not in text}
-        _, libraries, absent = material_colors_of(load_scene(scene), scene, tried_libraries)
-        files |= {*libraries, *absent}
+        found = find_map_sets(load_scene(scene), scene, tried_libraries=tried_libraries)
+        files |= {*found.libraries, *found.missing}
     except (OSError, ValueError, ParadizeError):  # the bake itself reported it
         files |= {*tried_libraries}
     return {path.absolute(): stamp(path) for path in files}

@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 
-from paradize.build.material_colors import material_colors_of
+from paradize.build.map_sets import find_map_sets
 from paradize.cli import maps, mesh, terrain
 from paradize.cli.main import main
 from paradize.scene import baker_settings
@@ -64,7 +64,7 @@ def test_every_job_of_a_scene_holds_all_settings_of_its_baker(tmp_path: Path) ->
     path = make_cove(tmp_path)
     scene = load_scene(path)
     seen = set()
-    for job in require(scene, material_colors_of(scene, path)[0]).jobs:
+    for job in require(scene, find_map_sets(scene, path).maps).jobs:
         if job.baker in BAKERS:
             made = BAKERS[job.baker](**job.settings)
             assert json.loads(json.dumps(asdict(made))) == json.loads(json.dumps(job.settings)), job.name

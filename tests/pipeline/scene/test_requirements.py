@@ -11,21 +11,23 @@ import numpy as np
 import pytest
 
 from paradize.build.bake import bake
-from paradize.build.material_colors import material_colors_of
+from paradize.build.map_sets import find_map_sets
 from paradize.build.options import BuildOptions
 from paradize.check import check_paths
 from paradize.errors import ParadizeError
 from paradize.formats.glb.tiles import decode_tile
 from paradize.scene.flight import plan_flight, sightings_of
+from paradize.scene.map_sets import DrawnMaterial, MapSet, ObjectMaps, SceneMaps
 from paradize.scene.requirements import (
     BakeJob,
     ObjectSighting,
+    map_inputs,
+    mesh_inputs,
     object_sightings,
-    player_inputs,
     require,
     sun_direction,
 )
-from paradize.scene.settings import VIEWS, Instance, ObjectMaterial, SceneObject, View, load_scene
+from paradize.scene.settings import VIEWS, Instance, SceneObject, View, load_scene
 from paradize.stages.unwrappers import unwrapper_version
 from tests.pipeline.glb_json import document
 from tests.pipeline.scenes import make_cove
@@ -63,18 +65,22 @@ def test_passes_decide_which_attributes_and_maps_there_are(
     cutoff: float,
     read: set[str],
 ) -> None:
-    material = ObjectMaterial(parallax_scale=parallax, specular=specular, alpha_cutoff=cutoff)
-    item = SceneObject(
-        name="post", mesh=Path("post.obj"), strength=strength, materials={"wood": material}, instances=()
+    wood = DrawnMaterial(
+        parallax_scale=parallax, specular=specular, alpha_mode="mask" if cutoff else "opaque"
     )
-    found = player_inputs(item, views, painted)
+    item = SceneObject(name="post", mesh=Path("post.obj"), instances=())
+    pictures = {"color": Path("wood.png")} if painted else {}
+    one = MapSet("post", {"post": ("wood",)}, pictures, strength=strength)
+    maps = SceneMaps((one,), {"post": ObjectMaps({"wood": wood}, {"wood": one})})
+    found = map_inputs(one, one.materials, maps, {"post": views})
+    found |= mesh_inputs(item, views, found)
     assert found.keys() == read
     assert all(found.values())
 
 
 def jobs_by_name(scene: Path) -> dict[str, BakeJob]:
     known = load_scene(scene)
-    return {job.name: job for job in require(known, material_colors_of(known, scene)[0]).jobs}
+    return {job.name: job for job in require(known, find_map_sets(known, scene).maps).jobs}
 
 
 def names(scene: Path) -> set[str]:
@@ -236,6 +242,9 @@ def test_what_is_seen_of_the_ground_follows_from_the_views_that_there_are(tmp_pa
 def test_of_several_alpha_cutoffs_the_colour_map_keeps_the_least(tmp_path: Path) -> None:
     more = "alpha_cutoff = 0.7\n[object.material.leaf]\nalpha_cutoff = 0.3\n[object.material.bark]\n"
     scene = edited(tmp_path, ("parallax_scale = 0.01\n", more))
+    model = scene.parent / "post.obj"
+    before, face, last = model.read_text().rpartition("\nf ")
+    model.write_text(f"{before}\nusemtl leaf{face}{last}")
     assert jobs_by_name(scene)["post colour"].settings["alpha_cutoff"] == 0.3
     assert jobs_by_name(make_cove(tmp_path / "none"))["post colour"].settings["alpha_cutoff"] == 0.5
 

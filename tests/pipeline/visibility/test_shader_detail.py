@@ -18,7 +18,8 @@ from paradize.data import Lod, Mesh, Texture
 from paradize.formats.glb.encode import encode_glb
 from paradize.formats.glb.tiles import TilePatch, encode_tiles
 from paradize.formats.ktx2.encode import encode_ktx2
-from paradize.scene.settings import Instance, ObjectMaterial, load_scene
+from paradize.scene.map_sets import DrawnMaterial, MapSet, ObjectMaps, SceneMaps
+from paradize.scene.settings import Instance, load_scene
 from paradize.store.local import Store
 from paradize.visibility.finest_mip import Placement, finest, surface_of
 from paradize.visibility.query import Sphere
@@ -102,10 +103,13 @@ def test_sand_is_asked_for_as_grains_as_lumps_and_no_farther_than_its_reference(
     assert near == lumps < 0.2 * color
 
 
-def thing(fine: Mesh, coarse: Mesh, **more: Any) -> dict[str, Any]:
+def thing(
+    fine: Mesh, coarse: Mesh, *, size: tuple[int, int] = (1024, 512), spread: float = 0.0, **more: Any
+) -> dict[str, Any]:
     glb = encode_glb((Lod(fine, 0.0, 0.0), Lod(coarse, 0.5, 0.1)), "thing")
-    told = {"glb": glb, "textures": {"color": (1024, 512)}, "drawn": ("camera",), "spread": 0.0}
-    told |= {"leaves": False, "instances": [asdict(Instance(position=(0.0, 0.0, 0.0)))]}
+    texture = {"size": size, "materials": ("default",), "spread": spread}
+    told = {"glb": glb, "textures": {"a_color": texture}, "drawn": ("camera",)}
+    told |= {"instances": [asdict(Instance(position=(0.0, 0.0, 0.0)))]}
     return told | {"center": (0.0, 0.0, 0.0), "radius_m": 8.0, "errors_m": [0.0, 0.4]} | more
 
 
@@ -124,13 +128,12 @@ def test_a_coarse_level_is_not_seen_nearer_than_its_error_allows(scale: float, e
     its texels as much sparser, which cancels."""
     fine, sight = waves(6, 8.0, 0.3), sight_of(circle(60.0, 12.0))
     assert fine.uvs is not None
-    size = {"color": (128, 64)}
     sparse = (0.01 * fine.uvs).astype(np.float32)
     stand = asdict(Instance(position=(0.0, 0.0, 0.0), scale=scale))
     found, alone = (
         asked(
             sight,
-            objects={"a": thing(fine, coarse, instances=[stand], errors_m=[0.0, error_m], textures=size)},
+            objects={"a": thing(fine, coarse, instances=[stand], errors_m=[0.0, error_m], size=(128, 64))},
         )
         for coarse in (replace(fine, uvs=sparse), fine)
     )
@@ -172,15 +175,16 @@ def test_facts_of_gutters_are_those_of_the_levels_that_stay() -> None:
 def test_what_is_asked_of_is_what_the_scene_says(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The steepest parallax, the smoothest of what shines, and the sand's repeats along X."""
     scene = load_scene(make_cove(tmp_path))
-    materials = {
-        "wood": ObjectMaterial(parallax_scale=0.01, specular=0.5, smoothness=0.7),
-        "tin": ObjectMaterial(parallax_scale=0.03, specular=0.2, smoothness=0.8),
-        "felt": ObjectMaterial(smoothness=0.99),
+    drawn = {
+        "wood": DrawnMaterial(parallax_scale=0.01, specular=0.5, smoothness=0.7),
+        "tin": DrawnMaterial(parallax_scale=0.03, specular=0.2, smoothness=0.8),
+        "felt": DrawnMaterial(smoothness=0.99),
     }
+    one = MapSet("post", {"post": ("wood", "tin")})
+    maps = SceneMaps((one,), {"post": ObjectMaps(drawn)})
     assert scene.terrain is not None
     scene = replace(
         scene,
-        objects=(replace(scene.objects[0], materials=materials),),
         terrain=replace(scene.terrain, size_m=(20.0, 50.0), sand_repeat=8.0, wet_smoothness=0.6),
     )
     texture = encode_ktx2(Texture("R8_UNORM", 8, 4, (bytes(32), bytes(8), bytes(2), bytes(1))))
@@ -193,13 +197,14 @@ def test_what_is_asked_of_is_what_the_scene_says(tmp_path: Path, monkeypatch: py
         find_required_detail(
             Store(tmp_path / "store"),
             scene,
+            maps,
             data,
             dict.fromkeys(names, "0" * 64),
             facts,
             BuildOptions(jobs=1),
         )
     post, rest = (job.arguments for job in jobs)
-    assert post["objects"]["post"]["spread"] == 0.03
-    assert post["objects"]["post"]["textures"] == {"color": (8, 4), "height": (8, 4)}
+    lies = {"size": (8, 4), "materials": ("wood", "tin"), "spread": 0.03, "lit": False}
+    assert post["objects"]["post"]["textures"] == {"post_color": lies, "post_height": lies}
     assert rest["sky"] == {"side": 8, "levels": 4, "smoothest": 0.8}
     assert rest["terrain"]["repeat_m"] == 2.5

@@ -1,0 +1,90 @@
+"""The map sets of a scene: which materials share which maps, and how each material is drawn.
+
+build/find_maps.py finds them. Does not import numpy.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Literal
+
+from paradize.material import AlphaMode
+from paradize.scene.settings import Relief
+
+Vec3 = tuple[float, float, float]
+Wrap = Literal["clamp", "repeat"]
+# What the gloss map and the occlusion map are made of.
+GLOSS_ROLES = ("roughness", "smoothness", "specular")
+OCCLUSION_ROLES = ("occlusion", "metalness")
+
+
+@dataclass(frozen=True)
+class DrawnMaterial:
+    """How the player draws a material of an object; the fields are those of scene.json (FORMAT.md). Factors
+    multiply what the maps hold."""
+
+    color: Vec3 = (1.0, 1.0, 1.0)
+    opacity: float = 1.0
+    metalness: float = 0.0
+    emission: Vec3 = (0.0, 0.0, 0.0)
+    specular: float = 0.0
+    smoothness: float = 0.3
+    occlusion_strength: float = 1.0
+    parallax_scale: float = 0.0
+    parallax_bias: float = 0.0
+    two_sided: bool = False
+    alpha_mode: AlphaMode = "opaque"
+    alpha_cutoff: float = 0.0
+    vertex_colors: bool = False
+
+
+@dataclass(frozen=True)
+class MapSet:
+    """The maps of one or more materials that are made of the same pictures with the same settings.
+
+    name: its artifacts are `<name>_<map>`. materials: those that use it, by object name. pictures: files by
+    role (material.Material.maps). layout: the model whose UV layout the maps follow, in its `materials`;
+    None: the maps repeat, or show a palette. palette: the triangles show swatches: points or lines of the
+    colour map, or plain parts of it.
+    derived: the maps that may be made of the colour map. relief, strength, gloss_groups, bleed: as of the
+    object. alpha_mode, alpha_cutoff: of its materials.
+    """
+
+    name: str
+    materials: Mapping[str, tuple[str, ...]]
+    pictures: Mapping[str, Path] = field(default_factory=dict)
+    layout: Path | None = None
+    wrap: Wrap = "clamp"
+    palette: bool = False
+    derived: tuple[str, ...] = ("normal", "height", "gloss")
+    relief: Relief = field(default_factory=Relief)
+    strength: float = 1.0
+    gloss_groups: tuple[str, ...] = ()
+    bleed: float = 0.125
+    alpha_mode: AlphaMode = "opaque"
+    alpha_cutoff: float = 0.5
+
+
+@dataclass(frozen=True)
+class ObjectMaps:
+    """The materials of an object. drawn: by name; of a model that cannot be read, those that the scene names.
+    sets: by name, the map sets of those that have maps."""
+
+    drawn: Mapping[str, DrawnMaterial] = field(default_factory=dict)
+    sets: Mapping[str, MapSet] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class SceneMaps:
+    """The map sets of a scene, in the order of its objects. objects: by name."""
+
+    sets: tuple[MapSet, ...]
+    objects: Mapping[str, ObjectMaps]
+
+    def of_object(self, name: str) -> Iterator[tuple[MapSet, tuple[str, ...]]]:
+        """The map sets that an object uses, each with the materials that use it."""
+        for one in self.sets:
+            if name in one.materials:
+                yield one, one.materials[name]
