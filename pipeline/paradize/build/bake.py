@@ -77,7 +77,7 @@ def _bake(context: BuildContext, name: str, scene_stamp: Stamp | None) -> BakeRe
     hash_cache = FileHashCache.from_json(
         last["memory"] if isinstance(last, dict) and "memory" in last else None
     )
-    found = find_map_sets(scene, scene_path, hash_cache)
+    found = find_map_sets(scene, scene_path, hash_cache, options=options)
     jobs = [*require(scene, found.maps).jobs, flight_job(scene, context.flight)]
     for job in jobs:
         if options.whole and job.baker == "terrain":

@@ -10,17 +10,17 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from paradize.build.model_facts import ModelFacts
+from paradize.build.model_reader import ModelReader
+from paradize.build.options import BuildOptions
 from paradize.errors import GroupedError, ParadizeError, SceneError
 from paradize.files import resolved
 from paradize.material import MapSource, Material, Picture
 from paradize.scene.map_sets import DrawnMaterial, MapSet, ObjectMaps, SceneMaps
 from paradize.scene.settings import ObjectMaterial, Scene, SceneObject
 from paradize.store.file_hashes import FileHashCache
-
-if TYPE_CHECKING:
-    from paradize.readers.model import Model
 
 _MOST_NAME = 80  # characters of a set's name
 
@@ -40,15 +40,26 @@ def find_map_sets(
     scene_path: Path,
     hash_cache: FileHashCache | None = None,
     tried_libraries: list[Path] | None = None,
+    options: BuildOptions | None = None,
 ) -> FoundMaps:
     """Returns the map sets of a scene. tried_libraries: takes the material files, also of objects that fail.
     Raises a ParadizeError, or GroupedError, for models that cannot be read."""
     found = FoundMaps(SceneMaps((), {}))
-    finder = _Finder(hash_cache or FileHashCache(), resolved(scene_path).parent, found, tried_libraries)
+    hash_cache = hash_cache or FileHashCache()
+    models = ModelReader(resolved(scene_path).parent, hash_cache, options or BuildOptions(jobs=1))
+    finder = _Finder(hash_cache)
     errors: list[ParadizeError] = []
-    for i, item in enumerate(scene.objects):
+    for i, (item, read) in enumerate(zip(scene.objects, models.read(scene.objects), strict=True)):
+        if tried_libraries is not None:
+            tried_libraries += read.tried
+        if read.facts is None and item.color is None and read.error:
+            errors.append(read.error)
+            continue
+        if read.facts:
+            found.libraries += read.facts.libraries
+            found.missing += read.facts.missing
         try:
-            finder.add(item)
+            finder.add(item, read.facts)
         except ParadizeError as error:
             errors.append(error)
             continue
@@ -72,17 +83,16 @@ class _Finder:
     """sets: by key, without their names, which stand in `names`. objects: by name, how their materials are
     drawn, and the keys of their sets by material."""
 
-    def __init__(
-        self, hash_cache: FileHashCache, root: Path, found: FoundMaps, tried_libraries: list[Path] | None
-    ) -> None:
-        self.hash_cache, self.root, self.found, self.tried = hash_cache, root, found, tried_libraries
+    def __init__(self, hash_cache: FileHashCache) -> None:
+        self.hash_cache = hash_cache
         self.sets: dict[Any, MapSet] = {}
         self.names: dict[Any, str] = {}
         self.objects: dict[str, tuple[dict[str, DrawnMaterial], dict[str, Any]]] = {}
 
-    def add(self, item: SceneObject) -> None:
-        """Adds an object's materials and map sets."""
-        materials = self._materials(item)
+    def add(self, item: SceneObject, facts: ModelFacts | None) -> None:
+        """Adds an object's materials and map sets. facts: of its model; None where it cannot be read, which
+        the job of the mesh says."""
+        materials = _materials(item, facts)
         authored = any({"normal", "roughness", "smoothness"} & one.maps.keys() for one in materials.values())
         drawn: dict[str, DrawnMaterial] = {}
         keys: dict[str, Any] = {}
@@ -109,34 +119,6 @@ class _Finder:
         cutoffs = [drawn.alpha_cutoff for drawn in users if drawn.alpha_cutoff > 0.0]
         return replace(one, name=self.names[key], alpha_cutoff=min(cutoffs, default=one.alpha_cutoff))
 
-    def _materials(self, item: SceneObject) -> dict[str, Material]:
-        """Returns the materials of an object's mesh, with the pictures that the scene gives it."""
-        from paradize.readers.model import read_model
-
-        try:
-            read: Model | None = read_model(item.mesh, self.root, self.tried)
-        except ParadizeError:
-            if item.color is None:
-                raise
-            read = None  # the mesh's job raises the error
-        known: dict[str, Material] = {}
-        if read is not None:
-            self.found.libraries += [item.mesh, *read.libraries]
-            self.found.missing += read.absent
-            names = dict.fromkeys(group.material for group in read.mesh.groups)
-            known = {name: read.materials.get(name, Material(name)) for name in names}
-        else:
-            known = {name: Material(name) for name in item.materials or ("",)}
-        known = {
-            name: replace(one, maps={role: by for role, by in one.maps.items() if role == "color"})
-            for name, one in known.items()
-        }
-        given = {role: path for role in ("color", "alpha") if (path := getattr(item, role))}
-        if "color" in given:
-            known = {name: _painted(one) for name, one in known.items()}
-        sources = {role: MapSource(Picture(path, name=path.name)) for role, path in given.items()}
-        return {name: replace(one, maps={**one.maps, **sources}) for name, one in known.items()}
-
     def _set(self, item: SceneObject, material: Material, *, derive: bool) -> tuple[MapSet, Any]:
         """Returns the set of a material without its name and users, and what tells it from others."""
         pictures = {role: source.picture.file for role, source in material.maps.items()}
@@ -161,6 +143,23 @@ class _Finder:
 
 
 _COMPARED = ("wrap", "palette", "derived", "relief", "strength", "gloss_groups", "bleed")
+
+
+def _materials(item: SceneObject, facts: ModelFacts | None) -> dict[str, Material]:
+    """Returns the materials of an object's mesh, with the pictures that the scene gives it."""
+    if facts:
+        known = {name: one.material for name, one in facts.materials.items()}
+    else:
+        known = {name: Material(name) for name in item.materials or ("",)}
+    known = {
+        name: replace(one, maps={role: by for role, by in one.maps.items() if role == "color"})
+        for name, one in known.items()
+    }
+    given = {role: path for role in ("color", "alpha") if (path := getattr(item, role))}
+    if "color" in given:
+        known = {name: _painted(one) for name, one in known.items()}
+    sources = {role: MapSource(Picture(path, name=path.name)) for role, path in given.items()}
+    return {name: replace(one, maps={**one.maps, **sources}) for name, one in known.items()}
 
 
 def _painted(material: Material) -> Material:

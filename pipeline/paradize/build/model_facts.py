@@ -1,0 +1,222 @@
+"""Reads the facts of a model that decide its map sets: its materials, where their UVs lie, and what their
+colour maps show there. Runs in a worker; results are kept in the store, so that a bake without changes reads
+no model.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from paradize.errors import ParadizeError
+from paradize.material import MapSource, Material, Picture
+
+if TYPE_CHECKING:
+    import numpy as np
+    import numpy.typing as npt
+
+    from paradize.data import Mesh
+
+_ROUNDING = 1e-4  # of a tile
+PLAIN = 1.0 / 32.0  # of the range: a triangle whose colours differ by less shows one swatch
+_PALETTE = 0.99  # of the surface is plain, where the picture is a palette
+_HALF = (0.05, 0.95)  # alpha between these is neither a hole nor opaque
+_MOST_TILES = 100
+
+
+@dataclass(frozen=True)
+class MaterialFacts:
+    """A material of a model. material: without bytes of pictures. span: how far its UVs reach along u and v,
+    in tiles; None without UVs. tiles: the tiles of its triangles, if each lies in one; else none. palette:
+    whether its triangles show swatches of the colour map. alpha: "mask" or "blend", guessed of the alpha that
+    its triangles show; "opaque" where they show none."""
+
+    material: Material
+    span: tuple[float, float] | None
+    tiles: tuple[tuple[int, int], ...]
+    palette: bool
+    alpha: str
+
+
+@dataclass(frozen=True)
+class ModelFacts:
+    """materials: by name, in the order of the mesh. colors: whether it has vertex colours. libraries: files
+    that were read, the model among them. missing: files that it names and that do not exist. warnings: of
+    what was guessed."""
+
+    materials: Mapping[str, MaterialFacts]
+    colors: bool
+    libraries: tuple[Path, ...]
+    missing: tuple[Path, ...]
+
+
+def read_model_facts(
+    path: Path, root: Path, pictures: Mapping[str, Path], all_of: Path | None
+) -> dict[str, Any]:
+    """Reads a model, in a worker. pictures: colour maps by material, which the scene names; all_of: that of
+    all other materials.
+
+    Returns {"facts": ModelFacts, "data": {(material, role): bytes of a picture inside the model's file}}, or
+    {"error", "tried"}: the error of a model that cannot be read, and the files beside it that were read.
+    """
+    from paradize.readers.model import read_model
+
+    tried: list[Path] = []
+    try:
+        read = read_model(path, root, tried)
+    except ParadizeError as error:
+        return {"error": error, "tried": tried}
+    materials: dict[str, MaterialFacts] = {}
+    data: dict[tuple[str, str], bytes] = {}
+    decoded: dict[Any, npt.NDArray[np.float32] | None] = {}
+    for name in dict.fromkeys(group.material for group in read.mesh.groups):
+        material = read.materials.get(name, Material(name))
+        mesh = read.mesh.of_materials([name])
+        given = pictures.get(name, all_of)
+        source = None if given else material.maps.get("color")
+        color = Picture(given) if given else source.picture if source else None
+        palette, alpha = _shown(mesh, color, decoded) if color else (False, "opaque")
+        sources = {}
+        for role, by in material.maps.items():
+            if by.picture.data is not None:
+                data[name, role] = by.picture.data
+            sources[role] = replace(by, picture=replace(by.picture, data=None))
+        span, tiles = _uv_tiles(mesh)
+        materials[name] = MaterialFacts(replace(material, maps=sources), span, tiles, palette, alpha)
+    libraries = tuple(dict.fromkeys([path, *read.libraries]))
+    facts = ModelFacts(materials, read.mesh.colors is not None, libraries, tuple(read.absent))
+    return {"facts": facts, "data": data}
+
+
+def _uv_tiles(mesh: Mesh) -> tuple[tuple[float, float] | None, tuple[tuple[int, int], ...]]:
+    """Returns MaterialFacts' span and tiles."""
+    import numpy as np
+
+    if mesh.uvs is None or not len(mesh.triangles):
+        return None, ()
+    corners = mesh.uvs[mesh.triangles].astype(np.float64)
+    low, high = corners.min(axis=1), corners.max(axis=1)
+    span = high.max(axis=0) - low.min(axis=0)
+    first = np.floor(low + _ROUNDING)
+    last = np.maximum(first, np.ceil(high - _ROUNDING) - 1)
+    tiles: tuple[tuple[int, int], ...] = ()
+    if (first == last).all():
+        found = np.unique(first, axis=0)
+        if len(found) <= _MOST_TILES:
+            tiles = tuple((int(u), int(v)) for u, v in found)
+    return (float(span[0]), float(span[1])), tiles
+
+
+def _shown(mesh: Mesh, color: Picture, decoded: dict[Any, Any]) -> tuple[bool, str]:
+    """Returns what triangles show of a colour map: MaterialFacts' palette and alpha. decoded: pictures that
+    were read before."""
+    import numpy as np
+
+    key = color.file if color.data is None else id(color.data)
+    if key not in decoded:
+        decoded[key] = _pixels(color)
+    pixels = decoded[key]
+    if pixels is None or mesh.uvs is None or not len(mesh.triangles):
+        return False, "opaque"
+    rows, columns, channels = pixels.shape
+    corners = mesh.uvs[mesh.triangles].astype(np.float64)
+    seen = []
+    for i in range(5):
+        for j in range(5 - i):
+            weights = (np.array([i, j, 4 - i - j], np.float64) + 1e-3) / (4.0 + 3e-3)
+            at = (corners * weights[None, :, None]).sum(axis=1) * [columns, rows]
+            x, y = np.floor(at[:, 0]).astype(np.int64) % columns, np.floor(at[:, 1]).astype(np.int64) % rows
+            seen.append(pixels[y, x])
+    colors = np.stack(seen)  # (places, triangles, channels)
+    area = _areas(mesh)
+    palette = False
+    p, q = (corners[:, k] - corners[:, 0] for k in (1, 2))
+    sides = np.array([columns, rows])
+    p, q = p * sides, q * sides
+    longest = np.sqrt(np.maximum.reduce([(edge * edge).sum(axis=1) for edge in (p, q, q - p)]))
+    flat = np.abs(p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0]) <= 1e-3 * longest
+    plain = flat | (np.ptp(colors[:, :, :3], axis=0).max(axis=1) <= PLAIN)
+    if area.sum() > 0.0 and area[plain].sum() >= _PALETTE * area.sum():
+        middles = colors[len(colors) // 2, :, :3]
+        palette = bool((np.ptp(middles, axis=0) > PLAIN).any())
+    if channels not in (2, 4):
+        return palette, "opaque"
+    alpha = colors[:, :, -1]
+    holes, between = (
+        float((alpha <= _HALF[0]).mean()),
+        float(((alpha > _HALF[0]) & (alpha < _HALF[1])).mean()),
+    )
+    if holes + between == 0.0:
+        return palette, "opaque"
+    return palette, "mask" if between <= holes else "blend"
+
+
+def _areas(mesh: Mesh) -> npt.NDArray[np.float64]:
+    import numpy as np
+
+    corners = mesh.positions.astype(np.float64)[mesh.triangles]
+    cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    return np.asarray(np.sqrt((cross * cross).sum(axis=1)))
+
+
+def _pixels(picture: Picture) -> npt.NDArray[np.float32] | None:
+    """The pixels (h, w, c) of a picture as floats; None where it cannot be read: its bake says so."""
+    import tempfile
+
+    from paradize.readers.image import read_image
+
+    try:
+        if picture.data is None:
+            return read_image(picture.file).pixels
+        with tempfile.NamedTemporaryFile() as file:
+            file.write(picture.data)
+            file.flush()
+            return read_image(Path(file.name)).pixels
+    except ParadizeError:
+        return None
+
+
+def to_json(facts: ModelFacts) -> dict[str, Any]:
+    """The facts as the store keeps them."""
+    materials = {}
+    for name, one in facts.materials.items():
+        maps = {
+            role: asdict(source) | {"picture": [str(source.picture.file), source.picture.name]}
+            for role, source in one.material.maps.items()
+        }
+        fields = asdict(replace(one.material, maps={})) | {"maps": maps}
+        materials[name] = asdict(replace(one, material=Material(name))) | {"material": fields}
+    return {
+        "materials": materials,
+        "colors": facts.colors,
+        "libraries": [str(path) for path in facts.libraries],
+        "missing": [str(path) for path in facts.missing],
+    }
+
+
+def from_json(tree: Mapping[str, Any]) -> ModelFacts:
+    """The facts that to_json returned."""
+    materials = {}
+    for name, fields in tree["materials"].items():
+        known = dict(fields["material"])
+        maps = {
+            role: MapSource(
+                **by
+                | {"picture": Picture(Path(by["picture"][0]), None, by["picture"][1])}
+                | {"wrap": by["wrap"] and tuple(by["wrap"])}
+            )
+            for role, by in known.pop("maps").items()
+        }
+        known = {key: tuple(value) if isinstance(value, list) else value for key, value in known.items()}
+        tiles = tuple((u, v) for u, v in fields["tiles"])
+        span = fields["span"] and (fields["span"][0], fields["span"][1])
+        rest = {"span": span, "tiles": tiles, "palette": fields["palette"], "alpha": fields["alpha"]}
+        materials[name] = MaterialFacts(Material(**known, maps=maps), **rest)
+    return ModelFacts(
+        materials,
+        tree["colors"],
+        tuple(Path(path) for path in tree["libraries"]),
+        tuple(Path(path) for path in tree["missing"]),
+    )
