@@ -29,7 +29,7 @@ FLOORS = (
     {"kinds"},
     {"documents"},
     {"files"},
-    {"kernels", "data", "maps", "artifact", "material"},
+    {"kernels", "data", "maps", "artifact", "material", "angles"},
     {"errors", "tiers"},
 )
 FLOOR = {room: floor for floor, rooms in enumerate(FLOORS) for room in rooms}

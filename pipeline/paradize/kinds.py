@@ -36,16 +36,17 @@ class Kind:
     mend: str = ""
 
 
-MODEL = Kind("an OBJ model", _MESH)
+OBJ = Kind("an OBJ model", _MESH)
+GLTF = Kind("a glTF model", _MESH)
+GLB = Kind("a GLB model", f"{_MESH}; of one that was baked here, {_CHECK}")
+MODEL = Kind("an OBJ or glTF model")  # as it is wanted; a file is one of the three
 PICTURE = Kind("a picture", _MAPS)
 HEIGHTS = Kind("a heightmap", _TERRAIN)
 SCENE = Kind("a scene TOML", "`paradize bake {file}` takes it")
 BAKED = Kind("a baked scene", _CHECK)
-MESH = Kind("a GLB mesh", _CHECK)
 TEXTURE = Kind("a KTX2 texture", _CHECK)
 SOUND = Kind("an Ogg sound", 'a scene takes it: write `file = "{name}"` under `[sound]`')
 MATERIALS = Kind("an MTL material file", "give the OBJ model that it belongs to")
-GLTF = Kind("a glTF file", "export the model as OBJ")
 FOLDER = Kind("a folder", "name a file in it")
 EMPTY = Kind("an empty file", "save or export it again")
 UNKNOWN = Kind("a binary file of an unknown kind", "name another file")
@@ -63,7 +64,7 @@ _MAGIC: tuple[tuple[bytes, Kind], ...] = (
     (b"MM\0*", Kind("a TIFF picture", _MAPS)),
     (b"8BPS", Kind("a PSD picture", _MAPS)),
     (b"\xabKTX 20\xbb\r\n\x1a\n", TEXTURE),
-    (b"glTF", MESH),
+    (b"glTF", GLB),
     (b"OggS", SOUND),
     (b"\xff\xfe", TEXT),  # UTF-16
     (b"\xfe\xff", TEXT),
@@ -91,9 +92,23 @@ def kind_of(path: Path) -> Kind:
     return kinds[0] if kinds else _SUFFIXES.get(path.suffix.lower()) or _kind_of_text(head)
 
 
+def is_gltf(path: Path) -> bool:
+    """Whether the reader of glTF is to try a file: its first bytes are those of a GLB or of JSON, or its name
+    is that of a glTF file that nothing else claims. False for what cannot be opened."""
+    try:
+        kind = kind_of(path)
+        with open_file(path) as stream:
+            head = stream.read(64).removeprefix(b"\xef\xbb\xbf").lstrip()
+    except OSError:
+        return False
+    if kind in (GLB, GLTF) or head.startswith(b"{"):
+        return kind is not BAKED
+    return kind in _UNSPECIFIC and path.suffix.lower() in (".glb", ".gltf")
+
+
 def _kind_of_text(head: bytes) -> Kind:
     if _STATEMENT.search(head):
-        return MODEL
+        return OBJ
     if _CONTROLS.search(head):
         return UNKNOWN
     if head.lstrip()[:1] == b"{":
@@ -108,11 +123,13 @@ def _accepted(actual: Kind, wanted: Kind) -> bool:
     picture = actual is PICTURE or actual.name.endswith(" picture")
     if wanted in (PICTURE, HEIGHTS):
         return picture or actual in (HEIGHTS, UNKNOWN, EMPTY)
-    return actual is wanted or (actual is TEXT and wanted in (MODEL, SCENE))
+    if wanted is MODEL:
+        return actual in (OBJ, GLTF, GLB, TEXT)
+    return actual is wanted or (actual is TEXT and wanted is SCENE)
 
 
 _HINTS = {  # for files whose own kind suggests nothing
-    MODEL: "name an OBJ file",
+    MODEL: "name an OBJ, GLB or glTF file",
     PICTURE: "name a PNG, TIFF or OpenEXR file",
     HEIGHTS: "name a picture of one grey channel, or an .hgt tile",
     SCENE: "`paradize new DIR` makes one to start from",

@@ -7,6 +7,7 @@ import sys
 from functools import cache
 
 LIBRARIES = (
+    "dracopy",
     "fast_simplification",
     "meshoptimizer",
     "nanobind",

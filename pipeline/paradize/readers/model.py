@@ -1,9 +1,10 @@
-"""Reads a model of any format that Paradize knows: OBJ."""
+"""Reads a model of any format that Paradize knows: OBJ, glTF (`.glb`, `.gltf`)."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
+from paradize.kinds import MODEL, expecting, is_gltf
 from paradize.readers.obj import read_obj
 from paradize.readers.record import UNKNOWN_SMOOTHING, Model
 
@@ -17,4 +18,9 @@ def read_model(path: Path, root: Path | None = None, on_library: list[Path] | No
     Raises SourceError for a file that is missing, of another kind, damaged or without a surface. Missing
     files of materials and maps are warnings.
     """
+    if is_gltf(path):
+        from paradize.readers.gltf.read import read_gltf  # here: an OBJ needs none of it
+
+        with expecting(MODEL, path):
+            return read_gltf(path, root, on_library)
     return read_obj(path, root, on_library)

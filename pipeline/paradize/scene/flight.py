@@ -20,6 +20,8 @@ from dataclasses import dataclass
 from math import isfinite, sqrt
 from typing import Any
 
+from paradize.angles import PI as PI
+from paradize.angles import sine_cosine as sine_cosine
 from paradize.errors import SceneError
 from paradize.scene.settings import Flight as FlightSettings
 
@@ -29,7 +31,6 @@ Cubic = tuple[float, float, float, float]  # a + b u + c u^2 + d u^3, u in [0, 1
 UNITS_PER_SPAN = 6  # mean number of unit segments between two waypoints
 RIPPLE = 2e-4  # largest relative deviation from the requested speed that the table may cause
 DENSITIES = (2, 4, 8, 16, 32, 64, 128, 256)  # table cells per unit segment, tried in turn
-PI = 3.141592653589793
 
 # Abramowitz and Stegun, "Handbook of Mathematical Functions", 1964, table 25.4, n = 5, moved to [0, 1].
 _GAUSS = (
@@ -39,19 +40,6 @@ _GAUSS = (
     (0.7692346550528415, 0.23931433524968324),
     (0.953089922969332, 0.11846344252809454),
 )
-
-
-def sine_cosine(degrees: float) -> tuple[float, float]:
-    """Returns (sin, cos) of an angle in degrees, within 2e-16. Taylor series on +-45 degrees; no libm."""
-    quarter = round(degrees / 90.0)
-    x = (degrees - 90.0 * quarter) * (PI / 180.0)
-    square = x * x
-    sine = cosine = 0.0
-    for k in range(17, 0, -2):
-        sine = 1.0 - square / ((k + 1) * (k + 2)) * sine
-        cosine = 1.0 - square / (k * (k + 1)) * cosine
-    sine *= x
-    return ((sine, cosine), (cosine, -sine), (-sine, -cosine), (-cosine, sine))[quarter % 4]
 
 
 def solve_cyclic(

@@ -16,6 +16,7 @@ from paradize.kinds import (
     HEIGHTS,
     MATERIALS,
     MODEL,
+    OBJ,
     PICTURE,
     SCENE,
     SOUND,
@@ -33,7 +34,7 @@ from paradize.kinds import (
 @pytest.mark.parametrize(
     ("name", "data", "kind"),
     [
-        ("long-head.obj", b"# made by hand\n" * 2000 + b"v 1 2 3\n", MODEL),
+        ("long-head.obj", b"# made by hand\n" * 2000 + b"v 1 2 3\n", OBJ),
         ("A.TGA", b"\0\0\2", PICTURE),
         ("N00E000.HGT", b"\0\1", HEIGHTS),
         ("a.json", b'  {"format": "paradize-scene", "asset": 1}', BAKED),
@@ -61,14 +62,14 @@ def test_text_is_left_to_the_readers_of_text_and_what_is_unknown_to_those_of_pic
 
 
 def test_a_folder_is_no_file_and_one_without_its_scene_no_bake(tmp_path: Path) -> None:
-    for wanted, words in ((MODEL, "is a folder, not an OBJ model"), (BAKED, "holds no scene.json")):
+    for wanted, words in ((MODEL, "is a folder, not an OBJ or glTF model"), (BAKED, "holds no scene.json")):
         found = refusal(wanted, tmp_path)
         assert found is not None and found[0] == words
 
 
 @pytest.mark.parametrize("name", ["post.obj", "-post.obj", "two words.obj", "o'clock $HOME.obj"])
 def test_a_shell_takes_the_advised_command_whatever_the_files_name(name: str) -> None:
-    advised = re.findall(r"`(paradize [^`]*)`", mend_of(MODEL, Path(name)))
+    advised = re.findall(r"`(paradize [^`]*)`", mend_of(OBJ, Path(name)))
     assert len(advised) == 2
     file, stem = (f"./{name}", f"./{name[:-4]}") if name.startswith("-") else (name, name[:-4])
     assert shlex.split(advised[0]) == ["paradize", "mesh", file, "-o", f"{stem}.glb"]

@@ -13,6 +13,7 @@ from paradize.bakers.mesh.atlas import with_atlas
 from paradize.data import Group, Mesh
 from paradize.errors import SourceError
 from paradize.metrics.loading import LoadingError, loaded, loading_warnings
+from paradize.metrics.tangent import frame_errors
 from paradize.readers.model import read_model
 from paradize.scene.baker_settings import MeshSettings
 from paradize.stages.normals import complete_normals
@@ -24,6 +25,8 @@ if TYPE_CHECKING:
 
     from paradize.material import Material
 
+# Tangents of a file this near to MikkTSpace's are those, written with 8 bits or more.
+TANGENT_DEG, TANGENTS_TURNED = 1.5, 1e-3
 # Half of the largest float32. So the distance of two vertices along an axis still is a float32, and so is a
 # simplified vertex slightly outside the others.
 _LARGEST = 1.7e38
@@ -48,8 +51,8 @@ class Preparation:
 def prepare_mesh(
     path: Path, settings: MeshSettings, tier: str, root: Path | None = None
 ) -> tuple[Mesh, Preparation]:
-    """Reads an OBJ: a validated mesh with normals, its triangles sorted by material, and what was found.
-    root: the folder that material files must lie in.
+    """Reads a model: a validated mesh with normals, its triangles sorted by material, and what was found.
+    root: the folder that the files it names must lie in.
 
     Raises SourceError (of several faults GroupedError) for a file that cannot be baked, BakeError where a
     layout cannot be made.
@@ -81,6 +84,8 @@ def prepare_mesh(
     repaired: dict[str, Any] = {**read.repairs, **repairs(validation, read.lines), **welded}
     del read, joined  # saves memory while the layout is made
     mesh = with_normals(mesh, smoothing, settings.crease_deg)
+    mesh, strange = without_tangents(mesh)
+    warnings += [f"{path}: {text}" for text in strange]
     layout = None
     if settings.atlas and not (settings.painted and mesh.uvs is not None):
         mesh, layout, notes = with_atlas(mesh, path, tier, settings.unwrapper)
@@ -88,6 +93,19 @@ def prepare_mesh(
     if mesh.uvs is None:
         warnings.append(f"{path}: no texture coordinates, so no tangent frames; mesh --atlas makes some")
     return mesh, Preparation(loading, validation, repaired, layout, materials, warnings)
+
+
+def without_tangents(mesh: Mesh) -> tuple[Mesh, list[str]]:
+    """The mesh without the tangents of its file: every level is given those of MikkTSpace, for which normal
+    maps are painted. Tangents that differ from these by more than rounding are reported."""
+    if mesh.tangents is None:
+        return mesh, []
+    error = frame_errors(mesh)
+    bare = replace(mesh, tangents=None)
+    if error["tangent_p99_deg"] <= TANGENT_DEG and error["tangent_turned"] <= TANGENTS_TURNED:
+        return bare, []
+    what = f"its tangents are up to {error['tangent_p99_deg']:.3g} degrees (99 %) from those of MikkTSpace"
+    return bare, [f"{what}, {error['tangent_turned']:.0%} of them mirrored; computed anew"]
 
 
 def _validated(mesh: Mesh, path: Path, welding: Welding) -> tuple[Mesh, Report]:

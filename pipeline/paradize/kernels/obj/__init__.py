@@ -93,6 +93,20 @@ def parse_obj_file(
         raise
 
 
+def origin_of(
+    positions: npt.NDArray[np.float64], triangles: npt.NDArray[np.uint32]
+) -> tuple[float, float, float]:
+    """The place from which float32 positions of a mesh are counted; 0 unless it lies far from 0
+    (`obj/origin.hpp`). positions: (n, 3) finite, metres. triangles: (m, 3)."""
+    positions = np.ascontiguousarray(positions, np.float64)
+    triangles = np.ascontiguousarray(triangles, np.uint32)
+    if positions.shape[1:] != (3,) or triangles.shape[1:] != (3,) or not np.isfinite(positions).all():
+        raise ValueError(f"positions {positions.shape}, triangles {triangles.shape}")
+    if triangles.size and int(triangles.max()) >= len(positions):
+        raise ValueError(f"index {int(triangles.max())} of {len(positions)} positions")
+    return _obj.origin_of(positions, triangles)  # type: ignore[no-any-return]
+
+
 def _parsed(raw: dict[str, Any]) -> ParsedObj:
     names = [decode_name(name) for name in raw["names"]]
 

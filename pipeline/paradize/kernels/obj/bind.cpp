@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "bind.hpp"
+#include "obj/origin.hpp"
 #include "obj/parse.hpp"
 
 namespace nb = nanobind;
@@ -90,10 +91,21 @@ nb::dict parse_file(int descriptor, std::uint64_t elements, std::uint64_t ear_te
     return as_dict(std::move(parsed));
 }
 
+// positions: (n, 3). triangles: (m, 3), inside them: the Python face checks it.
+nb::tuple origin_of(const Rows<double> &positions, const Rows<std::uint32_t> &triangles) {
+    std::vector<obj::Corner> corners;
+    corners.reserve(triangles.size());
+    for (const std::uint32_t position : flat(triangles))
+        corners.push_back({.position = position, .uv = obj::absent, .normal = obj::absent});
+    const auto origin = obj::origin_of(flat(positions), corners);
+    return nb::make_tuple(origin[0], origin[1], origin[2]);
+}
+
 } // namespace
 
 NB_MODULE(_obj, m) {
     m.doc() = "Reads Wavefront OBJ text.";
     m.def("parse", &parse_text, nb::arg("text"), nb::arg("elements"), nb::arg("ear_tests"));
     m.def("parse_file", &parse_file, nb::arg("descriptor"), nb::arg("elements"), nb::arg("ear_tests"));
+    m.def("origin_of", &origin_of, nb::arg("positions"), nb::arg("triangles"));
 }

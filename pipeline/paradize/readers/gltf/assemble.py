@@ -1,0 +1,206 @@
+"""One mesh out of the primitives of a model, in world space."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from paradize.data import Group, Mesh, SourcePositions
+from paradize.kernels.mesh import number_rows
+from paradize.kernels.obj import origin_of
+from paradize.readers.gltf.document import Document
+from paradize.readers.gltf.materials import Placement
+from paradize.readers.gltf.nodes import Matrix, cofactors, determinant
+from paradize.readers.gltf.primitives import Primitive
+from paradize.readers.record import UNKNOWN_SMOOTHING
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+
+    from paradize.data import F64
+
+_LARGEST = 3.4e38  # float32
+
+
+@dataclass(frozen=True)
+class Part:
+    """A primitive as it stands in the world. positions: (n, 3). triangles: (m, 3). The attributes: (n, k), or
+    None. name: of the group. material: its name."""
+
+    name: str
+    material: str
+    positions: F64
+    triangles: npt.NDArray[np.int64]
+    normals: F64 | None
+    tangents: F64 | None
+    uvs: F64 | None
+    colors: F64 | None
+
+
+def place_part(
+    document: Document,
+    read: Primitive,
+    matrix: Matrix | F64,
+    placement: Placement | None,
+    name: str,
+    material: str,
+    place: str,
+) -> Part:
+    """A primitive moved into the world. matrix: its transform, or (n, 12) one for each vertex."""
+    document.spend(read.triangles.size + 3 * len(read.values["POSITION"]), place)
+    m = np.broadcast_to(np.asarray(matrix), (len(read.values["POSITION"]), 12))
+    with np.errstate(over="ignore", invalid="ignore"):
+        positions = _moved(m, read.values["POSITION"], 4) + m[:, 3::4]
+    if not (np.abs(positions) <= _LARGEST).all():
+        at = int((~(np.abs(positions) <= _LARGEST)).any(axis=1).argmax())
+        shown = " ".join(f"{value:g}" for value in positions[at])
+        raise document.fault(f"vertex {at} lies at {shown}, beyond float32", place)
+    triangles, mirrored = read.triangles, np.zeros(len(positions), np.bool_)
+    if isinstance(matrix, tuple):
+        normal_matrix = np.asarray(cofactors(matrix))[None, :]
+        mirrored[:] = determinant(matrix) < 0.0
+        if determinant(matrix) < 0.0:
+            triangles = triangles[:, ::-1]
+    else:
+        normal_matrix = np.stack(cofactors(tuple(matrix.T)), axis=1)
+    turned = np.where(mirrored, -1.0, 1.0)[:, None]
+    normals = read.values.get("NORMAL")
+    if normals is not None:
+        normals = _units(_moved(normal_matrix, _finite(document, normals, "normals", place), 3) * turned)
+    tangents = read.values.get("TANGENT")
+    coordinates = 0 if placement is None else placement.coordinates
+    uvs = read.values.get(f"TEXCOORD_{coordinates}")
+    if uvs is None and placement is not None:
+        document.warn(f"its maps need TEXCOORD_{coordinates}, which is missing", place)
+    if placement is not None and placement != Placement():
+        tangents = None  # they are those of the untransformed coordinates
+    if uvs is not None:
+        uvs = _finite(document, uvs, "texture coordinates", place)
+        if placement is not None:
+            a, b, x, c, d, y = placement.matrix
+            u, v = uvs[:, 0], uvs[:, 1]
+            uvs = (
+                np.stack([a * u + b * v + x, c * u + d * v + y], axis=1) if placement != Placement() else uvs
+            )
+    if tangents is not None and normals is not None and uvs is not None:
+        tangents = _finite(document, tangents, "tangents", place)
+        along = _units(_moved(m, tangents[:, :3], 4))
+        tangents = np.concatenate([along, np.where(tangents[:, 3:] < 0, -1.0, 1.0) * turned], axis=1)
+    else:
+        tangents = None
+    colors = read.values.get("COLOR_0")
+    if colors is not None:
+        colors = _finite(document, colors, "colours", place)
+        if colors.shape[1] == 3:
+            colors = np.concatenate([colors, np.ones((len(colors), 1))], axis=1)
+    return Part(name, material, positions, triangles, normals, tangents, uvs, colors)
+
+
+def joined(document: Document, parts: Sequence[Part]) -> tuple[Mesh, SourcePositions, npt.NDArray[np.uint32]]:
+    """The mesh, the positions of the file, and the smoothing group of each triangle: 0 where a primitive has
+    no normals, so that it is flat."""
+    starts = np.cumsum([0, *(len(part.positions) for part in parts)])
+    places = np.concatenate([part.positions for part in parts])
+    corners = np.concatenate(
+        [part.triangles + start for part, start in zip(parts, starts, strict=False)]
+    ).astype(np.uint32)
+    origin = origin_of(places, corners)
+    arrays = {"positions": (places - origin).astype(np.float32)}
+    total = len(corners)
+    for name, width, otherwise in (("normals", 3, 0.0), ("uvs", 2, 0.0), ("colors", 4, 1.0)):
+        rows = _column(parts, name, width, otherwise)
+        if rows is not None:
+            arrays[name] = rows
+    without = sum(len(part.triangles) for part in parts if part.uvs is None)
+    if without and "uvs" in arrays:
+        document.warn(f"{without} of {total} triangles without texture coordinates; they get (0, 0)")
+    without = sum(len(part.triangles) for part in parts if part.normals is None)
+    if without and "normals" in arrays:
+        document.warn(f"{without} of {total} triangles without normals; computed")
+    arrays = {name: rows + np.float32(0) for name, rows in arrays.items()}  # -0 becomes 0
+    ids, first = number_rows(np.concatenate(list(arrays.values()), axis=1))
+    if (tangents := _column(parts, "tangents", 4, 0.0)) is not None:
+        arrays["tangents"] = tangents
+    mesh = Mesh(
+        triangles=ids[corners],
+        groups=_groups(parts),
+        origin=origin,
+        **{name: np.ascontiguousarray(rows[first]) for name, rows in arrays.items()},
+    )
+    counts = [len(part.triangles) for part in parts]
+    smooth = [0 if part.normals is None else UNKNOWN_SMOOTHING for part in parts]
+    smoothing = np.repeat(np.array(smooth, np.uint32), counts)
+    return mesh, _source(mesh, places, corners, ids, first), smoothing
+
+
+def _column(parts: Sequence[Part], name: str, width: int, otherwise: float) -> npt.NDArray[np.float32] | None:
+    """An attribute of all parts; None where none has it."""
+    if all(getattr(part, name) is None for part in parts):
+        return None
+    rows = [
+        np.full((len(part.positions), width), otherwise) if (own := getattr(part, name)) is None else own
+        for part in parts
+    ]
+    return np.concatenate(rows).astype(np.float32)
+
+
+def _groups(parts: Sequence[Part]) -> tuple[Group, ...]:
+    groups: list[Group] = []
+    first = 0
+    for part in parts:
+        count = len(part.triangles)
+        if groups and (groups[-1].name, groups[-1].material) == (part.name, part.material):
+            groups[-1] = Group(part.name, part.material, groups[-1].first, groups[-1].count + count)
+        elif count:
+            groups.append(Group(part.name, part.material, first, count))
+        first += count
+    return tuple(groups)
+
+
+def _source(
+    mesh: Mesh,
+    places: F64,
+    corners: npt.NDArray[np.uint32],
+    ids: npt.NDArray[np.uint32],
+    first: npt.NDArray[np.uint32],
+) -> SourcePositions:
+    """Of the positions that became one vertex, the farthest from it; and the triangles that lost corners."""
+    off = places - mesh.absolute_positions[ids]
+    gap = off[:, 0] * off[:, 0] + off[:, 1] * off[:, 1] + off[:, 2] * off[:, 2]
+    order = np.lexsort((-gap, ids))
+    farthest = order[np.searchsorted(ids[order], np.arange(len(first)))]
+    a, b, c = (ids[corners[:, k]] for k in range(3))
+    shared = np.flatnonzero((a == b) | (b == c) | (a == c))
+    ends = places[corners[shared]]
+    u, v = ends[:, 1] - ends[:, 0], ends[:, 2] - ends[:, 0]
+    cross = [u[:, k - 2] * v[:, k - 1] - u[:, k - 1] * v[:, k - 2] for k in range(3)]
+    lost = shared[(cross[0] != 0) | (cross[1] != 0) | (cross[2] != 0)]
+    return SourcePositions(places[farthest], len(lost), int(lost[0]) if len(lost) else 0)
+
+
+def _moved(matrix: F64, rows: F64, width: int) -> F64:
+    """Rows (n, 3) through the 3 x 3 parts of matrices with `width` numbers a row."""
+    x, y, z = rows[:, 0], rows[:, 1], rows[:, 2]
+    out = [matrix[:, k] * x + matrix[:, k + 1] * y + matrix[:, k + 2] * z for k in range(0, 3 * width, width)]
+    return np.stack(out, axis=1)
+
+
+def _units(rows: F64) -> F64:
+    """Rows of length 1; those without a direction are 0."""
+    largest = np.abs(rows).max(axis=1, initial=0.0)
+    sound = (largest > 0.0) & np.isfinite(largest)
+    scaled = np.where(sound[:, None], rows, 0.0) / np.where(sound, largest, 1.0)[:, None]
+    square = scaled[:, 0] * scaled[:, 0] + scaled[:, 1] * scaled[:, 1] + scaled[:, 2] * scaled[:, 2]
+    return np.asarray(scaled / np.sqrt(np.where(sound, square, 1.0))[:, None])
+
+
+def _finite(document: Document, rows: F64, what: str, place: str) -> F64:
+    """The rows, with 0 for those that are not finite or beyond float32."""
+    bad = np.logical_not((np.abs(rows) <= _LARGEST).all(axis=1))
+    if not bad.any():
+        return rows
+    document.warn(f"{int(bad.sum())} {what} are not finite; left out", place)
+    return np.where(bad[:, None], 0.0, rows)

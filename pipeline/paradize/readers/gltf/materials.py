@@ -1,0 +1,239 @@
+"""Materials of a glTF model, and how each places its pictures on the mesh."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from math import sqrt
+from typing import Any
+
+from paradize.angles import PI, sine_cosine
+from paradize.errors import one_line
+from paradize.material import AlphaMode, Channel, MapSource, Material
+from paradize.readers.gltf.document import Document
+from paradize.readers.gltf.pictures import Pictures
+from paradize.readers.record import DEFAULT_NAME
+
+_TRANSFORM = "KHR_texture_transform"
+_GLOSSINESS = "KHR_materials_pbrSpecularGlossiness"
+_MAX_NAME = 120
+_MODES: dict[str, AlphaMode] = {"OPAQUE": "opaque", "MASK": "mask", "BLEND": "blend"}
+# Maps in the order in which they decide the texture coordinates, and the channel of each.
+_CHANNELS: dict[str, Channel] = {
+    "color": "rgb", "alpha": "a", "normal": "rgb", "roughness": "g", "metalness": "b", "smoothness": "a",
+    "emission": "rgb", "specular": "a", "occlusion": "r",
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Placement:
+    """Texture coordinates of a material's maps. coordinates: the number of the set. matrix: a b tx c d ty:
+    u' = a u + b v + tx, v' = c u + d v + ty."""
+
+    coordinates: int = 0
+    matrix: tuple[float, ...] = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0)
+
+
+@dataclass(frozen=True)
+class PlacedMaterial:
+    """A material with the placement of its maps; None where it has no maps."""
+
+    material: Material
+    placement: Placement | None = None
+
+
+def default_material() -> PlacedMaterial:
+    """The material of primitives without one: glTF's default."""
+    return PlacedMaterial(
+        Material(DEFAULT_NAME, alpha_mode="opaque", two_sided=False, roughness=1.0, metalness=1.0)
+    )
+
+
+def read_materials(document: Document, pictures: Pictures) -> list[PlacedMaterial]:
+    """All materials of a document, by their number. Names are made unique."""
+    taken = {DEFAULT_NAME}
+    found = []
+    for index in range(len(document.table("materials"))):
+        entry, place = document.item("materials", index, "/materials"), f"/materials/{index}"
+        said = entry.get("name")
+        name = one_line(said)[:_MAX_NAME].strip() if isinstance(said, str) else ""
+        name = name or f"material_{index}"
+        base, k = name, 1
+        while name in taken:
+            name, k = f"{base}_{k}", k + 1
+        taken.add(name)
+        found.append(_Reader(document, pictures, entry, place).read(name))
+    return found
+
+
+class _Reader:
+    """Reads one material."""
+
+    def __init__(self, document: Document, pictures: Pictures, entry: dict[str, Any], place: str) -> None:
+        self.document, self.pictures, self.entry, self.place = document, pictures, entry, place
+        self.maps: dict[str, MapSource] = {}
+        self.placements: dict[str, Placement] = {}
+
+    def read(self, name: str) -> PlacedMaterial:
+        document, entry, place = self.document, self.entry, self.place
+        said = document.get(entry, place, "alphaMode", str, "OPAQUE")
+        if said not in _MODES:
+            raise document.fault(f"{said[:20]!r}, expected OPAQUE, MASK or BLEND", f"{place}/alphaMode")
+        material = Material(
+            name,
+            alpha_mode=_MODES[said],
+            alpha_cutoff=document.get(entry, place, "alphaCutoff", float, 0.5),
+            two_sided=document.get(entry, place, "doubleSided", bool, False),
+            green_down=False,
+        )
+        base = document.get(entry, place, "pbrMetallicRoughness", dict, None)
+        gloss = document.extension(entry, place, _GLOSSINESS)
+        if gloss is not None and base is None:
+            material = self._glossiness(material, gloss)
+        else:
+            if gloss is not None:
+                document.warn(f"extension {_GLOSSINESS}: its metallic-roughness form is read instead", place)
+            material = self._metallic(material, base or {})
+        normal = document.get(entry, place, "normalTexture", dict, {})
+        self._map("normal", normal, f"{place}/normalTexture")
+        scale = document.get(normal, f"{place}/normalTexture", "scale", float, 1.0)
+        occlusion = document.get(entry, place, "occlusionTexture", dict, {})
+        self._map("occlusion", occlusion, f"{place}/occlusionTexture")
+        strength = document.get(occlusion, f"{place}/occlusionTexture", "strength", float, 1.0)
+        self._map(
+            "emission", document.get(entry, place, "emissiveTexture", dict, {}), f"{place}/emissiveTexture"
+        )
+        r, g, b = (max(c, 0.0) for c in document.floats(entry, place, "emissiveFactor", 3, (0.0, 0.0, 0.0)))
+        more = document.extension(entry, place, "KHR_materials_emissive_strength") or {}
+        times = max(document.get(more, place, "emissiveStrength", float, 1.0), 0.0)
+        material = replace(
+            material,
+            normal_scale=scale,
+            occlusion_strength=_share(strength),
+            emission=(r * times, g * times, b * times),
+            specular=self._specular(material),
+        )
+        placement = self._placed(name)
+        return PlacedMaterial(replace(material, maps=dict(self.maps)), placement)
+
+    def _metallic(self, material: Material, base: dict[str, Any]) -> Material:
+        document, place = self.document, f"{self.place}/pbrMetallicRoughness"
+        r, g, b, a = document.floats(base, place, "baseColorFactor", 4, (1.0, 1.0, 1.0, 1.0))
+        self._color(
+            document.get(base, place, "baseColorTexture", dict, {}), f"{place}/baseColorTexture", material
+        )
+        both = document.get(base, place, "metallicRoughnessTexture", dict, {})
+        self._map("roughness", both, f"{place}/metallicRoughnessTexture")
+        self._map("metalness", both, f"{place}/metallicRoughnessTexture")
+        return replace(
+            material,
+            color=(_share(r), _share(g), _share(b)),
+            opacity=1.0 if material.alpha_mode == "opaque" else _share(a),
+            metalness=_share(document.get(base, place, "metallicFactor", float, 1.0)),
+            roughness=_share(document.get(base, place, "roughnessFactor", float, 1.0)),
+        )
+
+    def _glossiness(self, material: Material, gloss: dict[str, Any]) -> Material:
+        """The older model of light, as near as metalness and roughness come to it."""
+        document, place = self.document, f"{self.place}/extensions/{_GLOSSINESS}"
+        r, g, b, a = document.floats(gloss, place, "diffuseFactor", 4, (1.0, 1.0, 1.0, 1.0))
+        self._color(
+            document.get(gloss, place, "diffuseTexture", dict, {}), f"{place}/diffuseTexture", material
+        )
+        picture = document.get(gloss, place, "specularGlossinessTexture", dict, {})
+        self._map("smoothness", picture, f"{place}/specularGlossinessTexture")
+        specular = document.floats(gloss, place, "specularFactor", 3, (1.0, 1.0, 1.0))
+        smooth = _share(document.get(gloss, place, "glossinessFactor", float, 1.0))
+        document.warn(f"extension {_GLOSSINESS} is converted to metalness and roughness")
+        color = (_share(r), _share(g), _share(b))
+        metalness = 0.0 if picture else _metalness(color, (*map(_share, specular),))
+        if metalness > 0.0:
+            color = tuple(
+                _share(c * (1.0 - metalness) + s * metalness) for c, s in zip(color, specular, strict=True)
+            )  # type: ignore[assignment]
+        opacity = 1.0 if material.alpha_mode == "opaque" else _share(a)
+        return replace(material, color=color, opacity=opacity, metalness=metalness, roughness=1.0 - smooth)
+
+    def _color(self, info: dict[str, Any], place: str, material: Material) -> None:
+        self._map("color", info, place)
+        if material.alpha_mode != "opaque":
+            self._map("alpha", info, place)
+
+    def _specular(self, material: Material) -> float:
+        """Intensity of the reflection, 1: 4 % at normal incidence."""
+        document, place = self.document, self.place
+        value = 1.0
+        glass = document.extension(self.entry, place, "KHR_materials_ior")
+        if glass is not None:
+            ior = max(document.get(glass, f"{place}/extensions/KHR_materials_ior", "ior", float, 1.5), 1.0)
+            value = ((ior - 1.0) / (ior + 1.0)) ** 2 / 0.04
+            if value > 1.0 + 1e-6:
+                document.warn(f"an ior of {ior:g} is read as 1.5", place)
+        shine = document.extension(self.entry, place, "KHR_materials_specular")
+        if shine is not None:
+            inner = f"{place}/extensions/KHR_materials_specular"
+            value *= _share(document.get(shine, inner, "specularFactor", float, 1.0))
+            self._map(
+                "specular",
+                document.get(shine, inner, "specularTexture", dict, {}),
+                f"{inner}/specularTexture",
+            )
+            if shine.keys() & {"specularColorFactor", "specularColorTexture"}:
+                document.warn("the colour of KHR_materials_specular is left out", place)
+        return _share(value)
+
+    def _map(self, role: str, info: dict[str, Any], place: str) -> None:
+        """Adds the map of a texture info, if it names a texture that can be read."""
+        if not info:
+            return
+        document = self.document
+        source = self.pictures.source(document.get(info, place, "index", int), f"{place}/index")
+        if source is None:
+            return
+        coordinates = document.whole(info, place, "texCoord", 0, 0)
+        moved = document.extension(info, place, _TRANSFORM)
+        matrix = Placement().matrix
+        if moved is not None:
+            inner = f"{place}/extensions/{_TRANSFORM}"
+            coordinates = document.whole(moved, inner, "texCoord", 0, coordinates)
+            x, y = document.floats(moved, inner, "offset", 2, (0.0, 0.0))
+            sx, sy = document.floats(moved, inner, "scale", 2, (1.0, 1.0))
+            turn = document.get(moved, inner, "rotation", float, 0.0)
+            sine, cosine = sine_cosine(turn % (2.0 * PI) * (180.0 / PI))
+            matrix = (cosine * sx, sine * sy, x, -sine * sx, cosine * sy, y)
+        self.maps[role] = replace(source, channel=_CHANNELS[role])
+        self.placements[role] = Placement(coordinates, matrix)
+
+    def _placed(self, name: str) -> Placement | None:
+        """The placement of the material's first map. Maps of another placement are left out."""
+        roles = [role for role in _CHANNELS if role in self.maps]
+        if not roles:
+            return None
+        first = self.placements[roles[0]]
+        others = [role for role in roles if self.placements[role] != first]
+        for role in others:
+            del self.maps[role]
+        if others:
+            what = f"material {name!r}: {', '.join(others)} lie on other texture coordinates than {roles[0]}"
+            self.document.warn(f"{what}; left out", self.place)
+        return first
+
+
+def _share(value: float) -> float:
+    return min(max(value, 0.0), 1.0)
+
+
+def _metalness(diffuse: tuple[float, ...], specular: tuple[float, ...]) -> float:
+    """The metalness whose reflection is as strong. Source: The Khronos Group, the conversion of
+    KHR_materials_pbrSpecularGlossiness, 2017."""
+
+    def brightness(color: tuple[float, ...]) -> float:
+        r, g, b = color
+        return sqrt(0.299 * r * r + 0.587 * g * g + 0.114 * b * b)
+
+    reflected, least = brightness(specular), 0.04
+    if reflected <= least:
+        return 0.0
+    rest = 1.0 - max(specular)
+    b = brightness(diffuse) * rest / (1.0 - least) + reflected - 2.0 * least
+    root = sqrt(max(b * b - 4.0 * least * (least - reflected), 0.0))
+    return _share((-b + root) / (2.0 * least))

@@ -1,0 +1,87 @@
+"""The pictures of a glTF model: files beside, data URIs, or bytes in a view."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from paradize.material import MapSource, Picture, Wrap
+from paradize.readers.gltf.buffers import Buffers, beside, data_of
+from paradize.readers.gltf.document import Document
+from paradize.readers.mtl import named_file
+
+_WRAPS: dict[int, Wrap] = {33071: "clamp", 33648: "mirror", 10497: "repeat"}
+_MAGIC = (b"\x89PNG\r\n\x1a\n", b"\xff\xd8\xff")
+# Pictures that only an extension allows, by the extension, and how those of them begin that are read.
+SOURCES = ("EXT_texture_webp", "EXT_texture_avif", "KHR_texture_basisu", "KHR_texture_ktx")
+_UNREAD = {b"\xabKTX ": "KTX2", b"DDS ": "DDS"}
+
+
+class Pictures:
+    """absent: files that textures name and that do not exist."""
+
+    def __init__(self, document: Document, buffers: Buffers) -> None:
+        self.document, self.buffers = document, buffers
+        self.absent: list[Path] = []
+        self._found: dict[int, Picture | None] = {}
+
+    def source(self, texture: int, where: str) -> MapSource | None:
+        """A texture's picture and how it wraps; None, and a warning, where it cannot be used."""
+        document, place = self.document, f"/textures/{texture}"
+        entry = document.item("textures", texture, where)
+        image = document.get(entry, place, "source", int, None)
+        for name in SOURCES:
+            other = document.extension(entry, place, name)
+            if other is not None and image is None:
+                image = document.get(other, f"{place}/extensions/{name}", "source", int)
+        if image is None:
+            document.warn("a texture without a picture; left out", place)
+            return None
+        if image not in self._found:
+            self._found[image] = self._picture(image, f"{place}/source")
+        picture = self._found[image]
+        if picture is None:
+            return None
+        number = document.get(entry, place, "sampler", int, None)
+        sampler = {} if number is None else document.item("samplers", number, f"{place}/sampler")
+        u, v = (document.get(sampler, f"/samplers/{number}", key, int, 10497) for key in ("wrapS", "wrapT"))
+        return MapSource(picture, wrap=(_WRAPS.get(u, "repeat"), _WRAPS.get(v, "repeat")))
+
+    def _picture(self, index: int, where: str) -> Picture | None:
+        document, place = self.document, f"/images/{index}"
+        entry = document.item("images", index, where)
+        name = str(entry.get("name") or f"image {index}")[:120]
+        view = document.get(entry, place, "bufferView", int, None)
+        if view is not None:
+            return self._embedded(bytes(self.buffers.view(view, f"{place}/bufferView")[0]), name, place)
+        uri = document.get(entry, place, "uri", str)
+        data = data_of(document, uri, f"{place}/uri")
+        return self._beside(uri, place) if data is None else self._embedded(data, name, place)
+
+    def _embedded(self, data: bytes, name: str, place: str) -> Picture | None:
+        webp = data[:4] == b"RIFF" and data[8:12] == b"WEBP"
+        if not (webp or data.startswith(_MAGIC)):
+            self.document.warn(f"{name}: {_kind(data)} is not read; left out", place)
+            return None
+        return Picture(self.document.file, data, name)
+
+    def _beside(self, uri: str, place: str) -> Picture | None:
+        document, root = self.document, self.buffers.root
+        path = beside(root, document.file, uri)
+        if path is None:
+            document.warn(f"picture {uri[:120]!r} is no file inside {root}; left out", place)
+            return None
+        if not named_file(path, f"{place} of {document.file}"):
+            self.absent.append(path)
+            document.warn(f"picture {uri[:120]!r} does not exist; left out", place)
+            return None
+        if path.suffix.lower() in (".ktx2", ".ktx", ".basis", ".avif"):
+            document.warn(f"picture {uri[:120]!r}: {path.suffix[1:].upper()} is not read; left out", place)
+            return None
+        return Picture(path, None, path.name)
+
+
+def _kind(data: bytes) -> str:
+    found = [name for magic, name in _UNREAD.items() if data.startswith(magic)]
+    if b"ftypavif" in data[:32]:
+        found = ["AVIF"]
+    return f"a {found[0]} picture" if found else "a picture that is neither PNG, JPEG nor WebP"

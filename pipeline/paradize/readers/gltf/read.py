@@ -1,0 +1,136 @@
+"""Reads a glTF model into one mesh with its materials: what its default scene shows, at rest."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from paradize.errors import one_line
+from paradize.readers.gltf.accessors import Accessors
+from paradize.readers.gltf.assemble import Part, joined, place_part
+from paradize.readers.gltf.buffers import Buffers
+from paradize.readers.gltf.document import Document
+from paradize.readers.gltf.extensions import check_extensions
+from paradize.readers.gltf.materials import PlacedMaterial, default_material, read_materials
+from paradize.readers.gltf.nodes import IDENTITY, Matrix, Nodes
+from paradize.readers.gltf.pictures import Pictures
+from paradize.readers.gltf.primitives import Primitive, read_primitive
+from paradize.readers.gltf.skins import default_weights, joints_of, morphed, vertex_matrices
+from paradize.readers.record import DEFAULT_NAME, Model
+
+_MAX_NAME = 120
+
+
+def read_gltf(path: Path, root: Path | None = None, on_library: list[Path] | None = None) -> Model:
+    """Reads a `.glb` or `.gltf` and the files that it names, which must lie inside `root` (default: its
+    folder). on_library: a list to which each file beside is appended before it is read.
+
+    Raises SourceError, with a JSON pointer, for a file that does not follow the format where it matters to
+    the surface, that needs an extension which is not read, or that shows no triangles.
+    """
+    document = Document(path)
+    check_extensions(document)
+    reader = _Reader(document, path.parent if root is None else root, on_library)
+    parts = reader.parts()
+    if not parts:
+        notes = [text.removeprefix(f"{path}: ") for text in document.warnings]
+        shown = f" ({'; '.join(notes[:3])})" if notes else ""
+        raise document.fault(f"shows no triangles{shown}", "", "export the model with its surface")
+    mesh, source, smoothing = joined(document, parts)
+    used = {group.material for group in mesh.groups}
+    counts = {
+        "faces": len(mesh.triangles),
+        "triangles": len(mesh.triangles),
+        "vertices": len(mesh.positions),
+        "positions_in_file": sum(len(part.positions) for part in parts),
+        "positions_unused": 0,
+    }
+    materials = {one.material.name: one.material for one in reader.materials}
+    if DEFAULT_NAME in used:
+        materials[DEFAULT_NAME] = default_material().material
+    return Model(
+        mesh,
+        source,
+        materials,
+        document.warnings,
+        counts,
+        smoothing,
+        libraries=reader.buffers.libraries,
+        absent=reader.pictures.absent,
+    )
+
+
+class _Reader:
+    """Collects what a document shows."""
+
+    def __init__(self, document: Document, root: Path, on_library: list[Path] | None) -> None:
+        self.document = document
+        self.buffers = Buffers(document, root, on_library)
+        self.accessors = Accessors(document, self.buffers)
+        self.pictures = Pictures(document, self.buffers)
+        self.nodes = Nodes(document)
+        self.materials = read_materials(document, self.pictures)
+        self._primitives: dict[tuple[int, int, tuple[float, ...]], Primitive | None] = {}
+
+    def parts(self) -> list[Part]:
+        """What the scene shows, in the order of its nodes."""
+        document = self.document
+        if document.table("animations"):
+            document.warn("its animations are left out; the model is read at rest")
+        if document.table("cameras"):
+            document.warn("its cameras are left out; a scene has its own")
+        out: list[Part] = []
+        for node in self.nodes.shown():
+            entry, place = document.item("nodes", node, ""), f"/nodes/{node}"
+            mesh = document.get(entry, place, "mesh", int, None)
+            if mesh is None:
+                continue
+            skin = document.get(entry, place, "skin", int, None)
+            if skin is not None:
+                document.warn("its skins are read at rest, as their joints stand")
+                joints = joints_of(document, self.accessors, self.nodes, skin, f"{place}/skin")
+                out += self._mesh(mesh, node, [self.nodes.world[node]], joints)
+            else:
+                out += self._mesh(mesh, node, self.nodes.instances(node, self.accessors), [])
+        if not document.table("nodes"):
+            for mesh in range(len(document.table("meshes"))):
+                out += self._mesh(mesh, -1, [IDENTITY], [])
+        return out
+
+    def _mesh(self, mesh: int, node: int, matrices: Any, joints: list[Matrix]) -> list[Part]:
+        """The parts of a mesh for each of its matrices. node: -1 without one."""
+        document, place = self.document, f"/meshes/{mesh}"
+        entry = document.item("meshes", mesh, f"/nodes/{node}/mesh")
+        weights = default_weights(document, node, mesh)
+        name = self._name(node, entry)
+        read: list[tuple[Primitive, PlacedMaterial, str]] = []
+        for k, primitive in enumerate(document.get(entry, place, "primitives", list)):
+            where = f"{place}/primitives/{k}"
+            key = (mesh, k, weights)
+            if key not in self._primitives:
+                one = read_primitive(document, self.accessors, primitive, where, len(weights))
+                if one is not None and "targets" in primitive:
+                    document.warn("morph targets are read at their default weights")
+                    one = morphed(one, weights)
+                self._primitives[key] = one
+            found = self._primitives[key]
+            if found is not None and len(found.triangles):
+                read.append((found, self._material(found.material, where), where))
+        parts = []
+        for matrix in matrices:
+            for found, material, where in read:
+                own = vertex_matrices(document, found, joints, where) if joints else None
+                used = (document, found, matrix if own is None else own, material.placement)
+                parts.append(place_part(*used, name, material.material.name, where))
+        return parts
+
+    def _material(self, number: int | None, where: str) -> PlacedMaterial:
+        if number is None:
+            return default_material()
+        self.document.item("materials", number, f"{where}/material")
+        return self.materials[number]
+
+    def _name(self, node: int, mesh: dict[str, Any]) -> str:
+        owners = ([] if node < 0 else [self.document.item("nodes", node, "")]) + [mesh]
+        names = [owner.get("name") for owner in owners]
+        return next((one_line(n)[:_MAX_NAME] for n in names if isinstance(n, str) and n), DEFAULT_NAME)

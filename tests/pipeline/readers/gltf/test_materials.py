@@ -1,0 +1,204 @@
+"""The materials of a glTF model: factors, pictures, and the texture coordinates that they lie on."""
+
+from __future__ import annotations
+
+import base64
+from math import pi
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from paradize.errors import SourceError
+from paradize.material import Material
+from paradize.readers.model import Model, read_model
+from tests.pipeline.readers.gltf.made import PNG, Made, shown, square
+
+UVS = np.array([[0, 1], [1, 1], [1, 0], [0, 0]], np.float32)
+
+
+def read(tmp_path: Path, made: Made, primitive: dict[str, Any], **material: Any) -> tuple[Material, Model]:
+    primitive["material"] = made.add("materials", **material)
+    model = read_model(shown(primitive, made).glb(tmp_path / "a.glb"))
+    return model.materials[model.mesh.groups[0].material], model
+
+
+def textured(made: Made, **texture: Any) -> int:
+    """A texture of the red picture, embedded."""
+    image = made.add("images", bufferView=made.view(PNG), mimeType="image/png", name="red")
+    return made.add("textures", **({"source": image} | texture))
+
+
+def test_factors_and_maps_fill_the_record(tmp_path: Path) -> None:
+    made, primitive = square(TEXCOORD_0=UVS)
+    sampler = made.add("samplers", wrapS=33071, wrapT=33648)
+    texture = {"index": textured(made, sampler=sampler)}
+    found, _ = read(
+        tmp_path,
+        made,
+        primitive,
+        name="wood",
+        alphaMode="MASK",
+        alphaCutoff=0.25,
+        doubleSided=True,
+        emissiveFactor=[1, 0.5, 0],
+        emissiveTexture=texture,
+        normalTexture=texture | {"scale": 0.5},
+        occlusionTexture=texture | {"strength": 0.75},
+        pbrMetallicRoughness={
+            "baseColorFactor": [0.5, 0.25, 1, 0.5],
+            "baseColorTexture": texture,
+            "metallicRoughnessTexture": texture,
+            "metallicFactor": 0.25,
+            "roughnessFactor": 0.125,
+        },
+        extensions={
+            "KHR_materials_emissive_strength": {"emissiveStrength": 4},
+            "KHR_materials_ior": {"ior": 1.25},
+        },
+    )
+    assert (found.name, found.color, found.opacity) == ("wood", (0.5, 0.25, 1.0), 0.5)
+    assert (found.alpha_mode, found.alpha_cutoff, found.two_sided) == ("mask", 0.25, True)
+    assert (found.metalness, found.roughness, found.green_down) == (0.25, 0.125, False)
+    assert (found.emission, found.normal_scale, found.occlusion_strength) == ((4.0, 2.0, 0.0), 0.5, 0.75)
+    assert found.specular == pytest.approx(0.25 / 2.25**2 / 0.04 * 0.25)
+    channels = {role: source.channel for role, source in found.maps.items()}
+    assert channels == {
+        **{"color": "rgb", "alpha": "a", "normal": "rgb", "emission": "rgb"},
+        **{"roughness": "g", "metalness": "b", "occlusion": "r"},
+    }
+    color = found.maps["color"]
+    assert color.wrap == ("clamp", "mirror") and color.picture.data == PNG
+    assert color.picture == found.maps["normal"].picture
+
+
+def test_an_opaque_material_has_no_alpha(tmp_path: Path) -> None:
+    made, primitive = square(TEXCOORD_0=UVS)
+    base = {"baseColorTexture": {"index": textured(made)}, "baseColorFactor": [1, 1, 1, 0.5]}
+    found, _ = read(tmp_path, made, primitive, pbrMetallicRoughness=base)
+    assert (found.opacity, found.alpha_mode, "alpha" in found.maps) == (1.0, "opaque", False)
+
+
+def test_a_primitive_without_a_material_has_gltfs_default(tmp_path: Path) -> None:
+    made, primitive = square()
+    model = read_model(shown(primitive, made).glb(tmp_path / "a.glb"))
+    found = model.materials[model.mesh.groups[0].material]
+    assert (found.color, found.metalness, found.roughness) == ((1.0, 1.0, 1.0), 1.0, 1.0)
+
+
+def test_materials_of_one_name_or_none_stay_apart(tmp_path: Path) -> None:
+    made, primitive = square()
+    names = ["wood", "wood", None, "default", "two\nlines"]
+    entries = [{} if name is None else {"name": name} for name in names]
+    numbers = [made.add("materials", **entry) for entry in entries]
+    made.show(made.add("nodes", mesh=made.mesh(*({**primitive, "material": k} for k in numbers))))
+    model = read_model(made.glb(tmp_path / "a.glb"))
+    assert [group.material for group in model.mesh.groups] == list(model.materials)
+    assert list(model.materials) == ["wood", "wood_1", "material_2", "default_1", "two\\nlines"]
+
+
+@pytest.mark.parametrize("form", ["beside", "data"])
+def test_pictures_beside_and_in_the_text_are_read(form: str, tmp_path: Path) -> None:
+    made, primitive = square(TEXCOORD_0=UVS)
+    (tmp_path / "a red one.png").write_bytes(PNG)
+    uri = (
+        "a%20red%20one.png" if form == "beside" else f"data:image/png;base64,{base64.b64encode(PNG).decode()}"
+    )
+    texture = made.add("textures", source=made.add("images", uri=uri))
+    found, _ = read(tmp_path, made, primitive, normalTexture={"index": texture})
+    picture = found.maps["normal"].picture
+    assert picture.file.name == ("a red one.png" if form == "beside" else "a.glb")
+    assert picture.data == (None if form == "beside" else PNG)
+
+
+@pytest.mark.parametrize(
+    "uri", ["../out.png", "/etc/passwd", "http://a.b/c.png", "file:///etc/passwd", "none.png"]
+)
+def test_a_picture_that_is_missing_or_outside_is_left_out_with_its_name(uri: str, tmp_path: Path) -> None:
+    (tmp_path / "out.png").write_bytes(PNG)
+    folder = tmp_path / "model"
+    folder.mkdir()
+    made, primitive = square(TEXCOORD_0=UVS)
+    texture = made.add("textures", source=made.add("images", uri=uri))
+    found, model = read(folder, made, primitive, normalTexture={"index": texture})
+    assert not found.maps and any(repr(uri) in text for text in model.warnings)
+    assert [path.name for path in model.absent] == (["none.png"] if uri == "none.png" else [])
+
+
+def test_a_transform_moves_the_coordinates_of_its_material_alone(tmp_path: Path) -> None:
+    made, primitive = square(TEXCOORD_0=UVS)
+    moved = {"offset": [0.25, 0], "scale": [2, 1], "rotation": pi / 2}
+    texture = {"index": textured(made), "extensions": {"KHR_texture_transform": moved}}
+    plain = made.add("materials", name="plain")
+    turned = made.add("materials", name="turned", pbrMetallicRoughness={"baseColorTexture": texture})
+    meshes = [primitive | {"material": number} for number in (plain, turned)]
+    made.show(made.add("nodes", mesh=made.mesh(*meshes)))
+    mesh = read_model(made.glb(tmp_path / "a.glb")).mesh
+    assert mesh.uvs is not None
+    uvs = mesh.uvs[mesh.triangles.reshape(-1)]
+    before = UVS[np.array([0, 1, 2, 0, 2, 3])]
+    assert np.array_equal(uvs[:6], before)
+    expected = np.stack([before[:, 1] + 0.25, -2 * before[:, 0]], axis=1)  # the rule of the extension
+    assert np.abs(uvs[6:] - expected).max() < 1e-7
+
+
+def test_maps_on_other_coordinates_than_the_colour_are_left_out_and_a_second_set_is_read(
+    tmp_path: Path,
+) -> None:
+    made, primitive = square(TEXCOORD_0=UVS, TEXCOORD_1=UVS * np.float32(0.5))
+    index = textured(made)
+    base = {"baseColorTexture": {"index": index, "texCoord": 1}}
+    found, model = read(
+        tmp_path, made, primitive, pbrMetallicRoughness=base, occlusionTexture={"index": index}
+    )
+    assert list(found.maps) == ["color"]
+    assert any("occlusion lie on other texture coordinates than color" in text for text in model.warnings)
+    assert model.mesh.uvs is not None and model.mesh.uvs.max() == 0.5
+
+
+@pytest.mark.parametrize(
+    ("specular", "metalness", "color"),
+    [
+        ([0.0] * 3, 0.0, (0.5, 0.5, 0.5)),
+        ([0.04] * 3, 0.0, (0.5, 0.5, 0.5)),
+        ([1.0] * 3, 1.0, (1.0, 1.0, 1.0)),
+    ],
+)
+def test_the_older_model_of_light_is_converted_and_said(
+    specular: list[float], metalness: float, color: tuple[float, ...], tmp_path: Path
+) -> None:
+    made, primitive = square()
+    older = {"diffuseFactor": [0.5, 0.5, 0.5, 1], "specularFactor": specular, "glossinessFactor": 0.75}
+    found, model = read(tmp_path, made, primitive, extensions={"KHR_materials_pbrSpecularGlossiness": older})
+    assert (found.metalness, found.roughness, *found.color) == pytest.approx((metalness, 0.25, *color))
+    assert any("pbrSpecularGlossiness is converted" in text for text in model.warnings)
+
+
+@pytest.mark.parametrize("name", ["KHR_texture_basisu", "EXT_texture_avif", "EXT_texture_webp"])
+def test_pictures_of_extensions_are_read_or_left_out_by_their_name(name: str, tmp_path: Path) -> None:
+    made, primitive = square(TEXCOORD_0=UVS)
+    data = {
+        "KHR_texture_basisu": b"\xabKTX 20\xbb\r\n\x1a\n",
+        "EXT_texture_avif": b"\0\0\0\x1cftypavif",
+        "EXT_texture_webp": b"RIFF\0\0\0\0WEBPVP8 ",
+    }[name]
+    image = made.add("images", bufferView=made.view(data), mimeType="image/x")
+    texture = made.add("textures", extensions={name: {"source": image}})
+    made.tree["extensionsUsed"] = made.tree["extensionsRequired"] = [name]
+    found, model = read(tmp_path, made, primitive, normalTexture={"index": texture})
+    assert bool(found.maps) == (name == "EXT_texture_webp")
+    assert any(name in text for text in model.warnings) == (not found.maps)
+
+
+def test_an_extension_that_is_not_read_is_named_and_refused_only_where_it_is_required(tmp_path: Path) -> None:
+    made, primitive = square()
+    made.tree["extensionsUsed"] = ["KHR_materials_clearcoat", "ACME_gizmo"]
+    model = read_model(shown(primitive, made).glb(tmp_path / "a.glb"))
+    assert [text.partition(": ")[2] for text in model.warnings] == [
+        "extension KHR_materials_clearcoat is left out: clear coats",
+        "extension ACME_gizmo is left out",
+    ]
+    made.tree["extensionsRequired"] = ["ACME_gizmo"]
+    with pytest.raises(SourceError, match="needs the extension ACME_gizmo, which is not read"):
+        read_model(made.glb(tmp_path / "b.glb"))
