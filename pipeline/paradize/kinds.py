@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
 HEAD_BYTES = 1 << 16
+MODEL_SUFFIXES = (".obj", ".glb", ".gltf")
 _CHECK = "`paradize check {file}` takes it"
 _MAPS = "`paradize maps {file} -o {stem}-maps` takes it"
 _TERRAIN = "`paradize terrain {file} -o {stem}.glb --size 111000 111000 --height 1` takes it"
@@ -38,7 +39,7 @@ class Kind:
 
 OBJ = Kind("an OBJ model", _MESH)
 GLTF = Kind("a glTF model", _MESH)
-GLB = Kind("a GLB model", f"{_MESH}; of one that was baked here, {_CHECK}")
+GLB = Kind("a GLB model", f"{_MESH.replace('-o {stem}.glb', '-o {stem}-baked.glb')}; a baked one: {_CHECK}")
 MODEL = Kind("an OBJ or glTF model")  # as it is wanted; a file is one of the three
 PICTURE = Kind("a picture", _MAPS)
 HEIGHTS = Kind("a heightmap", _TERRAIN)

@@ -10,10 +10,12 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from paradize.files import open_file
+from paradize.kinds import MODEL_SUFFIXES
 
 _BASE = 150_000_000  # an interpreter with numpy, and the readers
 _PER_TEXEL = 48  # bytes, all maps of a picture with their measures
 _PER_OBJ_BYTE = 12
+_PER_GLTF_BYTE = 100  # of one with 32 bytes a vertex; packed ones take more
 _BYTES_PER_S = 1_000_000  # of that memory: the slowest tier on the slowest machine does more
 _HEAD = 1 << 16  # of a JPEG, where its size should stand; metadata may be longer
 
@@ -31,8 +33,8 @@ def seconds_of(sources: Iterable[Path]) -> float:
 def _memory_of_one(path: Path) -> int:
     try:
         size = path.stat().st_size
-        if path.suffix.lower() == ".obj":
-            return _PER_OBJ_BYTE * size
+        if path.suffix.lower() in MODEL_SUFFIXES:
+            return (_PER_OBJ_BYTE if path.suffix.lower() == ".obj" else _PER_GLTF_BYTE) * size
         with open_file(path) as stream:
             head = stream.read(_HEAD)
     except OSError:

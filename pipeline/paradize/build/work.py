@@ -8,6 +8,7 @@ from pathlib import Path
 from paradize.build.options import BuildOptions, JobObserver
 from paradize.errors import ParadizeError
 from paradize.jobs.pool import Job, Outcome, run_jobs
+from paradize.kinds import MODEL_SUFFIXES
 
 
 def run_build_jobs(
@@ -40,12 +41,12 @@ def run_build_jobs(
 
 
 def files_read_by(sources: Iterable[Path]) -> dict[Path, bool]:
-    """Returns all files that a bake of these sources reads, for another machine: with an OBJ also its
-    material files; and, as False, the maps that those name, which only have to exist."""
+    """Returns all files that a bake of these sources reads, for another machine: with a model also the
+    files beside it; and, as False, the maps that those name, which only have to exist."""
     files: dict[Path, bool] = {}
     for path in sources:
         files[path] = True
-        if path.suffix.lower() == ".obj":
+        if path.suffix.lower() in MODEL_SUFFIXES:
             from paradize.readers.model import read_model
 
             try:

@@ -67,7 +67,7 @@ def actions_of(top: argparse.ArgumentParser) -> Iterator[argparse.Action]:
 
 
 def _files(metavar: str) -> Any:
-    """What shtab offers for a metavar: folders for DIR, files with the suffix of IN.obj, else any file."""
+    """What shtab offers: folders for DIR, for IN.obj|glb files with these suffixes, else any file."""
     import shtab
 
     if metavar == "DIR":
@@ -75,6 +75,6 @@ def _files(metavar: str) -> Any:
     _, _, suffix = metavar.partition(".")
     if not suffix:
         return shtab.FILE
-    suffixes = PICTURES if metavar == "IN.png" else (suffix,)
+    suffixes = PICTURES if metavar == "IN.png" else tuple(suffix.split("|"))
     # At least two patterns, because zsh takes (*.obj) alone as qualifiers.
     return shtab.glob(*(f"*.{case}" for suffix in suffixes for case in (suffix, suffix.upper())))

@@ -18,7 +18,13 @@ from paradize.files import resolved
 def add(sub: argparse.ArgumentParser) -> None:
     """Declares the options of `paradize new`."""
     sub.add_argument("folder", type=Path, metavar="DIR", help="a new folder for the scene")
-    sub.add_argument("--from", dest="model", type=Path, metavar="IN.obj", help="the model (default: a vase)")
+    sub.add_argument(
+        "--from",
+        dest="model",
+        type=Path,
+        metavar="IN.obj|glb|gltf",
+        help="the model (default: a vase)",
+    )
     add_json(sub)
 
 

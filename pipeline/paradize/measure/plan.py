@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from paradize.errors import BakeError
+from paradize.kinds import MODEL_SUFFIXES
 from paradize.maps import DERIVED
 from paradize.measure.mesh import mesh_groups
 from paradize.measure.terrain import height_map_groups, path_groups, tree_groups
@@ -56,9 +57,9 @@ def _nothing(job: BakeJob) -> list[TrialGroup]:
 
 
 def file_groups(path: Path, options: FileOptions) -> list[TrialGroup]:
-    """The groups of an OBJ, a colour map or a heightmap. Raises SourceError if it cannot be read, BakeError
+    """The groups of a model, a colour map or a heightmap. Raises SourceError if it cannot be read, BakeError
     for options that do not fit it."""
-    if path.suffix.lower() == ".obj":
+    if path.suffix.lower() in MODEL_SUFFIXES:
         if options != FileOptions():
             mend = "leave out --from, --size, --height and --max-error"
             raise BakeError("is a model; sizes and heights are those of a picture", file=path, mend=mend)

@@ -4,7 +4,6 @@ do, and what it says to do works."""
 from __future__ import annotations
 
 import io
-import json
 import re
 import shlex
 import shutil
@@ -18,23 +17,26 @@ import pytest
 from paradize.cli.main import main
 from paradize.cli.output import MOST_LINE
 from paradize.errors import MAX_MEND, MAX_PART, BakeError, GroupedError
+from tests.pipeline.readers.gltf.made import SQUARE, shown
+from tests.pipeline.readers.gltf.made import square as made_square
 from tests.pipeline.scenes import make_cove
 from tests.sweeps import sweep
 
+MODELS = {"post.obj", "post.glb", "model.gltf"}
 SIZE = ("--size", "9", "9", "--height", "1")
 # Of each command: its words for an input, and what it takes. Text may become a scene while it is watched.
 COMMANDS: dict[str, tuple[Callable[[str], list[str]], set[str]]] = {
     "bake": (lambda file: ["bake", file, "-o", "out"], {"cove.toml"}),
     "watch": (lambda file: ["watch", file], {"cove.toml", "notes.txt"}),
     "explain": (lambda file: ["explain", file], {"cove.toml"}),
-    "mesh": (lambda file: ["mesh", file, "-o", "out.glb"], {"post.obj"}),
-    "new": (lambda file: ["new", "out", "--from", file], {"post.obj"}),
-    "uv": (lambda file: ["maps", "wood.png", "-o", "out", "--uv", file], {"post.obj"}),
+    "mesh": (lambda file: ["mesh", file, "-o", "out.glb"], MODELS),
+    "new": (lambda file: ["new", "out", "--from", file], MODELS),
+    "uv": (lambda file: ["maps", "wood.png", "-o", "out", "--uv", file], MODELS),
     "maps": (lambda file: ["maps", file, "-o", "out"], {"wood.png", "grey.png", "N00E000.hgt"}),
     "terrain": (lambda file: ["terrain", file, "-o", "out.glb", *SIZE], {"grey.png", "N00E000.hgt"}),
     "measure": (
         lambda file: ["measure", file, "-o", "out"],
-        {"cove.toml", "post.obj", "wood.png", "grey.png", "N00E000.hgt"},
+        {"cove.toml", *MODELS, "wood.png", "grey.png", "N00E000.hgt"},
     ),
     "check": (
         lambda file: ["check", file],
@@ -74,7 +76,8 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
     (folder / "empty").touch()
     (folder / "notes.txt").write_text("A few words, and no more.\n")
     (folder / "some.bin").write_bytes(bytes(range(256)) * 9)
-    (folder / "model.gltf").write_text(json.dumps({"asset": {"version": "2.0"}}))
+    square, primitive = made_square(TEXCOORD_0=SQUARE[:, :2])
+    shown(primitive, square).gltf(folder / "model.gltf")
     (np.arange(81).reshape(9, 9)).astype(">i2").tofile(folder / "N00E000.hgt")
     patch.undo()
     return folder

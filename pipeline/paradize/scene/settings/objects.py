@@ -59,7 +59,7 @@ class Instance:
 @dataclass(frozen=True, kw_only=True)
 class SceneObject:
     name: str = identifier(meaning="names the object's artifacts")
-    mesh: Path = source(meaning="OBJ file")
+    mesh: Path = source(meaning="OBJ, GLB or glTF file")
     color: Path | None = source(
         None, meaning="colour map; without it the map_Kd that all its materials share"
     )
