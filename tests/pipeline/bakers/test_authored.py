@@ -25,6 +25,7 @@ from tests.pipeline import map_truth as truth
 from tests.pipeline.heights import angles_between, save
 from tests.pipeline.layouts import cards, rect
 from tests.pipeline.stages.test_authored import flipped, hills
+from tests.places import PEAK
 
 KIND = {"uint8": oiio.UINT8, "uint16": oiio.UINT16, "float32": oiio.FLOAT}
 Bake = dict[str, MapProduct]
@@ -433,3 +434,32 @@ def test_a_fault_of_a_stage_shows_in_the_errors(
         assert spoilt["gloss"].errors["gloss_psnr_db"] < 40 < sound["gloss"].errors["gloss_psnr_db"]
     else:
         assert spoilt["gloss"].levels[2]["psnr_db"] < 50 < sound["gloss"].levels[2]["psnr_db"]
+
+
+MEMORY = (
+    PEAK
+    + """
+import sys
+from pathlib import Path
+import paradize.kernels.bc7, paradize.metrics.levels
+from paradize.bakers.authored.bake import bake_authored
+from paradize.formats.ktx2.encode import encode_ktx2
+before = peak() // 1024
+folder = Path(sys.argv[1])
+roles = ("normal", "roughness", "occlusion")
+bake_authored({role: folder / f"{role}.png" for role in roles}, wrap="repeat")
+print(peak() // 1024 - before)
+"""
+)
+
+
+def test_three_maps_need_at_most_as_much_memory_as_48_bytes_a_texel(tmp_path: Path) -> None:
+    size = 2048
+    write(tmp_path / "normal.png", np.tile(codes(hills(512, 512)), (4, 4, 1)))
+    for k, role in enumerate(("roughness", "occlusion")):
+        write(tmp_path / f"{role}.png", np.tile(noise(512, 512, k), (4, 4)))
+    environment = {**os.environ, "PARADIZE_THREADS": "2"}
+    command = [sys.executable, "-c", MEMORY, str(tmp_path)]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=300, env=environment)
+    assert done.returncode == 0, done.stderr
+    assert int(done.stdout) * 1024 <= 48 * size * size

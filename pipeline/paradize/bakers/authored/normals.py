@@ -26,7 +26,7 @@ from paradize.stages.sweep import bands_of
 
 _OFF_SHARE = 0.1  # of the texels: more whose length is not 1 are a warning
 _BELOW_SHARE = 0.001  # the same of those that point into the surface
-_SAMPLE = 2048  # texels along a side that the direction of green is guessed from
+_SAMPLE = 1024  # texels along a side that the direction of green is guessed from
 
 
 def normal_coding(
@@ -66,7 +66,8 @@ def normal_coding(
 def _guess(values: npt.NDArray[np.generic], coding: NormalCoding) -> str | None:
     top, left = (max(0, (size - _SAMPLE) // 2) for size in values.shape[:2])
     part = values[top : top + _SAMPLE, left : left + _SAMPLE]
-    return guess_green(drawn_normals(part, coding))
+    bands = bands_of(*part.shape[:2])
+    return guess_green(np.concatenate([drawn_normals(part[first:last], coding) for first, last in bands]))
 
 
 def _require_normals(seen: NormalSurvey, path: Path) -> None:
