@@ -21,7 +21,7 @@ import numpy as np
 import pytest
 
 from paradize.kernels.normals import widths
-from tests.pipeline.heights import waves
+from tests.pipeline.heights import normals, waves
 from tests.pipeline.own_package import kernels
 from tests.pipeline.scenes import ball, make_cove, write_image
 from tests.places import ROOT
@@ -46,6 +46,7 @@ sys.meta_path.insert(0, Narrow())
 BAKERS = """
 import hashlib, json, sys
 from pathlib import Path
+from paradize.bakers.authored.bake import bake_authored
 from paradize.bakers.color import bake_color
 from paradize.bakers.maps.bake import bake_maps
 from paradize.bakers.mesh.bake import bake_mesh
@@ -66,14 +67,18 @@ for tier in ("fast", "balanced", "exact"):
     made = bake_maps(folder / "wood.png", strength=5.0, tier=tier, uv=folder / "post.obj")
     made |= {f"height {name}": map for name, map in relief.items()}
     made["color"] = bake_color(folder / "wood.png", tier=tier)
+    files = {"normal": "normal", "roughness": "wood", "occlusion": "relief", "metalness": "wood"}
+    drawn = {role: folder / f"{name}.png" for role, name in files.items()}
+    drawn = bake_authored(drawn, tier=tier, uv=folder / "post.obj", normal_scale=1.7)
+    made |= {f"drawn {name}": map for name, map in drawn.items()}
     for name, map in made.items():
-        told[f"{name} {tier}"] = map.data, [map.filter if name == "normal" else "", map.levels]
+        told[f"{name} {tier}"] = map.data, [map.filter if name == "normal" else "", map.levels, map.warnings]
 unwrappers = [name for name in UNWRAPPERS if name == "paradize" or unwrapper_version(name)]
 for name in unwrappers:
     bare = bake_mesh(folder / "bare.obj", atlas=True, lods=2, unwrapper=name)
     bare.report.pop("seconds", None)
     told[f"atlas {name}"] = bare.glb, bare.report
-assert len(told) == 3 * (2 + 4 + 4 + 1) + len(unwrappers)
+assert len(told) == 3 * (2 + 4 + 4 + 1 + 3) + len(unwrappers)
 print(json.dumps({k: [hashlib.sha256(data).hexdigest(), rest] for k, (data, rest) in told.items()}))
 """
 SCENE = """
@@ -139,6 +144,8 @@ def sources(tmp_path: Path) -> Path:
     write_image(
         folder / "relief.png", (waves(150, 260, 3) * 30 + 128).clip(0, 255).astype(np.uint8)[:, :, None]
     )
+    vectors = normals(waves(96, 133, 7), scale=(0.4, 0.4)) * 127.5 + 127.5
+    write_image(folder / "normal.png", np.rint(vectors).astype(np.uint8))
     text = ball(24)
     (folder / "post.obj").write_text(text)
     bare = [line for line in text.splitlines() if not line.startswith("vt ")]
