@@ -1,6 +1,6 @@
 #pragma once
 // The maps that a material may have. scene.json, the streamed scene and the objects pass use this list.
-// pipeline/paradize/maps.py is the list of the pipeline.
+// pipeline/paradize/map_table.py is the list of the pipeline.
 
 #include <array>
 #include <cstddef>

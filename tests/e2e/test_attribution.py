@@ -10,10 +10,10 @@ from paradize.build.bake import bake
 from paradize.build.map_sets import find_map_sets
 from paradize.build.options import BuildOptions
 from paradize.errors import BakeError
-from paradize.measure import attribution
-from paradize.measure.attribution import attribute, swaps
 from paradize.scene.requirements import require
 from paradize.scene.settings import load_scene
+from paradize.tradeoff import attribution
+from paradize.tradeoff.attribution import attribute, swaps
 from tests.conftest import RENDER_ENVIRONMENT
 from tests.pipeline.scenes import make_cove
 from tests.places import ROOT

@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from paradize.measure.tiers import FileOptions, measure_file
 from paradize.report.tradeoff.page import tradeoff_page
+from paradize.tradeoff.tiers import FileOptions, measure_file
 from tests.e2e.browser import Browser, find_browser
 from tests.pipeline.scenes import write_image
 

@@ -22,7 +22,7 @@ from paradize.build import publish
 from paradize.build.bake import bake
 from paradize.build.options import BuildOptions
 from paradize.build.provenance import BakeReport
-from paradize.maps import DERIVED
+from paradize.map_table import DERIVED
 from paradize.scene import requirements as require
 from paradize.scene.requirements import Requirements
 from paradize.scene.settings import Scene, load_scene

@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from paradize.errors import BakeError
-from paradize.measure.player import player_groups
 from paradize.tiers import TIERS
+from paradize.tradeoff.player import player_groups
 from tests.places import ROOT
 from tests.player.synthetic import write_scene
 

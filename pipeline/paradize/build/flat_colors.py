@@ -19,7 +19,7 @@ from paradize.build.gutter_limits import sampled_levels
 from paradize.data import Mesh
 from paradize.formats.glb.reader import decode_glb
 from paradize.formats.ktx2.reader import decode_ktx2
-from paradize.maps import MAPS
+from paradize.map_table import MAPS
 from paradize.stages.gutter import goes_around
 from paradize.visibility.finest_mip import flat_triangles
 

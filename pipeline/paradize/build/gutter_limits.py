@@ -19,7 +19,7 @@ from paradize.data import Mesh, Texture, rounded
 from paradize.formats.glb.reader import decode_glb
 from paradize.formats.ktx2.reader import decode_ktx2
 from paradize.kernels.gutter import Bleed, linear_light, walk
-from paradize.maps import MAPS
+from paradize.map_table import MAPS
 from paradize.metrics.texels import decode_texels
 from paradize.stages import gutter
 

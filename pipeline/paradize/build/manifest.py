@@ -10,7 +10,7 @@ from paradize.artifact import PUBLISHED, Artifact
 from paradize.errors import FormatError
 from paradize.formats.glb.document import glb_document
 from paradize.formats.scene_manifest import FORMAT, MATERIAL_MAPS, VERSION
-from paradize.maps import MAPS, maps_of
+from paradize.map_table import MAPS, maps_of
 from paradize.scene.flight import PI, Flight, Vec, sine_cosine
 from paradize.scene.map_sets import DrawnMaterial, ObjectMaps, SceneMaps
 from paradize.scene.requirements import ObjectSighting, sun_direction

@@ -18,7 +18,7 @@ from paradize.build.work import run_build_jobs
 from paradize.errors import ParadizeError
 from paradize.jobs.code import code_digest, code_of
 from paradize.jobs.pool import Job
-from paradize.maps import maps_of
+from paradize.map_table import maps_of
 from paradize.scene.map_sets import MapSet, SceneMaps
 from paradize.scene.requirements import ObjectSighting
 from paradize.scene.settings import Scene, SceneObject

@@ -22,7 +22,7 @@ from paradize.formats.ktx2.size import ktx2_size
 from paradize.formats.scene_fields import Check
 from paradize.jobs.code import code_digest, code_of
 from paradize.jobs.pool import Job
-from paradize.maps import maps_of
+from paradize.map_table import maps_of
 from paradize.scene.map_sets import SceneMaps
 from paradize.scene.requirements import finest_scales, finest_shadow_texel_m, scene_views
 from paradize.scene.settings import Scene, SceneObject

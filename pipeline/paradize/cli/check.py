@@ -26,7 +26,7 @@ def run(arguments: argparse.Namespace) -> int:
     """Checks; returns the exit code."""
     from datetime import date
 
-    from paradize.check import CheckOptions, check_paths, render
+    from paradize.checks import CheckOptions, check_paths, render
     from paradize.cli.progress import progress
 
     today = arguments.today or date.today()

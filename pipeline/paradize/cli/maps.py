@@ -8,7 +8,7 @@ from pathlib import Path
 from paradize.cli.single_file import add_common, add_nodata, bake_file
 from paradize.cli.values import number, whole
 from paradize.errors import BakeError
-from paradize.maps import DERIVED
+from paradize.map_table import DERIVED
 from paradize.scene.baker_settings import MapSettings
 from paradize.scene.settings import FILTERS
 

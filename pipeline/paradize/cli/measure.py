@@ -89,23 +89,24 @@ def _write_frames(tradeoff: dict[str, Any]) -> Path | None:
 
 def _measure(arguments: argparse.Namespace, on_progress: OnProgress) -> dict[str, Any]:
     """The object of tradeoff.json, of a file or a scene."""
-    tier, runs = arguments.tier, arguments.runs
-    if arguments.input.suffix.lower() != ".toml":
-        from paradize.measure.plan import FileOptions
-        from paradize.measure.tiers import measure_file
-
-        size = None if arguments.size is None else (arguments.size[0], arguments.size[1])
-        options = FileOptions(arguments.source, size, arguments.height, arguments.max_error)
-        return measure_file(
-            arguments.input, options, tier=tier or "balanced", runs=runs, on_progress=on_progress
-        )
-    from paradize.measure.scene import measure_scene
+    from paradize import api
     from paradize.preview.player import PLAYER, find_player
 
-    player = None if arguments.no_player else find_player()
-    if player is None and not arguments.no_player:
-        say(f"paradize: {PLAYER} was not found: the effect of each stage on the picture is not measured")
-    return measure_scene(arguments.input, tier=tier, runs=runs, player=player, on_progress=on_progress)
+    size = None if arguments.size is None else (arguments.size[0], arguments.size[1])
+    told = api.FileOptions(arguments.source, size, arguments.height, arguments.max_error)
+    player = None
+    if arguments.input.suffix.lower() == ".toml" and not arguments.no_player:
+        player = find_player()
+        if player is None:
+            say(f"paradize: {PLAYER} was not found: the effect of each stage on the picture is not measured")
+    return api.measure(
+        arguments.input,
+        told,
+        tier=arguments.tier,
+        runs=arguments.runs,
+        player=player,
+        on_progress=on_progress,
+    )
 
 
 def _show_text(tradeoff: dict[str, Any], page: Path) -> None:

@@ -6,8 +6,10 @@ import argparse
 import os
 import sys
 import time
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from paradize.cli import options
 from paradize.cli.output import say, show, show_json, warn
@@ -16,6 +18,9 @@ from paradize.cli.values import number
 from paradize.errors import BakeError
 from paradize.kinds import require_folder, require_glb
 from paradize.scene.baker_settings import BakerSettings
+
+if TYPE_CHECKING:
+    from paradize.build.single_file import BakedFiles
 
 
 def _budget(kind: str, text: str) -> dict[str, float]:
@@ -36,7 +41,7 @@ def _metrics_near(kind: str, metric: str) -> str:
     from difflib import get_close_matches
 
     from paradize.build.budget_metrics import measured_by, of_single_files
-    from paradize.maps import DERIVED
+    from paradize.map_table import DERIVED
     from paradize.scene.budget import METRICS
 
     measured = of_single_files(measured_by(kind, DERIVED, {"quantise": kind != "maps"}))
@@ -84,8 +89,9 @@ def bake_file(
     **sources: Path | None,
 ) -> int:
     """Bakes one file in a worker, writes the results (into the folder `arguments.out`, or as the file `out`)
-    and prints them. sources: as bake_single takes them. Returns the exit code."""
-    from paradize.build.single_file import bake_single
+    and prints them. sources: others than the input, as the function of api.py takes them. Returns the exit
+    code."""
+    from paradize import api
     from paradize.cli.progress import progress
     from paradize.jobs.pool import Job, run_jobs
     from paradize.store.atomic import write_whole
@@ -97,9 +103,11 @@ def bake_file(
         raise BakeError("is the input itself", file=out, mend="name another file with -o")
     else:
         require_glb(out)
-    given = {"kind": kind, "path": arguments.input, "settings": settings, **sources}
+    calls: dict[str, Callable[..., BakedFiles]]
+    calls = {"mesh": api.mesh, "maps": api.maps, "terrain": api.terrain}
+    given = {"source": arguments.input, "settings": settings, **sources}
     given |= {"tier": arguments.tier, "budget": arguments.budget}
-    job = Job(arguments.input.name, bake_single, given, file=arguments.input)
+    job = Job(arguments.input.name, calls[kind], given, file=arguments.input)
     cores = os.cpu_count() or 1
     with progress() as shown:
         shown.step(job.name, 0, 1)

@@ -11,7 +11,7 @@ from paradize.errors import FormatError
 from paradize.files import open_file
 from paradize.formats.ktx2.layout import full_level_count, level_bytes
 from paradize.formats.ktx2.size import SIZE_BYTES, ktx2_size
-from paradize.maps import DERIVED, MAPS
+from paradize.map_table import DERIVED, MAPS
 
 
 def textures_by_owner(manifest: dict[str, Any]) -> dict[str, list[str]]:

@@ -31,7 +31,7 @@ from paradize.formats.scene_fields import (
     whole,
 )
 from paradize.formats.terrain_tables import check_tree
-from paradize.maps import maps_of
+from paradize.map_table import maps_of
 
 FORMAT = "paradize-scene"
 VERSION = 4

@@ -17,7 +17,6 @@ from functools import cache
 from importlib.machinery import EXTENSION_SUFFIXES
 from pathlib import Path
 
-import paradize
 from paradize.jobs.libraries import library_versions
 from paradize.jobs.loader import LOADED
 
@@ -115,7 +114,7 @@ def _versions_digest() -> str:
 def _find(module: str) -> Path | None:
     """The file of a module of this package, found without importing it."""
     *packages, name = module.split(".")[1:] or [""]
-    for root in paradize.__path__:
+    for root in sys.modules["paradize"].__path__:
         folder = os.path.join(root, *packages)  # noqa: PTH118 (hundreds of names are looked for)
         names = _names(folder)
         if (not name or name in names) and "__init__.py" in _names(os.path.join(folder, name)):  # noqa: PTH118

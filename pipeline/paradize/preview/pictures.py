@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from paradize.maps import MAPS
+from paradize.map_table import MAPS
 from paradize.metrics.texels import decode_texels
 from paradize.preview.shade import Material, flat_preview, sphere_preview, to_light
 

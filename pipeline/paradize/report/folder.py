@@ -17,7 +17,7 @@ from paradize.errors import FormatError, ParadizeError
 from paradize.files import read_file
 from paradize.formats.ktx2.reader import decode_ktx2
 from paradize.formats.scene_manifest import read_entry, read_scene
-from paradize.maps import MAPS
+from paradize.map_table import MAPS
 from paradize.preview.pictures import MaterialDefaults, SheetMap
 from paradize.report.levels import draw_object
 from paradize.report.poster import Poster

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
-from paradize.maps import MAPS, maps_of
+from paradize.map_table import MAPS, maps_of
 from paradize.metrics.texels import decode_texels
 from paradize.preview.pictures import (
     MAX_SHOWN,
@@ -182,7 +182,7 @@ def _draw_panel(
 
 
 def draw_sheet(title: str, subtitle: str, maps: dict[str, SheetMap], defaults: MaterialDefaults) -> bytes:
-    """The sheet of one material as PNG. maps: any of paradize.maps."""
+    """The sheet of one material as PNG. maps: any of paradize.map_table."""
     panels = _panels(maps)
     columns = max(1, min(_COLUMNS, len(panels)))
     left = _MARGIN + PREVIEW + 2 * _GAP

@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from typing import Any, Literal, Self
 
-from paradize.maps import AUTHORED, DERIVED
+from paradize.map_table import AUTHORED, DERIVED
 from paradize.scene.settings import SIMPLIFIERS, UNWRAPPERS, Relief
 
 
@@ -85,7 +85,7 @@ class MapSettings(TextureSettings, Relief):
     """What decides the maps of a picture, beside the picture, its UV layout and the tier. The fields of
     Relief (scene/settings.py) shape its heights and choose the filter of their slopes.
 
-    only: the maps to make, of paradize.maps.DERIVED. source: "color" (heights are the luminance), "height",
+    only: the maps to make, of map_table.DERIVED. source: "color" (heights are the luminance), "height",
     or "auto" as readers/heightmap.py guesses. nodata: as there, of heights. strength: full white stands so
     many percent of the map's width high, -1e6 to 1e6; where heights leave 0..1 the highest is white and the
     lowest black. slope_scale replaces it: one unit of height over the texel's size, both in metres, along
@@ -120,7 +120,7 @@ class AuthoredSettings(TextureSettings):
     """What decides the maps that somebody drew, beside the pictures by role, their UV layout and the tier.
     Roles: "normal", "height", "roughness", "smoothness", "specular", "metalness", "occlusion".
 
-    only: the maps to make, of paradize.maps.AUTHORED: normal; height; gloss of roughness or smoothness and
+    only: the maps to make, of map_table.AUTHORED: normal; height; gloss of roughness or smoothness and
     specular; occlusion, with metalness beside it. channels: role -> what of its picture counts, as
     material.Channel; by itself all of a normal map, and the luminance of other pictures. inverted: roles
     whose values count as 1 - value.

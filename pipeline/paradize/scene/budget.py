@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from paradize.maps import MAPS
+from paradize.map_table import MAPS
 from paradize.scene.schema import FAR, Limit, Limits
 
 METRICS = {

@@ -11,7 +11,7 @@ from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from paradize.maps import DERIVED
+from paradize.map_table import DERIVED
 from paradize.scene.baker_settings import (
     ColorSettings,
     CubemapSettings,

@@ -1,6 +1,6 @@
 """Encodes rows of texels into the bytes of a texture's levels, band by band.
 
-`paradize/maps.py` lists the formats of each map. The first is the default if the sides of level 0 divide by
+`map_table.py` lists the formats of each map. The first is the default if the sides of level 0 divide by
 four (WebGL's rule for blocks). The next ones are used if a budget needs them.
 """
 
@@ -13,7 +13,7 @@ import numpy as np
 from paradize.data import Texture
 from paradize.kernels import bcn, maps
 from paradize.kernels.bc7 import encode_bc7
-from paradize.maps import MAPS
+from paradize.map_table import MAPS
 
 if TYPE_CHECKING:
     import numpy.typing as npt

@@ -18,7 +18,7 @@ from paradize.bakers.product import MapProduct
 from paradize.bakers.registry import BAKERS
 from paradize.errors import ParadizeError, SourceError
 from paradize.formats.ktx2.reader import decode_ktx2
-from paradize.maps import AUTHORED
+from paradize.map_table import AUTHORED
 from paradize.metrics.texels import decode_texels, rebuilt
 from paradize.stages import authored, mips
 from tests.pipeline import map_truth as truth

@@ -18,7 +18,7 @@ from paradize.bakers.terrain.grow import Grower
 from paradize.bakers.terrain.tiles import bake_tiles
 from paradize.build.bake import bake
 from paradize.build.options import BuildOptions
-from paradize.check.paths import check_paths
+from paradize.checks.paths import check_paths
 from paradize.data import Mesh
 from paradize.errors import BakeError, FormatError
 from paradize.explain.facts import explain

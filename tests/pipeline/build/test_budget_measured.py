@@ -13,7 +13,7 @@ import pytest
 from paradize.build.bake import bake
 from paradize.build.options import BuildOptions
 from paradize.build.single_file import bake_single
-from paradize.check import check_paths
+from paradize.checks import check_paths
 from paradize.errors import ParadizeError
 from paradize.scene.baker_settings import BakerSettings, MapSettings, MeshSettings, TerrainSettings
 from paradize.scene.budget import METRICS

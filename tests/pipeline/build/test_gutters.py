@@ -18,7 +18,7 @@ from paradize.build.bake import bake
 from paradize.build.gutter_limits import measure_gutters
 from paradize.build.options import BuildOptions
 from paradize.build.trim import gutter_without_finest
-from paradize.check import check_paths
+from paradize.checks import check_paths
 from paradize.data import Group, Lod, Mesh, Texture
 from paradize.formats.glb.encode import encode_glb
 from paradize.formats.ktx2.cut import cut_ktx2
@@ -26,7 +26,7 @@ from paradize.formats.ktx2.encode import encode_ktx2
 from paradize.formats.ktx2.reader import decode_ktx2
 from paradize.kernels import gutter as kernel
 from paradize.stages import gutter
-from tests.pipeline.check.test_rules import change, file_of, replace
+from tests.pipeline.checks.test_rules import change, file_of, replace
 from tests.pipeline.layouts import SIZE, cards, make_atlas_scene, rect, two_tone
 from tests.pipeline.scenes import write_image
 

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from paradize.check import RULES
+from paradize.checks import RULES
 from tests.pipeline.cli.test_advice import faults_of
 from tests.pipeline.cli.test_wrong_inputs import run
 from tests.pipeline.scenes import ball, make_cove, write_image

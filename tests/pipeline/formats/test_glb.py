@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from paradize.bakers.mesh.bake import bake_mesh
-from paradize.check.meshes import check_mesh
+from paradize.checks.meshes import check_mesh
 from paradize.data import Group, Lod, Mesh
 from paradize.errors import BakeError, FormatError
 from paradize.formats.glb.document import glb_document

@@ -153,7 +153,7 @@ def test_holes_in_heights_of_maps_are_filled_and_told(tmp_path: Path, maps: Maps
 
 
 def test_measure_guesses_alike(tmp_path: Path) -> None:
-    from paradize.measure.plan import FileOptions, file_groups
+    from paradize.tradeoff.plan import FileOptions, file_groups
 
     for name, (path, kind) in pictures(tmp_path).items():
         stages = {group.stage for group in file_groups(path, FileOptions())}

@@ -13,7 +13,7 @@ import pytest
 from paradize.build.bake import bake
 from paradize.build.map_sets import find_map_sets
 from paradize.build.options import BuildOptions
-from paradize.check import check_paths
+from paradize.checks import check_paths
 from paradize.errors import ParadizeError
 from paradize.formats.glb.tiles import decode_tile
 from paradize.scene.flight import plan_flight, sightings_of

@@ -19,8 +19,8 @@ from paradize.bakers.terrain.mesh import bake_terrain
 from paradize.build.bake import bake
 from paradize.build.manifest import mesh_facts
 from paradize.build.options import BuildOptions
-from paradize.check import check_paths
-from paradize.check.meshes import check_mesh
+from paradize.checks import check_paths
+from paradize.checks.meshes import check_mesh
 from paradize.data import Heightfield, Lod, Mesh, QuantizationGrid
 from paradize.errors import BakeError, FormatError
 from paradize.formats.glb.encode import encode_glb

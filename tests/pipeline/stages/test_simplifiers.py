@@ -17,13 +17,13 @@ from paradize.bakers.mesh.lods import Plan, make_levels
 from paradize.data import Group
 from paradize.errors import BakeError
 from paradize.kernels import openmesh
-from paradize.measure.plan import FileOptions, file_groups
-from paradize.measure.timing import TrialGroup
 from paradize.metrics.surface import surface_distance
 from paradize.scene import settings
 from paradize.stages.lod import METHODS, SIMPLIFIERS, simplifier_version, simplify
 from paradize.stages.lod.positions import POSITIONS_ONLY, fast_simplify
 from paradize.stages.validate import validate_mesh
+from paradize.tradeoff.plan import FileOptions, file_groups
+from paradize.tradeoff.timing import TrialGroup
 from tests.pipeline.shapes import grid, sphere
 from tests.pipeline.stages.test_lod import write_obj
 

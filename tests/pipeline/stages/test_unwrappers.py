@@ -19,11 +19,11 @@ from paradize.bakers.mesh.atlas import with_atlas
 from paradize.bakers.mesh.bake import bake_mesh
 from paradize.data import Mesh
 from paradize.errors import BakeError, ParadizeError
-from paradize.measure.plan import FileOptions, file_groups
 from paradize.metrics.atlas import atlas_quality
 from paradize.scene import settings
 from paradize.stages.atlas import make_atlas
 from paradize.stages.unwrappers import UNWRAPPERS, unwrapper_version, xatlas_charts
+from paradize.tradeoff.plan import FileOptions, file_groups
 from tests.pipeline.bakers.test_atlas import bare, bumpy, cards, moebius, require_sound, rough
 from tests.pipeline.shapes import cube, grid, soup, sphere
 from tests.pipeline.stages.test_lod import write_obj

@@ -26,7 +26,7 @@ from paradize.data import Texture
 from paradize.errors import BakeError
 from paradize.formats.ktx2.encode import encode_ktx2
 from paradize.jobs.progress import report_step
-from paradize.maps import AUTHORED
+from paradize.map_table import AUTHORED
 from paradize.metrics.authored import true_occlusion, true_smoothness
 from paradize.scene.baker_settings import AuthoredSettings
 from paradize.stages.compress import formats_of

@@ -24,7 +24,7 @@ from paradize.data import HeightMap, Image
 from paradize.errors import BakeError
 from paradize.jobs.progress import report_step
 from paradize.kernels.maps import Levels
-from paradize.maps import DERIVED
+from paradize.map_table import DERIVED
 from paradize.metrics.source import true_heights
 from paradize.readers.heightmap import guess_source, with_heights
 from paradize.readers.image import read_image, require_finite

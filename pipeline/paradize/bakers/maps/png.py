@@ -12,7 +12,7 @@ from paradize.bakers.maps.rows import MapRows, encoding_errors, filter_errors, o
 from paradize.bakers.product import MapProduct, flat_errors
 from paradize.data import Texture
 from paradize.formats.png import encode_png
-from paradize.maps import MAPS
+from paradize.map_table import MAPS
 from paradize.metrics.levels import gloss_levels, value_levels, vector_error
 from paradize.stages.compress import unorm
 from paradize.stages.sweep import bands_of, level_count, run, sweep

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from paradize.maps import MAPS
+from paradize.map_table import MAPS
 from paradize.metrics.levels import encoding_error, filter_error, open_error
 from paradize.metrics.source import true_gloss
 from paradize.stages import gutter

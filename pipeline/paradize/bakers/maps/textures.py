@@ -13,7 +13,7 @@ from paradize.bakers.product import LevelErrors, MapProduct, beyond, flat_errors
 from paradize.data import Texture
 from paradize.formats.ktx2.encode import encode_ktx2
 from paradize.jobs.progress import report_step
-from paradize.maps import MAPS
+from paradize.map_table import MAPS
 from paradize.metrics.levels import dudv_levels, gloss_levels, normal_levels, value_levels
 from paradize.scene.baker_settings import MapSettings
 from paradize.stages.compress import LevelWriter, encode_rows, formats_of
@@ -32,7 +32,7 @@ def ktx2_maps(
     rows: MapRows, settings: MapSettings, *, tier: str, warnings: Sequence[str], measure: bool
 ) -> dict[str, MapProduct]:
     """The maps that `rows` was made for. Where the errors of a map's format exceed the budget, the next of
-    its formats (paradize/maps.py) is taken, but not for what the slope filter alone has beyond its limit.
+    its formats (map_table.py) is taken, but not for what the slope filter alone has beyond its limit.
     measure: False leaves out errors and budget."""
     height, width = rows.ground.heights.shape
     first = -1 if settings.uncompressed else 0

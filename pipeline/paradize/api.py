@@ -1,0 +1,196 @@
+"""Paradize from Python: what the command line does, with typed settings and results.
+
+    import paradize
+
+    rock = paradize.mesh("rock.obj", paradize.MeshSettings(lods=3))
+    rock.lods[1].mesh.positions  # (n, 3) float32, metres
+    rock.write("rock.glb")
+
+All names here are attributes of `paradize`. Functions work in the caller's process (`bake` and `measure`
+start workers of their own) and raise ParadizeError: SourceError for an input, SceneError for a scene,
+BakeError for what cannot be baked, GroupedError for several; the text names file, place, value, limit and
+mend.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from paradize.build.bake import bake as bake_scene
+from paradize.build.options import BuildOptions
+from paradize.build.provenance import BakeReport
+from paradize.build.single_file import BakedFiles, bake_single
+from paradize.checks import CheckOptions, Finding, check_paths
+from paradize.errors import GroupedError
+from paradize.jobs.progress import OnProgress
+from paradize.scene.baker_settings import MapSettings, MeshSettings, TerrainSettings
+from paradize.store.atomic import write_whole
+from paradize.tradeoff.plan import FileOptions
+
+if TYPE_CHECKING:
+    import numpy as np
+    import numpy.typing as npt
+
+    from paradize.data import Lod, Mesh
+
+__all__ = [
+    "BakeReport",
+    "BakedMaps",
+    "BakedMesh",
+    "BakedTerrain",
+    "BuildOptions",
+    "CheckOptions",
+    "FileOptions",
+    "Finding",
+    "MapSettings",
+    "MeshSettings",
+    "TerrainSettings",
+    "bake",
+    "check",
+    "maps",
+    "measure",
+    "mesh",
+    "terrain",
+]
+
+AnyPath = str | os.PathLike[str]
+
+
+class BakedMesh(BakedFiles):
+    """A GLB with levels of detail. report: as `mesh --json` prints it. errors: by product, then by metric."""
+
+    @property
+    def glb(self) -> bytes:
+        """The file."""
+        return next(iter(self.files.values()))
+
+    @property
+    def lods(self) -> list[Lod]:
+        """The levels as the file holds them, the finest first: arrays (data.Mesh) and errors."""
+        from paradize.formats.glb.reader import decode_glb
+
+        return decode_glb(self.glb)
+
+    def write(self, path: AnyPath) -> Path:
+        """Writes the file, whole or not at all; folders are made. Returns its path."""
+        write_whole(Path(path), self.glb)
+        return Path(path)
+
+
+class BakedTerrain(BakedMesh):
+    """A GLB with one mesh. report: as `terrain --json` prints it."""
+
+    @property
+    def mesh(self) -> Mesh:
+        """The mesh: Y up, metres, the heightmap's middle at x = z = 0."""
+        return self.lods[0].mesh
+
+
+class BakedMaps(BakedFiles):
+    """Textures, by file name. report: as `maps --json` prints it: `report["maps"]` has a row for each map."""
+
+    def texels(self, name: str, level: int = 0) -> npt.NDArray[np.float32]:
+        """The texels (h, w, c) float32 of one mip of a map, as hardware decodes them: normals and du/dv are
+        x and y, -1..1; height and gloss 0..1. name: of the map. Raises KeyError for a map that was not
+        baked, ValueError for a PNG, which any picture library reads."""
+        from paradize.formats.ktx2.reader import decode_ktx2
+        from paradize.metrics.texels import decode_texels
+
+        file = self.report["maps"][name]["file"]
+        if not file.endswith(".ktx2"):
+            raise ValueError(f"{file} is no KTX2 file")
+        return decode_texels(decode_ktx2(self.files[file], file), level)
+
+    def write(self, folder: AnyPath) -> list[Path]:
+        """Writes each file into a folder, which is made. Returns their paths."""
+        for name, data in self.files.items():
+            write_whole(Path(folder) / name, data)
+        return [Path(folder) / name for name in self.files]
+
+
+def mesh(
+    source: AnyPath,
+    settings: MeshSettings | None = None,
+    *,
+    tier: str = "balanced",
+    budget: Mapping[str, float] | None = None,
+) -> BakedMesh:
+    """Reads a model, and gives it normals, tangent frames and levels of detail.
+
+    tier: "fast", "balanced", "exact", or "auto": the cheapest whose measured errors are inside the budget.
+    budget: metric -> worst value (scene/FIELDS.md lists the metrics); errors beyond it are warnings in the
+    report, of "auto" a BakeError.
+    """
+    used = settings or MeshSettings()
+    made = bake_single("mesh", Path(source), used, tier=tier, budget=dict(budget or {}))
+    return BakedMesh(made.files, made.report, made.rows, made.errors)
+
+
+def maps(
+    source: AnyPath,
+    settings: MapSettings | None = None,
+    *,
+    tier: str = "balanced",
+    budget: Mapping[str, float] | None = None,
+    uv: AnyPath | None = None,
+) -> BakedMaps:
+    """Makes normal, height, gloss and du/dv maps of a colour picture or a heightmap. tier, budget: as of
+    `mesh`. uv: the model whose UV layout they follow."""
+    used = settings or MapSettings()
+    layout = None if uv is None else Path(uv)
+    made = bake_single("maps", Path(source), used, tier=tier, budget=dict(budget or {}), uv=layout)
+    return BakedMaps(made.files, made.report, made.rows, made.errors)
+
+
+def terrain(
+    source: AnyPath,
+    settings: TerrainSettings,
+    *,
+    tier: str = "balanced",
+    budget: Mapping[str, float] | None = None,
+) -> BakedTerrain:
+    """Makes a mesh of a heightmap. tier, budget: as of `mesh`."""
+    made = bake_single("terrain", Path(source), settings, tier=tier, budget=dict(budget or {}))
+    return BakedTerrain(made.files, made.report, made.rows, made.errors)
+
+
+def bake(scene: AnyPath, out: AnyPath | None = None, options: BuildOptions | None = None) -> BakeReport:
+    """Bakes a scene file into a folder (None: build/assets/<scene name>); what did not change is taken from
+    the store. Raises GroupedError where artifacts fail; the folder then keeps what it held."""
+    report = bake_scene(Path(scene), None if out is None else Path(out), options)
+    if report.errors:
+        raise report.errors[0] if len(report.errors) == 1 else GroupedError(report.errors)
+    return report
+
+
+def check(*paths: AnyPath, options: CheckOptions | None = None) -> list[Finding]:
+    """Judges baked folders, files and scenes by all rules (checks/RULES.md). A finding with `fails` is an
+    error."""
+    return check_paths([Path(path) for path in paths], options)
+
+
+def measure(
+    source: AnyPath,
+    options: FileOptions | None = None,
+    *,
+    tier: str | None = None,
+    runs: int | None = None,
+    player: Path | None = None,
+    on_progress: OnProgress | None = None,
+) -> dict[str, Any]:
+    """Time, error and bytes of every tier of every stage, as the object of tradeoff.json. source: a scene, a
+    model or a picture; options: what a picture does not say of itself. tier: the one in use (None: the
+    scene's, or balanced). runs: of each tier; None: up to 10. player: of a scene, the program that draws the
+    pictures; None: nothing is drawn."""
+    path = Path(source)
+    if path.suffix.lower() != ".toml":
+        from paradize.tradeoff.tiers import measure_file
+
+        used = options or FileOptions()
+        return measure_file(path, used, tier=tier or "balanced", runs=runs, on_progress=on_progress)
+    from paradize.tradeoff.scene import measure_scene
+
+    return measure_scene(path, tier=tier, runs=runs, player=player, on_progress=on_progress)

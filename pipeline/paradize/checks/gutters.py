@@ -1,0 +1,141 @@
+"""Samples the published maps along the borders of every UV island, at every level in use, straight on and at
+the largest parallax offset: no sample may read texels of another island (uv_borders.py)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from paradize.checks.rules import Finding, isolated
+from paradize.checks.uv_borders import Borders, compared_levels, find_borders, is_safe, parallax_shift
+from paradize.data import Mesh, Texture
+from paradize.documents import SCENE_FILE
+from paradize.errors import ParadizeError
+from paradize.formats.glb.reader import decode_glb
+from paradize.formats.ktx2.layout import MAX_SIZE
+from paradize.formats.ktx2.reader import decode_ktx2
+from paradize.formats.scene_manifest import map_sets, read_entry
+from paradize.map_table import MAPS
+
+F32 = npt.NDArray[np.float32]
+_DIGITS = 1e-5  # scene.json holds six
+
+
+def check_gutters(manifest: dict[str, Any], folder: Path) -> Iterator[Finding]:
+    """The findings in the objects of a manifest, whose files lie in `folder`. Another rule reports files that
+    cannot be read."""
+    for item in manifest["objects"]:
+        yield from isolated(_object(manifest, folder, item), str(folder / SCENE_FILE))
+
+
+def _object(manifest: dict[str, Any], folder: Path, item: dict[str, Any]) -> Iterator[Finding]:
+    for material, materials in map_sets(item):
+        names = {key: name for key, name in material["maps"].items() if name is not None}
+        names = {key: name for key, name in names.items() if manifest["artifacts"][name]["gutter"]}
+        if not names:
+            continue
+        try:
+            mesh = decode_glb(_read(manifest, folder, item["mesh"]))[0].mesh
+        except ParadizeError:
+            return
+        reaches = {name: _reach(item["materials"][name]) for name in materials}
+        yield from _layout(manifest, folder, mesh.of_materials(materials), names, reaches, material["repeat"])
+
+
+def _layout(
+    manifest: dict[str, Any],
+    folder: Path,
+    mesh: Mesh,
+    names: dict[str, str],
+    reaches: dict[str, float],
+    repeat: bool,
+) -> Iterator[Finding]:
+    """The findings in the maps of one UV layout. mesh: the triangles that have it. names: its textures, by
+    map."""
+    borders: dict[tuple[int, int], Borders | None] = {}
+    for key, name in names.items():
+        artifact = manifest["artifacts"][name]
+        try:
+            texture = decode_ktx2(_read(manifest, folder, name))
+            left = _left_out(artifact)
+            width, height = texture.width << left, texture.height << left
+            if max(width, height) > MAX_SIZE:
+                what = f"{left} finer levels than {texture.width} x {texture.height} texels are none"
+                place = f"artifacts.{name}.asked.left_out"
+                yield Finding("PZ102", str(folder / SCENE_FILE), what, place)
+                continue
+            if mesh.uvs is not None and (width, height) not in borders:
+                borders[width, height] = find_borders(mesh, width=width, height=height, repeat=repeat)
+        except ParadizeError:
+            continue
+        at = borders.get((width, height))
+        if at is not None:
+            yield from _walk(at, texture, key, name, reaches, artifact, folder)
+
+
+def _read(manifest: dict[str, Any], folder: Path, name: str) -> bytes:
+    try:
+        return read_entry(folder, manifest["artifacts"][name])
+    except OSError:
+        return b""
+
+
+def _left_out(artifact: dict[str, Any]) -> int:
+    """The number of finer levels that the bake made and did not publish."""
+    return int(artifact["asked"]["left_out"]) if artifact["asked"] else 0
+
+
+def _padded(levels: list[F32], left: int) -> list[F32]:
+    """The levels below `left` finer ones, which are only placeholders of the right size."""
+    finer = [np.ascontiguousarray(levels[0].repeat(1 << k, 0).repeat(1 << k, 1)) for k in range(left, 0, -1)]
+    return finer + levels
+
+
+def _reach(material: dict[str, Any]) -> float:
+    """How far parallax moves samples: as the scene sets it, at most the limit."""
+    if material["maps"]["height"] is None:
+        return 0.0
+    reach = parallax_shift(material["parallax_scale"], material["parallax_bias"])
+    limit = material["parallax_limit"]
+    return reach if limit is None else min(reach, limit)
+
+
+def _walk(
+    borders: Borders,
+    texture: Texture,
+    key: str,
+    name: str,
+    reaches: Mapping[str, float],
+    artifact: dict[str, Any],
+    folder: Path,
+) -> Iterator[Finding]:
+    bound = artifact["gutter"]["bound"]
+    baked = [artifact["gutter"][f"bleed_{key}"][0] * (1.0 + _DIGITS) for key in ("p99", "max")]
+    left = _left_out(artifact)
+    known = [*[(1.0, 1.0)] * left, (baked[0], baked[1]), *[(0.0, 0.0)] * len(texture.levels)]  # by level
+    count = len(texture.levels) if artifact["max_level"] is None else artifact["max_level"] + 1
+    levels = _padded(compared_levels(texture, key)[:count], left)
+    far = borders.reach(reaches)
+    steep = borders.walked(levels, MAPS[key].kind, far)
+    flat = steep
+    bad = any(not is_safe(found, bound, at) for found, at in zip(steep, known, strict=False))
+    if bad and (far > 0.0).any():
+        flat = borders.walked(levels, MAPS[key].kind, far.clip(max=0.0))
+    for level, (here, moved) in enumerate(zip(flat, steep, strict=True)):
+        if level < left:
+            continue
+        worse = here if not is_safe(here, bound, known[level]) else moved
+        if is_safe(worse, bound, known[level]):
+            continue
+        # A wrong sample on the island's own side is the fault of the gutter, also under parallax.
+        code = "PZ222" if worse is moved and moved is not here and moved.own < 0.5 else "PZ221"
+        what = (
+            f"beside an island samples are off by up to {worse.worst:.3g} of the range, one in a hundred by "
+            f"{worse.all_p99:.3g} or more; {bound:g} is accepted"
+        )
+        place = f"{name} level {level - left} texel ({worse.x >> level}, {worse.y >> level})"
+        yield Finding(code, str(folder / artifact["file"]), what, place)

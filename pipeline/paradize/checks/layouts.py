@@ -1,0 +1,127 @@
+"""Rules for the UV layout of an object: range, overlap, texel density."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from paradize.checks.rules import Finding, isolated
+from paradize.data import Mesh
+from paradize.errors import ParadizeError
+from paradize.formats.glb.reader import decode_glb
+from paradize.formats.ktx2.reader import decode_ktx2
+from paradize.formats.scene_manifest import map_sets, read_entry
+from paradize.kernels.reference.atlas import layout_raster
+from paradize.metrics.texels import decode_texels
+
+_BEYOND = 1e-4  # of the side: rounding may move a coordinate out by this
+_SIDE = 512  # texels a side of the raster in which overlap is searched
+_EDGE = (
+    16.0 / 255.0
+)  # difference of neighbouring texels that counts as an edge; a compressed gradient has less
+_PLAIN = 1e-4  # share of the area at edges, up to which a map counts as a palette
+_SAMPLES = np.array([[a, b, 10 - a - b] for a in range(11) for b in range(11 - a)], np.float64) / 10.0
+_OVERLAP = 0.05  # of the covered texels
+_UNEVEN = 8.0  # texels a metre: the densest twentieth of the area over the sparsest
+
+
+def check_layouts(manifest: dict[str, Any], folder: Path) -> Iterator[Finding]:
+    """The findings in the layouts of the objects whose maps do not repeat. Another rule reports meshes that
+    cannot be read."""
+    for item in manifest["objects"]:
+        sets = [one for one in map_sets(item) if not one[0]["repeat"] and one[0]["maps"]["color"] is not None]
+        if not sets:
+            continue
+        entry = manifest["artifacts"][item["mesh"]]
+        file = str(folder / entry["file"])
+        try:
+            whole = decode_glb(read_entry(folder, entry))[0].mesh
+        except (OSError, ParadizeError):
+            continue
+        for material, names in sets:
+            mesh = whole.of_materials(names)
+            if mesh.uvs is not None:
+                picture = partial(read_entry, folder, manifest["artifacts"][material["maps"]["color"]])
+                yield from isolated(_layout(mesh, mesh.uvs, file, picture), file)
+
+
+def _layout(
+    mesh: Mesh, uvs: npt.NDArray[np.float32], file: str, picture: Callable[[], bytes]
+) -> Iterator[Finding]:
+    outside = np.abs(uvs - 0.5).max(axis=1) - 0.5
+    bad = outside > _BEYOND
+    if bad.any():
+        worst = int(outside.argmax())
+        what = f"a coordinate of {', '.join(f'{value:.6g}' for value in uvs[worst])}"
+        yield Finding("PZ231", file, what, f"lod0 vertex {worst}", int(bad.sum()))
+        return
+    corners = np.clip(uvs[mesh.triangles].astype(np.float64), 0.0, 1.0)
+    if not _painted(mesh, corners, picture):
+        return
+    points = mesh.positions.astype(np.float64)
+    places = np.unique(mesh.positions, axis=0, return_inverse=True)[1].reshape(-1)
+    spread = np.zeros((int(places.max()) + 1, 3))
+    spread[places] = points
+    size = float(np.ptp(points, axis=0).max()) or 1.0
+    triangles = places[mesh.triangles].astype(np.uint32)
+    covered, twice, _ = layout_raster(
+        (points - points.min(axis=0)) / size, mesh.triangles, corners, resolution=_SIDE, gap=0
+    )
+    if covered and twice > _OVERLAP * covered:
+        what = f"{100.0 * twice / covered:.0f} % of the covered texels belong to several places"
+        yield Finding("PZ232", file, what, "lod0")
+    yield from _density(spread, triangles, corners, file)
+
+
+def _painted(mesh: Mesh, corners: npt.NDArray[np.float64], picture: Callable[[], bytes]) -> bool:
+    """Whether the colour map has edges under the triangles. Without edges, as in a palette, several places
+    may share texels, and density means nothing."""
+    try:
+        colors = decode_texels(decode_ktx2(picture()))[:, :, :3]
+    except (OSError, ParadizeError):  # another rule reports it
+        return True
+    edge = np.zeros(colors.shape[:2], np.bool_)
+    edge[:, :-1] = np.abs(np.diff(colors, axis=1)).max(axis=2) > _EDGE
+    edge[:-1] |= np.abs(np.diff(colors, axis=0)).max(axis=2) > _EDGE
+    a, b, c = (mesh.positions[mesh.triangles[:, k]].astype(np.float64) for k in range(3))
+    cross = np.cross(b - a, c - a)
+    area = np.sqrt((cross * cross).sum(axis=1))
+    seen = 0.0
+    for weights in _SAMPLES:
+        places = (corners * weights[None, :, None]).sum(axis=1) * np.array(edge.shape[::-1])
+        column, row = np.minimum(places.astype(np.int64), np.array(edge.shape[::-1]) - 1).T
+        seen += float(area[edge[row, column]].sum()) / len(_SAMPLES)
+    return seen > _PLAIN * float(area.sum())
+
+
+def _density(
+    points: npt.NDArray[np.float64],
+    triangles: npt.NDArray[np.uint32],
+    corners: npt.NDArray[np.float64],
+    file: str,
+) -> Iterator[Finding]:
+    """Compares the densest twentieth of the area that has texels with the sparsest."""
+    a, b, c = (points[triangles[:, k]] for k in range(3))
+    cross = np.cross(b - a, c - a)
+    area = np.sqrt((cross * cross).sum(axis=1))
+    (du, dv), (eu, ev) = ((corners[:, k] - corners[:, 0]).T for k in (1, 2))
+    image = np.abs(du * ev - dv * eu)
+    seen = (area > 0.0) & (image > 0.0)
+    if not seen.any():
+        return
+    density = np.sqrt(image[seen] / area[seen])
+    order = np.argsort(density, kind="stable")
+    share = np.cumsum(area[seen][order])
+    sparse, dense = (
+        order[min(np.searchsorted(share, part * share[-1]), len(order) - 1)] for part in (0.05, 0.95)
+    )
+    ratio = float(density[dense] / density[sparse])
+    if ratio > _UNEVEN:
+        at = np.flatnonzero(seen)[sparse]
+        what = f"a twentieth of its area has {ratio:.1f} times the texels of another twentieth"
+        yield Finding("PZ233", file, what, f"lod0 triangle {int(at)}")

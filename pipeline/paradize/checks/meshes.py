@@ -1,0 +1,203 @@
+"""Rules for a GLB: indices, numbers, normals, tangent frames, levels of detail."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import numpy.typing as npt
+
+from paradize.checks.glb_arrays import Level, Primitive, read_levels
+from paradize.checks.rules import Finding
+from paradize.errors import FormatError
+from paradize.kernels.reference import Surface
+
+_ROUNDING = 1e-7  # of the diagonal: errors that differ by less are equal, because positions are float32
+_APART = 1e-4  # share by which rounding may lift a measured distance above the stated bound
+_SAMPLES = 2_000  # in addition to ten in every triangle
+_UNIT = 2e-3  # how far a length may be from 1 and a dot product from 0, in addition to quantization
+
+
+def check_mesh(data: bytes, file: str) -> Iterator[Finding]:
+    """The findings in a GLB's bytes."""
+    try:
+        levels = read_levels(data, file)
+    except FormatError as error:
+        yield Finding("PZ102", file, error.what, error.place or "")
+        return
+    if not any(level.primitives for level in levels):
+        yield Finding("PZ208", file, "no node has a mesh to draw")
+    seen: set[object] = set()
+    for level in levels:
+        for primitive in level.primitives:
+            where = f"{level.name} {primitive.place}"
+            # Primitives often share their vertices: a fault of those is reported once.
+            vertices = tuple(sorted((name, id(values)) for name, values in primitive.attributes.items()))
+            if vertices not in seen:
+                yield from _vertices(primitive, file, where)
+            if (vertices, id(primitive.indices)) not in seen:
+                yield from _triangles(primitive, file, where)
+            seen |= {vertices, (vertices, id(primitive.indices))}
+    order = list(_order(levels, file))
+    yield from order or _distance(levels, file)
+
+
+def _rows(bad: npt.NDArray[np.bool_]) -> tuple[int, int]:
+    """(the number of rows, the first)."""
+    return int(bad.sum()), int(np.argmax(bad))
+
+
+def _length(v: npt.NDArray[np.floating]) -> npt.NDArray[np.float64]:
+    with np.errstate(invalid="ignore"):  # rows that are not finite have their own finding
+        wide = v.astype(np.float64)
+        return np.asarray(np.sqrt((wide * wide).sum(axis=1)), np.float64)
+
+
+def _vertices(primitive: Primitive, file: str, where: str) -> Iterator[Finding]:
+    attributes = primitive.attributes
+    positions = attributes.get("POSITION")
+    if positions is None:
+        yield Finding("PZ102", file, "a primitive without positions", where)
+        return
+    finite = np.ones(len(positions), bool)
+    for name, values in attributes.items():
+        bad = np.asarray(~np.isfinite(values).all(axis=1))
+        if bad.any():
+            count, first = _rows(bad)
+            yield Finding(
+                "PZ202", file, f"{name} holds {values[first].tolist()}", f"{where} vertex {first}", count
+            )
+        if len(values) == len(finite):
+            finite &= ~bad
+        else:
+            yield Finding("PZ102", file, f"{len(values)} of {name} for {len(finite)} vertices", where)
+            return
+    normals = attributes.get("NORMAL")
+    if normals is None:
+        return
+    length = _length(np.where(finite[:, None], normals, [1.0, 0.0, 0.0]))
+    slack = primitive.slack.get("NORMAL", 0.0)
+    bad = np.abs(length - 1.0) > _UNIT + slack
+    if bad.any():
+        count, first = _rows(bad)
+        yield Finding("PZ203", file, f"a length of {length[first]:.4g}", f"{where} vertex {first}", count)
+    if "TANGENT" in attributes:
+        slack = max(slack, primitive.slack.get("TANGENT", 0.0))
+        yield from _tangents(normals, attributes["TANGENT"], finite & ~bad, slack, file, where)
+
+
+def _triangles(primitive: Primitive, file: str, where: str) -> Iterator[Finding]:
+    positions, indices = primitive.attributes.get("POSITION"), primitive.indices
+    if positions is None or indices is None:
+        return
+    bad = indices >= len(positions)
+    if bad.any():
+        count, first = _rows(bad)
+        what = f"index {int(indices[first])} of {len(positions)} vertices"
+        yield Finding("PZ201", file, what, f"{where} corner {first}", count)
+    elif len(indices) % 3:
+        yield Finding("PZ102", file, f"{len(indices)} indices are no triangles", where)
+    else:
+        yield from _degenerate(positions, indices.reshape(-1, 3), file, where)
+
+
+def _tangents(
+    normals: npt.NDArray[np.float32],
+    tangents: npt.NDArray[np.float32],
+    sound: npt.NDArray[np.bool_],
+    slack: float,
+    file: str,
+    where: str,
+) -> Iterator[Finding]:
+    length = _length(tangents[:, :3])
+    with np.errstate(invalid="ignore"):
+        lean = np.abs((normals.astype(np.float64) * tangents[:, :3]).sum(axis=1))
+    bad = sound & ((np.abs(length - 1.0) > _UNIT + slack) | (lean > _UNIT + 3.0 * slack))
+    if bad.any():
+        count, first = _rows(bad)
+        what = f"a tangent of length {length[first]:.4g} that leans {lean[first]:.4g} along the normal"
+        yield Finding("PZ204", file, what, f"{where} vertex {first}", count)
+    bad = sound & (np.abs(tangents[:, 3]) != 1.0)
+    if bad.any():
+        count, first = _rows(bad)
+        yield Finding("PZ205", file, f"a sign of {tangents[first, 3]:g}", f"{where} vertex {first}", count)
+
+
+def _degenerate(
+    positions: npt.NDArray[np.float32], triangles: npt.NDArray[np.integer], file: str, where: str
+) -> Iterator[Finding]:
+    a, b, c = (positions[triangles[:, k]] for k in range(3))
+    same = (a == b).all(axis=1) | (b == c).all(axis=1) | (c == a).all(axis=1)
+    if same.any():
+        count, first = _rows(same)
+        yield Finding(
+            "PZ206", file, "two corners of a triangle are one place", f"{where} triangle {first}", count
+        )
+
+
+def _order(levels: list[Level], file: str) -> Iterator[Finding]:
+    lods = [level for level in levels if "error_max" in level.extras]
+    triangles = [
+        sum(len(p.indices) // 3 for p in level.primitives if p.indices is not None) for level in lods
+    ]
+    for k in range(1, len(lods)):
+        if triangles[k] > triangles[k - 1]:
+            what = f"{triangles[k]} triangles after {triangles[k - 1]}"
+            yield Finding("PZ207", file, what, lods[k].name)
+    for k, level in enumerate(lods):
+        errors = [level.extras.get(name) for name in ("error_max", "error_rms")]
+        if not all(isinstance(error, int | float) and 0.0 <= error < float("inf") for error in errors):
+            yield Finding("PZ207", file, f"errors of {errors}", level.name)
+            return
+        if k and level.extras["error_max"] < lods[k - 1].extras["error_max"] - _ROUNDING:
+            what = f"an error of {level.extras['error_max']:g} after {lods[k - 1].extras['error_max']:g}"
+            yield Finding("PZ207", file, what, level.name)
+
+
+def _distance(levels: list[Level], file: str) -> Iterator[Finding]:
+    """Levels whose surface, measured again where their nodes stand, is farther from the finest level than
+    their error_max says."""
+    lods = [level for level in levels if isinstance(level.extras.get("error_max"), int | float)]
+    surfaces = [_surface(level, lods[0]) for level in lods]
+    if len(lods) < 2 or any(surface is None for surface in surfaces):
+        return
+    truth = surfaces[0]
+    assert truth is not None
+    sides = np.ptp(truth.positions.astype(np.float64), axis=0)
+    diagonal = float(np.sqrt((sides * sides).sum()))
+    if not 0.0 < diagonal < float("inf"):
+        return
+    for level, surface in zip(lods[1:], surfaces[1:], strict=True):
+        assert surface is not None
+        distance = surface.distance_to(truth, samples=_SAMPLES)[0] / diagonal
+        limit = float(level.extras["error_max"])
+        if distance > limit * (1.0 + _APART) + 1e-6:
+            what = f"its surface lies {distance:.3g} of the diagonal from the finest level, "
+            what += f"its error_max is {limit:.3g}"
+            yield Finding("PZ209", file, what, level.name)
+
+
+def _surface(level: Level, finest: Level) -> Surface | None:
+    """The triangles of a level, in metres from the node of the finest level; None if it has none, or faults
+    that other rules report."""
+    positions, triangles, count = [], [], 0
+    seen: set[tuple[int, int]] = set()
+    for primitive in level.primitives:
+        places, indices = primitive.attributes.get("POSITION"), primitive.indices
+        if places is None or indices is None or not len(indices) or len(indices) % 3:
+            return None
+        if (id(places), id(indices)) in seen:  # drawn again: the same surface
+            continue
+        seen.add((id(places), id(indices)))
+        if not np.isfinite(places).all() or int(indices.max()) >= len(places):
+            return None
+        apart = level.translation - finest.translation
+        with np.errstate(over="ignore"):
+            positions.append((places.astype(np.float64) * level.scale + apart).astype(np.float32))
+        if not np.isfinite(positions[-1]).all():
+            return None
+        triangles.append(indices.reshape(-1, 3).astype(np.uint32) + np.uint32(count))
+        count += len(places)
+    if not positions:
+        return None
+    return Surface(np.concatenate(positions), np.concatenate(triangles))

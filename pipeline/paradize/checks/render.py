@@ -1,0 +1,151 @@
+"""Findings as text, JSON, JUnit (for CI pages) and SARIF 2.1.0 (OASIS, 2020; for code-review pages)."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import re
+from collections import Counter
+from collections.abc import Sequence
+from typing import Any
+from urllib.parse import quote
+from xml.sax.saxutils import escape, quoteattr
+
+from paradize import __version__
+from paradize.checks.rules import RULES, Finding
+from paradize.errors import one_line
+
+
+def render(findings: Sequence[Finding], form: str, artifacts: int = 0) -> str:
+    """form: "text", "json", "junit" or "sarif". artifacts: how many files were looked at; a text says it."""
+    if form == "text":
+        return _text(findings, artifacts)
+    return {"json": _json, "junit": _junit, "sarif": _sarif}[form](findings)
+
+
+def _counts(findings: Sequence[Finding]) -> tuple[int, int, int]:
+    """The numbers of errors, of warnings, and of waived findings."""
+    errors = sum(finding.fails for finding in findings)
+    waived = sum(bool(finding.waived) for finding in findings)
+    return errors, len(findings) - errors - waived, waived
+
+
+def _text(findings: Sequence[Finding], artifacts: int) -> str:
+    errors, warnings, waived = _counts(findings)
+    found = [_counted(errors, "error"), _counted(warnings, "warning")] if findings else ["no finding"]
+    found += [f"{waived} waived"] if waived else []
+    summary = f"{_counted(artifacts, 'artifact')} checked: {', '.join(found)}"
+    shared = {key for key, count in Counter(map(_advice, findings)).items() if count > 1 and key[1]}
+    lines = [finding.line(mend=_advice(finding) not in shared) for finding in findings]
+    mends = [
+        f"{code}: {mend}" for code, mend in dict.fromkeys(map(_advice, findings)) if (code, mend) in shared
+    ]
+    return "\n".join([*map(one_line, (*lines, *mends)), summary])
+
+
+def _counted(count: int, word: str) -> str:
+    return f"{count} {word}{'' if count == 1 else 's'}"
+
+
+def _advice(finding: Finding) -> tuple[str, str]:
+    """The rule and what to do; a text says it once for all findings that share it."""
+    return finding.code, "" if finding.waived else finding.mend or RULES[finding.code].mend
+
+
+def _json(findings: Sequence[Finding]) -> str:
+    errors, warnings, waived = _counts(findings)
+    rows = [
+        {
+            "code": finding.code,
+            "severity": finding.severity,
+            "title": finding.title,
+            "file": finding.file,
+            "place": finding.place,
+            "what": finding.what,
+            "count": finding.count,
+            "mend": finding.mend or RULES[finding.code].mend,
+            "artifact": finding.artifact or None,
+            "metric": finding.metric or None,
+            "waived": finding.waived or None,
+        }
+        for finding in findings
+    ]
+    tree = {"findings": rows, "errors": errors, "warnings": warnings, "waived": waived}
+    return json.dumps(tree, indent=1)
+
+
+def _junit(findings: Sequence[Finding]) -> str:
+    """One test case per rule: a failure if an error was found, skipped if all its errors are waived."""
+    cases = []
+    failures = skipped = 0
+    for code, rule in RULES.items():
+        matching = [finding for finding in findings if finding.code == code]
+        body = escape("\n".join(one_line(str(finding)) for finding in matching))
+        name = f'<testcase classname="paradize.checks" name={quoteattr(f"{code} {rule.title}")}'
+        if any(finding.fails for finding in matching):
+            failures += 1
+            cases.append(f"{name}><failure message={quoteattr(rule.title)}>{body}</failure></testcase>")
+        elif any(finding.waived for finding in matching):
+            skipped += 1
+            cases.append(f"{name}><skipped message={quoteattr(one_line(str(matching[0])))}/></testcase>")
+        elif matching:
+            cases.append(f"{name}><system-out>{body}</system-out></testcase>")
+        else:
+            cases.append(f"{name}/>")
+    counts = f'tests="{len(cases)}" failures="{failures}" errors="0" skipped="{skipped}"'
+    head = f'<testsuite name="paradize check" {counts}>'
+    return "\n".join(['<?xml version="1.0" encoding="UTF-8"?>', head, *cases, "</testsuite>"])
+
+
+def _fingerprint(finding: Finding) -> str:
+    """The fingerprint by which a page recognizes a finding: its rule and place, without its numbers."""
+    name = re.sub(r"-[0-9a-f]{8}(?=\.)", "", finding.file)  # artifacts carry their hash
+    what = "" if finding.artifact else finding.what
+    words = (finding.code, name, finding.artifact, finding.metric, finding.place, what)
+    return hashlib.sha256("\0".join(words).encode("utf-8", "surrogatepass")).hexdigest()[:32]
+
+
+def _suppressed(finding: Finding) -> dict[str, Any]:
+    if not finding.waived:
+        return {}
+    return {"suppressions": [{"kind": "external", "justification": finding.waived}]}
+
+
+def _sarif(findings: Sequence[Finding]) -> str:
+    rules = [
+        {
+            "id": code,
+            "name": rule.title.title().replace(" ", ""),
+            "shortDescription": {"text": rule.title},
+            "fullDescription": {"text": rule.cause},
+            "help": {"text": rule.mend or rule.cause},
+            "defaultConfiguration": {"level": rule.severity},
+        }
+        for code, rule in RULES.items()
+    ]
+    numbers = {code: k for k, code in enumerate(RULES)}
+    results: list[dict[str, Any]] = [
+        {
+            "ruleId": finding.code,
+            "ruleIndex": numbers[finding.code],
+            "level": finding.severity,
+            "message": {"text": str(finding)},
+            "occurrenceCount": finding.count,
+            "partialFingerprints": {"finding/v1": _fingerprint(finding)},
+            "locations": [
+                {
+                    "physicalLocation": {"artifactLocation": {"uri": quote(finding.file.replace("\\", "/"))}},
+                    "logicalLocations": [{"fullyQualifiedName": finding.place or finding.file}],
+                }
+            ],
+        }
+        | _suppressed(finding)
+        for finding in findings
+    ]
+    tool = {"driver": {"name": "paradize check", "semanticVersion": __version__, "rules": rules}}
+    tree = {
+        "$schema": "https://json.schemastore.org/sarif-2.1.0.json",
+        "version": "2.1.0",
+        "runs": [{"tool": tool, "results": results}],
+    }
+    return json.dumps(tree, indent=1)

@@ -1,0 +1,91 @@
+"""The UV islands of a published mesh on a published map, and what samples beside their borders may see.
+
+All of it is found anew from the files and judged by limits that stand here; the kernels draw the triangles
+and walk the borders. So a fault in how the bake finds islands, reads levels or decides what is safe shows.
+The limits are those that stages/README.md explains.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from paradize.data import Mesh, Texture
+from paradize.kernels import maps
+from paradize.kernels.gutter import Bleed, Layout, linear_light, touching, walk
+from paradize.map_table import MAPS
+from paradize.metrics.texels import decode_texels
+
+F32 = npt.NDArray[np.float32]
+WORST = 2.5  # no sample is off by more than so many times the bound
+
+
+@dataclass(frozen=True)
+class Borders:
+    """The borders of the islands on maps of one size. materials: the islands of each material's triangles."""
+
+    layout: Layout
+    count: int
+    materials: Mapping[str, npt.NDArray[np.int32]]
+
+    def reach(self, shifts: Mapping[str, float]) -> npt.NDArray[np.float64]:
+        """(islands,): how far samples of each may go, a share of the map's side, by their materials' shifts;
+        -1 where no triangle has a material."""
+        found = np.full(self.count, -1.0)
+        for name, ids in self.materials.items():
+            found[ids] = np.maximum(found[ids], shifts.get(name, 0.0))
+        return found
+
+    def walked(self, levels: list[F32], kind: str, reach: npt.NDArray[np.float64]) -> list[Bleed]:
+        """What a walk along the borders finds, by level."""
+        return walk(levels, kind, self.layout, reach)
+
+
+def find_borders(mesh: Mesh, *, width: int, height: int, repeat: bool) -> Borders | None:
+    """None where the UVs are no layout or cover no texel: another rule's fault, or nothing to walk."""
+    if mesh.uvs is None:
+        return None
+    ids = maps.uv_islands(mesh.uvs, mesh.triangles)
+    try:
+        drawn = maps.rasterise(mesh.uvs, mesh.triangles, ids, height=height, width=width)
+    except ValueError:
+        return None
+    inside = drawn >= 0
+    if not inside.any():
+        return None
+    names = touching(drawn, int(ids.max()) + 1, repeat=repeat)
+    source = maps.nearest_covered(inside, wrap=(repeat, repeat))
+    layout = Layout(inside, source, names[drawn.ravel()[source]], repeat)
+    parts: dict[str, list[npt.NDArray[np.int32]]] = {}
+    for group in mesh.groups:
+        parts.setdefault(group.material, []).append(names[ids[group.first : group.first + group.count]])
+    materials = {name: np.unique(np.concatenate(found)) for name, found in parts.items()}
+    return Borders(layout, int(names.max()) + 1, materials)
+
+
+def compared_levels(texture: Texture, name: str) -> list[F32]:
+    """All levels of an object's map as samples are compared: colour in linear light, with alpha where some
+    texel is not opaque; normals as x and y; of others the first channel (of gloss the intensity: smoothness
+    widens from level to level by design)."""
+    levels = [decode_texels(texture, level) for level in range(len(texture.levels))]
+    if name != "color":
+        channels = 2 if MAPS[name].kind == "normal" else 1
+        return [np.ascontiguousarray(level[:, :, :channels]) for level in levels]
+    for level in levels:
+        level[:, :, :3] = linear_light(level[:, :, :3])
+    opaque = levels[0].shape[2] < 4 or bool((levels[0][:, :, 3] >= 1).all())
+    return [level[:, :, :3] for level in levels] if opaque else levels
+
+
+def parallax_shift(scale: float, bias: float) -> float:
+    """How far the steepest look moves a sample, a share of the map's side: heights run from -1/2 to 1/2."""
+    return 0.5 * abs(scale) + abs(bias)
+
+
+def is_safe(found: Bleed, bound: float, known: tuple[float, float]) -> bool:
+    """Whether a level's walk stays within the bound: 99 of 100 samples within it, all within WORST times it.
+    known: the same of level 0 where that is worse by itself, as noise is that blocks cannot hold."""
+    return found.all_p99 <= max(bound, known[0]) and found.worst <= max(WORST * bound, known[1])

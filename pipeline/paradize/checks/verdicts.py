@@ -1,0 +1,62 @@
+"""Applies the [check] and [[waiver]] tables of a scene to its findings."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
+from datetime import date
+from typing import Any
+
+from paradize.checks.rules import RULES, Finding
+
+
+def apply_scene(
+    findings: Iterable[Finding], settings: dict[str, Any], file: str, today: date
+) -> Iterator[Finding]:
+    """The findings with the severities and waivers of the scene. settings: `check` of scene.json; file:
+    scene.json. A waiver holds up to and including its day; after it the finding says that the waiver ended. A
+    waiver without a finding is a finding itself."""
+    severities, waivers = settings["severity"], settings["waivers"]
+    used: set[int] = set()
+    for finding in findings:
+        override = severities.get(finding.code, "")
+        if override == "off":
+            used |= {k for k, waiver in enumerate(waivers) if _matches(waiver, finding)}
+            continue
+        matching = [k for k, waiver in enumerate(waivers) if _matches(waiver, finding)]
+        used.update(matching)
+        yield replace(_waived(finding, [waivers[k] for k in matching], today), override=override)
+    for k, waiver in enumerate(waivers):
+        if k not in used:
+            what = f"no finding matches {_described(waiver)}"
+            if waiver["rule"] not in RULES:
+                what = f"there is no rule {waiver['rule']}"
+            yield Finding("PZ407", file, what, f"waiver[{k}]")
+    for code in severities:
+        if code not in RULES:
+            yield Finding("PZ407", file, f"there is no rule {code}", f"check.{code}")
+
+
+def _matches(waiver: dict[str, Any], finding: Finding) -> bool:
+    return bool(
+        waiver["rule"] == finding.code
+        and waiver["artifact"] in (None, finding.artifact)
+        and waiver["metric"] in (None, finding.metric)
+    )
+
+
+def _waived(finding: Finding, waivers: list[dict[str, Any]], today: date) -> Finding:
+    """The finding under the waiver that holds longest."""
+    if not waivers:
+        return finding
+    longest = max(waivers, key=lambda waiver: str(waiver["until"]))
+    if today <= date.fromisoformat(longest["until"]):
+        return replace(finding, waived=f"waived until {longest['until']}: {longest['reason']}")
+    return replace(
+        finding, what=f"{finding.what}; its waiver ended on {longest['until']} ({longest['reason']})"
+    )
+
+
+def _described(waiver: dict[str, Any]) -> str:
+    names = (("artifact", " of "), ("metric", " by "))
+    return str(waiver["rule"]) + "".join(f"{word}{waiver[key]}" for key, word in names if waiver[key])

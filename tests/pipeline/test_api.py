@@ -1,0 +1,103 @@
+"""`import paradize`: the page of the library runs as it stands, its results are those of the command line."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import paradize
+from paradize import api
+from paradize.errors import GroupedError, SourceError
+from paradize.formats.png import encode_png
+from paradize.new.scene import new_scene
+from tests.made.models import kit
+from tests.made.pictures import field, photograph
+from tests.places import ROOT
+
+PAGE = ROOT / "pipeline/LIBRARY.md"
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with the sources that the page names."""
+    folder = tmp_path_factory.mktemp("library")
+    (folder / "rock.obj").write_text(next(iter(kit().values())))
+    (folder / "sand.png").write_bytes(encode_png(photograph(64, 64, 3)))
+    heights = field(65, 65, 2)
+    span = (heights - heights.min()) / (heights.max() - heights.min())
+    (folder / "dunes.png").write_bytes(encode_png((span * 65535).astype(np.uint16)[..., None]))
+    new_scene(folder / "scene")
+    return folder
+
+
+def test_the_page_of_the_library_runs_as_it_stands(folder: Path, tmp_path: Path) -> None:
+    (script,) = re.findall(r"```python\n(.*?)```", PAGE.read_text(), re.DOTALL)
+    environment = {"PATH": "/usr/bin:/bin", "PARADIZE_STORE": str(tmp_path / "store"), "HOME": str(tmp_path)}
+    done = subprocess.run(
+        [sys.executable, "-W", "error", "-c", script],
+        cwd=folder,
+        env=environment,
+        capture_output=True,
+        text=True,
+    )
+    assert done.returncode == 0, done.stderr
+    assert sorted(path.name for path in (folder / "out/maps").iterdir()) == [
+        "sand_dudv.ktx2", "sand_gloss.ktx2", "sand_height.ktx2", "sand_normal.ktx2",
+    ]  # fmt: skip
+
+
+def test_every_name_of_the_library_is_documented_and_on_the_page() -> None:
+    assert sorted(paradize.__all__) == sorted(api.__all__)
+    page = PAGE.read_text()
+    for name in paradize.__all__:
+        assert getattr(paradize, name).__doc__, name
+        assert re.search(rf"\b{name}\b", page), name
+
+
+def test_functions_stay_functions_whatever_was_imported_before() -> None:
+    """A room of the package with the name of a function would take its place."""
+    rooms = {path.stem for path in (ROOT / "pipeline/paradize").iterdir()}
+    assert not rooms & set(paradize.__all__)
+
+
+def test_loading_the_package_loads_nothing_of_it() -> None:
+    script = (
+        "import sys, paradize; print(sorted(name for name in sys.modules if name.startswith('paradize.')))"
+    )
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
+
+
+def test_library_and_command_line_write_the_same_bytes(
+    folder: Path, tmp_path: Path, paradize: Callable[..., Any]
+) -> None:
+    written = api.mesh(folder / "rock.obj", api.MeshSettings(lods=2)).write(tmp_path / "a" / "library.glb")
+    done = paradize("mesh", folder / "rock.obj", "--lods", 2, "-o", tmp_path / "cli.glb")
+    assert done.returncode == 0, done.stderr
+    assert written.read_bytes() == (tmp_path / "cli.glb").read_bytes()
+
+
+def test_texels_are_those_of_the_map_and_its_mips(folder: Path) -> None:
+    made = api.maps(folder / "sand.png", api.MapSettings(only=("normal", "height")))
+    assert made.texels("normal").shape == (64, 64, 2)
+    assert made.texels("height", 2).shape == (16, 16, 1)
+    assert np.abs(made.texels("normal")).max() <= 1.0
+    with pytest.raises(KeyError):
+        made.texels("gloss")
+
+
+def test_errors_are_exceptions_with_file_and_mend(folder: Path, tmp_path: Path) -> None:
+    with pytest.raises(SourceError, match=r"sand\.png"):
+        api.mesh(folder / "sand.png")
+    with pytest.raises(GroupedError, match="dudv_p99_deg"):
+        api.maps(folder / "sand.png", tier="auto", budget={"dudv_p99_deg": 1e-9})
+    (tmp_path / "scene.toml").write_text("[scene]\n")
+    with pytest.raises(GroupedError, match=r"scene\.toml"):
+        api.bake(tmp_path / "scene.toml", tmp_path / "out")
