@@ -32,6 +32,7 @@ STAGES = (
     ("terrain", "terrain"),
     ("color", "colour textures"),
     ("maps", "normal, height, gloss and du/dv maps"),
+    ("authored", "drawn normal, height, gloss and occlusion maps"),
 )
 
 

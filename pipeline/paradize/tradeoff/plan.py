@@ -19,7 +19,7 @@ from paradize.scene.requirements import BakeJob, Output
 from paradize.scene.settings import Scene
 from paradize.tradeoff.mesh import mesh_groups
 from paradize.tradeoff.terrain import height_map_groups, path_groups, tree_groups
-from paradize.tradeoff.texture import color_groups, map_groups, sky_groups
+from paradize.tradeoff.texture import authored_groups, color_groups, map_groups, sky_groups
 from paradize.tradeoff.timing import TrialGroup
 
 _GROUPS = {
@@ -27,6 +27,7 @@ _GROUPS = {
     "terrain": tree_groups,
     "color": color_groups,
     "maps": map_groups,
+    "authored": authored_groups,
     "cubemap": sky_groups,
 }
 PIXEL_M = 1.0  # metres between the pixels of a heightmap without --size

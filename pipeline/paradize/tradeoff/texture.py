@@ -7,12 +7,13 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from paradize.bakers.authored.bake import bake_authored
 from paradize.bakers.color import color_formats, color_texture, color_values
 from paradize.bakers.cubemap import read_faces
 from paradize.bakers.maps.bake import map_rows
 from paradize.bakers.maps.rows import MapRows, filter_errors, no_worse_than_fast
 from paradize.bakers.maps.textures import dudv_texture, map_errors, map_textures
-from paradize.bakers.product import flat_errors, wraps_of
+from paradize.bakers.product import MapProduct, flat_errors, wraps_of
 from paradize.bakers.registry import layout_of, map_settings
 from paradize.data import HeightMap, Texture
 from paradize.formats.ktx2.encode import encode_ktx2
@@ -20,6 +21,7 @@ from paradize.map_table import MAPS
 from paradize.metrics.levels import color_levels
 from paradize.metrics.source import sky_error
 from paradize.readers.image import read_image
+from paradize.scene.baker_settings import AuthoredSettings
 from paradize.scene.requirements import BakeJob
 from paradize.stages import cubemap
 from paradize.stages.compress import formats_of
@@ -35,12 +37,34 @@ Settings = dict[str, Any]
 def color_groups(job: BakeJob) -> list[TrialGroup]:
     """The groups of a job of the baker "color". Reads the sources."""
     values, encoded, _ = _picture(job.sources, job.settings)
+    name = job.settings.get("product", "color")
+    if name == "emission" and (values == values[0, 0]).all():
+        return []  # a constant, no texture
     own = {tier: color_formats(values, encoded=encoded, tier=tier)[0] for tier in TIERS}
     arguments = {"sources": job.sources, "settings": job.settings}
     trials = _format_trials(own, color_tier, arguments)
     note = "The time includes the mips, in linear light."
     artifact = job.outputs[0].artifact
-    return [TrialGroup(job.name, "block compression", artifact, MAPS["color"].metrics, trials, TIERS, note)]
+    return [TrialGroup(job.name, "block compression", artifact, MAPS[name].metrics, trials, TIERS, note)]
+
+
+def authored_groups(job: BakeJob) -> list[TrialGroup]:
+    """The groups of a job of the baker "authored"; none of a map that is a constant. Reads the sources."""
+    made = _drawn(job.sources, job.settings, tier=TIERS[0], measure=False)
+    groups = []
+    for output in job.outputs:
+        name, one = output.product, made[output.product]
+        if one.constant is not None:
+            continue
+        narrow = one.format in MAPS[name].narrow_formats
+        own = {tier: formats_of(name, one.height, one.width, tier=tier, narrow=narrow) for tier in TIERS}
+        arguments = {"sources": job.sources, "settings": job.settings, "name": name}
+        trials = _format_trials(own, authored_tier, arguments)
+        note = "The time includes reading the pictures, and the mips."
+        title = f"{job.name.removesuffix(' maps')} {name}"
+        metrics = MAPS[name].metrics
+        groups.append(TrialGroup(title, "block compression", output.artifact, metrics, trials, TIERS, note))
+    return groups
 
 
 def map_groups(job: BakeJob) -> list[TrialGroup]:
@@ -101,7 +125,8 @@ def _format_trials(
 
 def _picture(sources: dict[str, Path], settings: Settings) -> tuple[Any, bool, list[str]]:
     wraps = wraps_of(settings["wrap"])
-    return color_values(sources["image"], sources.get("alpha"), wraps, layout_of(sources))
+    opaque = settings.get("product") == "emission"
+    return color_values(sources["image"], sources.get("alpha"), wraps, layout_of(sources), opaque=opaque)
 
 
 def color_tier(
@@ -114,7 +139,25 @@ def color_tier(
         lambda: color_texture(values, fmt, encoded=encoded, alpha_cutoff=cutoff, tier=tier), runs
     )
     levels = color_levels(texture, values, encoded=encoded, alpha_cutoff=cutoff)
-    return TrialResult(seconds, [flat_errors("color", levels[0])], _size(texture), fmt)
+    name = settings.get("product", "color")
+    return TrialResult(seconds, [flat_errors(name, levels[0])], _size(texture), fmt)
+
+
+def _drawn(sources: dict[str, Path], settings: Settings, **more: Any) -> dict[str, MapProduct]:
+    """Maps that somebody drew, as the baker makes them, whatever the budget and zstd."""
+    drawn = {role: path for role, path in sources.items() if role != "layout"}
+    used = AuthoredSettings(**settings | {"budget": {}, "zstd": None})
+    return bake_authored(drawn, used, uv=layout_of(sources), **more)
+
+
+def authored_tier(
+    sources: dict[str, Path], settings: Settings, name: str, fmt: str, tier: str, runs: int | None
+) -> TrialResult:
+    """A drawn map with its mips in a format; errors of level 0 against its picture."""
+    own = {"tier": tier, "fmt": fmt, "only": [name]}
+    seconds, made = timed(lambda: _drawn(sources, settings, measure=False, **own)[name], runs)
+    errors = _drawn(sources, settings, **own)[name].errors
+    return TrialResult(seconds, [errors], len(made.data), fmt)
 
 
 def _size(texture: Texture) -> int:

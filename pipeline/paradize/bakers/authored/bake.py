@@ -50,13 +50,15 @@ def bake_authored(
     uv: Path | None = None,
     tier: str = "balanced",
     measure: bool = True,
+    fmt: str | None = None,
     **changes: Any,
 ) -> dict[str, MapProduct]:
     """The maps of the pictures by role, by name: those of `settings.only` that have a picture.
 
     settings: None: as they are by themselves; changes: fields of them that are others. uv: a model whose UV
     layout the pictures follow; its gutters are filled. Where there is a normal map, the mips of gloss are
-    rougher by what its own mips lose. measure: False leaves out errors (and with them the budget).
+    rougher by what its own mips lose. measure: False leaves out errors (and with them the budget). fmt: the
+    format of all of them, whatever the tier and the budget say.
     Raises SourceError for what cannot be read, BakeError for settings that cannot be met.
     """
     used = replace(settings or AuthoredSettings(), **changes)
@@ -68,7 +70,7 @@ def bake_authored(
     wrap = wraps_of(used.wrap)
     layouts: Layouts = cache(lambda size: None if uv is None else read_layout(uv, size[0], size[1], wrap))
     maps = _Maps(drawn, used, layouts, wrap, measure)
-    return {name: _product(name, maps, used, tier) for name in names}
+    return {name: _product(name, maps, used, tier, fmt) for name in names}
 
 
 def _names(sources: Mapping[str, Path], settings: AuthoredSettings, tier: str) -> list[str]:
@@ -213,7 +215,7 @@ def _enlarged(channels: list[Channel], size: tuple[int, int]) -> list[str]:
     ]
 
 
-def _product(name: str, maps: _Maps, used: AuthoredSettings, tier: str) -> MapProduct:
+def _product(name: str, maps: _Maps, used: AuthoredSettings, tier: str, fmt: str | None) -> MapProduct:
     made, warnings = maps.make(name)
     rows, columns = made.rows.size
     constant = made.rows.constant()
@@ -232,7 +234,7 @@ def _product(name: str, maps: _Maps, used: AuthoredSettings, tier: str) -> MapPr
     def errors_of(one: tuple[Texture, Any]) -> dict[str, float]:
         return flat_errors(name, one[1][0]) if one[1] else {}
 
-    kept = formats[-1 if used.uncompressed else 0 :]
+    kept = formats[-1 if used.uncompressed else 0 :] if fmt is None else (fmt,)
     (texture, levels), reason = within_budget(kept, make, errors_of, used.budget)
     errors = errors_of((texture, levels))
     metric = next(iter(errors), None)
