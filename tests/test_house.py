@@ -30,7 +30,7 @@ FLOORS = (
     {"kinds"},
     {"documents"},
     {"files"},
-    {"kernels", "data", "map_table", "artifact", "material"},
+    {"kernels", "data", "map_table", "artifact", "material", "placement"},
     {"errors", "tiers", "angles"},
 )
 FLOOR = {room: floor for floor, rooms in enumerate(FLOORS) for room in rooms}

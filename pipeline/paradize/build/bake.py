@@ -84,7 +84,8 @@ def _bake(context: BuildContext, name: str, scene_stamp: Stamp | None) -> BakeRe
             job.settings["sight"] = None
     check_tier_names(options, jobs)
     check_budget_metrics(scene, jobs, scene_path)
-    inputs = [*found.libraries, *(path for job in jobs for path in job.sources.values())]
+    tables = [item.instances_file for item in scene.objects if item.instances_file]
+    inputs = [*found.libraries, *tables, *(path for job in jobs for path in job.sources.values())]
     stamps = {path: stamp(path) for path in [*inputs, *code]} | {resolved(scene_path): scene_stamp}
     runner = TaskRunner(context, hash_cache, stamps)
     late_errors: LateErrors = {}

@@ -17,6 +17,7 @@ from paradize.errors import ParadizeError
 from paradize.files import resolved
 from paradize.jobs.code import code_of
 from paradize.jobs.libraries import library_versions
+from paradize.scene.placement import placed
 from paradize.scene.requirements import BakeJob, scene_views
 from paradize.scene.settings import Scene
 from paradize.store.file_hashes import FileHashCache
@@ -37,9 +38,7 @@ def views_of_job(scene: Scene, job: BakeJob) -> dict[str, Any]:
     users = [item for item in scene.objects if item.name in job.objects]
     if users:
         views["views"] = [item.views for item in users]
-        views["instance"] = [
-            [one.position, one.yaw_deg, one.scale] for item in users for one in item.instances
-        ]
+        views["instance"] = [placed(one) for item in users for one in item.instances]
     plain: dict[str, Any] = json.loads(json.dumps(views))
     return plain
 

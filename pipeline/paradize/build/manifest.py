@@ -11,10 +11,11 @@ from paradize.errors import FormatError
 from paradize.formats.glb.document import glb_document
 from paradize.formats.scene_manifest import FORMAT, MATERIAL_MAPS, VERSION
 from paradize.map_table import MAPS, maps_of
-from paradize.scene.flight import PI, Flight, Vec, sine_cosine
+from paradize.scene.flight import PI, Flight, Vec
 from paradize.scene.map_sets import DrawnMaterial, ObjectMaps, SceneMaps
+from paradize.scene.placement import placed
 from paradize.scene.requirements import ObjectSighting, sun_direction
-from paradize.scene.settings import Instance, Scene, SceneObject, Waiver
+from paradize.scene.settings import Scene, SceneObject, Waiver
 
 # Streaming order: the sky, then the ground, then objects; colour before relief.
 _BY_RANK = sorted(MAPS, key=lambda name: MAPS[name].stream_rank)
@@ -227,7 +228,7 @@ def _object(
         "radius_m": facts.radius_m,
         "lods": [{"node": node, "error_m": error_m} for node, error_m in facts.lods],
         "materials": {name: _material(item, name, known, entries, gutters) for name in facts.materials},
-        "instances": [_instance(instance) for instance in item.instances],
+        "instances": [placed(instance) for instance in item.instances],
     }
 
 
@@ -244,13 +245,4 @@ def _material(
         "maps": {key: _present(f"{one.name}_{key}", entries) if one else None for key in MATERIAL_MAPS},
         "repeat": measured["repeat"] if measured else True,
         "parallax_limit": measured["limits"][name] if measured else None,
-    }
-
-
-def _instance(instance: Instance) -> dict[str, Any]:
-    sine, cosine = sine_cosine(0.5 * instance.yaw_deg)
-    return {
-        "position": list(instance.position),
-        "rotation": [0.0, sine, 0.0, cosine],
-        "scale": [instance.scale] * 3,
     }

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import asdict, replace
+from dataclasses import replace
 from math import sqrt
 from pathlib import Path
 
@@ -19,9 +19,10 @@ from paradize.build.entries import PIXELS, fits
 from paradize.errors import FormatError
 from paradize.formats.glb.document import glb_document
 from paradize.jobs.code import code_digest
+from paradize.placement import largest_scale, to_world
 from paradize.scene.flight import Flight, Vec, sine_cosine
-from paradize.scene.placement import to_world
-from paradize.scene.settings import Instance, Scene
+from paradize.scene.placement import placed
+from paradize.scene.settings import Scene
 from paradize.store.local import Store, key_of
 
 _POINTS = 2000
@@ -106,11 +107,12 @@ def nearest_pixel_m(scene: Scene, flight: Flight, points: Mapping[str, Sequence[
     count = max(1, round(flight.duration_s / _STEP_S))
     views = [flight.view(flight.duration_s * i / count) for i in range(count)]
     for item in scene.objects:
-        for instance in item.instances:
-            world = _in_world(points[item.name], instance)
+        for instance in map(placed, item.instances):
+            world = [to_world(point, instance) for point in points[item.name]]
             near_m = _nearest(views, world, sine / cosine, width / height)
             if near_m is not None:
-                pixel = 2.0 * max(near_m, scene.flight.near_m) * (sine / cosine) / height / instance.scale
+                pixel = 2.0 * max(near_m, scene.flight.near_m) * (sine / cosine) / height
+                pixel /= largest_scale(instance)
                 pixel_m[item.name] = min(pixel_m.get(item.name, pixel), pixel)
     return pixel_m
 
@@ -131,7 +133,7 @@ def stored_pixels(
     pixel_m: dict[str, float] = {}
     for item in scene.objects:
         name = f"{item.name}_mesh"
-        key = key_of(common, sha256[name], [asdict(instance) for instance in item.instances])
+        key = key_of(common, sha256[name], [placed(instance) for instance in item.instances])
         stored = None if force else store.get_product(key)
         if not fits(stored, PIXELS):
             one = replace(scene, objects=(item,))
@@ -143,11 +145,6 @@ def stored_pixels(
         if stored["pixel_m"] is not None:
             pixel_m[item.name] = float(stored["pixel_m"])
     return pixel_m
-
-
-def _in_world(points: Sequence[Vec], instance: Instance) -> list[Vec]:
-    turn = sine_cosine(instance.yaw_deg)
-    return [to_world(point, instance.position, turn, instance.scale) for point in points]
 
 
 def _nearest(

@@ -108,9 +108,7 @@ def _object_detail(
 ) -> dict[str, dict[str, Any]]:
     levels = [lod.mesh for lod in decode_glb(seen_object.glb, name)]
     views = views_of(sight, seen_object.drawn, light_m)
-    places = [
-        Placement(tuple(one["position"]), one["yaw_deg"], one["scale"]) for one in seen_object.instances
-    ]
+    places = [Placement(one) for one in seen_object.instances]
     level, second, view = finest_lod(
         views, seen_object.center, seen_object.radius_m, seen_object.errors_m, places
     )
@@ -140,7 +138,7 @@ def _texture_detail(
 
     def finest_of(*, flat: bool) -> FinestMip:
         surfaces = [
-            (surface, Placement(at.position, at.yaw_deg, at.scale, _from_m(seen_object, k, at.scale, views)))
+            (surface, Placement(at.instance, _from_m(seen_object, k, at.scale, views)))
             for k, mesh in enumerate(levels)
             if mesh.uvs is not None
             for surface in [surface_of(mesh, mesh.uvs, *size, flat=flat)]

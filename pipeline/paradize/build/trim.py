@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from paradize.artifact import Artifact
@@ -24,6 +24,7 @@ from paradize.jobs.code import code_digest, code_of
 from paradize.jobs.pool import Job
 from paradize.map_table import maps_of
 from paradize.scene.map_sets import SceneMaps
+from paradize.scene.placement import placed
 from paradize.scene.requirements import finest_scales, finest_shadow_texel_m, scene_views
 from paradize.scene.settings import Scene, SceneObject
 from paradize.store.local import Store, key_of
@@ -199,7 +200,7 @@ def _seen_object(
     return {
         "textures": textures,
         "drawn": item.views,
-        "instances": [asdict(instance) for instance in item.instances],
+        "instances": [placed(instance) for instance in item.instances],
         "center": known.center,
         "radius_m": known.radius_m,
         "errors_m": [error_m for _, error_m in known.lods],

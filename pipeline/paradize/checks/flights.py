@@ -14,8 +14,8 @@ from paradize.checks.rules import Finding
 from paradize.errors import ParadizeError
 from paradize.formats.glb.reader import decode_glb
 from paradize.formats.glb.tiles import decode_tile
-from paradize.formats.scene_instances import turned_back
 from paradize.formats.scene_manifest import read_entry
+from paradize.placement import turned_back
 from paradize.scene.flight import Flight
 
 F64 = npt.NDArray[np.float64]

@@ -20,7 +20,7 @@ from paradize.errors import FormatError
 from paradize.explain.bound import SIX, bound
 from paradize.explain.pixels import Camera, Moved, Surfaces
 from paradize.files import read_file
-from paradize.formats.scene_instances import largest_scale, to_world
+from paradize.placement import largest_scale, to_world
 from paradize.scene.requirements import COARSEST_LOD
 
 F64 = npt.NDArray[np.float64]

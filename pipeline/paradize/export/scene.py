@@ -34,11 +34,11 @@ from paradize.formats.glb.reader import decode_glb
 from paradize.formats.glb.tiles import decode_tile
 from paradize.formats.ktx2.reader import decode_ktx2
 from paradize.formats.png import encode_png
-from paradize.formats.scene_instances import to_world
 from paradize.formats.scene_manifest import map_sets, read_entry, read_scene
 from paradize.jobs.progress import OnProgress
 from paradize.kinds import BAKED, expecting, require_glb
 from paradize.metrics.texels import decode_texels
+from paradize.placement import to_world
 from paradize.preview.shade import to_srgb
 from paradize.store.atomic import write_whole
 

@@ -23,15 +23,22 @@ def scene_schema() -> dict[str, Any]:
 
 def _table(of: type) -> dict[str, Any]:
     fields = {item.metadata["key"] or item.name: item for item in dataclasses.fields(of)}
-    needed = [
+    missing = [
         key for key, item in fields.items() if item.default is MISSING and item.default_factory is MISSING
     ]
+    others = {key: fields[key].metadata["instead"] for key in missing if fields[key].metadata["instead"]}
+    needed = [key for key in missing if key not in others]
     return {
         "type": "object",
         "properties": {key: _field(item) for key, item in fields.items()},
         **({"required": needed} if needed else {}),
+        **({"allOf": [_either(*pair) for pair in others.items()]} if others else {}),
         "additionalProperties": False,
     }
+
+
+def _either(one: str, other: str) -> dict[str, Any]:
+    return {"anyOf": [{"required": [one]}, {"required": [other]}]}
 
 
 def _field(item: Any) -> dict[str, Any]:

@@ -1,25 +1,28 @@
-"""Transforms a point of an object to the world. All code that places instances uses this function."""
+"""Turns the settings of an instance into the form that scene.json has and `paradize.placement` reads."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING, TypeVar
+from typing import Any
 
-if TYPE_CHECKING:
-    import numpy as np
-    import numpy.typing as npt
-
-    Number = TypeVar("Number", float, npt.NDArray[np.float64])
+from paradize.angles import sine_cosine
+from paradize.scene.settings import Instance
 
 
-def to_world(
-    point: Iterable[Number], position: Sequence[float], turn: tuple[float, float], scale: float
-) -> tuple[Number, Number, Number]:
-    """Transforms a point from an object's space to the world: scales, turns about +Y, translates.
-
-    point: x, y, z in metres, numbers or arrays of them. position: of the instance, metres. turn: sine and
-    cosine of the yaw.
-    """
-    x, y, z = point
-    (px, py, pz), (sine, cosine) = position, turn
-    return px + scale * (x * cosine + z * sine), py + scale * y, pz + scale * (z * cosine - x * sine)
+def placed(instance: Instance) -> dict[str, Any]:
+    """Returns position, rotation (a unit quaternion x, y, z, w) and scale (three numbers): scaled along the
+    object's own axes, then turned by roll about Z, by pitch about X and by yaw about Y, then moved."""
+    sy, cy = sine_cosine(0.5 * instance.yaw_deg)
+    sx, cx = sine_cosine(0.5 * instance.pitch_deg)
+    sz, cz = sine_cosine(0.5 * instance.roll_deg)
+    rotation = (
+        cy * sx * cz + sy * cx * sz,
+        sy * cx * cz - cy * sx * sz,
+        cy * cx * sz - sy * sx * cz,
+        cy * cx * cz + sy * sx * sz,
+    )
+    scale = instance.scale
+    return {
+        "position": list(instance.position),
+        "rotation": [part + 0.0 for part in rotation],  # no -0.0
+        "scale": list(scale) if isinstance(scale, tuple) else [scale] * 3,
+    }

@@ -50,7 +50,8 @@ EXAMPLES = {
     "object": '[[object]]\nname = "palm"\nmesh = "palm.obj"\nlods = 4\nstrength = 0.5',
     "object.relief": "[object.relief]\ngamma = 0.8",
     "object.material": "[object.material.leaf]\nalpha_cutoff = 0.5\ntwo_sided = true",
-    "object.instance": "[[object.instance]]\nposition = [3.0, 1.2, -4.0]\nyaw_deg = 30.0",
+    "object.instance": "[[object.instance]]\nposition = [3.0, 1.2, -4.0]\nyaw_deg = 30.0\n"
+    "roll_deg = -5.0\nscale = [-1.0, 1.2, 1.0]",
     "particles": '[[particles]]\nname = "glitter"\ncenter = [0.0, 4.0, 0.0]\ncount = 100',
     "sound": '[sound]\nfile = "sea.ogg"\nvolume = 0.8',
     "flight": "[flight]\nduration_s = 60.0\nfov_deg = 45.0",

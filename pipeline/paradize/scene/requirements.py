@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from paradize.map_table import DERIVED
+from paradize.placement import largest_scale, to_world
 from paradize.scene.baker_settings import (
     ColorSettings,
     CubemapSettings,
@@ -21,7 +22,7 @@ from paradize.scene.baker_settings import (
 )
 from paradize.scene.flight import Flight, Vec, sightings_of, sine_cosine
 from paradize.scene.map_sets import MapSet, ObjectMaps, SceneMaps
-from paradize.scene.placement import to_world
+from paradize.scene.placement import placed
 from paradize.scene.settings import VIEWS, Scene, SceneObject, Terrain, Water
 
 # A bake provides what the player's finest quality reads (player/scene/quality.cpp; a test compares them):
@@ -377,7 +378,7 @@ def _object(
                 attributes=list(inputs),
                 quantise=quantise_limits if item.quantise else None,
                 sight=sight,
-                instances=[asdict(instance) for instance in item.instances] if sight else [],
+                instances=[placed(instance) for instance in item.instances] if sight else [],
                 atlas=bool(sets),  # a map needs a UV layout
                 painted=True,  # overlapping UVs are the author's choice: the maps are painted for them
                 base_colors=_base_colors(maps.objects[name]),
@@ -461,9 +462,9 @@ def object_sightings(
     owners: list[tuple[str, float]] = []
     for item in scene.objects:
         center, radius = bounds[item.name]
-        for instance in item.instances:
-            turn, scale = sine_cosine(instance.yaw_deg), instance.scale
-            spheres.append((to_world(center, instance.position, turn, scale), scale * radius))
+        for instance in map(placed, item.instances):
+            scale = largest_scale(instance)
+            spheres.append((to_world(center, instance), scale * radius))
             owners.append((item.name, scale))
     width, height = scene.head.viewport
     sightings = {item.name: ObjectSighting(flight.duration_s, None) for item in scene.objects}

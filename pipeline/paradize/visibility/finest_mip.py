@@ -11,15 +11,16 @@ is missing. Mesh: the player's own rule at the smallest distance of any view tha
 from __future__ import annotations
 
 import heapq
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from paradize.data import Mesh
-from paradize.scene.flight import sine_cosine
-from paradize.scene.placement import to_world
+from paradize.placement import UNMOVED, largest_scale, to_world
 from paradize.visibility.query import Runs, Sphere
 from paradize.visibility.texel_footprint import Views
 
@@ -43,17 +44,20 @@ class Surface:
 
 @dataclass(frozen=True)
 class Placement:
-    """The transform of a surface: rotation by yaw about +Y, scale, translation. from_m: it is not drawn at
-    smaller distances (a coarser level of a mesh)."""
+    """The transform of a surface. instance: position, rotation and scale, as in scene.json. from_m: it is not
+    drawn at smaller distances (a coarser level of a mesh)."""
 
-    position: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    yaw_deg: float = 0.0
-    scale: float = 1.0
+    instance: Mapping[str, Any] = field(default_factory=lambda: UNMOVED)
     from_m: float = 0.0
+
+    @cached_property
+    def scale(self) -> float:
+        """How many times as long as in object space a distance may be in world space."""
+        return largest_scale(self.instance)
 
     def at(self, point: Sequence[float]) -> tuple[float, float, float]:
         """A point of object space in world space."""
-        return to_world(point, self.position, sine_cosine(self.yaw_deg), self.scale)
+        return to_world(point, self.instance)
 
 
 @dataclass(frozen=True)

@@ -30,6 +30,7 @@ from paradize.scene.requirements import (
 from paradize.scene.settings import VIEWS, Instance, SceneObject, View, load_scene
 from paradize.stages.unwrappers import unwrapper_version
 from tests.pipeline.glb_json import document
+from tests.pipeline.scene.test_placement import matrix_of
 from tests.pipeline.scenes import make_cove
 from tests.places import ROOT
 
@@ -168,7 +169,7 @@ def test_the_flight_meets_an_object_where_its_instances_stand(
     scene = load_scene(make_cove(tmp_path))
     stands = (
         Instance(position=(6.0, 0.5, 1.5), yaw_deg=35.0, scale=2.0),
-        Instance(position=(5.0, 0.0, -3.0), yaw_deg=-110.0, scale=0.5),
+        Instance(position=(5.0, 0.0, -3.0), yaw_deg=-110.0, roll_deg=20.0, scale=(0.5, -0.4, 0.3)),
     )
     gone = Instance(position=(0.0, 500.0, 0.0))
     post = scene.objects[0]
@@ -184,17 +185,15 @@ def test_the_flight_meets_an_object_where_its_instances_stand(
     flight = plan_flight(scene.flight)
     spheres = []
     for stand in stands:
-        a = np.radians(stand.yaw_deg)
-        turn = np.array([[np.cos(a), 0, np.sin(a)], [0, 1, 0], [-np.sin(a), 0, np.cos(a)]])
-        x, y, z = (stand.scale * turn @ center + stand.position).tolist()
-        spheres.append(((x, y, z), stand.scale * radius))
+        x, y, z = (matrix_of(stand) @ center + stand.position).tolist()
+        spheres.append(((x, y, z), np.max(np.abs(stand.scale)) * radius))
     width, height = scene.head.viewport
     seen = sightings_of(flight, scene.flight.fov_deg, width / height, spheres)
     assert all(one.seen for one in seen) and seen[0].first_seen_s != seen[1].first_seen_s
     tangent = np.tan(np.radians(scene.flight.fov_deg) / 2)
     rows = height * min(1.0, mirror, refraction or 1.0)
     pixels = [
-        2 * one.farthest_seen_m * tangent / rows / stand.scale
+        2 * one.farthest_seen_m * tangent / rows / np.max(np.abs(stand.scale))
         for one, stand in zip(seen, stands, strict=True)
     ]
     assert pixels[1] > 1.5 * pixels[0]

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from paradize.errors import GroupedError, SceneError
-from paradize.scene.settings import Scene, load_scene
+from paradize.scene.settings import Instance, Scene, load_scene
 
 LEAST = """
 [scene]
@@ -151,3 +151,75 @@ def test_limits_that_touch_are_refused_or_allowed_as_they_say(tmp_path: Path) ->
     late = 'name = "small"\nposter_s = {}\nlargest_viewport = [1280, 720]'
     assert load(tmp_path, LEAST.replace('name = "small"', late.format("240.0"))).head.poster_s == 240.0
     assert faults(tmp_path, LEAST.replace('name = "small"', late.format("240.1")))
+
+
+OBJECT = LEAST + '[[object]]\nname = "palm"\nmesh = "palm.obj"\n'
+
+
+def table(folder: Path, text: str | bytes, more: str = "") -> Scene:
+    (folder / "palm.obj").write_bytes(b"")
+    (folder / "palms.csv").write_bytes(text if isinstance(text, bytes) else text.encode())
+    return load(folder, OBJECT + 'instances = "palms.csv"\n' + more)
+
+
+def test_a_table_of_instances_stands_behind_those_of_the_scene(tmp_path: Path) -> None:
+    text = "\ufeffX, y ,z,yaw_deg,pitch_deg,roll_deg,scale_x,scale_y,scale_z\r\n\r\n# the beach\r\n"
+    text += '1,2,3,10,20,30,1,-2,0.5\r\n"4",5e0,6,0,0,0,1,1,1\r\n'
+    item = table(tmp_path, text, "[[object.instance]]\nposition = [7, 8, 9]\nscale = -2.0\n").objects[0]
+    assert item.instances == (
+        Instance(position=(7.0, 8.0, 9.0), scale=-2.0),
+        Instance(position=(1.0, 2.0, 3.0), yaw_deg=10, pitch_deg=20, roll_deg=30, scale=(1.0, -2.0, 0.5)),
+        Instance(position=(4.0, 5.0, 6.0), scale=(1.0, 1.0, 1.0)),
+    )
+    assert item.instances_file == (tmp_path / "palms.csv").resolve()
+
+
+def test_thousands_of_instances_are_read(tmp_path: Path) -> None:
+    rows = "".join(f"{i},0,{-i}\n" for i in range(20_000))
+    instances = table(tmp_path, "x,y,z\n" + rows).objects[0].instances
+    assert len(instances) == 20_000 and instances[-1].position == (19_999.0, 0.0, -19_999.0)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("x,y,z,scale\n1,2,3,0\n", "palms.csv: line 2, column scale: is 0.0; write a number or three"),
+        ("x,y,z,scale_x,scale_y,scale_z\n\n1,2,3,1,1e9,1\n", "line 3, column scale_y: is 1000000000.0"),
+        ("x,y,z\n1,two,3\n", "palms.csv: line 2, column y: is 'two', not a number"),
+        ("x,y,z\n1,nan,3\n", "line 2, column y"),
+        ("x,y,z\n1,1e30,3\n", "line 2, column y"),
+        ("x,y,z,roll_deg\n1,2,3,4000\n", "line 2, column roll_deg: is 4000.0, out of range"),
+        ("x,y,z\n1,2\n", "line 2: has 2 values, expected 3; write one for each of x, y, z"),
+        ("x,y,z,yaw\n1,2,3,4\n", "header: has the unknown column 'yaw'; did you mean yaw_deg?"),
+        ("x,y\n1,2\n", "header: has no column z"),
+        ("x,y,z,x\n1,2,3,4\n", "header: has x twice"),
+        ("x,y,z,scale,scale_x,scale_y,scale_z\n", "header: has scale beside scale_x"),
+        ("x,y,z,scale_x\n1,2,3,4\n", "header: has no column scale_y"),
+        ("x,y,z\n", "there are none"),
+        ("", "header: has no column x"),
+        (b"\x89PNG\r\n\xff\xfe\x00", "palms.csv: byte 0: is no text"),
+        ('x,y,z\n1,2,"3\n', "palms.csv: line 2"),
+    ],
+)
+def test_a_fault_in_a_table_of_instances_is_told_with_line_and_column(
+    tmp_path: Path, text: str | bytes, said: str
+) -> None:
+    with pytest.raises((SceneError, GroupedError)) as caught:
+        table(tmp_path, text)
+    assert said in str(caught.value)
+
+
+def test_every_fault_of_a_table_is_told_with_those_of_the_scene(tmp_path: Path) -> None:
+    with pytest.raises(GroupedError) as caught:
+        table(tmp_path, "x,y,z\n1,a,b\nc,2,3\n", 'lods_by = "error"\n')
+    told = str(caught.value)
+    assert len(told.splitlines()) == 4 and "object[0].lod_errors" in told
+
+
+@pytest.mark.parametrize(
+    "scale", ["0", "0.0", "1e9", "[1, 2]", "[1, 0, 1]", '"big"', "true", "nan", "[[1], 2, 3]"]
+)
+def test_a_scale_that_is_no_size_is_refused(tmp_path: Path, scale: str) -> None:
+    (tmp_path / "palm.obj").write_bytes(b"")
+    told = faults(tmp_path, OBJECT + f"[[object.instance]]\nscale = {scale}\n")
+    assert len(told) == 1 and "object[0].instance[0].scale: is " in told[0] and "mirrored" in told[0]

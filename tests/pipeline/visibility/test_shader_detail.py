@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +19,7 @@ from paradize.formats.glb.encode import encode_glb
 from paradize.formats.glb.tiles import TilePatch, encode_tiles
 from paradize.formats.ktx2.encode import encode_ktx2
 from paradize.scene.map_sets import DrawnMaterial, MapSet, ObjectMaps, SceneMaps
+from paradize.scene.placement import placed
 from paradize.scene.settings import Instance, load_scene
 from paradize.store.local import Store
 from paradize.visibility.finest_mip import Placement, finest, surface_of
@@ -109,7 +110,7 @@ def thing(
     glb = encode_glb((Lod(fine, 0.0, 0.0), Lod(coarse, 0.5, 0.1)), "thing")
     texture = {"size": size, "materials": ("default",), "spread": spread}
     told = {"glb": glb, "textures": {"a_color": texture}, "drawn": ("camera",)}
-    told |= {"instances": [asdict(Instance(position=(0.0, 0.0, 0.0)))]}
+    told |= {"instances": [placed(Instance())]}
     return told | {"center": (0.0, 0.0, 0.0), "radius_m": 8.0, "errors_m": [0.0, 0.4]} | more
 
 
@@ -129,7 +130,7 @@ def test_a_coarse_level_is_not_seen_nearer_than_its_error_allows(scale: float, e
     fine, sight = waves(6, 8.0, 0.3), sight_of(circle(60.0, 12.0))
     assert fine.uvs is not None
     sparse = (0.01 * fine.uvs).astype(np.float32)
-    stand = asdict(Instance(position=(0.0, 0.0, 0.0), scale=scale))
+    stand = placed(Instance(scale=scale))
     found, alone = (
         asked(
             sight,

@@ -19,16 +19,15 @@ from paradize.bakers.mesh.lods import Plan
 from paradize.data import Mesh
 from paradize.formats.glb.cut import cut_glb
 from paradize.metrics.surface import diagonal
+from paradize.placement import largest_scale, to_world
 from paradize.scene.baker_settings import MeshSettings
 from paradize.scene.flight import plan_flight, sightings_of, sine_cosine
-from paradize.scene.placement import to_world
 from paradize.scene.settings import EyePoint, Flight, TargetPoint
 
 
 def sight_plan(views: dict[str, Any], instances: Sequence[Mapping[str, Any]]) -> Callable[[Mesh, Plan], Plan]:
     """Returns a function that adapts a plan to a mesh. views: from scene/requirements.py. instances: as
-    scene.settings.Instance. A mesh that the flight never sees keeps one level, as coarse as the plan's limit
-    allows."""
+    in scene.json. A mesh that the flight never sees keeps one level, as coarse as the plan's limit allows."""
     fields = dict(views["flight"])
     fields["eye"] = tuple(EyePoint(**point) for point in fields["eye"])
     fields["target"] = tuple(TargetPoint(**point) for point in fields["target"])
@@ -46,14 +45,13 @@ def sight_plan(views: dict[str, Any], instances: Sequence[Mapping[str, Any]]) ->
             return requested
         spheres = []
         for instance in instances:
-            turn, scale = sine_cosine(instance["yaw_deg"]), instance["scale"]
-            spheres.append((to_world(center, instance["position"], turn, scale), scale * size / 2))
+            spheres.append((to_world(center, instance), largest_scale(instance) * size / 2))
         sightings = sightings_of(plan_flight(settings), settings.fov_deg, width / height, spheres)
         near, far = [], []
         for sighting, instance in zip(sightings, instances, strict=True):
             if sighting.seen:
-                near.append(sighting.nearest_m / instance["scale"])
-                far.append(sighting.farthest_seen_m / instance["scale"])
+                near.append(sighting.nearest_m / largest_scale(instance))
+                far.append(sighting.farthest_seen_m / largest_scale(instance))
         if not near:
             return replace(requested, count=1, finest=requested.limit)
         near_share, far_share = (views[key] * pixel_per_m / size for key in ("error_px", "far_error_px"))

@@ -15,6 +15,7 @@ from paradize.scene.schema.number_fields import (
     number_or,
     numbers,
     point,
+    scale,
     vector,
     whole,
 )
@@ -54,6 +55,7 @@ __all__ = [
     "one_of",
     "point",
     "read_table",
+    "scale",
     "source",
     "sources",
     "table",

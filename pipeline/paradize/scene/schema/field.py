@@ -55,11 +55,13 @@ def declare(
     unit: str = "",
     key: str | None = None,
     of: type | None = None,
+    instead: str | None = None,
 ) -> Any:
     """Returns a field of a dataclass. allowed, meaning, unit: for FIELDS.md. json: the same limits as JSON
-    Schema; of a table what is around the schema of its own. of: the dataclass of a table."""
+    Schema; of a table what is around the schema of its own. of: the dataclass of a table. instead: the key of
+    another field that may stand in place of this one, which is then empty."""
     metadata = {"rule": rule, "unit": unit, "key": key, "allowed": allowed, "meaning": meaning}
-    metadata |= {"json": json, "of": of}
+    metadata |= {"json": json, "of": of, "instead": instead}
     if isinstance(default, type) or callable(default):
         return field(default_factory=default, metadata=metadata)
     return field(default=default, metadata=metadata)

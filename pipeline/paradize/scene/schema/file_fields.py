@@ -37,9 +37,9 @@ def _source(value: object, place: str, faults: Faults) -> Path | None:
     return path if os.path.normpath(named) == str(path) else named
 
 
-def source(default: Any = MISSING, *, meaning: str = "") -> Any:
-    """A file, relative to the scene's folder and inside it."""
-    return declare(_source, default, "a file", json=_FILE, meaning=meaning)
+def source(default: Any = MISSING, *, key: str | None = None, meaning: str = "") -> Any:
+    """A file, relative to the scene's folder and inside it. key: its name in the file where that differs."""
+    return declare(_source, default, "a file", json=_FILE, meaning=meaning, key=key)
 
 
 def sources(default: Any = MISSING, *, size: int, meaning: str = "") -> Any:

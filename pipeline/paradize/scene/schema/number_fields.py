@@ -67,6 +67,25 @@ def number_or(words: tuple[str, ...], *, low: float, high: float, meaning: str =
     return declare(rule, words[0], f"{_range(low, high)}, or {', '.join(words)}", json=json, meaning=meaning)
 
 
+def scale(default: Any = MISSING, *, low: float, high: float, meaning: str = "") -> Any:
+    """A factor, or three along x, y and z, each in [low, high]; or negative in [-high, -low]: mirrored."""
+    mend = f"write a number or three, {_range(low, high)}; negative: mirrored"
+
+    def rule(value: object, place: str, faults: Faults) -> float | tuple[float, ...] | None:
+        listed = isinstance(value, list)
+        reals = [real_number(item) for item in value] if isinstance(value, list) else [real_number(value)]
+        found = [real for real in reals if real is not None and low <= abs(real) <= high]
+        if len(found) != (3 if listed else 1) or len(reals) != len(found):
+            faults.add(place, f"is {show(value)}", mend)
+            return None
+        return tuple(found) if listed else found[0]
+
+    one = {"anyOf": [_json("number", low, high), _json("number", -high, -low)]}
+    json = {"anyOf": [*one["anyOf"], {"type": "array", "items": one, "minItems": 3, "maxItems": 3}]}
+    allowed = f"{_range(low, high)}, or negative; or three such numbers"
+    return declare(rule, default, allowed, json=json, meaning=meaning)
+
+
 def whole(default: Any = MISSING, *, low: int, high: int, unit: str = "", meaning: str = "") -> Any:
     """A whole number in [low, high]."""
 

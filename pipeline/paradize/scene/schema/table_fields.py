@@ -21,9 +21,16 @@ def table(of: type[T], default: Any = MISSING, *, key: str | None = None, meanin
 
 
 def tables(
-    of: type[T], *, least: int = 0, most: int = 10_000, key: str | None = None, meaning: str = ""
+    of: type[T],
+    *,
+    least: int = 0,
+    most: int = 10_000,
+    key: str | None = None,
+    instead: str | None = None,
+    meaning: str = "",
 ) -> Any:
-    """An array of tables, `least` to `most` of them."""
+    """An array of tables, `least` to `most` of them. instead: the key of another field that may stand in
+    place of all of them."""
 
     def rule(value: object, place: str, faults: Faults) -> tuple[T, ...] | None:
         if not isinstance(value, list):
@@ -37,7 +44,8 @@ def tables(
 
     kind = f"{least} or more tables" if least else "tables"
     json = {"type": "array", "minItems": least, "maxItems": most}
-    return declare(rule, MISSING if least else tuple, kind, json=json, meaning=meaning, key=key, of=of)
+    default = MISSING if least else tuple
+    return declare(rule, default, kind, json=json, meaning=meaning, key=key, of=of, instead=instead)
 
 
 def named_tables(of: type[T], *, key: str | None = None, meaning: str = "") -> Any:
@@ -72,6 +80,8 @@ def read_table(of: type[T], value: object, place: str, faults: Faults) -> T | No
     for key, item in known.items():
         if key in value:
             read[item.name] = item.metadata["rule"](value[key], f"{dotted}{key}", faults)
+        elif item.metadata["instead"] in value:
+            read[item.name] = ()
         elif item.default is MISSING and item.default_factory is MISSING:
             meaning = item.metadata["meaning"]
             faults.add(

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from paradize.documents import TOML_BYTES, parse_toml
-from paradize.errors import SceneError
+from paradize.errors import GroupedError, SceneError
 from paradize.files import read_file
 from paradize.kinds import SCENE, expecting
 from paradize.scene.schema import Faults, read_table
+from paradize.scene.settings.instance_table import read_instances
+from paradize.scene.settings.objects import SceneObject
 from paradize.scene.settings.scene import Scene
 
 
@@ -23,10 +26,24 @@ def load_scene(path: Path) -> Scene:
     faults = Faults(path)
     scene = read_table(Scene, tree, "", faults)
     if scene is not None:
+        scene = replace(scene, objects=tuple(_with_file(item, faults) for item in scene.objects))
         _cross_checks(scene, faults)
     faults.raise_if_any()
     assert scene is not None
     return scene
+
+
+def _with_file(item: SceneObject, faults: Faults) -> SceneObject:
+    """The object with the instances of its file."""
+    if item.instances_file is None:
+        return item
+    try:
+        return replace(item, instances=(*item.instances, *read_instances(item.instances_file)))
+    except GroupedError as group:
+        faults.errors += group.errors
+    except SceneError as error:
+        faults.errors.append(error)
+    return item
 
 
 def _read_toml(path: Path) -> dict[str, Any]:

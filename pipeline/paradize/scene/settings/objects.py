@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from paradize.scene.schema import (
     FAR,
@@ -16,6 +17,7 @@ from paradize.scene.schema import (
     number,
     numbers,
     point,
+    scale,
     source,
     table,
     tables,
@@ -47,13 +49,19 @@ class ObjectMaterial:
     alpha_cutoff: float = number(0.0, low=0.0, high=1.0, meaning="texels with less alpha are holes; 0: none")
 
 
+def _angle(meaning: str) -> Any:
+    return number(0.0, low=-3600.0, high=3600.0, unit="degrees", meaning=meaning)
+
+
 @dataclass(frozen=True, kw_only=True)
 class Instance:
     position: tuple[float, float, float] = point((0.0, 0.0, 0.0), meaning="position of the model's origin")
-    yaw_deg: float = number(
-        0.0, low=-3600.0, high=3600.0, unit="degrees", meaning="turn about the vertical axis"
+    yaw_deg: float = _angle("turn about the vertical axis, after pitch and roll")
+    pitch_deg: float = _angle("turn about X, after roll")
+    roll_deg: float = _angle("turn about Z")
+    scale: float | tuple[float, float, float] = scale(
+        1.0, low=1e-6, high=1e6, meaning="size, or sizes along the model's x, y and z; negative: mirrored"
     )
-    scale: float = number(1.0, low=1e-6, high=1e6, meaning="size")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -132,5 +140,15 @@ class SceneObject:
         ObjectMaterial, key="material", meaning="A material of the OBJ, by its name."
     )
     instances: tuple[Instance, ...] = tables(
-        Instance, least=1, key="instance", meaning="Where the object stands. One table for each copy."
+        Instance,
+        least=1,
+        key="instance",
+        instead="instances",
+        meaning="Where the object stands. One table for each copy, or a file of `instances`.",
+    )
+    instances_file: Path | None = source(
+        None,
+        key="instances",
+        meaning="CSV file of more instances: columns x, y, z, and optional yaw_deg, pitch_deg, roll_deg, "
+        "scale or scale_x, scale_y, scale_z",
     )

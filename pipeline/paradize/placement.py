@@ -1,8 +1,10 @@
-"""Transforms between an object's space and the world, for the entries of `instances` of scene.json."""
+"""Transforms between an object's space and the world. An instance is a mapping of position, rotation (a unit
+quaternion x, y, z, w) and scale (three numbers), as in `instances` of scene.json. All code that places
+instances uses these functions."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, TypeVar
 
 if TYPE_CHECKING:
@@ -12,7 +14,10 @@ if TYPE_CHECKING:
     Number = TypeVar("Number", float, npt.NDArray[np.float64])
 
 
-def to_world(point: Iterable[Number], instance: dict[str, Any]) -> tuple[Number, Number, Number]:
+UNMOVED = {"position": [0.0, 0.0, 0.0], "rotation": [0.0, 0.0, 0.0, 1.0], "scale": [1.0, 1.0, 1.0]}
+
+
+def to_world(point: Iterable[Number], instance: Mapping[str, Any]) -> tuple[Number, Number, Number]:
     """Transforms a point from the object's space to the world: scales, turns, translates. point: x, y, z in
     metres, numbers or arrays of them."""
     x, y, z = (value * scale for value, scale in zip(point, instance["scale"], strict=True))
@@ -21,7 +26,7 @@ def to_world(point: Iterable[Number], instance: dict[str, Any]) -> tuple[Number,
     return px + x, py + y, pz + z
 
 
-def largest_scale(instance: dict[str, Any]) -> float:
+def largest_scale(instance: Mapping[str, Any]) -> float:
     """How many times as long as in the object's space a distance may be in the world."""
     return max(abs(float(scale)) for scale in instance["scale"])
 

@@ -1,0 +1,111 @@
+"""Reads a CSV file of instances: a header, then a row for each copy of the object."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Iterator
+from pathlib import Path
+
+from paradize.files import read_file
+from paradize.scene.schema import Faults
+from paradize.scene.schema.field import show, suggestion
+from paradize.scene.settings.objects import Instance
+
+MAX_BYTES = 32 << 20
+MOST = 100_000  # rows
+_POSITION, _SCALES = ("x", "y", "z"), ("scale_x", "scale_y", "scale_z")
+_ANGLES = ("yaw_deg", "pitch_deg", "roll_deg")
+_COLUMNS = (*_POSITION, *_ANGLES, "scale", *_SCALES)
+
+
+def read_instances(path: Path) -> tuple[Instance, ...]:
+    """Reads columns x, y, z, and those there are of yaw_deg, pitch_deg, roll_deg, and scale or scale_x,
+    scale_y, scale_z. Empty lines and lines that begin with # are left out. Raises SceneError for one fault,
+    with its line and column, GroupedError for several."""
+    faults = Faults(path)
+    rows = _rows(path, faults)
+    _, header = next(rows, (0, []))
+    names = [name.strip().lower() for name in header]
+    _check_header(names, faults)
+    faults.raise_if_any()
+    instances: list[Instance | None] = []
+    for line, row in rows:
+        if len(row) != len(names):
+            mend = f"write one for each of {', '.join(names)}"
+            faults.add(f"line {line}", f"has {len(row)} values, expected {len(names)}", mend)
+        elif len(instances) == MOST:
+            faults.add(f"line {line}", f"more than {MOST} instances", "spread them over several objects")
+            break
+        else:
+            instances.append(_instance(dict(zip(names, row, strict=True)), line, faults))
+    if not instances:
+        faults.add("its rows", "there are none", "write one for each instance below the header")
+    faults.raise_if_any()
+    return tuple(one for one in instances if one is not None)
+
+
+def _rows(path: Path, faults: Faults) -> Iterator[tuple[int, list[str]]]:
+    """Yields the line and the values of each row."""
+    try:
+        text = read_file(path, MAX_BYTES).decode("utf-8-sig")
+    except OSError as error:
+        faults.add("the file", f"cannot be read: {error.strerror or error}")
+        return
+    except UnicodeDecodeError as error:
+        faults.add(f"byte {error.start}", "is no text", "save the table as CSV in UTF-8")
+        return
+    reader = csv.reader(text.splitlines(), strict=True)
+    try:
+        for row in reader:
+            if any(value.strip() for value in row) and not row[0].lstrip().startswith("#"):
+                yield reader.line_num, row
+    except csv.Error as error:
+        faults.add(f"line {reader.line_num}", str(error), "save the table as CSV, with commas")
+
+
+def _check_header(names: list[str], faults: Faults) -> None:
+    for name in names:
+        if name not in _COLUMNS:
+            faults.add("header", f"has the unknown column {show(name)}", suggestion(name, _COLUMNS))
+    for name in dict.fromkeys(names):
+        if names.count(name) > 1:
+            faults.add("header", f"has {name} twice", "leave one out")
+    scales = [name for name in _SCALES if name in names]
+    for missing in [name for name in (*_POSITION, *(_SCALES if scales else ())) if name not in names]:
+        faults.add("header", f"has no column {missing}", f"known: {', '.join(_COLUMNS)}")
+    if scales and "scale" in names:
+        faults.add("header", "has scale beside scale_x, scale_y, scale_z", "leave one of the two out")
+
+
+def _instance(values: dict[str, str], line: int, faults: Faults) -> Instance | None:
+    before = len(faults.errors)
+    # The field of an instance that each column fills checks its range.
+    limits = Instance.__dataclass_fields__
+    numbers: dict[str, float] = {}
+    for name, text in values.items():
+        field = "scale" if name in _SCALES else name
+        value = _number(text)
+        place = f"line {line}, column {name}"
+        if value is None:
+            faults.add(place, f"is {show(text)}, not a number")
+        elif name in _POSITION:
+            limits["position"].metadata["rule"]([value, 0.0, 0.0], place, faults)
+        else:
+            limits[field].metadata["rule"](value, place, faults)
+        numbers[name] = value or 0.0
+    if len(faults.errors) > before:
+        return None
+    x, y, z = (numbers.pop(name) for name in _POSITION)
+    if "scale_x" in numbers:
+        sx, sy, sz = (numbers.pop(name) for name in _SCALES)
+        return Instance(position=(x, y, z), scale=(sx, sy, sz), **numbers)
+    return Instance(position=(x, y, z), **numbers)
+
+
+def _number(text: str) -> float | None:
+    if not text.isascii() or "_" in text:  # forms that only Python accepts
+        return None
+    try:
+        return float(text)
+    except ValueError:
+        return None
