@@ -1,14 +1,36 @@
-// Draws depth only, for the light's view.
+// Draws depth only, for the light's view. Macros: INSTANCED 1 for instances, 0 for u_model; default 0.
+// VERTEX_COLORS as in object.vert.
 #include "lib/frame.glsl"
+
+#ifndef INSTANCED
+#define INSTANCED 0
+#endif
+#ifndef VERTEX_COLORS
+#define VERTEX_COLORS 0
+#endif
 
 layout(location = 0) in vec3 position;
 layout(location = 3) in vec2 uv0;
 
-uniform mat4 u_model; // world from mesh
-
 out vec2 v_uv;
+out float v_alpha;
+#if VERTEX_COLORS
+layout(location = 5) in vec4 color;
+#endif
+
+#if INSTANCED
+#include "lib/model.glsl"
+#else
+uniform mat4 u_model; // world from mesh
+vec3 from_mesh(vec3 p) { return (u_model * vec4(p, 1.0)).xyz; }
+#endif
 
 void main() {
     v_uv = uv0;
-    gl_Position = view_projection * (u_model * vec4(position, 1.0));
+#if VERTEX_COLORS
+    v_alpha = color.a;
+#else
+    v_alpha = 1.0;
+#endif
+    gl_Position = view_projection * vec4(from_mesh(position), 1.0);
 }

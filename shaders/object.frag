@@ -1,21 +1,38 @@
+// Macros: ALPHA_MODE 0 opaque, 1 holes where alpha is below the cutoff, 2 blended; default 0. VERTEX_COLORS
+// as in object.vert. The model of materials is glTF's: The Khronos Group, "glTF 2.0 Specification", 2021,
+// section 3.9 and appendix B.
 #include "lib/clip_frag.glsl"
 #include "lib/fog.glsl"
 #include "lib/light.glsl"
 #include "lib/normal.glsl"
 #include "lib/parallax.glsl"
 
+#ifndef ALPHA_MODE
+#define ALPHA_MODE 0
+#endif
+#ifndef VERTEX_COLORS
+#define VERTEX_COLORS 0
+#endif
+
 uniform sampler2D u_color;
 uniform sampler2D u_normal;
 uniform sampler2D u_height;
 uniform sampler2D u_gloss;          // R specular intensity, G smoothness
-uniform vec3 u_base_color;          // linear, multiplied with the colour map
+uniform sampler2D u_occlusion;      // R share of the light from all around, G metalness
+uniform sampler2D u_emission;
+uniform vec4 u_base_color;          // linear RGB and opacity, multiplied with the colour map
 uniform float u_has_color;          // 1: there is a colour map; 0: there is none
 uniform float u_has_normal;
 uniform float u_has_height;
 uniform float u_has_gloss;
+uniform float u_has_occlusion;
+uniform float u_has_emission;
 uniform vec2 u_parallax;            // scale, bias
 uniform vec2 u_specular_smoothness; // specular, smoothness; multiplied with the gloss map
-uniform float u_alpha_cutoff;       // 0: opaque
+uniform vec2 u_metalness;           // metalness; 1 if the occlusion map's G multiplies it, else 0
+uniform float u_occlusion_strength; // 0: none of the occlusion map
+uniform vec3 u_emission_color;      // linear, multiplied with the emission map
+uniform float u_alpha_cutoff;
 uniform float u_translucency;
 uniform float u_multisampled;       // 1: alpha becomes coverage; 0: discards fragments below the cutoff
 
@@ -23,6 +40,9 @@ in vec3 v_position;
 in vec3 v_normal;
 in vec4 v_tangent;
 in vec2 v_uv;
+#if VERTEX_COLORS
+in vec4 v_color;
+#endif
 
 layout(location = 0) out vec4 fragment;
 
@@ -48,37 +68,50 @@ void main() {
                          u_parallax.x, u_parallax.y);
     }
 
-    vec4 texel = u_has_color > 0.5 ? FETCH(u_color) : vec4(1.0);
+    vec4 base = u_has_color > 0.5 ? FETCH(u_color) : vec4(1.0);
+    base *= u_base_color;
+#if VERTEX_COLORS
+    base *= clamp(v_color, 0.0, 1.0);
+#endif
     // Sample all maps before the discard, because derivatives are undefined after it.
     vec3 local_normal = u_has_normal > 0.5 ? decode_normal(FETCH(u_normal).rg, 1.0) : vec3(0.0, 0.0, 1.0);
     vec2 gloss = u_has_gloss > 0.5 ? FETCH(u_gloss).rg : vec2(1.0);
+    vec2 occlusion = u_has_occlusion > 0.5 ? FETCH(u_occlusion).rg : vec2(1.0);
+    vec3 emission = u_emission_color * (u_has_emission > 0.5 ? FETCH(u_emission).rgb : vec3(1.0));
     vec3 world_normal = tangent_to_world(local_normal, v_normal, v_tangent) * facing;
     float alpha = filtered_alpha(world_normal, alpha_of_smoothness(gloss.g * u_specular_smoothness.y));
-    float texel_step = fwidth(texel.a);
 
     float coverage = 1.0;
-    if (u_alpha_cutoff > 0.0) {
-        if (u_multisampled > 0.5) {
-            // Sharpens alpha to an edge of one pixel at any distance: B. Golus, "Anti-aliased Alpha Test",
-            // 2017.
-            coverage = clamp((texel.a - u_alpha_cutoff) / max(texel_step, 1e-3) + 0.5, 0.0, 1.0);
-            if (coverage <= 0.0) {
-                discard;
-            }
-        } else if (texel.a < u_alpha_cutoff) {
+#if ALPHA_MODE == 1
+    float alpha_step = fwidth(base.a);
+    if (u_multisampled > 0.5) {
+        // Sharpens alpha to an edge of one pixel at any distance: B. Golus, "Anti-aliased Alpha Test", 2017.
+        coverage = clamp((base.a - u_alpha_cutoff) / max(alpha_step, 1e-3) + 0.5, 0.0, 1.0);
+        if (coverage <= 0.0) {
             discard;
         }
+    } else if (base.a < u_alpha_cutoff) {
+        discard;
     }
+#elif ALPHA_MODE == 2
+    coverage = base.a;
+#endif
 
-    Surface s = matte_surface(v_position, world_normal, geometric, texel.rgb * u_base_color);
-    s.f0 = clamp(0.08 * gloss.r * u_specular_smoothness.x, 0.0, 1.0);
+    float metalness = u_metalness.x * mix(1.0, occlusion.g, u_metalness.y);
+    Surface s = matte_surface(v_position, world_normal, geometric, base.rgb * (1.0 - metalness));
+    s.f0 = mix(vec3(clamp(0.08 * gloss.r * u_specular_smoothness.x, 0.0, 1.0)), base.rgb, metalness);
     s.alpha = alpha;
     s.translucency = u_translucency;
-    vec3 color = shade(s);
+    s.occlusion = 1.0 + u_occlusion_strength * (occlusion.r - 1.0);
+    vec3 color = min(shade(s) + emission, vec3(60000.0)); // the target's half floats end at 65504
 
+#if ALPHA_MODE == 2
+    fragment = vec4(u_refracting > 0.5 ? color : apply_haze(color, v_position), coverage);
+#else
     if (u_refracting > 0.5) {
         fragment = vec4(color, pack_depth(water.w - v_position.y));
     } else {
         fragment = vec4(apply_haze(color, v_position), coverage);
     }
+#endif
 }

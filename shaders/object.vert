@@ -1,28 +1,42 @@
+// Macro VERTEX_COLORS: 1 if the mesh's colours multiply the material's; default 0.
 #include "lib/guard.glsl"
+#include "lib/model.glsl"
 #include "lib/position.glsl"
+
+#ifndef VERTEX_COLORS
+#define VERTEX_COLORS 0
+#endif
 
 layout(location = 0) in vec3 position;
 layout(location = 1) in vec3 normal;
 layout(location = 2) in vec4 tangent;
 layout(location = 3) in vec2 uv0;
 
-uniform mat4 u_model; // world from mesh: scale per axis, rotation, translation
-
 out vec3 v_position;
 out vec3 v_normal;
 out vec4 v_tangent;
 out vec2 v_uv;
+#if VERTEX_COLORS
+layout(location = 5) in vec4 color; // linear
+out vec4 v_color;
+#endif
 
 void main() {
-    mat3 model = mat3(u_model);
+    mat3 model = transpose(mat3(model_x.xyz, model_y.xyz, model_z.xyz));
+    // Only directions matter here. The largest element becomes 1, so that no product under- or overflows.
     vec3 longest = max(max(abs(model[0]), abs(model[1])), abs(model[2]));
     model /= max(max(max(longest.x, longest.y), longest.z), 1e-37);
-    v_position = (u_model * vec4(position, 1.0)).xyz;
-    // The cofactors are the inverse transpose times the determinant, whose sign is that of a mirrored model.
+    // Normals transform by the inverse transpose, which is the matrix of cofactors over the determinant. A
+    // mirrored model has a negative determinant and turns the bitangent round: E. Lengyel, "Foundations of
+    // Game Engine Development", volume 1, 2016, sections 1.7.1 and 3.2.2.
     mat3 cofactors = mat3(cross(model[1], model[2]), cross(model[2], model[0]), cross(model[0], model[1]));
     float side = dot(model[0], cofactors[0]) < 0.0 ? -1.0 : 1.0;
+    v_position = from_mesh(position);
     v_normal = side * safe_normalize(cofactors * normal, vec3(0.0, 1.0, 0.0));
     v_tangent = vec4(safe_normalize(model * tangent.xyz, vec3(1.0, 0.0, 0.0)), side * tangent.w);
     v_uv = uv0;
+#if VERTEX_COLORS
+    v_color = color;
+#endif
     write_position(v_position);
 }

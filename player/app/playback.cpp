@@ -208,6 +208,7 @@ class Playback {
         out.resident_bytes = scenes_.current().streamer.resident_bytes();
         out.total_bytes = scenes_.current().streamer.total_bytes();
         out.terrain_bytes = scenes_.current().streamer.terrain_bytes();
+        out.draw_calls = renderer_->draw_calls();
         out.terrain = renderer_->terrain_counts();
         out.renderer = gl::renderer_name();
         out.version = gl::version_name();

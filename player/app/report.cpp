@@ -200,7 +200,8 @@ std::string to_json(const Report &report) {
                ", \"baked\": " + std::to_string(terrain.total_patches) +
                ", \"bytes\": " + std::to_string(report.terrain_bytes) + "}";
     }
-    out += ", \"program_bytes\": " + std::to_string(program_bytes()) +
+    out += ", \"draw_calls\": " + std::to_string(report.draw_calls) +
+           ", \"program_bytes\": " + std::to_string(program_bytes()) +
            ", \"shared_libraries\": " + quoted(shared_libraries()) +
            ", \"gl_renderer\": " + quoted(report.renderer) + ", \"gl_version\": " + quoted(report.version) +
            ", \"screenshots\": " + quoted(report.screenshots) +

@@ -31,6 +31,7 @@ struct Report {
     std::vector<QualityFeature> features; // that apply to this scene on this device
     std::optional<int> reference;         // number of frames averaged per picture
     std::optional<FrameRate> fps;
+    std::uint64_t draw_calls = 0; // of the last frame, in all views
     std::uint64_t resident_bytes = 0;
     std::uint64_t total_bytes = 0;
     std::uint64_t terrain_bytes = 0;      // part of total_bytes

@@ -35,6 +35,12 @@ bool inside(std::uint64_t offset, std::uint64_t length, std::uint64_t size) {
 
 } // namespace
 
+bool has_green(PixelFormat format) {
+    constexpr std::array red_only{PixelFormat::r8_unorm, PixelFormat::r16_unorm, PixelFormat::r32_float,
+                                  PixelFormat::bc4_unorm};
+    return std::ranges::find(red_only, format) == red_only.end();
+}
+
 BlockShape block_shape(PixelFormat format) {
     switch (format) {
     case PixelFormat::r8_unorm:

@@ -44,6 +44,9 @@ struct BlockShape {
 /// `bytes` is 0 for a format that is not in PixelFormat.
 BlockShape block_shape(PixelFormat format);
 
+/// True if the format stores more than a red channel.
+bool has_green(PixelFormat format);
+
 struct Ktx2Level {
     std::span<const std::byte> bytes;      // all faces in order, rows from the top, without padding
     std::span<const std::byte> compressed; // Zstandard frame of `bytes`; empty: not compressed

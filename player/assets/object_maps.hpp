@@ -21,6 +21,7 @@ class PerMap {
   public:
     T &operator[](ObjectMap map) { return values_[static_cast<std::size_t>(map)]; }
     const T &operator[](ObjectMap map) const { return values_[static_cast<std::size_t>(map)]; }
+    bool operator==(const PerMap &) const = default;
 
   private:
     std::array<T, object_map_names.size()> values_{};

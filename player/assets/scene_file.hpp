@@ -144,6 +144,8 @@ struct Material {
     AlphaMode alpha_mode = AlphaMode::opaque;
     float alpha_cutoff = 0.5F;  // of AlphaMode::mask
     bool vertex_colors = false; // the mesh's colours multiply colour and opacity
+
+    bool operator==(const Material &) const = default;
 };
 
 struct ObjectLod {

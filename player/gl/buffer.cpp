@@ -18,6 +18,11 @@ void write_buffer(unsigned target, const Buffer &buffer, std::size_t offset,
     glBufferSubData(target, static_cast<GLintptr>(offset), static_cast<GLsizeiptr>(data.size()), data.data());
 }
 
+void replace_buffer(unsigned target, const Buffer &buffer, std::span<const std::byte> data) {
+    glBindBuffer(target, buffer.name());
+    glBufferData(target, static_cast<GLsizeiptr>(data.size()), data.data(), GL_STREAM_DRAW);
+}
+
 void attribute_floats(unsigned location, int components, const Buffer &buffer, int stride_bytes,
                       std::size_t offset_bytes, unsigned divisor) {
     attribute_numbers(location, components, GL_FLOAT, false, buffer, stride_bytes, offset_bytes);

@@ -17,6 +17,7 @@ enum Attribute : unsigned {
     attribute_uv1 = 4,      // vec2
     attribute_color = 5,    // vec4, linear
     attribute_free = 6,     // first location that no baked mesh uses, for per-instance data of a pass
+    attribute_model = 6,    // 3 x vec4 of the objects pass: rows of the matrix from the mesh to the view
 };
 
 enum class Usage { fixed, streamed };
@@ -26,6 +27,9 @@ enum class Usage { fixed, streamed };
 Buffer make_buffer(unsigned target, std::size_t bytes, Usage usage);
 /// Writes into a buffer from make_buffer(). `offset` plus the size of `data` must not exceed the buffer.
 void write_buffer(unsigned target, const Buffer &buffer, std::size_t offset, std::span<const std::byte> data);
+
+/// Replaces the whole content of a buffer. What earlier draw calls read of it stays as it was.
+void replace_buffer(unsigned target, const Buffer &buffer, std::span<const std::byte> data);
 
 /// Sets a float attribute of the bound vertex array, read from `buffer`. `divisor` 1 advances it once per
 /// instance.

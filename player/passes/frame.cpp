@@ -1,5 +1,6 @@
 #include "passes/frame.hpp"
 
+#include "gl/draw.hpp"
 #include "gl/frame_uniforms.hpp"
 #include "gl/framebuffer.hpp"
 #include "gl/program.hpp"
@@ -96,7 +97,7 @@ void Frame::draw_view(const View &view, unsigned framebuffer, bool depth_only) {
 
 void Frame::draw_fullscreen() const {
     glBindVertexArray(empty_vertex_array_.name());
-    glDrawArrays(GL_TRIANGLES, 0, 3);
+    gl::draw_vertices(GL_TRIANGLES, 3);
 }
 
 } // namespace paradize

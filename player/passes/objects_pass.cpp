@@ -1,13 +1,20 @@
 #include "passes/objects_pass.hpp"
 
+#include "gl/buffer.hpp"
+#include "passes/frame.hpp"
+
 #include <epoxy/gl.h>
 #include <glm/vec2.hpp>
 #include <glm/vec4.hpp>
+
+#include <algorithm>
+#include <string>
 
 namespace paradize {
 
 namespace {
 
+using assets::AlphaMode;
 using assets::ObjectMap;
 
 unsigned unit_of(ObjectMap map) {
@@ -17,55 +24,74 @@ unsigned unit_of(ObjectMap map) {
 /// Two-sided materials with holes are leaves. They transmit this share of the light from behind.
 constexpr float leaf_translucency = 0.55F;
 
-/// 0: opaque.
-float cutoff_of(const assets::Material &material) {
-    return material.alpha_mode == assets::AlphaMode::mask ? material.alpha_cutoff : 0.0F;
+std::string define(std::string_view name, int value) {
+    return std::string(name) + " " + std::to_string(value);
 }
 
-std::string parallax_define(const RenderSettings &settings) {
-    return "PARALLAX_STEPS " + std::to_string(settings.parallax_steps);
+std::string alpha_define(AlphaMode mode) {
+    return define("ALPHA_MODE", static_cast<int>(mode));
 }
 
-void set_two_sided(bool both) {
-    if (both) {
-        glDisable(GL_CULL_FACE);
-    } else {
-        glEnable(GL_CULL_FACE);
-    }
+std::string colors_define(bool vertex_colors) {
+    return define("VERTEX_COLORS", vertex_colors ? 1 : 0);
 }
 
 } // namespace
 
-ObjectsPass::ObjectsPass(const PassSetup &setup)
-    : depth_(setup.shaders, "depth.vert", "depth.frag"),
-      program_(setup.shaders, "object.vert", "object.frag",
-               {shadow_define(setup.settings), parallax_define(setup.settings)}),
-      environment_(setup, program_), depth_model_location_(depth_.location("u_model")),
-      depth_cutoff_location_(depth_.location("u_alpha_cutoff")),
-      model_location_(program_.location("u_model")), base_color_location_(program_.location("u_base_color")),
-      parallax_location_(program_.location("u_parallax")),
-      shine_location_(program_.location("u_specular_smoothness")),
-      cutoff_location_(program_.location("u_alpha_cutoff")),
-      translucency_location_(program_.location("u_translucency")),
-      multisampled_location_(program_.location("u_multisampled")) {
-    depth_.set_unit("u_color", unit_of(ObjectMap::color));
+ObjectsPass::Lit::Lit(const PassSetup &setup, AlphaMode mode, bool vertex_colors)
+    : program(setup.shaders, "object.vert", "object.frag",
+              {shadow_define(setup.settings), define("PARALLAX_STEPS", setup.settings.parallax_steps),
+               alpha_define(mode), colors_define(vertex_colors)}),
+      environment(setup, program), base_color(program.location("u_base_color")),
+      parallax(program.location("u_parallax")), shine(program.location("u_specular_smoothness")),
+      metalness(program.location("u_metalness")),
+      occlusion_strength(program.location("u_occlusion_strength")),
+      emission(program.location("u_emission_color")), cutoff(program.location("u_alpha_cutoff")),
+      translucency(program.location("u_translucency")), multisampled(program.location("u_multisampled")) {
     assets::for_each_map([&](ObjectMap map, std::string_view name) {
-        program_.set_unit(("u_" + std::string(name)).c_str(), unit_of(map));
-        has_map_locations_[map] = program_.location(("u_has_" + std::string(name)).c_str());
+        program.set_unit(("u_" + std::string(name)).c_str(), static_cast<int>(unit_of(map)));
+        has_map[map] = program.location(("u_has_" + std::string(name)).c_str());
     });
+}
+
+ObjectsPass::Depth::Depth(const PassSetup &setup, AlphaMode mode, bool vertex_colors)
+    : program(setup.shaders, "depth.vert", "depth.frag",
+              {define("INSTANCED", 1), alpha_define(mode), colors_define(vertex_colors)}),
+      has_color(program.location("u_has_color")), opacity(program.location("u_opacity")),
+      cutoff(program.location("u_alpha_cutoff")) {
+    program.set_unit("u_color", static_cast<int>(unit_of(ObjectMap::color)));
+}
+
+ObjectsPass::ObjectsPass(const PassSetup &setup, DrawnMaterials drawn)
+    : drawn_(drawn), list_(setup.scene.objects(), drawn), samplers_of_(setup.scene.material_count()),
+      instances_(gl::make_buffer(GL_ARRAY_BUFFER, sizeof(InstanceRows), gl::Usage::streamed)) {
+    const bool draws_light = drawn == DrawnMaterials::solid;
+    if (draws_light) {
+        casters_.emplace(setup.scene.objects(), DrawnMaterials::all);
+    }
     for (const Object &object : setup.scene.objects()) {
-        std::vector<assets::PerMap<unsigned>> &samplers = samplers_of_.emplace_back();
         for (const Material &material : object.materials) {
-            const gl::Wrap wrap = material.values.repeat ? gl::Wrap::repeat : gl::Wrap::clamp;
-            assets::PerMap<unsigned> &of_material = samplers.emplace_back();
+            const assets::Material &values = material.values;
+            const std::size_t variant = variant_of(values);
+            const bool is_blended = values.alpha_mode == AlphaMode::blend;
+            if (is_blended == (drawn == DrawnMaterials::blended) && !lit_[variant]) {
+                lit_[variant].emplace(setup, values.alpha_mode, values.vertex_colors);
+            }
+            if (draws_light && !depth_[variant]) {
+                depth_[variant].emplace(setup, values.alpha_mode, values.vertex_colors);
+            }
+            const gl::Wrap wrap = values.repeat ? gl::Wrap::repeat : gl::Wrap::clamp;
             assets::for_each_map([&](ObjectMap map, std::string_view) {
-                const assets::Artifact *artifact =
-                    setup.scene.file().find_artifact(material.values.maps[map]);
+                const assets::Artifact *artifact = setup.scene.file().find_artifact(values.maps[map]);
                 const std::optional<int> max_level = artifact != nullptr ? artifact->max_level : std::nullopt;
-                of_material[map] = sampler(wrap, max_level, setup.settings);
+                samplers_of_[material.id][map] = sampler(wrap, max_level, setup.settings);
             });
         }
     }
+}
+
+std::size_t ObjectsPass::variant_of(const assets::Material &material) {
+    return 2 * static_cast<std::size_t>(material.alpha_mode) + (material.vertex_colors ? 1U : 0U);
 }
 
 unsigned ObjectsPass::sampler(gl::Wrap wrap, std::optional<int> max_level, const RenderSettings &settings) {
@@ -80,77 +106,162 @@ unsigned ObjectsPass::sampler(gl::Wrap wrap, std::optional<int> max_level, const
     return samplers_.back().sampler.name();
 }
 
-std::span<const assets::PerMap<unsigned>> ObjectsPass::samplers_of(const Frame &frame,
-                                                                   const Object &object) const {
-    return samplers_of_[static_cast<std::size_t>(&object - frame.scene.objects().data())];
+void ObjectsPass::forget_state() {
+    variant_.reset();
+    material_.reset();
+    two_sided_.reset();
+    mirrored_.reset();
+    maps_ = {};
+    mesh_ = {};
+}
+
+void ObjectsPass::bind_map(const Material &material, ObjectMap map) {
+    const BoundMap wanted{material.maps[map], samplers_of_[material.id][map]};
+    if (wanted.texture != nullptr && maps_[map] != wanted) {
+        wanted.texture->bind(unit_of(map), wanted.sampler);
+        maps_[map] = wanted;
+    }
+}
+
+void ObjectsPass::use_lit(const Frame &frame, const View &view, const Material &material) {
+    const assets::Material &values = material.values;
+    const Lit &lit = *lit_[variant_of(values)];
+    if (variant_ != variant_of(values)) {
+        variant_ = variant_of(values);
+        material_.reset();
+        lit.program.use();
+        lit.environment.apply(frame, view);
+        const bool multisampled = view.kind == ViewKind::main && frame.settings.samples > 1;
+        gl::Program::set(lit.multisampled, multisampled ? 1.0F : 0.0F);
+    }
+    if (material_ == material.id) {
+        return;
+    }
+    material_ = material.id;
+    assets::for_each_map([&](ObjectMap map, std::string_view) {
+        bind_map(material, map);
+        // The placeholder of these two would darken the surface or make it glow.
+        const bool must_be_resident = map == ObjectMap::occlusion || map == ObjectMap::emission;
+        const StreamedTexture *texture = material.maps[map];
+        const bool has = texture != nullptr && (texture->resident() || !must_be_resident);
+        gl::Program::set(lit.has_map[map], has ? 1.0F : 0.0F);
+    });
+    const StreamedTexture *occlusion = material.maps[ObjectMap::occlusion];
+    const bool has_metal_map = occlusion != nullptr && occlusion->has_green();
+    gl::Program::set(lit.base_color, glm::vec4(values.color, values.opacity));
+    gl::Program::set(lit.parallax, parallax_of(values));
+    gl::Program::set(lit.shine, glm::vec2(values.specular, values.smoothness));
+    gl::Program::set(lit.metalness, glm::vec2(values.metalness, has_metal_map ? 1.0F : 0.0F));
+    gl::Program::set(lit.occlusion_strength, values.occlusion_strength);
+    gl::Program::set(lit.emission, values.emission);
+    gl::Program::set(lit.cutoff, values.alpha_cutoff);
+    const bool leaf = values.two_sided && values.alpha_mode == AlphaMode::mask;
+    gl::Program::set(lit.translucency, leaf ? leaf_translucency : 0.0F);
+}
+
+void ObjectsPass::use_depth(const Material &material) {
+    const assets::Material &values = material.values;
+    const Depth &depth = *depth_[variant_of(values)];
+    if (variant_ != variant_of(values)) {
+        variant_ = variant_of(values);
+        material_.reset();
+        depth.program.use();
+    }
+    if (material_ == material.id) {
+        return;
+    }
+    material_ = material.id;
+    if (values.alpha_mode != AlphaMode::opaque) {
+        bind_map(material, ObjectMap::color);
+        gl::Program::set(depth.has_color, material.maps[ObjectMap::color] != nullptr ? 1.0F : 0.0F);
+        gl::Program::set(depth.opacity, values.opacity);
+        gl::Program::set(depth.cutoff, values.alpha_cutoff);
+    }
+}
+
+void ObjectsPass::draw_command(const DrawCommand &command, const View &view) {
+    if (const bool mirrored = command.mirrored != view.mirrored; mirrored_ != mirrored) {
+        mirrored_ = mirrored;
+        glFrontFace(mirrored ? GL_CW : GL_CCW);
+    }
+    const StreamedMesh &mesh = *command.object->mesh;
+    if (const BoundMesh wanted{&mesh, command.lod, command.first}; mesh_ != wanted) {
+        mesh_ = wanted;
+        mesh.bind(command.lod, instances_, command.first);
+    }
+    const bool two_sided = command.object->materials[command.material].values.two_sided;
+    const auto draw = [&] { mesh.draw(command.lod, command.material, static_cast<int>(command.count)); };
+    if (two_sided && drawn_ == DrawnMaterials::blended) {
+        // Back faces first, which is the right order for convex shapes.
+        glEnable(GL_CULL_FACE);
+        glCullFace(GL_FRONT);
+        draw();
+        glCullFace(GL_BACK);
+        draw();
+        two_sided_ = false;
+        return;
+    }
+    if (two_sided_ != two_sided) {
+        two_sided_ = two_sided;
+        (two_sided ? glDisable : glEnable)(GL_CULL_FACE);
+    }
+    draw();
 }
 
 void ObjectsPass::draw_depth(const Frame &frame, const View &light) {
-    depth_.use();
-    depth_bias(true);
-    for (const DrawItem &item : frame.visible(ViewKind::light)) {
-        const Object &object = *item.object;
-        const auto samplers = samplers_of(frame, object);
-        gl::Program::set(depth_model_location_, light.local(item.instance->model));
-        glFrontFace(item.instance->mirrored == light.mirrored ? GL_CCW : GL_CW);
-        for (std::size_t m = 0; m < object.materials.size(); ++m) {
-            const Material &material = object.materials[m];
-            const StreamedTexture *color = material.maps[ObjectMap::color];
-            if (color != nullptr) {
-                color->bind(unit_of(ObjectMap::color), samplers[m][ObjectMap::color]);
-            }
-            set_two_sided(material.values.two_sided);
-            gl::Program::set(depth_cutoff_location_, color != nullptr ? cutoff_of(material.values) : 0.0F);
-            object.mesh->draw(item.lod, static_cast<int>(m));
-        }
+    casters_->fill(frame.visible(ViewKind::light), light);
+    if (casters_->commands().empty()) {
+        return;
     }
-    set_two_sided(false);
-    glFrontFace(light.mirrored ? GL_CW : GL_CCW);
+    gl::replace_buffer(GL_ARRAY_BUFFER, instances_, std::as_bytes(casters_->instances()));
+    forget_state();
+    depth_bias(true);
+    for (const DrawCommand &command : casters_->commands()) {
+        use_depth(command.object->materials[command.material]);
+        draw_command(command, light);
+    }
     depth_bias(false);
+    glEnable(GL_CULL_FACE);
+    glFrontFace(light.mirrored ? GL_CW : GL_CCW);
 }
 
 void ObjectsPass::draw(const Frame &frame, const View &view) {
     if (view.kind == ViewKind::light) {
-        draw_depth(frame, view);
+        if (casters_) {
+            draw_depth(frame, view);
+        }
         return;
     }
-    program_.use();
-    environment_.apply(frame, view);
-    const bool multisampled = view.kind == ViewKind::main && frame.settings.samples > 1;
-    gl::Program::set(multisampled_location_, multisampled ? 1.0F : 0.0F);
-    if (multisampled) {
+    list_.fill(frame.visible(view.kind), view);
+    if (list_.commands().empty()) {
+        return;
+    }
+    gl::replace_buffer(GL_ARRAY_BUFFER, instances_, std::as_bytes(list_.instances()));
+    forget_state();
+    const bool blended = drawn_ == DrawnMaterials::blended;
+    const bool covers = !blended && view.kind == ViewKind::main && frame.settings.samples > 1;
+    if (covers) {
         glEnable(GL_SAMPLE_ALPHA_TO_COVERAGE);
     }
-    for (const DrawItem &item : frame.visible(view.kind)) {
-        const Object &object = *item.object;
-        const auto samplers = samplers_of(frame, object);
-        gl::Program::set(model_location_, view.local(item.instance->model));
-        glFrontFace(item.instance->mirrored == view.mirrored ? GL_CCW : GL_CW);
-        for (std::size_t m = 0; m < object.materials.size(); ++m) {
-            const Material &material = object.materials[m];
-            assets::for_each_map([&](ObjectMap map, std::string_view) {
-                if (material.maps[map] != nullptr) {
-                    material.maps[map]->bind(unit_of(map), samplers[m][map]);
-                }
-                gl::Program::set(has_map_locations_[map], material.maps[map] != nullptr ? 1.0F : 0.0F);
-            });
-            const assets::Material &values = material.values;
-            const float cutoff = cutoff_of(values);
-            set_two_sided(values.two_sided);
-            gl::Program::set(base_color_location_, values.color);
-            gl::Program::set(parallax_location_, parallax_of(values));
-            gl::Program::set(shine_location_, glm::vec2(values.specular, values.smoothness));
-            gl::Program::set(cutoff_location_, cutoff);
-            gl::Program::set(translucency_location_,
-                             values.two_sided && cutoff > 0.0F ? leaf_translucency : 0.0F);
-            object.mesh->draw(item.lod, static_cast<int>(m));
-        }
+    if (blended) {
+        glEnable(GL_BLEND);
+        // The refraction view's alpha holds the depth of what lies behind.
+        glBlendFuncSeparate(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA, GL_ZERO, GL_ONE);
+        glDepthMask(GL_FALSE);
     }
-    set_two_sided(false);
-    glFrontFace(view.mirrored ? GL_CW : GL_CCW);
-    if (multisampled) {
+    for (const DrawCommand &command : list_.commands()) {
+        use_lit(frame, view, command.object->materials[command.material]);
+        draw_command(command, view);
+    }
+    if (blended) {
+        glDisable(GL_BLEND);
+        glDepthMask(GL_TRUE);
+    }
+    if (covers) {
         glDisable(GL_SAMPLE_ALPHA_TO_COVERAGE);
     }
+    glEnable(GL_CULL_FACE);
+    glFrontFace(view.mirrored ? GL_CW : GL_CCW);
 }
 
 } // namespace paradize

@@ -1,32 +1,57 @@
 #pragma once
-// Draws all objects: normal and parallax mapped, with gloss and translucent leaves.
+// Draws all objects: opaque materials and those with holes in one pass, blended ones in a later pass.
 
 #include "gl/handle.hpp"
 #include "gl/program.hpp"
 #include "gl/texture.hpp"
+#include "passes/draw_list.hpp"
 #include "passes/environment_bindings.hpp"
 #include "passes/pass.hpp"
 #include "streaming/scene.hpp"
 
+#include <array>
 #include <optional>
-#include <span>
 #include <vector>
 
 namespace paradize {
 
 class ObjectsPass : public Pass {
   public:
-    explicit ObjectsPass(const PassSetup &setup);
+    explicit ObjectsPass(const PassSetup &setup) : ObjectsPass(setup, DrawnMaterials::solid) {}
     void draw(const Frame &frame, const View &view) override;
 
-  private:
-    void draw_depth(const Frame &frame, const View &light);
+  protected:
+    /// `drawn`: solid or blended.
+    ObjectsPass(const PassSetup &setup, DrawnMaterials drawn);
 
-    gl::Program depth_;
-    gl::Program program_;
-    EnvironmentBindings environment_;
-    /// Sampler names of one object's maps, by material.
-    std::span<const assets::PerMap<unsigned>> samplers_of(const Frame &frame, const Object &object) const;
+  private:
+    /// One variant of the programs: an alpha mode, with or without vertex colours.
+    struct Lit {
+        Lit(const PassSetup &setup, assets::AlphaMode mode, bool vertex_colors);
+
+        gl::Program program;
+        EnvironmentBindings environment;
+        assets::PerMap<int> has_map; // of the uniforms u_has_NAME
+        int base_color, parallax, shine, metalness, occlusion_strength, emission, cutoff, translucency,
+            multisampled;
+    };
+    struct Depth {
+        Depth(const PassSetup &setup, assets::AlphaMode mode, bool vertex_colors);
+
+        gl::Program program;
+        int has_color, opacity, cutoff;
+    };
+    static constexpr std::size_t variants = 6;
+    static std::size_t variant_of(const assets::Material &material);
+
+    void draw_depth(const Frame &frame, const View &light);
+    /// Binds the program and the material of a command, as far as they differ from the last command's.
+    void use_lit(const Frame &frame, const View &view, const Material &material);
+    void use_depth(const Material &material);
+    void bind_map(const Material &material, assets::ObjectMap map);
+    void draw_command(const DrawCommand &command, const View &view);
+    /// Forgets what is bound, because other passes bind too.
+    void forget_state();
     unsigned sampler(gl::Wrap wrap, std::optional<int> max_level, const RenderSettings &settings);
 
     struct CachedSampler {
@@ -34,13 +59,38 @@ class ObjectsPass : public Pass {
         std::optional<int> max_level;
         gl::Sampler sampler;
     };
+    struct BoundMap {
+        const StreamedTexture *texture = nullptr;
+        unsigned sampler = 0;
+        bool operator==(const BoundMap &) const = default;
+    };
+    struct BoundMesh {
+        const StreamedMesh *mesh = nullptr;
+        int lod = -1;
+        std::uint32_t first = 0;
+        bool operator==(const BoundMesh &) const = default;
+    };
+
+    DrawnMaterials drawn_;
+    DrawList list_;
+    std::optional<DrawList> casters_; // of the light's view; empty: this pass does not draw it
+    std::array<std::optional<Lit>, variants> lit_;
+    std::array<std::optional<Depth>, variants> depth_;
     std::vector<CachedSampler> samplers_;
-    std::vector<std::vector<assets::PerMap<unsigned>>> samplers_of_; // by object, then material
-    assets::PerMap<int> has_map_locations_;                          // of the uniforms u_has_NAME
-    int depth_model_location_ = -1, depth_cutoff_location_ = -1;
-    int model_location_ = -1, base_color_location_ = -1, parallax_location_ = -1, shine_location_ = -1,
-        cutoff_location_ = -1;
-    int translucency_location_ = -1, multisampled_location_ = -1;
+    std::vector<assets::PerMap<unsigned>> samplers_of_; // by Material::id
+    gl::Buffer instances_;
+    // what is bound
+    std::optional<std::size_t> variant_;
+    std::optional<std::uint32_t> material_;
+    std::optional<bool> two_sided_, mirrored_;
+    assets::PerMap<BoundMap> maps_;
+    BoundMesh mesh_;
+};
+
+/// Draws blended materials, after everything that is solid.
+class BlendedPass : public ObjectsPass {
+  public:
+    explicit BlendedPass(const PassSetup &setup) : ObjectsPass(setup, DrawnMaterials::blended) {}
 };
 
 } // namespace paradize

@@ -1,6 +1,7 @@
 #include "passes/particles_pass.hpp"
 
 #include "gl/buffer.hpp"
+#include "gl/draw.hpp"
 
 #include <epoxy/gl.h>
 
@@ -136,7 +137,7 @@ void ParticlesPass::draw(const Frame &frame, const View &view) {
         gl::attribute_floats(gl::attribute_free, 4, instances_, stride, offset, 1);
         gl::attribute_floats(gl::attribute_free + 1, 2, instances_, stride, offset + 4 * sizeof(float), 1);
         gl::Program::set(color_location_, colors_[i]);
-        glDrawArraysInstanced(GL_TRIANGLE_STRIP, 0, 4, static_cast<GLsizei>(count));
+        gl::draw_vertices(GL_TRIANGLE_STRIP, 4, static_cast<int>(count));
         first += count;
     }
     glEnable(GL_CULL_FACE);

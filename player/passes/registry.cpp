@@ -1,5 +1,5 @@
-// The list of passes in drawing order: views that others sample, opaque surfaces, sky, water, particles, and
-// the conversion to the screen.
+// The list of passes in drawing order: views that others sample, opaque surfaces, sky, water, blended
+// surfaces, particles, and the conversion to the screen.
 
 #include "passes/objects_pass.hpp"
 #include "passes/particles_pass.hpp"
@@ -44,7 +44,19 @@ bool same_surface(const RenderSettings &a, const RenderSettings &b) {
     return same_light(a, b) && a.anisotropy == b.anisotropy;
 }
 
-constexpr std::array<Entry, 9> entries{{
+bool same_objects(const RenderSettings &a, const RenderSettings &b) {
+    return same_surface(a, b) && a.parallax_steps == b.parallax_steps;
+}
+
+bool has_blended(const SceneFile &file) {
+    return std::ranges::any_of(file.objects, [](const assets::Object &object) {
+        return std::ranges::any_of(object.materials, [](const assets::Material &material) {
+            return material.alpha_mode == assets::AlphaMode::blend;
+        });
+    });
+}
+
+constexpr std::array<Entry, 10> entries{{
     {"shadow", [](const SceneFile &f) { return f.shadow.has_value(); },
      [](const RenderSettings &a, const RenderSettings &b) { return a.shadow_size_px == b.shadow_size_px; },
      make<ShadowPass>},
@@ -59,13 +71,10 @@ constexpr std::array<Entry, 9> entries{{
      },
      make<RefractionPass>},
     {"terrain", [](const SceneFile &f) { return f.terrain.has_value(); }, same_surface, make<TerrainPass>},
-    {"objects", [](const SceneFile &f) { return !f.objects.empty(); },
-     [](const RenderSettings &a, const RenderSettings &b) {
-         return same_surface(a, b) && a.parallax_steps == b.parallax_steps;
-     },
-     make<ObjectsPass>},
+    {"objects", [](const SceneFile &f) { return !f.objects.empty(); }, same_objects, make<ObjectsPass>},
     {"sky", [](const SceneFile &f) { return !f.sky.empty(); }, always, make<SkyPass>},
     {"water", [](const SceneFile &f) { return f.water.has_value(); }, same_light, make<WaterPass>},
+    {"blended", has_blended, same_objects, make<BlendedPass>},
     {"particles", [](const SceneFile &f) { return !f.particles.empty(); }, always, make<ParticlesPass>},
     {"post", [](const SceneFile &) { return true; }, always, make<PostPass>},
 }};
@@ -89,9 +98,10 @@ std::vector<std::size_t> enabled_passes(const SceneFile &file, std::span<const s
     std::vector<std::size_t> needed;
     for (std::size_t i = 0; i < entries.size(); ++i) {
         const Entry &entry = entries[i];
-        // Only the water samples these two.
+        // Only the water samples the first two. Blended materials are objects too.
         const bool unused =
-            is_disabled("water") && (entry.name == "reflection" || entry.name == "refraction");
+            (is_disabled("water") && (entry.name == "reflection" || entry.name == "refraction")) ||
+            (is_disabled("objects") && entry.name == "blended");
         if (entry.needed(file) && !is_disabled(entry.name) && !unused) {
             needed.push_back(i);
         }

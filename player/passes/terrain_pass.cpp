@@ -21,7 +21,6 @@ TerrainPass::TerrainPass(const PassSetup &setup)
                                        std::nullopt, setup.settings.mip_bias)),
       clamp_sampler_(gl::make_sampler(gl::Wrap::clamp, gl::Filter::mipmapped, setup.settings.anisotropy)),
       depth_model_location_(depth_.location("u_model")),
-      depth_cutoff_location_(depth_.location("u_alpha_cutoff")),
       has_sand_normal_location_(program_.location("u_has_sand_normal")),
       has_effect_location_(program_.location("u_has_effect")),
       sand_reference_location_(program_.location("u_sand_reference_m")),
@@ -40,7 +39,6 @@ void TerrainPass::draw(const Frame &frame, const View &view) {
     const assets::Terrain &terrain = *file.terrain;
     if (view.kind == ViewKind::light) {
         depth_.use();
-        gl::Program::set(depth_cutoff_location_, 0.0F);
         depth_bias(true);
         frame.terrain()->draw(view, no_plane, {depth_model_location_});
         depth_bias(false);

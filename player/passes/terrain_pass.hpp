@@ -21,7 +21,7 @@ class TerrainPass : public Pass {
     // Clamps, because the effect map covers the terrain once. It has no mip bias: its coarse mips are used
     // for sharpening.
     gl::Sampler clamp_sampler_;
-    int depth_model_location_ = -1, depth_cutoff_location_ = -1;
+    int depth_model_location_ = -1;
     int has_sand_normal_location_ = -1, has_effect_location_ = -1, sand_reference_location_ = -1,
         grain_offset_location_ = -1, mix_location_ = -1, wet_location_ = -1, clip_location_ = -1,
         model_location_ = -1, normals_location_ = -1;

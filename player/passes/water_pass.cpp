@@ -1,6 +1,7 @@
 #include "passes/water_pass.hpp"
 
 #include "gl/buffer.hpp"
+#include "gl/draw.hpp"
 #include "gl/texture.hpp"
 
 #include <epoxy/gl.h>
@@ -103,7 +104,7 @@ void WaterPass::draw(const Frame &frame, const View &view) {
     glBlendFuncSeparate(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA, GL_ZERO, GL_ONE);
     glDisable(GL_CULL_FACE);
     glBindVertexArray(grid_.name());
-    glDrawElements(GL_TRIANGLES, index_count_, GL_UNSIGNED_SHORT, nullptr);
+    gl::draw_triangles(index_count_, GL_UNSIGNED_SHORT, 0);
     glBindVertexArray(0);
     glEnable(GL_CULL_FACE);
     glBlendFunc(GL_ONE, GL_ZERO);

@@ -1,6 +1,7 @@
 #include "render/renderer.hpp"
 
 #include "gl/debug.hpp"
+#include "gl/draw.hpp"
 #include "gl/framebuffer.hpp"
 #include "gl/texture.hpp"
 #include "scene/camera.hpp"
@@ -172,6 +173,7 @@ void Renderer::set_views(const Pose &pose, const Sample &sample) {
 }
 
 void Renderer::begin_frame(double elapsed_s) {
+    first_draw_call_ = gl::draw_calls();
     step_to(elapsed_s);
     frame_.clock.delta_s = frame_.clock.frame == 0 ? 0.0 : elapsed_s - last_s_;
     frame_.clock.elapsed_s = elapsed_s;
@@ -234,6 +236,7 @@ void Renderer::finish() {
         gl::blit_color(shown, width_px_, height_px_, output_.name(), width_px_, height_px_);
     }
     ++frame_.clock.frame;
+    draw_calls_ = gl::draw_calls() - first_draw_call_;
 }
 
 void Renderer::draw(double elapsed_s, const Pose &pose) {

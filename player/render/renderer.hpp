@@ -57,6 +57,8 @@ class Renderer {
 
     /// Terrain counts of the last frame. Empty if the scene has no terrain.
     std::optional<TerrainCounts> terrain_counts() const;
+    /// Draw calls of the last frame, in all its views.
+    std::uint64_t draw_calls() const { return draw_calls_; }
 
     /// Framebuffer of the finished 8-bit picture.
     unsigned output() const;
@@ -103,6 +105,7 @@ class Renderer {
     std::size_t picture_ = 0; // the one that is shown
     gl::Texture resolved_depth_;
     gl::Framebuffer depth_framebuffer_;
+    std::uint64_t first_draw_call_ = 0, draw_calls_ = 0;
     std::uint64_t steps_ = 0;
     double last_s_ = 0.0;
 };

@@ -57,7 +57,8 @@ Scene::Scene(const assets::SceneFile &file, const Streamer &streamer) : file_(fi
                         " lods, its mesh " + entry.mesh + " has " +
                         std::to_string(object.mesh->levels().size()) + "; bake the scene again");
         }
-        for (const std::string &name : object.mesh->materials()) {
+        for (std::size_t m = 0; m < object.mesh->materials().size(); ++m) {
+            const std::string &name = object.mesh->materials()[m];
             const auto found =
                 std::find_if(entry.materials.begin(), entry.materials.end(),
                              [&](const assets::Material &material) { return material.name == name; });
@@ -66,6 +67,8 @@ Scene::Scene(const assets::SceneFile &file, const Streamer &streamer) : file_(fi
             assets::for_each_map([&](assets::ObjectMap map, std::string_view) {
                 material.maps[map] = texture(material.values.maps[map]);
             });
+            material.id = id_of(material.values);
+            material.center = object.mesh->center(m);
         }
         for (const assets::Placement &placement : entry.instances) {
             Instance &instance = object.instances.emplace_back();
@@ -81,6 +84,16 @@ Scene::Scene(const assets::SceneFile &file, const Streamer &streamer) : file_(fi
         }
         instance_count_ += object.instances.size();
     }
+}
+
+std::uint32_t Scene::id_of(assets::Material material) {
+    material.name.clear();
+    const auto found = std::ranges::find(distinct_materials_, material);
+    const auto id = static_cast<std::uint32_t>(found - distinct_materials_.begin());
+    if (found == distinct_materials_.end()) {
+        distinct_materials_.push_back(std::move(material));
+    }
+    return id;
 }
 
 const StreamedTexture *Scene::texture(std::string_view artifact) const {

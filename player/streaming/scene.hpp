@@ -27,6 +27,8 @@ struct Instance {
 struct Material {
     assets::Material values;
     assets::PerMap<const StreamedTexture *> maps; // nullptr: it has no such map
+    std::uint32_t id = 0;   // the same for materials that differ in their names only; below material_count()
+    glm::vec3 center{0.0F}; // of its triangles, in the positions' own units
 };
 
 struct Object {
@@ -61,6 +63,7 @@ class Scene {
     const Streamer &streamer() const { return streamer_; }
 
     std::size_t instance_count() const { return instance_count_; }
+    std::uint32_t material_count() const { return static_cast<std::uint32_t>(distinct_materials_.size()); }
     /// Appends the visible instances of `view` to `items`, culled by their bounding spheres. Picks for each
     /// the coarsest level with an error of at most `error_px` pixels seen from `eye`. The light view uses the
     /// main view's eye, so that shadows fit their casters. The capacity of `items` must hold instance_count()
@@ -71,7 +74,10 @@ class Scene {
   private:
     const assets::SceneFile &file_;
     const Streamer &streamer_;
+    std::uint32_t id_of(assets::Material material);
+
     std::vector<Object> objects_;
+    std::vector<assets::Material> distinct_materials_; // without names
     std::size_t instance_count_ = 0;
 };
 

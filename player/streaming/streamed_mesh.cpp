@@ -1,18 +1,59 @@
 #include "streaming/streamed_mesh.hpp"
 
 #include "gl/buffer.hpp"
+#include "gl/draw.hpp"
 
 #include <epoxy/gl.h>
 #include <glm/gtc/matrix_transform.hpp>
 
 #include <algorithm>
 #include <array>
+#include <cstring>
+#include <limits>
 
 namespace paradize {
 
 namespace {
 
 constexpr std::array<int, assets::mesh_attributes> components{3, 3, 4, 2, 2, 4};
+
+/// Returns the value of a component as the shader gets it.
+float component_at(const std::byte *at, std::uint32_t type) {
+    const auto read = [&]<typename T>(T value) {
+        std::memcpy(&value, at, sizeof value);
+        return static_cast<float>(value);
+    };
+    return type == GL_FLOAT ? read(float{}) : read(std::uint16_t{}); // all that positions may have
+}
+
+/// Returns the middle of the box of each material's triangles. The coarsest level is always in memory.
+std::vector<glm::vec3> material_centers(const assets::Glb &glb) {
+    std::vector<glm::vec3> low(glb.materials.size(), glm::vec3(std::numeric_limits<float>::max()));
+    std::vector<glm::vec3> high(glb.materials.size(), glm::vec3(std::numeric_limits<float>::lowest()));
+    const assets::GlbLevel &level = glb.levels.back();
+    const assets::GlbFormat &format = level.formats[gl::attribute_position];
+    const std::size_t component_bytes = format.component == GL_FLOAT ? 4 : 2;
+    for (const assets::GlbPrimitive &primitive : level.primitives) {
+        for (std::size_t i = 0; i < primitive.count; ++i) {
+            std::uint32_t vertex = 0;
+            std::memcpy(&vertex, primitive.indices.data() + i * level.index_bytes, level.index_bytes);
+            const std::byte *const at = level.positions.data() + std::size_t{vertex} * format.stride;
+            glm::vec3 place;
+            for (int axis = 0; axis < 3; ++axis) {
+                place[axis] =
+                    component_at(at + static_cast<std::size_t>(axis) * component_bytes, format.component);
+            }
+            low[primitive.material] = glm::min(low[primitive.material], place);
+            high[primitive.material] = glm::max(high[primitive.material], place);
+        }
+    }
+    std::vector<glm::vec3> centers;
+    for (std::size_t i = 0; i < low.size(); ++i) {
+        const bool used = low[i].x <= high[i].x;
+        centers.push_back(used ? 0.5F * low[i] + 0.5F * high[i] : glm::vec3(0.0F));
+    }
+    return centers;
+}
 
 } // namespace
 
@@ -35,7 +76,8 @@ std::size_t attribute_end(std::size_t offset_bytes, std::size_t bytes) {
     return (offset_bytes + bytes + 15) & ~std::size_t{15};
 }
 
-StreamedMesh::StreamedMesh(const assets::Glb &glb) : materials_(glb.materials), grid_(glb.grid) {
+StreamedMesh::StreamedMesh(const assets::Glb &glb)
+    : materials_(glb.materials), centers_(material_centers(glb)), grid_(glb.grid) {
     for (const assets::GlbLevel &level : glb.levels) {
         MeshLevel &made = levels_.emplace_back();
         std::vector<std::size_t> &offsets = offsets_.emplace_back();
@@ -88,13 +130,21 @@ int StreamedMesh::best_level(int wanted) const {
     return -1;
 }
 
-void StreamedMesh::draw(int level, int material) const {
+void StreamedMesh::bind(int level, const gl::Buffer &instances, std::size_t first) const {
+    constexpr unsigned rows = 3;
+    constexpr std::size_t row_bytes = 4 * sizeof(float);
+    glBindVertexArray(levels_[static_cast<std::size_t>(level)].vertex_array.name());
+    for (unsigned row = 0; row < rows; ++row) {
+        gl::attribute_floats(gl::attribute_model + row, 4, instances, static_cast<int>(rows * row_bytes),
+                             (first * rows + row) * row_bytes, 1);
+    }
+}
+
+void StreamedMesh::draw(int level, std::size_t material, int instances) const {
     const MeshLevel &mesh = levels_[static_cast<std::size_t>(level)];
-    glBindVertexArray(mesh.vertex_array.name());
     for (const MeshPrimitive &primitive : mesh.primitives) {
-        if (material < 0 || primitive.material == material) {
-            glDrawElements(GL_TRIANGLES, primitive.index_count, mesh.index_type,
-                           reinterpret_cast<const void *>(primitive.index_offset));
+        if (primitive.material == static_cast<int>(material)) {
+            gl::draw_triangles(primitive.index_count, mesh.index_type, primitive.index_offset, instances);
         }
     }
 }

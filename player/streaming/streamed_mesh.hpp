@@ -6,6 +6,7 @@
 #include "gl/handle.hpp"
 
 #include <glm/mat4x4.hpp>
+#include <glm/vec3.hpp>
 
 #include <cstddef>
 #include <span>
@@ -42,8 +43,12 @@ class StreamedMesh {
     const assets::QuantizationGrid &grid() const { return grid_; }
     /// Returns the resident level nearest to `wanted`; coarser levels are preferred. -1 if none is resident.
     int best_level(int wanted) const;
-    /// Draws all primitives of a material, or of all materials (-1). Leaves the vertex array bound.
-    void draw(int level, int material = -1) const;
+    /// The middle of a material's triangles, in the positions' own units: of its box in the coarsest level.
+    const glm::vec3 &center(std::size_t material) const { return centers_[material]; }
+    /// Binds a level whose instances start at entry `first` of `instances`: rows of 3 x vec4 each.
+    void bind(int level, const gl::Buffer &instances, std::size_t first) const;
+    /// Draws all primitives of a material in the level that is bound.
+    void draw(int level, std::size_t material, int instances) const;
 
     /// Writes a chunk of plan_mesh().
     void upload(const assets::UploadChunk &chunk);
@@ -51,6 +56,7 @@ class StreamedMesh {
   private:
     std::vector<MeshLevel> levels_;
     std::vector<std::string> materials_;
+    std::vector<glm::vec3> centers_; // one per material
     assets::QuantizationGrid grid_;
     std::vector<std::vector<std::size_t>> offsets_; // per level and part, offset in its buffer in bytes
 };

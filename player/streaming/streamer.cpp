@@ -95,6 +95,7 @@ struct Streamer::Impl {
         out.width_px_ = static_cast<int>(ktx.levels[0].width_px);
         out.height_px_ = static_cast<int>(ktx.levels[0].height_px);
         out.levels_ = static_cast<int>(ktx.levels.size());
+        out.has_green_ = assets::has_green(ktx.format);
         out.finest_ = out.levels_;
         out.texture_ = allocate_texture(ktx, item.loaded.path, best_storage());
         out.fallback_ = neutral_texture(ktx);

@@ -33,6 +33,7 @@ class StreamedTexture {
     int width_px() const { return width_px_; }
     int height_px() const { return height_px_; }
     int levels() const { return levels_; }
+    bool has_green() const { return has_green_; }       // false: red only
     bool resident() const { return finest_ < levels_; } // at least one level is resident
     bool complete() const { return finest_ == 0; }      // all levels are resident
 
@@ -42,6 +43,7 @@ class StreamedTexture {
     gl::Texture fallback_;
     unsigned target_ = 0;
     int width_px_ = 0, height_px_ = 0, levels_ = 0;
+    bool has_green_ = false;
     int finest_ = 0; // finest resident level; levels_: none
 };
 

@@ -1,5 +1,6 @@
 #include "streaming/terrain_tiles.hpp"
 
+#include "gl/draw.hpp"
 #include "gl/program.hpp"
 
 #include <epoxy/gl.h>
@@ -86,8 +87,8 @@ void TerrainTiles::draw(const View &view, const glm::vec4 &plane, const TerrainU
         gl::Program::set(uniforms.model, view.local(tile.model()));
         gl::Program::set(uniforms.normals, glm::mat3(glm::transpose(glm::inverse(glm::dmat3(tile.model())))));
         glBindVertexArray(tile.vertex_array().name());
-        glMultiDrawElementsBaseVertex(GL_TRIANGLES, counts_.data(), tile.index_type(), offsets_.data(),
-                                      static_cast<GLsizei>(count), base_vertices_.data());
+        gl::draw_triangle_ranges(std::span(counts_).first(count), tile.index_type(),
+                                 std::span(offsets_).first(count), std::span(base_vertices_).first(count));
     }
     if (view.kind == ViewKind::main) {
         main_patches_ = drawn;

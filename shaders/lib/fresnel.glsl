@@ -6,3 +6,6 @@ float fresnel_schlick(float f0, float cosine) {
     float m2 = m * m;
     return f0 + (1.0 - f0) * m2 * m2 * m;
 }
+vec3 fresnel_schlick(vec3 f0, float cosine) {
+    return vec3(fresnel_schlick(f0.r, cosine), fresnel_schlick(f0.g, cosine), fresnel_schlick(f0.b, cosine));
+}

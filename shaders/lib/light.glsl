@@ -20,12 +20,12 @@ vec3 sky_ambient(vec3 n) {
     return ambient.rgb * min(textureLod(u_sky, n, u_sky_blur).rgb / max(zenith, vec3(1e-4)), vec3(4.0));
 }
 
-// Specular reflection of the sky by a rough surface.
-vec3 sky_specular(vec3 n, vec3 v, float f0, float alpha) {
-    if (u_sky_blur < 0.0 || f0 <= 0.0) {
-        return vec3(0.0);
-    }
+// Specular reflection of the sky by a rough surface. Without a sky, the light from all around is reflected.
+vec3 sky_specular(vec3 n, vec3 v, vec3 f0, float alpha) {
     vec3 r = reflect(-v, n);
+    if (u_sky_blur < 0.0) {
+        return sky_ambient(r) * environment_reflectance(f0, dot(n, v), alpha);
+    }
     float lod = (u_sky_blur + u_sky_trimmed_mips) * sqrt(sqrt(alpha)) - u_sky_trimmed_mips;
     return textureLod(u_sky, r, lod).rgb * environment_reflectance(f0, dot(n, v), alpha);
 }
@@ -37,14 +37,15 @@ struct Surface {
     vec3 normal;        // unit, from the normal map
     vec3 geometric;     // unit, of the triangle's visible side
     vec3 albedo;        // linear
-    float f0;           // specular reflectance at normal incidence
+    vec3 f0;            // specular reflectance at normal incidence
     float alpha;        // GGX roughness
     float translucency; // share of the light from behind that passes through
+    float occlusion;    // share of the light from all around that arrives
 };
 
 // An opaque surface without specular reflection. Set the other members afterwards where they apply.
 Surface matte_surface(vec3 position, vec3 normal, vec3 geometric, vec3 albedo) {
-    return Surface(position, normal, geometric, albedo, 0.0, 1.0, 0.0);
+    return Surface(position, normal, geometric, albedo, vec3(0.0), 1.0, 0.0, 1.0);
 }
 
 // Linear radiance towards the eye, without haze. Includes absorption and caustics under water.
@@ -74,8 +75,9 @@ vec3 shade(Surface s) {
     }
     // Light that passes through a leaf is yellower than light that it reflects.
     vec3 transmitted = s.albedo * vec3(1.35, 1.15, 0.35);
-    vec3 sky = sky_ambient(s.normal);
-    vec3 ambient_transmission = s.translucency > 0.0 ? sky_ambient(-s.normal) * s.translucency * 0.5 : vec3(0.0);
+    vec3 sky = sky_ambient(s.normal) * s.occlusion;
+    vec3 ambient_transmission =
+        s.translucency > 0.0 ? sky_ambient(-s.normal) * s.translucency * s.occlusion * 0.5 : vec3(0.0);
     if (submerged) {
         sky *= exp(-min(water.rgb * depth * 1.2, vec3(60.0)));
     }
@@ -83,9 +85,10 @@ vec3 shade(Surface s) {
                  transmitted * ambient_transmission;
     // Surfaces under water have no specular reflection. It fades out over a few centimetres of depth.
     float above_water = submerged ? (1.0 - smoothstep(0.03, 0.10, depth)) * (1.0 - u_refracting) : 1.0;
-    if (s.f0 > 0.0 && above_water > 0.0) {
+    if (largest(s.f0) > 0.0 && above_water > 0.0) {
         color += above_water * unattenuated * specular_ggx(s.normal, v, sun_direction.xyz, s.f0, s.alpha, 16.0);
-        color += above_water * sky_specular(s.normal, v, s.f0, s.alpha);
+        color += above_water * sky_specular(s.normal, v, s.f0, s.alpha) *
+                 specular_occlusion(dot(s.normal, v), s.occlusion, s.alpha);
     }
     return color;
 }

@@ -126,14 +126,14 @@ def tile_names(terrain: Tiled) -> list[str]:
     return ["terrain_mesh", *(f"terrain_mesh_{i}" for i in range(1, len(terrain.tiles)))]
 
 
-def material(color: str | None = None, **changes: Any) -> dict[str, Any]:
+def material(picture: str | None = None, /, **changes: Any) -> dict[str, Any]:
     """A material of scene.json with a colour map. `changes` replace its members, or its maps by their
     names."""
     maps = {key: changes.pop(key, None) for key in MATERIAL_MAPS if key not in ("color", "emission")}
     return {
         "color": [1.0, 1.0, 1.0],
         "opacity": 1.0,
-        "maps": {"color": color, **maps, "emission": changes.pop("emission_map", None)},
+        "maps": {"color": picture, **maps, "emission": changes.pop("emission_map", None)},
         "repeat": True,
         "metalness": 0.0,
         "emission": [0.0, 0.0, 0.0],

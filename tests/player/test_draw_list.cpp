@@ -1,0 +1,135 @@
+// The order of draw calls, and the transforms of their instances.
+
+#include "passes/draw_list.hpp"
+
+#include <doctest/doctest.h>
+#include <glm/ext/matrix_transform.hpp>
+
+#include <array>
+#include <string>
+#include <vector>
+
+using namespace paradize;
+using assets::AlphaMode;
+
+namespace {
+
+Material material(std::uint32_t id, AlphaMode mode = AlphaMode::opaque, bool two_sided = false) {
+    Material out;
+    out.id = id;
+    out.values.alpha_mode = mode;
+    out.values.two_sided = two_sided;
+    return out;
+}
+
+Instance standing(double z, bool mirrored = false) {
+    Instance out;
+    out.model = glm::translate(glm::dmat4(1.0), glm::dvec3(0.0, 0.0, z));
+    out.mirrored = mirrored;
+    return out;
+}
+
+View eye_at(float z) {
+    View view;
+    view.eye = {0.0F, 0.0F, z};
+    return view;
+}
+
+/// One word per command: object, material, level, number of instances.
+std::vector<std::string> words(const DrawList &list, const std::vector<Object> &objects) {
+    std::vector<std::string> out;
+    for (const DrawCommand &command : list.commands()) {
+        out.push_back(std::to_string(command.object - objects.data()) + ":" +
+                      std::to_string(command.material) + ":" + std::to_string(command.lod) + " x" +
+                      std::to_string(command.count) + (command.mirrored ? " mirrored" : ""));
+    }
+    return out;
+}
+
+using Words = std::vector<std::string>;
+
+} // namespace
+
+TEST_CASE("draw list: instances of a level are one command, mirrored ones another") {
+    std::vector<Object> objects(1);
+    objects[0].materials = {material(0), material(1)};
+    objects[0].instances = {standing(1.0), standing(2.0), standing(3.0, true), standing(4.0), standing(5.0)};
+    const auto &at = objects[0].instances;
+    const std::vector<DrawItem> items{{&objects[0], &at[0], 1},
+                                      {&objects[0], &at[1], 0},
+                                      {&objects[0], &at[2], 0},
+                                      {&objects[0], &at[3], 1},
+                                      {&objects[0], &at[4], 0}};
+    DrawList list(objects, DrawnMaterials::solid);
+    list.fill(items, eye_at(0.0F));
+    CHECK(words(list, objects) ==
+          Words{"0:0:0 x2", "0:0:0 x1 mirrored", "0:0:1 x2", "0:1:0 x2", "0:1:0 x1 mirrored", "0:1:1 x2"});
+    REQUIRE(list.instances().size() == 5);
+    const auto &coarse = list.commands()[2];
+    CHECK(list.instances()[coarse.first][2].w == 1.0F); // rows of the model matrix, the last is z
+    CHECK(list.instances()[coarse.first + 1][2].w == 4.0F);
+}
+
+TEST_CASE("draw list: programs change least, then materials, then meshes") {
+    std::vector<Object> objects(3);
+    objects[0].materials = {material(2, AlphaMode::mask), material(1)};
+    objects[1].materials = {material(0), material(2, AlphaMode::mask)};
+    objects[2].materials = {material(1), material(3, AlphaMode::blend)};
+    std::vector<DrawItem> items;
+    for (Object &object : objects) {
+        object.instances = {standing(0.0)};
+        items.push_back({&object, object.instances.data(), 0});
+    }
+    DrawList list(objects, DrawnMaterials::solid);
+    list.fill(items, eye_at(5.0F));
+    CHECK(words(list, objects) == Words{"1:0:0 x1", "0:1:0 x1", "2:0:0 x1", "0:0:0 x1", "1:1:0 x1"});
+    DrawList all(objects, DrawnMaterials::all);
+    all.fill(items, eye_at(5.0F));
+    CHECK(words(all, objects).back() == "2:1:0 x1");
+    CHECK(all.commands().size() == 6);
+}
+
+TEST_CASE("draw list: blended materials come back to front, neighbours of one kind in one command") {
+    std::vector<Object> objects(2);
+    objects[0].materials = {material(0), material(1, AlphaMode::blend)};
+    objects[0].instances = {standing(3.0), standing(-2.0), standing(-1.0)};
+    objects[1].materials = {material(2, AlphaMode::blend), material(3, AlphaMode::blend)};
+    objects[1].materials[1].center = {0.0F, 0.0F, -4.0F}; // behind the mesh's origin
+    objects[1].instances = {standing(0.0)};
+    std::vector<DrawItem> items;
+    for (Object &object : objects) {
+        for (const Instance &instance : object.instances) {
+            items.push_back({&object, &instance, 0});
+        }
+    }
+    DrawList list(objects, DrawnMaterials::blended);
+    list.fill(items, eye_at(9.0F));
+    CHECK(words(list, objects) == Words{"1:1:0 x1", "0:1:0 x2", "1:0:0 x1", "0:1:0 x1"});
+    CHECK(list.instances()[1][2].w == -2.0F);
+    CHECK(list.instances()[2][2].w == -1.0F);
+    list.fill(items, eye_at(-9.0F));
+    CHECK(words(list, objects) == Words{"0:1:0 x1", "1:0:0 x1", "0:1:0 x2", "1:1:0 x1"});
+}
+
+TEST_CASE("draw list: a two-sided blended material is a command for each instance") {
+    std::vector<Object> objects(1);
+    objects[0].materials = {material(0, AlphaMode::blend, true)};
+    objects[0].instances = {standing(0.0), standing(1.0)};
+    const auto &at = objects[0].instances;
+    const std::vector<DrawItem> items{{&objects[0], &at[0], 0}, {&objects[0], &at[1], 0}};
+    DrawList list(objects, DrawnMaterials::blended);
+    list.fill(items, eye_at(5.0F));
+    CHECK(words(list, objects) == Words{"0:0:0 x1", "0:0:0 x1"});
+}
+
+TEST_CASE("draw list: nothing is drawn of what is not visible, and an empty list is no error") {
+    std::vector<Object> objects(1);
+    objects[0].materials = {material(0)};
+    objects[0].instances = {standing(0.0)};
+    for (const DrawnMaterials drawn : {DrawnMaterials::solid, DrawnMaterials::blended, DrawnMaterials::all}) {
+        DrawList list(objects, drawn);
+        list.fill({}, eye_at(0.0F));
+        CHECK(list.commands().empty());
+        CHECK(list.instances().empty());
+    }
+}

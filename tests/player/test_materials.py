@@ -1,0 +1,386 @@
+"""Materials and instances look as the equations of light say, pixel by pixel.
+
+The eye stands on +Z and looks at the origin. Without the pass `post` a pixel is linear light. Without a sky,
+0.75 of the ambient light reaches a surface that faces the eye.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from dataclasses import replace
+from math import pi, tan
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import OpenImageIO as oiio
+import pytest
+
+from paradize.data import Group, Lod, Mesh
+from paradize.formats.glb.encode import encode_glb
+from tests.player.synthetic import identity, instance, material, texture, write_scene
+
+F64 = npt.NDArray[np.float64]
+WIDTH, HEIGHT, FOV_RAD, AWAY_M = 96, 54, 0.9, 5.0
+BLACK = {"color": [0.0, 0.0, 0.0], "specular": 0.0}
+WHITE = {"specular": 0.0}
+STEP = 1.5 / 255.0  # of a stored pixel, with rounding
+Render = Callable[..., F64]
+
+
+def quad(normal: tuple[float, float, float] = (0.0, 0.0, 1.0), size: float = 2.0) -> Mesh:
+    """A square round the origin with T = +X, one vertex colour and one material, `m`."""
+    n = np.array(normal) / np.linalg.norm(normal)
+    t = np.array([1.0, 0.0, 0.0])
+    b = np.cross(n, t)
+    corners = [(-1, 1), (1, 1), (-1, -1), (1, -1)]
+    return Mesh(
+        np.array([0.5 * size * (x * t + y * b) for x, y in corners], np.float32),
+        np.array([[0, 2, 1], [1, 2, 3]], np.uint32),
+        np.tile(n, (4, 1)).astype(np.float32),
+        np.tile([*t, 1.0], (4, 1)).astype(np.float32),
+        np.array([[(x + 1) / 2, (1 - y) / 2] for x, y in corners], np.float32),
+        colors=np.tile([0.5, 0.25, 1.0, 0.5], (4, 1)).astype(np.float32),
+        groups=(Group("m", "m", 0, 2),),
+    )
+
+
+def at_depth(mesh: Mesh, z: float) -> Mesh:
+    return replace(mesh, positions=mesh.positions + np.array([0, 0, z], np.float32))
+
+
+def sphere(radius: float) -> Mesh:
+    """Of 64 x 128 quads, without a seam of normals."""
+    u, v = np.meshgrid(np.linspace(0, 1, 129), np.linspace(0, 1, 65))
+    a, b = 2 * pi * u.ravel(), pi * v.ravel()
+    normals = np.stack([np.sin(b) * np.cos(a), np.cos(b), -np.sin(b) * np.sin(a)], axis=1)
+    first = (np.arange(64)[:, None] * 129 + np.arange(128)).ravel()
+    faces = np.concatenate(
+        [
+            np.stack([first, first + 129, first + 1], 1),
+            np.stack([first + 1, first + 129, first + 130], 1),
+        ]
+    )
+    return Mesh(
+        (radius * normals).astype(np.float32),
+        faces.astype(np.uint32),
+        normals.astype(np.float32),
+        groups=(Group("m", "m", 0, len(faces)),),
+    )
+
+
+def thing(name: str, materials: dict[str, Any], *stands: dict[str, Any], **changes: Any) -> dict[str, Any]:
+    return {
+        "name": name,
+        "views": ["camera", "shadow", "reflection", "refraction"],
+        "mesh": f"{name}_mesh",
+        "center": [0.0, 0.0, 0.0],
+        "radius_m": 20.0,
+        "lods": [{"node": "lod0", "error_m": 0.0}],
+        "materials": materials,
+        "instances": list(stands) or [instance([0.0, 0.0, 0.0])],
+    } | changes
+
+
+@pytest.fixture
+def render(player: Callable[..., Any], tmp_path: Path) -> Render:
+    """(h, w, 3) linear light of things with their meshes and textures. sun: direction and intensity."""
+
+    def run(
+        things: list[dict[str, Any]],
+        meshes: dict[str, Mesh],
+        textures: dict[str, bytes] | None = None,
+        *,
+        sun: tuple[list[float], float] = ([0.0, 0.0, 1.0], 0.0),
+        ambient: float = 0.0,
+        report: dict[str, Any] | None = None,
+        **changes: Any,
+    ) -> F64:
+        folder = write_scene(tmp_path / "scene", bare=True)
+        scene = json.loads((folder / "scene.json").read_text())
+        plain = scene["artifacts"].pop("box_color") | {"file": "", "kind": ""}
+        scene["artifacts"] = {}
+        files = {f"{name}_mesh.glb": encode_glb([Lod(mesh, 0.0, 0.0)], name) for name, mesh in meshes.items()}
+        files |= {f"{name}.ktx2": data for name, data in (textures or {}).items()}
+        for file, data in files.items():
+            (folder / file).write_bytes(data)
+            kind = "mesh" if file.endswith("glb") else "texture"
+            entry = plain | {"file": file, "kind": kind, **identity(data)}
+            scene["artifacts"][file.rpartition(".")[0]] = entry
+        still = [[0.0] * 4] * 2 + [[AWAY_M, 0.0, 0.0, 0.0]]
+        for segment in scene["flight"]["segments"]:
+            segment |= {"eye": still, "target": [[0.0] * 4] * 3}
+        scene |= {"objects": things, "streaming": sorted(scene["artifacts"])}
+        scene["sun"] |= {"direction": sun[0], "color": [1.0, 1.0, 1.0], "intensity": sun[1]}
+        scene["ambient"] = {"color": [1.0, 1.0, 1.0], "intensity": ambient}
+        scene["fog"]["density_per_m"] = 0.0
+        scene |= changes
+        (folder / "scene.json").write_text(json.dumps(scene))
+        out = tmp_path / "a.png"
+        result = player(
+            folder, "--size", f"{WIDTH}x{HEIGHT}", "--screenshot", out, "--disable", "post", "--check-finite",
+            "--debug", "--json",
+        )  # fmt: skip
+        assert result.returncode == 0, result.stderr
+        if report is not None:
+            report |= json.loads(result.stdout)
+        return np.asarray(oiio.ImageBuf(str(out)).get_pixels(oiio.UINT8), np.float64)[..., :3] / 255.0
+
+    return run
+
+
+def middle(picture: F64) -> F64:
+    return picture[HEIGHT // 2 - 2 : HEIGHT // 2 + 2, WIDTH // 2 - 2 : WIDTH // 2 + 2].mean(axis=(0, 1))
+
+
+def texel(*values: int, fmt: str = "RGBA8_SRGB", kind: Any = np.uint8) -> bytes:
+    return texture(fmt, np.full((4, 4, len(values)), values, kind))
+
+
+def glow(*color: float, **changes: Any) -> dict[str, Any]:
+    return material(**(BLACK | {"emission": list(color)} | changes))
+
+
+def test_emission_is_its_colour_times_its_map_in_linear_light(render: Render) -> None:
+    one = glow(0.2, 0.4, 0.6, emission_map="glow")
+    seen = middle(render([thing("a", {"m": one})], {"a": quad()}, {"glow": texel(188, 255, 188, 255)}))
+    half = ((188 / 255 + 0.055) / 1.055) ** 2.4
+    assert seen == pytest.approx([0.2 * half, 0.4, 0.6 * half], abs=STEP)
+
+
+def over(front: list[float], alpha: float, back: F64) -> F64:
+    return alpha * np.array(front) + (1 - alpha) * back
+
+
+GREEN, BLUE, RED = [0.0, 0.9, 0.1], [0.1, 0.0, 0.8], [0.7, 0.1, 0.0]
+BLENDED = over(GREEN, 0.5, over(BLUE, 0.25, np.array(RED)))
+
+
+@pytest.mark.parametrize("front_first", [True, False])
+def test_blended_objects_mix_back_to_front_in_whatever_order_they_stand(
+    render: Render, front_first: bool
+) -> None:
+    things = [
+        thing("a", {"m": glow(*GREEN, alpha_mode="blend", opacity=0.5)}, instance([0.0, 0.0, 1.0])),
+        thing("b", {"m": glow(*BLUE, alpha_mode="blend", opacity=0.25)}),
+        thing("c", {"m": glow(*RED)}, instance([0.0, 0.0, -1.0])),
+    ]
+    things = things if front_first else things[::-1]
+    seen = middle(render(things, {name: quad() for name in "abc"}))
+    assert seen == pytest.approx(BLENDED, abs=STEP)
+
+
+@pytest.mark.parametrize("front_first", [True, False])
+def test_blended_materials_of_one_mesh_mix_back_to_front(render: Render, front_first: bool) -> None:
+    parts = [at_depth(quad(), z) for z in (1.0, 0.0, -1.0)]
+    names = ["front", "between", "behind"]
+    if not front_first:
+        parts, names = parts[::-1], names[::-1]
+    mesh = Mesh(
+        np.concatenate([part.positions for part in parts]),
+        np.concatenate([part.triangles + np.uint32(4 * k) for k, part in enumerate(parts)]),
+        np.concatenate([part.normals for part in parts if part.normals is not None]),
+        groups=tuple(Group(name, name, 2 * k, 2) for k, name in enumerate(names)),
+    )
+    materials = {
+        "front": glow(*GREEN, alpha_mode="blend", opacity=0.5),
+        "between": glow(*BLUE, alpha_mode="blend", opacity=0.25),
+        "behind": glow(*RED),
+    }
+    assert middle(render([thing("a", materials)], {"a": mesh})) == pytest.approx(BLENDED, abs=STEP)
+
+
+def test_blended_instances_mix_back_to_front(render: Render) -> None:
+    stands = [instance([0.0, 0.0, z]) for z in (0.5, -1.0, 0.0)]
+    one = thing("a", {"m": glow(0.8, 0.4, 0.2, alpha_mode="blend", opacity=0.5)}, *stands)
+    seen = middle(render([one], {"a": quad()}))
+    assert seen == pytest.approx(np.array([0.8, 0.4, 0.2]) * (1 - 0.5**3), abs=2 * STEP)
+
+
+def test_what_stands_before_a_blended_surface_hides_it_and_opaque_ignores_alpha(render: Render) -> None:
+    things = [
+        thing("a", {"m": glow(0.0, 0.5, 0.0, alpha_mode="blend", opacity=0.5)}, instance([0.0, 0.0, -1.0])),
+        thing("b", {"m": material("clear", color=[0.0] * 3, specular=0.0, emission=[0.5, 0.0, 0.0])}),
+    ]
+    seen = middle(render(things, {"a": quad(), "b": quad()}, {"clear": texel(255, 255, 255, 0)}))
+    assert seen == pytest.approx([0.5, 0.0, 0.0], abs=STEP)
+
+
+@pytest.mark.parametrize("cutoff, there", [(0.25, True), (0.35, False)])
+def test_a_mask_keeps_what_has_at_least_the_cutoff(render: Render, cutoff: float, there: bool) -> None:
+    """Alpha is 0.6 of the map times 0.5 of the opacity."""
+    one = glow(0.5, 0.5, 0.5, alpha_mode="mask", alpha_cutoff=cutoff, opacity=0.5)
+    one["maps"]["color"] = "holes"
+    seen = middle(render([thing("a", {"m": one})], {"a": quad()}, {"holes": texel(255, 255, 255, 153)}))
+    assert seen == pytest.approx([0.5 if there else 0.0] * 3, abs=STEP)
+
+
+def test_vertex_colours_multiply_colour_and_alpha_where_the_material_says_so(render: Render) -> None:
+    lit = {"sun": ([0.0, 0.0, 1.0], pi)}
+    one = material(**WHITE, color=[0.8, 0.8, 0.8], vertex_colors=True)
+    scene = lambda one: [thing("a", {"m": one})]  # noqa: E731
+    assert middle(render(scene(one), {"a": quad()}, **lit)) == pytest.approx([0.4, 0.2, 0.8], abs=STEP)
+    blend = middle(render(scene(one | {"alpha_mode": "blend"}), {"a": quad()}, **lit))
+    assert blend == pytest.approx([0.2, 0.1, 0.4], abs=STEP)
+    without = middle(render(scene(one | {"vertex_colors": False}), {"a": quad()}, **lit))
+    assert without == pytest.approx([0.8] * 3, abs=STEP)
+
+
+def test_a_two_sided_surface_is_lit_from_behind_as_from_the_front(render: Render) -> None:
+    one = material(**WHITE, color=[0.6] * 3, two_sided=True)
+    back = thing("a", {"m": one}, instance([0.0, 0.0, 0.0], pi))
+    lit = {"sun": ([0.0, 0.0, 1.0], pi)}
+    assert middle(render([back], {"a": quad()}, **lit)) == pytest.approx([0.6] * 3, abs=STEP)
+    back["materials"]["m"] |= {"two_sided": False}
+    assert middle(render([back], {"a": quad()}, **lit)) == pytest.approx([0.0] * 3, abs=STEP)
+
+
+@pytest.mark.parametrize("axis", [0, 1])
+@pytest.mark.parametrize("scale", [[1.0, 1.0, 1.0], [-1.0, 1.0, 1.0], [1.0, -1.0, 1.0], [-2.0, -0.5, 1.0]])
+def test_a_mirrored_instance_shows_its_front_with_its_bumps_mirrored(
+    render: Render, axis: int, scale: list[float]
+) -> None:
+    """The map tilts all normals by 0.6 along one axis, the sun stands there too."""
+    tilt = [76, 0] if axis == 0 else [0, 76]
+    x = 76 / 127
+    sun = [0.0, 0.0, (1 - x * x) ** 0.5]
+    sun[axis] = x
+    one = thing("a", {"m": material(**WHITE, normal="bumps")}, instance([0.0] * 3) | {"scale": scale})
+    bumps = {"bumps": texel(*tilt, fmt="RG8_SNORM", kind=np.int8)}
+    seen = middle(render([one], {"a": quad()}, bumps, sun=(sun, 0.9 * pi)))
+    side = 1.0 if scale[axis] > 0 else -1.0
+    assert seen == pytest.approx([0.9 * (sun[2] ** 2 + side * x * x)] * 3, abs=STEP)
+
+
+@pytest.mark.parametrize(
+    "scale", [[1.0, 2.0, 1.0], [1.0, 0.5, 1.0], [3.0, -1.0, 2.0], [1e-6, 2e-6, 1e-6], [1e6, 5e5, 1e6]]
+)
+def test_uneven_scale_keeps_normals_upright_on_their_surface(render: Render, scale: list[float]) -> None:
+    one = thing("a", {"m": material(**WHITE)}, instance([0.0, 0.0, 0.0]) | {"scale": scale})
+    normal = np.array([0.0, 1.0, 1.0]) / scale
+    mesh = quad((0.0, 1.0, 1.0), size=2.0 / scale[0])
+    seen = middle(render([one], {"a": mesh}, sun=([0.0, 0.0, 1.0], 0.9 * pi)))
+    assert seen == pytest.approx([0.9 * normal[2] / np.linalg.norm(normal)] * 3, abs=STEP)
+
+
+def reflectance(f0: F64, n_v: F64, roughness: float) -> F64:
+    """B. Karis, "Physically Based Shading on Mobile", 2014. roughness: the square root of GGX's alpha."""
+    r = roughness * np.array([-1.0, -0.0275, -0.572, 0.022]) + [1.0, 0.0425, 1.04, -0.04]
+    a = np.minimum(r[0] ** 2, 2.0 ** (-9.28 * n_v)) * r[0] + r[1]
+    return np.asarray(f0 * (-1.04 * a + r[2])[..., None] + (1.04 * a + r[3])[..., None])
+
+
+def test_a_metal_sphere_reflects_the_light_from_all_around_in_its_own_colour(render: Render) -> None:
+    color = [0.9, 0.5, 0.1]
+    one = thing("a", {"m": material(color=color, metalness=1.0, smoothness=0.4)})
+    seen = render([one], {"a": sphere(1.5)}, ambient=1.0)
+    height = tan(FOV_RAD / 2)
+    y, x = np.mgrid[0:HEIGHT, 0:WIDTH] + 0.5
+    ray = np.stack(
+        [(2 * x / WIDTH - 1) * height * WIDTH / HEIGHT, (1 - 2 * y / HEIGHT) * height, -np.ones_like(x)],
+        axis=2,
+    )
+    ray /= np.linalg.norm(ray, axis=2)[..., None]
+    along = -AWAY_M * ray[..., 2]
+    inside = along**2 - AWAY_M**2 + 1.4**2 > 0
+    depth = along - np.sqrt(np.maximum(along**2 - AWAY_M**2 + 1.5**2, 0.0))
+    normal = (ray * depth[..., None] + [0, 0, AWAY_M]) / 1.5
+    n_v = -(normal * ray).sum(axis=2)
+    mirrored_y = ray[..., 1] + 2 * n_v * normal[..., 1]
+    expected = (0.75 + 0.25 * mirrored_y)[..., None] * reflectance(np.array(color), n_v, 0.6)
+    assert inside.sum() > 300
+    assert np.abs(seen - expected)[inside].max() <= 2.5 / 255.0
+
+
+@pytest.mark.parametrize(
+    "fmt, texels, factor", [("R8_UNORM", (128,), 1.0), ("RG8_UNORM", (128, 64), 64 / 255)]
+)
+def test_occlusion_darkens_the_light_from_all_around_and_its_green_is_metalness(
+    render: Render, fmt: str, texels: tuple[int, ...], factor: float
+) -> None:
+    one = material(**WHITE, metalness=0.5, occlusion="map", occlusion_strength=0.5, smoothness=0.0)
+    maps = {"map": texel(*texels, fmt=fmt)}
+    sunny = middle(render([thing("a", {"m": one})], {"a": quad()}, maps, sun=([0.0, 0.0, 1.0], 0.5 * pi)))
+    metalness = 0.5 * factor
+    lobe = metalness * 0.5 * pi / (4 * pi)  # GGX with alpha 1, straight on
+    assert sunny == pytest.approx([0.5 * (1 - metalness) + lobe] * 3, abs=STEP)
+    shade = middle(render([thing("a", {"m": one})], {"a": quad()}, maps, ambient=1.0))
+    open_share = 1 - 0.5 * (1 - 128 / 255)
+    # S. Lagarde, C. de Rousiers, 2014: roughness 1, straight on
+    shine = (1 + open_share) ** (2.0**-17) - 1 + open_share
+    reflected = reflectance(np.full(3, metalness), np.ones(()), 1.0)
+    expected = 0.75 * (open_share * (1 - metalness) + shine * reflected)
+    assert shade == pytest.approx(expected, abs=2 * STEP)
+
+
+def test_thousands_of_instances_are_one_draw_call_and_stand_where_they_should(render: Render) -> None:
+    """A point lights every third pixel."""
+    metres = 2 * AWAY_M * tan(FOV_RAD / 2) / HEIGHT
+    columns, rows = np.arange(1, WIDTH, 3), np.arange(1, HEIGHT, 3)
+    stands = [
+        instance([(x + 0.5 - WIDTH / 2) * metres, (HEIGHT / 2 - y - 0.5) * metres, 0.0], scale=metres)
+        for y in rows
+        for x in columns
+    ]
+    hidden = [instance([0.0, 0.0, -1.0 - 0.01 * k], scale=1e-3) for k in range(5000)]
+    told: dict[str, Any] = {}
+    one = thing("a", {"m": glow(0.5, 1.0, 0.0)}, *stands, *hidden)
+    seen = render([one], {"a": quad(size=1.0)}, report=told)
+    expected = np.zeros((HEIGHT, WIDTH, 3))
+    expected[1::3, 1::3] = [0.5, 1.0, 0.0]
+    assert np.abs(seen - expected).max() <= 2 * STEP
+    assert told["draw_calls"] == 1
+
+
+def test_materials_that_share_a_texture_load_it_once(render: Render) -> None:
+    bytes_of = []
+    for count in (1, 3):
+        told: dict[str, Any] = {}
+        things = [thing(f"t{k}", {"m": material("map")}, mesh="a_mesh") for k in range(count)]
+        render(things, {"a": quad()}, {"map": texel(9, 9, 9, 255)}, report=told)
+        bytes_of.append(told["total_bytes"])
+    assert bytes_of[0] == bytes_of[1]
+
+
+def test_a_blended_surface_casts_a_lighter_shadow(render: Render) -> None:
+    """A wall above the eye's view shades the wall that the eye sees."""
+    sun = ([0.0, 0.6, 0.8], 0.9 * pi)
+    shadow = {"size": 512, "extent_m": 20.0, "center": [0.0, 0.0, 0.0], "blur_distance_m": 50.0}
+    wall = thing("wall", {"m": material(**WHITE)}, views=["camera", "shadow"])
+    light = []
+    for opacity in (0.0, 0.5, 1.0):
+        veil = glow(0.0, 0.0, 0.0, alpha_mode="blend", opacity=opacity)
+        above = thing("veil", {"m": veil}, instance([0.0, 3.0, 4.0], scale=3.0), views=["shadow"])
+        seen = render([wall, above], {"wall": quad(size=9.0), "veil": quad()}, sun=sun, shadow=shadow)
+        light.append(float(seen[HEIGHT // 2 - 8 : HEIGHT // 2 + 8, WIDTH // 2 - 8 : WIDTH // 2 + 8].mean()))
+    assert light[0] == pytest.approx(0.9 * 0.8, abs=STEP)
+    assert light[1] == pytest.approx(0.5 * light[0], abs=0.05)
+    assert light[2] == pytest.approx(0.0, abs=STEP)
+
+
+@pytest.mark.parametrize("view", ["camera", "reflection", "refraction"])
+def test_a_blended_object_shows_in_each_view(player: Callable[..., Any], tmp_path: Path, view: str) -> None:
+    """The box of the small scene, half in the sea. Half as opaque, it changes the picture half as much."""
+    pictures = []
+    for opacity in (None, 0.5, 1.0):
+        folder = write_scene(tmp_path / str(opacity))
+        scene = json.loads((folder / "scene.json").read_text())
+        (box,) = scene["objects"]
+        scene["water"] |= {"level_m": 1.2, "strength": 0.0, "k": 0.0, "absorption_per_m": [0.0] * 3}
+        shown = [] if opacity is None else [box | {"views": [view]}]
+        scene |= {"shadow": None, "particles": [], "objects": shown}
+        for one in box["materials"].values():
+            one |= {"alpha_mode": "blend", "opacity": opacity or 0.0, "two_sided": False}
+        (folder / "scene.json").write_text(json.dumps(scene))
+        out = tmp_path / "a.png"
+        result = player(
+            folder, "--size", "160x90", "--screenshot", out, "--disable", "post", "--check-finite"
+        )
+        assert result.returncode == 0, result.stderr
+        pictures.append(np.asarray(oiio.ImageBuf(str(out)).get_pixels(oiio.UINT8), np.float64))
+    none, half, whole = pictures
+    changed = np.abs(whole - none).max(axis=2) > 20
+    assert changed.sum() > 100
+    assert np.abs((half - none) - 0.5 * (whole - none))[changed].max() < 4.0 * 255 * STEP
