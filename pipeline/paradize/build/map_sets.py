@@ -17,6 +17,7 @@ from paradize.build.model_reader import ModelReader
 from paradize.build.options import BuildOptions
 from paradize.errors import GroupedError, ParadizeError, SceneError
 from paradize.files import resolved
+from paradize.kinds import is_gltf
 from paradize.material import MapSource, Material, Picture
 from paradize.scene.map_sets import DrawnMaterial, MapSet, ObjectMaps, SceneMaps
 from paradize.scene.settings import ObjectMaterial, Scene, SceneObject
@@ -49,6 +50,7 @@ def find_map_sets(
     models = ModelReader(resolved(scene_path).parent, hash_cache, options or BuildOptions(jobs=1))
     finder = _Finder(hash_cache)
     errors: list[ParadizeError] = []
+    beside: dict[Path, tuple[Path, ...]] = {}
     for i, (item, read) in enumerate(zip(scene.objects, models.read(scene.objects), strict=True)):
         if tried_libraries is not None:
             tried_libraries += read.tried
@@ -57,6 +59,8 @@ def find_map_sets(
             continue
         if read.facts:
             found.libraries += read.facts.libraries
+            if is_gltf(item.mesh):
+                beside[item.mesh] = read.facts.libraries[1:]
             found.missing += read.facts.missing
         try:
             finder.add(item, read.facts)
@@ -75,7 +79,7 @@ def find_map_sets(
         name: ObjectMaps(drawn, {material: sets[key] for material, key in keys.items()})
         for name, (drawn, keys) in finder.objects.items()
     }
-    found.maps = SceneMaps(tuple(sets.values()), objects)
+    found.maps = SceneMaps(tuple(sets.values()), objects, beside)
     return found
 
 

@@ -17,6 +17,7 @@ from pathlib import Path
 from paradize.data import Mesh
 from paradize.errors import BakeError, SourceError
 from paradize.files import read_file, read_parts, resolved
+from paradize.kinds import is_gltf
 from paradize.material import Material
 from paradize.new.sources import FACES, write_heightmap, write_sand, write_sky, write_vase
 from paradize.readers.model import read_model
@@ -47,7 +48,7 @@ class NewScene:
 
 @dataclass(frozen=True)
 class _Part:
-    """One object of the scene: its OBJ and what its materials need."""
+    """One object of the scene: its model and what its materials need."""
 
     name: str
     mesh: str
@@ -68,11 +69,11 @@ class _Model:
 
 
 def new_scene(folder: Path, model: Path | None = None) -> NewScene:
-    """Makes `folder`, which must not exist or be empty, with a scene around `model` (an OBJ; None: a vase).
+    """Makes `folder`, which must not exist or be empty, with a scene around a model (None: a vase).
 
-    The model's OBJ, material files and maps are copied beside it. A model whose materials name several
-    colour maps becomes one object for each. Raises SourceError for a model that cannot be read, BakeError
-    where the folder holds something or cannot be written.
+    The model, the files beside it and its maps are copied. An OBJ whose materials name several colour maps
+    becomes one object for each. Raises SourceError for a model that cannot be read, BakeError where the
+    folder holds something or cannot be written.
     """
     folder = resolved(folder)
     aside = folder.with_name(f".{folder.name[:40]}{PARTIAL}{secrets.token_hex(4)}")
@@ -111,8 +112,8 @@ def _identifier(text: str, otherwise: str) -> str:
 
 
 def _copy_model(source: Path, aside: Path) -> _Model:
-    """Copies the model and its files into aside/model, and measures it. A model with several colour maps is
-    split into an OBJ for each."""
+    """Copies the model and its files into aside/model, and measures it. An OBJ with several colour maps is
+    split into one for each."""
     read = read_model(source)
     folder, root = aside / "model", resolved(source).parent
     maps = {path for material in read.materials.values() for path in _pictures_of(material)}
@@ -139,12 +140,15 @@ def _copy_model(source: Path, aside: Path) -> _Model:
     if away > limit:
         what = f"it lies {away:g} from the origin, limit {limit:g} of a radius of {model.radius:g}"
         raise SourceError(what, file=source, mend="move the model nearer to the origin")
+    stem = _identifier(source.stem, "model")
+    stem = f"{stem}_model"[:40] if stem in RESERVED else stem
+    if is_gltf(source):  # its materials say themselves where they are transparent
+        model.parts.append(_Part(stem, f"model/{source.name}", None, _repeats(read.mesh), ()))
+        return model
     if not read.libraries:
         model.notes.append(_white(source))
     colors = list(dict.fromkeys(material.picture("color") for material in read.materials.values()))
     color_maps = [color for color in colors if color]
-    stem = _identifier(source.stem, "model")
-    stem = f"{stem}_model"[:40] if stem in RESERVED else stem
     if len(color_maps) < 2:
         model.parts.append(_part(stem, f"model/{source.name}", read.mesh, read.materials.values(), root))
         return model
@@ -187,9 +191,13 @@ def _part(name: str, mesh: str, whole: Mesh, materials: Iterable[Material], root
     alphas = {path for material in own if (path := material.picture("alpha")) != material.picture("color")}
     alphas.discard(None)
     alpha = alphas.pop() if len(alphas) == 1 else None
-    repeat = whole.uvs is not None and bool((whole.uvs < -0.001).any() or (whole.uvs > 1.001).any())
     relative = f"model/{resolved(alpha).relative_to(root).as_posix()}" if alpha else None
-    return _Part(name, mesh, relative, repeat, cutouts)
+    return _Part(name, mesh, relative, _repeats(whole), cutouts)
+
+
+def _repeats(mesh: Mesh) -> bool:
+    """Whether texture coordinates leave the picture."""
+    return mesh.uvs is not None and bool((mesh.uvs < -0.001).any() or (mesh.uvs > 1.001).any())
 
 
 def _keep_faces(source: Path, target: Path, materials: set[str]) -> None:

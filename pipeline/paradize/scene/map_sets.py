@@ -78,10 +78,12 @@ class ObjectMaps:
 
 @dataclass(frozen=True)
 class SceneMaps:
-    """The map sets of a scene, in the order of its objects. objects: by name."""
+    """The map sets of a scene, in the order of its objects. objects: by name. beside: the files beside a
+    model that hold its mesh (buffers of a glTF), by the model."""
 
     sets: tuple[MapSet, ...]
     objects: Mapping[str, ObjectMaps]
+    beside: Mapping[Path, tuple[Path, ...]] = field(default_factory=dict)
 
     def of_object(self, name: str) -> Iterator[tuple[MapSet, tuple[str, ...]]]:
         """The map sets that an object uses, each with the materials that use it."""

@@ -1,0 +1,102 @@
+"""A scene of glTF models: `new` makes it, its embedded pictures become maps, its buffers are sources."""
+
+from __future__ import annotations
+
+import io
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from paradize.build.bake import bake
+from paradize.build.options import BuildOptions
+from paradize.build.work import files_read_by
+from paradize.errors import SourceError
+from paradize.new.scene import new_scene
+from paradize.scene.settings import load_scene
+from paradize.watch.rebake import bake_again
+from tests.pipeline.readers.gltf.made import SQUARE, Made, shown, square
+
+UVS = np.array([[0, 1], [1, 1], [1, 0], [0, 0]], np.float32)
+
+
+@pytest.fixture(autouse=True)
+def own_store(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("PARADIZE_STORE", str(tmp_path / "store"))
+    monkeypatch.setenv("PARADIZE_REPORT", "")
+
+
+def checker(shade: int = 200) -> bytes:
+    """A PNG of 16 x 16 texels."""
+    texels = np.indices((16, 16)).sum(axis=0) % 2 * shade
+    file = io.BytesIO()
+    Image.fromarray(np.repeat(texels[:, :, None], 3, axis=2).astype(np.uint8)).save(file, "png")
+    return file.getvalue()
+
+
+def panel(**image: object) -> Made:
+    """A square with a colour map: a picture as given, else embedded."""
+    made, primitive = square(TEXCOORD_0=UVS, NORMAL=np.tile(np.float32([0, 0, 1]), (4, 1)))
+    entry = image or {"bufferView": made.view(checker()), "mimeType": "image/png"}
+    texture = {"index": made.add("textures", source=made.add("images", **entry))}
+    paint = {"baseColorTexture": texture, "metallicFactor": 0}
+    primitive["material"] = made.add("materials", name="paint", pbrMetallicRoughness=paint)
+    return shown(primitive, made)
+
+
+def states(scene: Path, out: Path) -> dict[str, str]:
+    report = bake(scene, out, BuildOptions(jobs=1))
+    assert not report.errors
+    return {row.name: row.status for row in report.artifacts}
+
+
+def test_a_scene_of_a_glb_bakes_the_pictures_inside_it(tmp_path: Path) -> None:
+    made = new_scene(tmp_path / "s", panel().glb(tmp_path / "Panel.glb"))
+    assert not made.notes and "model/Panel.glb" in made.files
+    assert len(load_scene(made.scene).objects) == 1
+    first = states(made.scene, tmp_path / "out")
+    assert {"panel_mesh", "panel_color", "panel_normal"} <= first.keys()
+    assert set(states(made.scene, tmp_path / "out").values()) == {"reused"}
+
+
+def test_a_changed_buffer_or_picture_beside_bakes_what_is_made_of_it(tmp_path: Path) -> None:
+    (tmp_path / "in").mkdir()
+    (tmp_path / "in/red one.png").write_bytes(checker())
+    document = panel(uri="red%20one.png")
+    (tmp_path / "in/points.bin").write_bytes(document.data)
+    made = new_scene(tmp_path / "s", document.gltf(tmp_path / "in/panel.gltf", "points.bin"))
+    folder = tmp_path / "s/model"
+    assert {"model/points.bin", "model/red one.png"} <= {*made.files}
+    states(made.scene, tmp_path / "out")
+    data = bytearray((folder / "points.bin").read_bytes())
+    data[: SQUARE.nbytes] = (SQUARE * np.float32(1.5)).tobytes()
+    (folder / "points.bin").write_bytes(data)
+    again = states(made.scene, tmp_path / "out")
+    assert again["panel_mesh"] == "baked" and again["sand_color"] == "reused"
+    (folder / "red one.png").write_bytes(checker(100))
+    again = states(made.scene, tmp_path / "out")
+    assert (again["panel_mesh"], again["panel_color"]) == ("reused", "baked")
+
+
+def test_watch_waits_for_the_files_beside_a_model_and_a_cluster_is_sent_them(tmp_path: Path) -> None:
+    document = panel()
+    (tmp_path / "points.bin").write_bytes(document.data)
+    model = document.gltf(tmp_path / "panel.gltf", "points.bin")
+    scene = new_scene(tmp_path / "s", model).scene
+    found = bake_again(scene, tmp_path / "out", 1, None, None, None, False)
+    assert not found.errors
+    assert tmp_path / "s/model/points.bin" in found.reads
+    assert files_read_by([model]) == {model: True, tmp_path / "points.bin": True}
+    (tmp_path / "s/model/points.bin").unlink()
+    lost = bake_again(scene, tmp_path / "out", 1, None, None, None, False)
+    assert lost.errors and tmp_path / "s/model/points.bin" in lost.reads
+
+
+def test_a_model_that_cannot_be_read_leaves_no_folder(tmp_path: Path) -> None:
+    path = tmp_path / "a.gltf"
+    path.write_text(json.dumps({"asset": {"version": "2.0"}}))
+    with pytest.raises(SourceError, match="shows no triangles"):
+        new_scene(tmp_path / "s", path)
+    assert not (tmp_path / "s").exists()
