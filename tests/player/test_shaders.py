@@ -19,6 +19,7 @@ PREAMBLES = {
         for what in ("float", "int", "sampler2D", "samplerCube", "sampler2DShadow")
     ),
 }
+VARIANTS = [f"ALPHA_MODE {mode}\n#define VERTEX_COLORS {colors}" for mode in range(3) for colors in (0, 1)]
 STEPS = [f"PARALLAX_STEPS {i}" for i in (0, 1, 24, 128)]  # the values that player/scene/quality.cpp sets
 INCLUDE = re.compile(r'^#include "(lib/[a-z0-9_]+\.glsl)"$')
 
@@ -68,6 +69,16 @@ def test_every_quality_compiles_for_desktop_and_web(
     assert "SHADOW_FILTER" in "".join(lines)
     source = PREAMBLES[version] + f"#define {switch}\n" + "\n".join(lines) + "\n"
     assert compiles(source, "frag", tmp_path) == ""
+
+
+@pytest.mark.parametrize("version", PREAMBLES)
+@pytest.mark.parametrize("variant", VARIANTS, ids=lambda variant: variant.replace("\n#define", ""))
+@pytest.mark.parametrize("name", ["object.vert", "object.frag", "depth.vert", "depth.frag"])
+def test_every_kind_of_material_compiles_for_desktop_and_web(
+    name: str, version: str, variant: str, tmp_path: Path
+) -> None:
+    head = f"{PREAMBLES[version]}#define INSTANCED 1\n#define {variant}\n"
+    assert compiles(head + "\n".join(expand(name, set())) + "\n", name.rsplit(".")[-1], tmp_path) == ""
 
 
 def test_a_broken_shader_is_reported(tmp_path: Path) -> None:
