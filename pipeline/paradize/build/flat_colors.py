@@ -50,7 +50,7 @@ def measure_flat(
     for key, data in textures.items():
         texture = decode_ktx2(data, f"{name}_{key}")
         chain = sampled_levels(texture, key)[: levels[key] + 1]
-        if key == "color":
+        if MAPS[key].kind == "color":
             chain = [np.sqrt(np.maximum(level, 0.0)) for level in chain]
         unit = 0.5 if MAPS[key].kind == "normal" else 1.0
         size = (texture.width, texture.height)

@@ -108,7 +108,7 @@ def check_maps(maps: Mapping[str, Map], *, green_up: bool = False) -> Iterator[F
     green_up: whether normals are known to be green up; files alone do not say."""
     for kind, one in maps.items():
         srgb = one.texture.format.endswith("_SRGB")  # another rule reports a wrong colour space
-        if one.texture.faces == 1 and "F" not in one.texture.format and srgb == (kind == "color"):
+        if one.texture.faces == 1 and "F" not in one.texture.format and srgb == (MAPS[kind].kind == "color"):
             yield from _levels(one, kind)
     normal, dudv, gloss, height = (maps.get(kind) for kind in ("normal", "dudv", "gloss", "height"))
     if dudv is not None:
@@ -213,7 +213,9 @@ def _content(one: Map, level: int, kind: str) -> F32 | F64:
             weight = values[:, :, 3:]
         light = _light()[np.rint(values[:, :, :3] * np.float32(_STEPS)).astype(np.uint16)]
         return np.dstack([light * weight, weight])
-    return np.dstack([values[:, :, :1], weight])  # of gloss the intensity; smoothness changes with the level
+    if kind == "gloss":  # the intensity; smoothness changes with the level
+        values = values[:, :, :1]
+    return np.dstack([values, weight])
 
 
 @cache

@@ -28,6 +28,7 @@ from paradize.formats.glb.reader import decode_glb
 from paradize.formats.glb.tiles import decode_tile
 from paradize.formats.scene_manifest import read_entry, read_scene, references
 from paradize.jobs.progress import OnProgress
+from paradize.map_table import MAPS
 
 _JUMP = 1e-6  # of the segment's size: how far apart the ends of two segments may be
 
@@ -106,9 +107,10 @@ def _mend(error: OSError) -> str:
 
 
 def _colors(manifest: dict[str, Any]) -> dict[str, bool]:
-    """Which textures are colour maps, from the fields that name them."""
+    """Which textures hold colours, from the fields that name them."""
+    srgb = tuple(name for name, one in MAPS.items() if one.kind == "color")
     return {
-        name: place.endswith("color") for place, name, kinds in references(manifest) if kinds == ("texture",)
+        name: place.endswith(srgb) for place, name, kinds in references(manifest) if kinds == ("texture",)
     }
 
 

@@ -71,7 +71,7 @@ def compared_levels(texture: Texture, name: str) -> list[F32]:
     texel is not opaque; normals as x and y; of others the first channel (of gloss the intensity: smoothness
     widens from level to level by design)."""
     levels = [decode_texels(texture, level) for level in range(len(texture.levels))]
-    if name != "color":
+    if MAPS[name].kind != "color":
         channels = 2 if MAPS[name].kind == "normal" else 1
         return [np.ascontiguousarray(level[:, :, :channels]) for level in levels]
     for level in levels:

@@ -93,7 +93,7 @@ def _texture(key: str, entry: dict[str, Any], *, moved: bool) -> dict[str, Any]:
             more = "" if undecided is None else f" (at most {undecided:.3g} degrees at level 0)"
             unbounded.insert(0, f"what the source's 8 or 16 bits leave undecided{more}")
         return bound(value, unit, "a texel", terms, unbounded)
-    if key == "color":
+    if MAPS[key].kind == "color":
         whole = 255.0 * mixed(value / 255.0)
         terms.append({"name": "mixing in linear light", "value": whole - value, "unit": unit})
         value = whole
