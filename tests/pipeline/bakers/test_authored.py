@@ -54,6 +54,10 @@ def level(made: MapProduct, k: int = 0) -> np.ndarray:
     return decode_texels(decode_ktx2(made.data), k).astype(np.float64)
 
 
+TURN = np.linspace(0.0, 2.0 * np.pi, 32, endpoint=False)[:, None].repeat(32, axis=1)
+OBJECT_SPACE = np.stack([np.sin(TURN), 0 * TURN, np.cos(TURN)], axis=2)  # of a cylinder
+
+
 @pytest.fixture
 def normal(tmp_path: Path) -> Path:
     return write(tmp_path / "n.png", codes(hills(64, 96)))
@@ -123,6 +127,8 @@ def test_a_map_of_red_and_green_alone_gets_its_z_back(tmp_path: Path) -> None:
         (np.full((8, 8, 3), 90, np.uint8), "are grey"),
         (np.full((8, 8), 90, np.uint8), "is grey"),
         (np.tile(np.uint8([200, 120, 40]), (8, 8, 1)), "point into the surface"),
+        (codes(OBJECT_SPACE), "point into the surface"),
+        (np.dstack([noise(32, 32, k) // 2 + 60 * (k == 2) for k in range(3)]), "point into the surface"),
         (np.zeros((8, 8, 3), np.uint8), "every texel is black"),
         (np.full((8, 8, 3), np.nan, np.float32), "nan"),
     ],

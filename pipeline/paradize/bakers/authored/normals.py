@@ -71,18 +71,20 @@ def _guess(values: npt.NDArray[np.generic], coding: NormalCoding) -> str | None:
 
 
 def _require_normals(seen: NormalSurvey, path: Path) -> None:
-    """Raises SourceError where more than half of the texels cannot be normals."""
+    """Raises SourceError for a picture of something else: grey, pointing into the surface in a quarter of the
+    texels (normals of an object's space do), or in a twentieth where half of them is not of unit length (a
+    photograph)."""
     kept = seen.texels - seen.black
     what = None
     if kept == 0 and seen.texels:
         what = "every texel is black"
     elif 2 * seen.grey > kept:
         what = f"{seen.grey} of {kept} texels are grey"
-    elif 2 * seen.below > kept:
+    elif 4 * seen.below > kept or (20 * seen.below > kept and 2 * seen.off > kept):
         what = f"{seen.below} of {kept} texels would point into the surface (blue below the middle)"
     if what is not None:
-        mend = "give the normal map, or give heights as the height"
-        raise SourceError(f"is no normal map: {what}", file=path, mend=mend)
+        mend = "give a normal map in tangent space, or give heights as the height"
+        raise SourceError(f"is no normal map in tangent space: {what}", file=path, mend=mend)
 
 
 def _warnings(seen: NormalSurvey, path: Path) -> list[str]:
