@@ -36,7 +36,7 @@ endef
 # Tests of one file run in one process, one after another: they share what the file prepares.
 beside := -n $(jobs) --dist loadfile --no-loadscope-reorder --durations=10
 
-.PHONY: help setup setup-test assets run check test extremes bench deep fix clean lint types island cpp-tests cpp-sanitized
+.PHONY: help setup setup-test assets run wheel check test extremes bench deep fix clean lint types island cpp-tests cpp-sanitized
 .DEFAULT_GOAL := help
 
 help: ## this list
@@ -50,6 +50,13 @@ assets: setup ## bake the island into build/assets/island; bakes only what chang
 run: assets ## bake, then fly over the island: in a window, or into build/flight where there is no display
 	@if [ -n "$${DISPLAY:-}$${WAYLAND_DISPLAY:-}" ]; then $(player) $(island); \
 	else $(bin)/python player/record.py $(player) $(island) build/flight; fi
+
+wheel: $(stamps)/kernels ## build/wheel: what pip installs elsewhere, without a compiler (setup/README.md)
+	@rm -rf build/wheel
+	@$(alone) $(step) "building the wheel" $(pip) wheel --no-build-isolation --no-deps -w build/wheel .
+	@$(alone) $(step) "building meshoptimizer's wheel" $(pip) wheel --no-build-isolation --no-deps --require-hashes \
+	    -w build/wheel -r setup/python-source.txt
+	@ls build/wheel/*.whl
 
 check: lint types island ## lint, types, formatting, and the island's assets; changes nothing
 

@@ -1,15 +1,17 @@
-"""`pip install .`, without the Makefile: what the package needs and what its source package holds."""
+"""`pip install .` and `make wheel`: what the package needs, what its source package and its wheel hold."""
 
 from __future__ import annotations
 
 import ast
 import os
+import platform
 import re
 import subprocess
 import sys
 import tarfile
 import tomllib
-from importlib.metadata import packages_distributions
+import zipfile
+from importlib.metadata import packages_distributions, version
 from pathlib import Path
 
 import pytest
@@ -90,4 +92,64 @@ def test_the_source_package_installs_into_an_empty_environment_and_makes_maps(
     command = [tmp_path / "venv/bin/paradize", "maps", photo, "-o", tmp_path / "maps"]
     made = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path)
     assert made.returncode == 0, made.stdout + made.stderr
+    assert len(list((tmp_path / "maps").glob("*.ktx2"))) == 4
+
+
+def built_wheel(folder: Path) -> Path:
+    """A wheel without the compiled kernels: what Python files and data go in is decided without compiling."""
+    build = "import sys; from scikit_build_core.build import build_wheel; "
+    build += "build_wheel(sys.argv[1], {'wheel.cmake': 'false'})"
+    subprocess.run([sys.executable, "-c", build, folder], cwd=ROOT, check=True, capture_output=True)
+    (wheel,) = folder.iterdir()
+    return wheel
+
+
+def test_the_wheel_holds_types_schema_and_fields_and_no_sources_of_kernels(tmp_path: Path) -> None:
+    with zipfile.ZipFile(built_wheel(tmp_path)) as archive:
+        names = {name for name in archive.namelist() if not name.partition("/")[0].endswith(".dist-info")}
+    assert all(name.startswith("paradize/") for name in names), "tests or scripts"
+    asked = {
+        str(path.relative_to(PACKAGE.parent)) for path in PACKAGE.rglob("*.py*") if path.suffix != ".pyc"
+    }
+    asked -= {"paradize/kernels/digest.py"}  # runs while a kernel is built
+    asked |= {"paradize/py.typed", "paradize/scene/scene.schema.json", "paradize/scene/FIELDS.md"}
+    assert asked - names == set()
+    assert {Path(name).suffix for name in names} == {".py", ".pyi", ".typed", ".json", ".md", ".yml"}
+
+
+BAKES = """
+import sys, paradize
+assert "site-packages" in paradize.__file__
+for method in ("paradize", "meshoptimizer", "openmesh"):
+    made = paradize.mesh(sys.argv[1], paradize.MeshSettings(lods=2, simplifier=method))
+    assert len(made.lods) == 2 and made.lods[1].mesh.triangles.shape[0] < made.lods[0].mesh.triangles.shape[0]
+"""
+
+
+@pytest.mark.deep
+def test_the_wheel_bakes_in_an_empty_environment_without_a_compiler(tmp_path: Path) -> None:
+    """Two wheels: meshoptimizer is published as source only, so its wheel is built beside."""
+    told = subprocess.run(["make", "wheel"], cwd=ROOT, capture_output=True, text=True)
+    assert told.returncode == 0, told.stdout + told.stderr
+    (wheel,) = (ROOT / "build/wheel").glob("paradize-*.whl")
+    python = "cp{0}{1}-cp{0}{1}".format(*sys.version_info)
+    assert wheel.name == f"paradize-{version('paradize')}-{python}-linux_{platform.machine()}.whl"
+    subprocess.run([sys.executable, "-m", "venv", tmp_path / "venv"], check=True)
+    pip = [tmp_path / "venv/bin/pip", "--disable-pip-version-check", "install", "--only-binary", ":all:"]
+    told = subprocess.run(
+        [*pip, "--find-links", wheel.parent, wheel], cwd=tmp_path, capture_output=True, text=True
+    )
+    assert told.returncode == 0, told.stdout[-4000:] + told.stderr
+    made = make_sources(tmp_path / "made")
+    model = made / "obj-kits/made/barrel.obj"
+    program = str(tmp_path / "venv/bin/paradize")
+    for command in (
+        [program, "maps", made / "textures/photo.png", "-o", "maps"],
+        [tmp_path / "venv/bin/python", "-c", BAKES, model],
+        [program, "new", "mine", "--from", model],
+        [program, "bake", "mine/scene.toml", "-o", "baked"],
+        [program, "check", "baked"],
+    ):
+        told = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path)
+        assert told.returncode == 0, told.stdout + told.stderr
     assert len(list((tmp_path / "maps").glob("*.ktx2"))) == 4
