@@ -136,7 +136,7 @@ def make_authored(sources: Sources, settings: Settings, tier: str) -> list[Produ
     from paradize.bakers.authored.bake import bake_authored
     from paradize.scene.baker_settings import AuthoredSettings
 
-    drawn = {role: path for role, path in sources.items() if role != "layout"}
+    drawn = {role: path for role, path in sources.items() if role.partition(",")[0] != "layout"}
     made = bake_authored(drawn, AuthoredSettings(**settings), uv=layout_of(sources), tier=tier)
     return [_texture(name, one) for name, one in made.items()]
 

@@ -17,7 +17,6 @@ from paradize.build.model_reader import ModelReader
 from paradize.build.options import BuildOptions
 from paradize.errors import GroupedError, ParadizeError, SceneError
 from paradize.files import resolved
-from paradize.kinds import is_gltf
 from paradize.material import MapSource, Material, Picture
 from paradize.scene.map_sets import DrawnMaterial, MapSet, ObjectMaps, SceneMaps
 from paradize.scene.settings import ObjectMaterial, Scene, SceneObject
@@ -59,8 +58,7 @@ def find_map_sets(
             continue
         if read.facts:
             found.libraries += read.facts.libraries
-            if is_gltf(item.mesh):
-                beside[item.mesh] = read.facts.libraries[1:]
+            beside[item.mesh] = read.facts.libraries[1:]
             found.missing += read.facts.missing
         try:
             finder.add(item, read.facts)

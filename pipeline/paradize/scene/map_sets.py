@@ -79,7 +79,7 @@ class ObjectMaps:
 @dataclass(frozen=True)
 class SceneMaps:
     """The map sets of a scene, in the order of its objects. objects: by name. beside: the files beside a
-    model that hold its mesh (buffers of a glTF), by the model."""
+    model that its mesh is made of (buffers of a glTF, material files of an OBJ), by the model."""
 
     sets: tuple[MapSet, ...]
     objects: Mapping[str, ObjectMaps]

@@ -124,7 +124,7 @@ def require(scene: Scene, maps: SceneMaps) -> Requirements:
         output = Output("sound", "sound", "sound", "the sound of the scene")
         required.add("sound", "sound", {"file": scene.sound.file}, [output])
     for job in required.jobs:
-        for role in {"mesh", "layout"} & job.sources.keys():
+        for role in [role for role in ("mesh", "layout") if role in job.sources]:
             files = maps.beside.get(job.sources[role], ())
             job.sources.update({f"{role}, file {k + 2}": path for k, path in enumerate(files)})
     return required
