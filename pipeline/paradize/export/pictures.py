@@ -31,12 +31,33 @@ def normal_png(texture: Texture) -> bytes:
     return encode_png(to_bytes(rebuilt(decode_texels(texture)[:, :, :2]) * 0.5 + 0.5))
 
 
-def gloss_png(texture: Texture) -> bytes:
-    """G: glTF's roughness, 1 - smoothness (alpha is its square in both); B: metal, 0; A: specular intensity;
-    R is not used."""
-    values = decode_texels(texture)
-    ones = np.ones(values.shape[:2], np.float32)
-    return encode_png(to_bytes(np.dstack([ones, 1.0 - values[:, :, 1], 0.0 * ones, values[:, :, 0]])))
+def gloss_png(gloss: Texture | None, occlusion: Texture | None = None) -> bytes:
+    """G: glTF's roughness, 1 - smoothness (alpha is its square in both); B: metalness, channel G of
+    `occlusion`; A: specular intensity; R is not used. Without gloss G and A are 1, without metalness B is.
+    The larger of both maps gives the size; of the smaller the nearest texel counts."""
+    shine = None if gloss is None else decode_texels(gloss)
+    metal = None if occlusion is None else decode_texels(occlusion)
+    rows, columns = (
+        max(shown.shape[axis] for shown in (shine, metal) if shown is not None) for axis in (0, 1)
+    )
+    shown = np.ones((rows, columns, 4), np.float32)
+    if shine is not None:
+        nearest = _nearest(shine, rows, columns)
+        shown[:, :, 1], shown[:, :, 3] = 1.0 - nearest[:, :, 1], nearest[:, :, 0]
+    if metal is not None and metal.shape[2] > 1:
+        shown[:, :, 2] = _nearest(metal, rows, columns)[:, :, 1]
+    return encode_png(to_bytes(shown))
+
+
+def _nearest(values: F32, rows: int, columns: int) -> F32:
+    y, x = (np.arange(to) * size // to for to, size in zip((rows, columns), values.shape, strict=False))
+    found: F32 = values[y[:, None], x[None, :]]
+    return found
+
+
+def occlusion_png(texture: Texture) -> bytes:
+    """R: how much of the light from all around arrives."""
+    return encode_png(np.repeat(to_bytes(decode_texels(texture)[:, :, :1]), 3, axis=2))
 
 
 def sky_pngs(cube: Texture, exposure: float) -> list[bytes]:

@@ -6,7 +6,7 @@ were baked; maps are PNG; the flight is an animation of the camera."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import partial
@@ -26,7 +26,14 @@ from paradize.export.heights import (
     terrain_heights,
     under_water,
 )
-from paradize.export.pictures import color_png, gloss_png, ground_light, normal_png, sky_pngs
+from paradize.export.pictures import (
+    color_png,
+    gloss_png,
+    ground_light,
+    normal_png,
+    occlusion_png,
+    sky_pngs,
+)
 from paradize.export.shapes import SKY_FACES, joined, level_quad, quad
 from paradize.files import resolved
 from paradize.formats.glb.bundle import Bundle
@@ -37,6 +44,7 @@ from paradize.formats.png import encode_png
 from paradize.formats.scene_manifest import map_sets, read_entry, read_scene
 from paradize.jobs.progress import OnProgress
 from paradize.kinds import BAKED, expecting, require_glb
+from paradize.map_table import MAPS
 from paradize.metrics.texels import decode_texels
 from paradize.placement import to_world
 from paradize.preview.shade import to_srgb
@@ -49,7 +57,17 @@ if TYPE_CHECKING:
 
 MOST_BYTES = (1 << 32) - 1  # a GLB's own limit
 _SPECULAR = "KHR_materials_specular"
+_EMISSIVE = "KHR_materials_emissive_strength"
 _UNLIT = "KHR_materials_unlit"
+_PLAIN = {  # a material that the scene does not name
+    "color": [1.0, 1.0, 1.0],
+    "opacity": 1.0,
+    "metalness": 0.0,
+    "emission": [0.0, 0.0, 0.0],
+    "specular": 0.0,
+    "smoothness": 0.0,
+    "alpha_mode": "opaque",
+}
 _SEA_ALPHA = 0.35  # low, because the terrain's picture is already darkened by the depth
 
 
@@ -106,7 +124,7 @@ class _Export:
         self.keys = flight_keys(self.manifest["flight"])
         self.bundle = Bundle(self.manifest["name"])
         self.triangles = 0
-        self._textures: dict[tuple[str, bool], int] = {}  # by artifact, and whether it repeats
+        self._textures: dict[tuple[Any, ...], int] = {}  # by kind, artifacts, and whether it repeats
         self.errors: dict[str, float] = {}
         self.notes: list[str] = []
 
@@ -261,39 +279,61 @@ class _Export:
         self.errors |= keys.errors
 
     def _pictures(self, material: dict[str, Any]) -> dict[str, int]:
-        """The textures of a material's maps, by kind."""
+        """The textures of a material's maps, by kind: "gloss" holds metalness too."""
+        maps = material["maps"]
+        gloss, occlusion = maps["gloss"], maps["occlusion"]
+        metal = occlusion if occlusion and _has_metal(self._texture(occlusion)) else None
         textures = {}
-        for kind, encode in (("color", color_png), ("normal", normal_png), ("gloss", gloss_png)):
-            if artifact := material["maps"][kind]:
-                key = artifact, material["repeat"]
+        wanted: list[tuple[str, tuple[str | None, ...], Callable[..., bytes]]] = [
+            ("color", (maps["color"],), color_png),
+            ("normal", (maps["normal"],), normal_png),
+            ("gloss", (gloss, metal), gloss_png),
+            ("occlusion", (occlusion,), occlusion_png),
+            ("emission", (maps["emission"],), color_png),
+        ]
+        for kind, names, encode in wanted:
+            if any(names):
+                key = kind, *names, material["repeat"]
                 if key not in self._textures:
-                    png = encode(self._texture(artifact))
-                    label = artifact.replace("_", " ")
+                    known = [name for name in names if name]
+                    png = encode(*(self._texture(name) if name else None for name in names))
+                    label = " ".join(known).replace("_", " ")
                     self._textures[key] = self.bundle.texture(label, png, repeat=material["repeat"])
-                    self._note_errors([artifact])
+                    self._note_errors(known)
                 textures[kind] = self._textures[key]
         return textures
 
     def _material(self, item: dict[str, Any], name: str, pictures: dict[str, int]) -> int:
-        material = item["materials"].get(name, {"color": [1.0, 1.0, 1.0], "specular": 0.0, "smoothness": 0.0})
-        look: dict[str, Any] = {"baseColorFactor": [*material["color"], 1.0], "metallicFactor": 0.0}
+        material = item["materials"].get(name, _PLAIN)
+        look: dict[str, Any] = {
+            "baseColorFactor": [*material["color"], material["opacity"]],
+            "metallicFactor": material["metalness"],
+        }
         parts: dict[str, Any] = {"pbrMetallicRoughness": look}
         if "color" in pictures:
             look["baseColorTexture"] = {"index": pictures["color"]}
         if "normal" in pictures:
             parts["normalTexture"] = {"index": pictures["normal"]}
+        if "occlusion" in pictures:
+            strength = material["occlusion_strength"]
+            parts["occlusionTexture"] = {"index": pictures["occlusion"], "strength": strength}
         # Seen straight on, ours reflects 0.08 of the specular intensity, glTF 0.04 of the factors.
         shine: dict[str, Any] = {"specularColorFactor": [2.0 * material["specular"]] * 3}
-        if "gloss" in pictures and material["specular"] > 0.0:
+        if "gloss" in pictures and (material["specular"] > 0.0 or material["metalness"] > 0.0):
             look["metallicRoughnessTexture"] = {"index": pictures["gloss"]}
-            shine["specularTexture"] = {"index": pictures["gloss"]}
+            if item["materials"][name]["maps"]["gloss"]:
+                shine["specularTexture"] = {"index": pictures["gloss"]}
+            else:
+                look["roughnessFactor"] = 1.0 - material["smoothness"]
         else:
             look["roughnessFactor"] = 1.0 - material["smoothness"]
-        parts["extensions"] = {_SPECULAR: shine}
+        parts["extensions"] = {_SPECULAR: shine} | _emission(parts, material["emission"], pictures)
         if material.get("two_sided"):
             parts["doubleSided"] = True
-        if material.get("alpha_mode") == "mask":
+        if material["alpha_mode"] == "mask":
             parts |= {"alphaMode": "MASK", "alphaCutoff": material["alpha_cutoff"]}
+        elif material["alpha_mode"] == "blend":
+            parts["alphaMode"] = "BLEND"
         return self.bundle.material(f"{item['name']} {name}".strip(), **parts)
 
     def _place(self, name: str, mesh: Mesh, materials: dict[str, int], at: Vec3 = ORIGIN) -> None:
@@ -318,6 +358,22 @@ class _Export:
     def _read(self, name: str) -> bytes:
         with _reading(self._file(name)):
             return read_entry(self.folder, self.manifest["artifacts"][name])
+
+
+def _has_metal(occlusion: Texture) -> bool:
+    """Whether a map of occlusion has metalness beside it."""
+    return occlusion.format not in MAPS["occlusion"].narrow_formats
+
+
+def _emission(parts: dict[str, Any], light: Sequence[float], pictures: Mapping[str, int]) -> dict[str, Any]:
+    """Writes what a material gives off into its parts; returns the extension for more than 1."""
+    strongest = max(light)
+    if strongest <= 0.0:
+        return {}
+    parts["emissiveFactor"] = [channel / max(1.0, strongest) for channel in light]
+    if "emission" in pictures:
+        parts["emissiveTexture"] = {"index": pictures["emission"]}
+    return {_EMISSIVE: {"emissiveStrength": strongest}} if strongest > 1.0 else {}
 
 
 @contextmanager

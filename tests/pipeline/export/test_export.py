@@ -69,6 +69,32 @@ def edited(baked: Path, folder: Path, edit: Callable[[dict[str, Any]], Any]) -> 
     return folder
 
 
+def test_metal_occlusion_emission_and_blending_are_written_as_gltf_has_them(
+    baked: Path, tmp_path: Path
+) -> None:
+    def edit(tree: dict[str, Any]) -> None:
+        item = tree["objects"][0]
+        material = next(one for one in item["materials"].values() if one["maps"]["gloss"])
+        maps = material["maps"]
+        maps["occlusion"], maps["emission"] = maps["gloss"], maps["color"]  # two channels, and colours
+        material |= {"metalness": 0.75, "opacity": 0.5, "alpha_mode": "blend", "occlusion_strength": 0.25}
+        material["emission"] = [4.0, 1.0, 0.0]
+        item["materials"] = dict.fromkeys(item["materials"], material)
+
+    folder = edited(baked, tmp_path / "in", edit)
+    tree, _ = tree_of(export(folder, tmp_path / "a.glb").file.read_bytes())
+    made: Any = tree["materials"]
+    (material,) = [one for one in made if "emissiveTexture" in one]
+    look = material["pbrMetallicRoughness"]
+    assert look["metallicFactor"] == 0.75 and look["baseColorFactor"][3] == 0.5
+    assert material["alphaMode"] == "BLEND" and material["occlusionTexture"]["strength"] == 0.25
+    assert material["emissiveFactor"] == [1.0, 0.25, 0.0]
+    assert material["extensions"]["KHR_materials_emissive_strength"] == {"emissiveStrength": 4.0}
+    indices = [material["occlusionTexture"]["index"], look["metallicRoughnessTexture"]["index"]]
+    assert len({*indices, look["baseColorTexture"]["index"]}) == 3
+    assert "KHR_materials_emissive_strength" in tree["extensionsUsed"]  # type: ignore[operator]
+
+
 def rotation(quaternion: Sequence[float]) -> np.ndarray:
     """Of glTF's x, y, z, w."""
     x, y, z, w = quaternion

@@ -15,7 +15,7 @@ import pytest
 from paradize.data import Group, Texture
 from paradize.export.flight import flight_keys
 from paradize.export.heights import smoothstep, under_water
-from paradize.export.pictures import gloss_png, ground_light, normal_png
+from paradize.export.pictures import gloss_png, ground_light, normal_png, occlusion_png
 from paradize.export.shapes import SKY_FACES, joined, level_quad
 from paradize.formats.glb.bundle import Bundle
 from paradize.formats.png import decode_png
@@ -123,11 +123,25 @@ def test_gloss_and_normals_stand_in_the_channels_that_gltf_reads(tmp_path: Path)
     """Roughness in green, metal in blue, specular strength in alpha; normals as 2 v / 255 - 1."""
     path = tmp_path / "a.png"
     path.write_bytes(gloss_png(Texture("RG8_UNORM", 2, 1, (bytes([51, 204, 255, 0]),))))
-    assert decode_png(path)[0, :, 1:].tolist() == [[51, 0, 51], [255, 0, 255]]
+    assert decode_png(path)[0, :, 1:].tolist() == [[51, 255, 51], [255, 255, 255]]
     path.write_bytes(normal_png(Texture("RG8_SNORM", 1, 1, (bytes([76, (-51) % 256]),))))
     x, y = 76 / 127, -51 / 127
     vector = decode_png(path)[0, 0].astype(float) * 2 / 255 - 1
     assert vector == pytest.approx([x, y, math.sqrt(1 - x * x - y * y)], abs=0.005)
+
+
+def test_metalness_stands_beside_roughness_and_occlusion_in_a_picture_of_its_own(tmp_path: Path) -> None:
+    """The smaller map's nearest texels count; without gloss roughness and specular are their factors'."""
+    path = tmp_path / "a.png"
+    gloss = Texture("RG8_UNORM", 4, 2, (bytes([51, 204] * 4 + [0, 0] * 4),))
+    hidden = Texture("RG8_UNORM", 2, 1, (bytes([102, 30, 153, 90]),))
+    path.write_bytes(gloss_png(gloss, hidden))
+    assert decode_png(path)[:, :, 2].tolist() == [[30, 30, 90, 90]] * 2
+    assert decode_png(path)[:, 0, 1].tolist() == [51, 255]
+    path.write_bytes(gloss_png(None, hidden))
+    assert decode_png(path)[0].tolist() == [[255, 255, 30, 255], [255, 255, 90, 255]]
+    path.write_bytes(occlusion_png(hidden))
+    assert decode_png(path)[0, :, 0].tolist() == [102, 153]
 
 
 def test_joined_patches_keep_every_triangle_where_it_was() -> None:
