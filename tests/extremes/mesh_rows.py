@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import replace
@@ -18,6 +19,7 @@ from paradize.metrics.tangent import frame_errors, frame_faults
 from paradize.stages.atlas import make_atlas
 from paradize.stages.lod import simplify
 from paradize.stages.lod.meshoptimizer import meshopt_simplify
+from paradize.stages.lod.surface import joined_vertices, normalised, used_only
 from paradize.stages.normals import complete_normals
 from paradize.stages.order import draw_order
 from paradize.stages.quantise import mesh_grid, quantise
@@ -187,6 +189,41 @@ def _halved(method: str) -> Any:
     return run
 
 
+def _creased(mesh: Mesh) -> Mesh:
+    """Every corner has a normal of its own, so nothing collapses until the normals are released."""
+    clean = sound(mesh)
+    axes = np.eye(3, dtype=np.float32)
+    return split_by(clean, normals=axes[np.arange(3 * len(clean.triangles)) % 3])
+
+
+def _released(mesh: Mesh) -> Mesh:
+    return _halved("paradize")(_creased(mesh))
+
+
+def _released_error(mesh: Mesh, made: Mesh) -> float:
+    """The error of a level; 1 if its creases kept a fifth more triangles than the smooth mesh keeps."""
+    smooth = _halved("paradize")(mesh)
+    return _level_error(mesh, made) if len(made.triangles) <= 1.2 * len(smooth.triangles) else 1.0
+
+
+def _prepared(mesh: Mesh) -> tuple[Mesh, np.ndarray, float]:
+    """As every simplifier begins: vertices joined, those without a triangle dropped, the box made 1."""
+    found = used_only(joined_vertices(_creased(mesh), ("normals",))[0])
+    return found, *normalised(found.positions, 1.0)
+
+
+def _prepared_error(mesh: Mesh, made: tuple[Mesh, np.ndarray, float]) -> float:
+    """How far a corner moved, in diagonals; of one that is doubled, lost or not normalised all of it."""
+    clean, (found, points, metres) = sound(mesh), made
+    keys = np.concatenate([clean.positions, clean.uvs], axis=1)[clean.triangles].reshape(-1, 5)
+    lost = len(np.unique(keys + np.float32(0), axis=0)) - len(found.positions)
+    wide = clean.positions.astype(np.float64)[clean.triangles]
+    low, high = wide.min(axis=(0, 1)), wide.max(axis=(0, 1))
+    diagonal = math.hypot(*(high - low))
+    moved = np.abs(points[found.triangles] - (wide - (low + high) / 2) / diagonal).max()
+    return float(max(moved, abs(metres / diagonal - 1), lost != 0))
+
+
 def _fitted(mesh: Mesh) -> Mesh:
     clean = sound(mesh)
     level = simplify(clean, max(1, len(clean.triangles) // 2)).mesh
@@ -271,16 +308,32 @@ ROWS = [
     ),
     _row("reproject", _taken, _own_attributes_lost, "of 1", 1e-5, refused=GUARDED),
     *[
-        _row("lod", _halved(method), _level_error, "diagonals", limit, part=method, refused=GUARDED)
-        for method, limit in (("meshoptimizer", 0.25), ("paradize", 0.02))
+        _row(
+            f"lod.{module}",
+            _halved(method),
+            _level_error,
+            "diagonals",
+            limit,
+            part=method,
+            refused=GUARDED | ({"opposite": "the surface is no manifold"} if method == "openmesh" else {}),
+        )
+        for module, method, limit in (
+            ("collapse", "paradize", 0.02),
+            ("meshoptimizer", "meshoptimizer", 0.25),
+            ("positions", "fast-simplification", 0.25),
+            ("positions", "openmesh", 0.25),
+        )
     ],
+    _row("lod.methods", _released, _released_error, "diagonals", 0.02, refused=GUARDED),
+    _row("lod.surface", _prepared, _prepared_error, "diagonals", 1e-12, refused=GUARDED),
     _row("refine", _fitted, _level_error, "diagonals", 0.02, refused=GUARDED),
     _row(
-        "simplifiers",
+        "lod.meshoptimizer",
         _meshopt,
         _meshopt_error,
         "diagonals",
         0.25,
+        part="the library",
         refused=GUARDED | dict.fromkeys(("zero", "nan", "inf"), "only sound meshes"),
     ),
     *[

@@ -44,7 +44,7 @@ def test_is_near_the_truth_at_the_largest_size(row: object) -> None:
 
 def test_no_stage_and_no_metric_lacks_a_row() -> None:
     written = {
-        f"{room}.{path.stem}"
+        ".".join(path.relative_to(PACKAGE).with_suffix("").parts)
         for room in ("stages", "metrics")
         for path in (PACKAGE / room).rglob("*.py")
         if path.stem != "__init__"
