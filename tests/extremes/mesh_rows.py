@@ -190,19 +190,19 @@ def _halved(method: str) -> Any:
 
 
 def _creased(mesh: Mesh) -> Mesh:
-    """Every corner has a normal of its own, so nothing collapses until the normals are released."""
+    """Every corner has a normal of its own, so meshoptimizer collapses nothing until normals are released."""
     clean = sound(mesh)
     axes = np.eye(3, dtype=np.float32)
     return split_by(clean, normals=axes[np.arange(3 * len(clean.triangles)) % 3])
 
 
 def _released(mesh: Mesh) -> Mesh:
-    return _halved("paradize")(_creased(mesh))
+    return _halved("meshoptimizer")(_creased(mesh))
 
 
 def _released_error(mesh: Mesh, made: Mesh) -> float:
     """The error of a level; 1 if its creases kept a fifth more triangles than the smooth mesh keeps."""
-    smooth = _halved("paradize")(mesh)
+    smooth = _halved("meshoptimizer")(mesh)
     return _level_error(mesh, made) if len(made.triangles) <= 1.2 * len(smooth.triangles) else 1.0
 
 
@@ -324,7 +324,7 @@ ROWS = [
             ("positions", "openmesh", 0.25),
         )
     ],
-    _row("lod.methods", _released, _released_error, "diagonals", 0.02, refused=GUARDED),
+    _row("lod.methods", _released, _released_error, "diagonals", 0.25, refused=GUARDED),
     _row("lod.surface", _prepared, _prepared_error, "diagonals", 1e-12, refused=GUARDED),
     _row("refine", _fitted, _level_error, "diagonals", 0.02, refused=GUARDED),
     _row(
