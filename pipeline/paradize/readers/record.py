@@ -19,7 +19,8 @@ DEFAULT_NAME = "default"  # of a group or a material without a name
 
 @dataclass(frozen=True)
 class Model:
-    """mesh: as in the file (normals may have zero rows: missing). source: the vertex positions of the file.
+    """mesh: as in the file: normals may have zero rows, which are missing; with tangents, vertices may differ
+    in these alone. source: the vertex positions of the file.
     materials: by name; the groups of the mesh name them. smoothing: (m,) uint32, smoothing group of each
     triangle, 0 off, UNKNOWN_SMOOTHING where the file has none. lines: (m,) uint32, the line of each
     triangle's face; None where the file has no lines. libraries: files beside the model that were read.

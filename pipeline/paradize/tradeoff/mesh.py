@@ -10,7 +10,7 @@ from typing import Any
 from paradize.bakers.mesh.atlas import overlaps, sound_quality
 from paradize.bakers.mesh.lods import TIERS, Plan, make_levels
 from paradize.bakers.mesh.lods_from_path import sight_plan
-from paradize.bakers.mesh.prepare import with_normals
+from paradize.bakers.mesh.prepare import with_normals, without_tangents
 from paradize.bakers.quantise import direction_deg_of
 from paradize.data import Lod, Mesh
 from paradize.errors import BakeError
@@ -143,7 +143,7 @@ def _mended_mesh(path: Path, settings: Settings) -> Mesh:
     joined, _ = weld(read.mesh, settings["weld_m"])
     mesh, validation = validate_mesh(joined, path)
     smoothing = read.smoothing[validation.kept]
-    return with_normals(mesh, smoothing, settings["crease_deg"])
+    return without_tangents(with_normals(mesh, smoothing, settings["crease_deg"]))[0]
 
 
 def _laid_out(path: Path, settings: Settings) -> Mesh:

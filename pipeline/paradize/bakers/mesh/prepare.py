@@ -12,11 +12,13 @@ import numpy as np
 from paradize.bakers.mesh.atlas import with_atlas
 from paradize.data import Group, Mesh
 from paradize.errors import SourceError
+from paradize.kernels.mesh import number_rows
 from paradize.metrics.loading import LoadingError, loaded, loading_warnings
 from paradize.metrics.tangent import frame_errors
 from paradize.readers.model import read_model
 from paradize.scene.baker_settings import MeshSettings
 from paradize.stages.normals import complete_normals
+from paradize.stages.split import ATTRIBUTES
 from paradize.stages.validate import Report, messages, repairs, validate_mesh
 from paradize.stages.weld import Welding, weld, welded_messages
 
@@ -97,11 +99,16 @@ def prepare_mesh(
 
 def without_tangents(mesh: Mesh) -> tuple[Mesh, list[str]]:
     """The mesh without the tangents of its file: every level is given those of MikkTSpace, for which normal
-    maps are painted. Tangents that differ from these by more than rounding are reported."""
+    maps are painted. Tangents that differ from these by more than rounding are reported. Vertices that only
+    their tangents told apart become one."""
     if mesh.tangents is None:
         return mesh, []
     error = frame_errors(mesh)
     bare = replace(mesh, tangents=None)
+    arrays = {name: rows for name in ("positions", *ATTRIBUTES) if (rows := getattr(bare, name)) is not None}
+    ids, first = number_rows(np.concatenate(list(arrays.values()), axis=1))
+    kept: dict[str, Any] = {name: np.ascontiguousarray(rows[first]) for name, rows in arrays.items()}
+    bare = replace(bare, **kept, triangles=ids[mesh.triangles])
     if error["tangent_p99_deg"] <= TANGENT_DEG and error["tangent_turned"] <= TANGENTS_TURNED:
         return bare, []
     what = f"its tangents are up to {error['tangent_p99_deg']:.3g} degrees (99 %) from those of MikkTSpace"

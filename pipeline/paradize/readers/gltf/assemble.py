@@ -114,6 +114,8 @@ def joined(document: Document, parts: Sequence[Part]) -> tuple[Mesh, SourcePosit
         rows = _column(parts, name, width, otherwise)
         if rows is not None:
             arrays[name] = rows
+    if all(part.tangents is not None for part in parts):
+        arrays["tangents"] = np.concatenate([part.tangents for part in parts]).astype(np.float32)
     without = sum(len(part.triangles) for part in parts if part.uvs is None)
     if without and "uvs" in arrays:
         document.warn(f"{without} of {total} triangles without texture coordinates; they get (0, 0)")
@@ -122,8 +124,6 @@ def joined(document: Document, parts: Sequence[Part]) -> tuple[Mesh, SourcePosit
         document.warn(f"{without} of {total} triangles without normals; computed")
     arrays = {name: rows + np.float32(0) for name, rows in arrays.items()}  # -0 becomes 0
     ids, first = number_rows(np.concatenate(list(arrays.values()), axis=1))
-    if (tangents := _column(parts, "tangents", 4, 0.0)) is not None:
-        arrays["tangents"] = tangents
     mesh = Mesh(
         triangles=ids[corners],
         groups=_groups(parts),
