@@ -100,7 +100,10 @@ class _Finder:
         keys: dict[str, Any] = {}
         for name, material in materials.items():
             table = item.materials.get(name, ObjectMaterial())
-            drawn[name] = _drawn(material, table)
+            drawn[name] = replace(
+                _drawn(material, table),
+                vertex_colors=material.vertex_colors and facts is not None and facts.colors,
+            )
             if material.maps:
                 one, key = self._set(item, material, derive=not authored)
                 known = self.sets.get(key, one)

@@ -42,9 +42,9 @@ class MaterialFacts:
 
 @dataclass(frozen=True)
 class ModelFacts:
-    """materials: by name, in the order of the mesh. colors: whether it has vertex colours. libraries: files
-    that were read, the model among them. missing: files that it names and that do not exist. warnings: of
-    what was guessed."""
+    """materials: by name, in the order of the mesh. colors: whether it has vertex colours other than white.
+    libraries: files that were read, the model among them. missing: files that it names and that do not exist.
+    warnings: of what was guessed."""
 
     materials: Mapping[str, MaterialFacts]
     colors: bool
@@ -86,7 +86,8 @@ def read_model_facts(
         span, tiles = _uv_tiles(mesh)
         materials[name] = MaterialFacts(replace(material, maps=sources), span, tiles, palette, alpha)
     libraries = tuple(dict.fromkeys([path, *read.libraries]))
-    facts = ModelFacts(materials, read.mesh.colors is not None, libraries, tuple(read.absent))
+    colors = read.mesh.colors is not None and bool((read.mesh.colors != 1.0).any())
+    facts = ModelFacts(materials, colors, libraries, tuple(read.absent))
     return {"facts": facts, "data": data}
 
 

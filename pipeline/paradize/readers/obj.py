@@ -18,6 +18,7 @@ import numpy as np
 from paradize.data import Group, Mesh, SourcePositions
 from paradize.errors import SourceError
 from paradize.files import open_file
+from paradize.kernels.math import srgb_to_linear
 from paradize.kernels.obj import ParsedObj, parse_obj_file
 from paradize.kinds import MODEL, expecting
 from paradize.material import Material
@@ -101,7 +102,7 @@ def read_obj(path: Path, root: Path | None = None, on_library: list[Path] | None
         triangles=parsed.triangles,
         normals=parsed.normals if len(parsed.normals) else None,
         uvs=parsed.uvs if len(parsed.uvs) else None,
-        colors=parsed.colors if len(parsed.colors) else None,
+        colors=_linear(parsed.colors) if len(parsed.colors) else None,
         groups=groups,
         origin=parsed.origin,
     )
@@ -125,6 +126,16 @@ def read_obj(path: Path, root: Path | None = None, on_library: list[Path] | None
         *(mesh, source, materials, warnings, counts, smoothing, parsed.triangle_lines),
         *(libraries, absent, lost),
     )
+
+
+def _linear(colors: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
+    """Vertex colours (n, 4) as linear light. Those who write them (Blender, MeshLab) write sRGB; alpha is
+    linear. Values outside 0..1 stay."""
+    rgb = colors[:, :3]
+    encoded = (rgb > 0.0) & (rgb < 1.0)
+    linear = colors.copy()
+    linear[:, :3][encoded] = srgb_to_linear(rgb[encoded])
+    return linear
 
 
 def _parse(path: Path) -> ParsedObj:

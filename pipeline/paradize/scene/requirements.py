@@ -343,10 +343,12 @@ def _owners(one: MapSet, users: Iterable[str]) -> str:
     return _all(*(f"{name} ({', '.join(one.materials[name])})" for name in users))
 
 
-def mesh_inputs(item: SceneObject, views: Sequence[str], read: Iterable[str]) -> dict[str, str]:
+def mesh_inputs(
+    item: SceneObject, known: ObjectMaps, views: Sequence[str], read: Iterable[str]
+) -> dict[str, str]:
     """Returns the attributes of an object's mesh that the player reads in these views (by glTF name), and
     why. read: the maps of its materials that are read. Normal maps and parallax need tangents; nothing else
-    does."""
+    does. Shadows read vertex colours only for their alpha."""
     inputs = {"POSITION": _drawn(f"the object {item.name}", tuple(views))}
     if _shades(views):
         inputs["NORMAL"] = f"the light on {item.name}"
@@ -355,6 +357,13 @@ def mesh_inputs(item: SceneObject, views: Sequence[str], read: Iterable[str]) ->
         inputs["TANGENT"] = "the frame of bumps and parallax"
     if read:
         inputs["TEXCOORD_0"] = f"where {item.name}'s maps lie"
+    tinted = [
+        name
+        for name, drawn in known.drawn.items()
+        if drawn.vertex_colors and (_shades(views) or drawn.alpha_mode != "opaque")
+    ]
+    if tinted:
+        inputs["COLOR_0"] = f"the vertex colours of {item.name}'s {', '.join(tinted)}"
     return inputs
 
 
@@ -369,7 +378,7 @@ def _object(
     name = item.name
     sets = list(maps.of_object(name))
     read = [key for one, names in sets for key in map_inputs(one, {name: names}, maps, {name: views})]
-    inputs = mesh_inputs(item, views, read)
+    inputs = mesh_inputs(item, maps.objects[name], views, read)
     required.add(
         f"{name} mesh",
         "mesh",

@@ -15,7 +15,9 @@ from paradize.build.map_sets import find_map_sets
 from paradize.build.options import BuildOptions
 from paradize.checks import check_paths
 from paradize.errors import ParadizeError
+from paradize.formats.glb.reader import decode_glb
 from paradize.formats.glb.tiles import decode_tile
+from paradize.material import AlphaMode
 from paradize.scene.flight import plan_flight, sightings_of
 from paradize.scene.map_sets import DrawnMaterial, MapSet, ObjectMaps, SceneMaps
 from paradize.scene.requirements import (
@@ -74,7 +76,7 @@ def test_passes_decide_which_attributes_and_maps_there_are(
     one = MapSet("post", {"post": ("wood",)}, pictures, strength=strength)
     maps = SceneMaps((one,), {"post": ObjectMaps({"wood": wood}, {"wood": one})})
     found = map_inputs(one, one.materials, maps, {"post": views})
-    found |= mesh_inputs(item, views, found)
+    found |= mesh_inputs(item, maps.objects["post"], views, found)
     assert found.keys() == read
     assert all(found.values())
 
@@ -249,14 +251,14 @@ def test_of_several_alpha_cutoffs_the_colour_map_keeps_the_least(tmp_path: Path)
 
 
 def test_shaders_read_no_attribute_that_the_table_leaves_out() -> None:
-    """Vertex colours are in no shader; the light's reads places and coordinates alone."""
+    """The light's reads places, coordinates and the alpha of colours alone."""
     inputs = {}
     for name in ("object", "depth"):
         text = (ROOT / "shaders" / f"{name}.vert").read_text()
         inputs[name] = set(re.findall(r"^layout\(location = \d\) in \w+ (\w+);", text, re.MULTILINE))
     assert inputs == {
-        "object": {"position", "normal", "tangent", "uv0"},
-        "depth": {"position", "uv0"},
+        "object": {"position", "normal", "tangent", "uv0", "color"},
+        "depth": {"position", "uv0", "color"},
     }
 
 
@@ -312,3 +314,42 @@ def test_an_object_names_its_simplifier_and_its_row_tells_it(
     assert rows[0]["reason"] is None and rows[1]["reason"].startswith("levels by meshoptimizer 0.")
     assert [row["status"] for row in rows] == ["baked", "baked"], "each is a job of its own"
     assert rows[0]["sha256"] != rows[1]["sha256"]
+
+
+@pytest.mark.parametrize(
+    ("vertex_colors", "mode", "views", "read"),
+    [
+        (True, "opaque", ("camera", "shadow"), True),
+        (True, "opaque", ("shadow",), False),
+        (True, "blend", ("shadow",), True),
+        (False, "blend", ("camera",), False),
+    ],
+)
+def test_vertex_colours_are_kept_where_a_view_reads_them(
+    vertex_colors: bool, mode: AlphaMode, views: tuple[str, ...], read: bool
+) -> None:
+    item = SceneObject(name="post", mesh=Path("post.obj"), instances=())
+    wood = DrawnMaterial(alpha_mode=mode, vertex_colors=vertex_colors)
+    assert ("COLOR_0" in mesh_inputs(item, ObjectMaps({"wood": wood}), views, ())) is read
+
+
+@pytest.mark.parametrize("tint", ["0.2 0.5 0.8", "1 1 1"])
+def test_a_baked_scene_has_the_vertex_colours_of_its_models_unless_they_are_white(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, tint: str
+) -> None:
+    monkeypatch.setenv("PARADIZE_STORE", str(tmp_path / "store"))
+    scene = make_cove(tmp_path / "cove")
+    model = scene.parent / "post.obj"
+    model.write_text(re.sub(r"^(v .*)$", rf"\1 {tint}", model.read_text(), flags=re.MULTILINE))
+    report = bake(scene, tmp_path / "out", BuildOptions())
+    assert not report.errors
+    baked = json.loads((tmp_path / "out/scene.json").read_text())
+    tinted = tint != "1 1 1"
+    (post,) = baked["objects"]
+    assert [one["vertex_colors"] for one in post["materials"].values()] == [tinted]
+    glb = (tmp_path / "out" / baked["artifacts"][post["mesh"]]["file"]).read_bytes()
+    for lod in decode_glb(glb, "post"):
+        assert (lod.mesh.colors is not None) is tinted
+        if lod.mesh.colors is not None:
+            expected = [((c + 0.055) / 1.055) ** 2.4 for c in (0.2, 0.5, 0.8)]  # the files hold sRGB
+            assert np.allclose(lod.mesh.colors, [*expected, 1.0], atol=1e-6)
