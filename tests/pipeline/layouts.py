@@ -40,7 +40,9 @@ def two_tone(gap: int, first: tuple[int, int, int], second: tuple[int, int, int]
 
 
 def make_atlas_scene(folder: Path, obj: str, picture: np.ndarray, **settings: object) -> Path:
-    """The cove with this object and this colour map; settings replace `key = value` lines of the TOML."""
+    """The cove with this object and this colour map, which is no palette; settings replace `key = value`
+    lines of the TOML."""
+    settings.setdefault("wrap", '"clamp"')
     path = make_cove(folder)
     (folder / "post.obj").write_text(obj)
     write_image(folder / "wood.png", picture)

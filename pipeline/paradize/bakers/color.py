@@ -4,6 +4,7 @@ error."""
 from __future__ import annotations
 
 from bisect import bisect_left
+from collections.abc import Collection
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -67,7 +68,10 @@ def bake_color(
         raise BakeError(f"the alpha cutoff is {used.alpha_cutoff}; 0 to 1 is the range")
     wraps = wraps_of(used.wrap)
     name = used.product
-    values, encoded, warnings = color_values(path, alpha, wraps, uv, opaque=name == "emission")
+    opaque = used.opaque or name == "emission"
+    values, encoded, warnings = color_values(
+        path, None if opaque else alpha, wraps, uv, used.layout_materials, opaque=opaque
+    )
     rows, columns = values.shape[:2]
     if name == "emission" and (values == values[0, 0]).all():
         light = linear_light(values[:1, :1], encoded=encoded)[0, 0]
@@ -112,10 +116,17 @@ def bake_color(
 
 
 def color_values(
-    path: Path, alpha: Path | None, wraps: tuple[bool, bool], uv: Path | None, *, opaque: bool = False
+    path: Path,
+    alpha: Path | None,
+    wraps: tuple[bool, bool],
+    uv: Path | None,
+    materials: Collection[str] = (),
+    *,
+    opaque: bool = False,
 ) -> tuple[Values, bool, list[str]]:
     """The texels (h, w, 3 or 4) of level 0 as bake_color takes them from its sources, whether they are sRGB,
-    and warnings. opaque: what the picture says of alpha does not count."""
+    and warnings. materials: those of the UV layout that count; none: all. opaque: what the picture says of
+    alpha does not count."""
     image = read_image(path)
     if opaque and image.values.shape[2] in (2, 4):
         seen: Any = np.ascontiguousarray(image.values[:, :, :-1])
@@ -125,7 +136,7 @@ def color_values(
         warnings.append(f"{path}: brighter than 1 in places; a colour texture holds 0..1")
     values = spread(_with_alpha(image, alpha), wraps)
     if uv is not None:
-        values = _filled(values, uv, wraps)
+        values = _filled(values, uv, wraps, materials)
     return values, image.color_space == "srgb", warnings
 
 
@@ -213,9 +224,10 @@ def spread(values: Values, wraps: tuple[bool, bool]) -> Values:
     return filled
 
 
-def _filled(values: Values, uv: Path, wraps: tuple[bool, bool]) -> Values:
-    """Returns the picture with the gutters of the OBJ's UV layout filled."""
+def _filled(values: Values, uv: Path, wraps: tuple[bool, bool], materials: Collection[str]) -> Values:
+    """Returns the picture with the gutters of the model's UV layout filled. materials: those that count."""
     mesh = read_model(uv).mesh
+    mesh = mesh.of_materials(materials) if materials else mesh
     islands = gutter.island_map(mesh, height=values.shape[0], width=values.shape[1], file=uv)
     return gutter.fill_gutter(values, gutter.layout_source(islands, mesh, wraps))
 

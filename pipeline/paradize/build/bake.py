@@ -102,7 +102,7 @@ def _bake(context: BuildContext, name: str, scene_stamp: Stamp | None) -> BakeRe
     if options.usual and not report.errors and all(stamp(path) == old for path, old in stamps.items()):
         keep_inputs(store, context.out, scene, tasks, hash_cache, options)
         remember(store, name, report, list(stamps), found.missing, hash_cache)
-    report.warnings += warnings
+    report.warnings += [*found.warnings, *warnings]
     return report
 
 

@@ -27,6 +27,7 @@ F32 = npt.NDArray[np.float32]
 F64 = npt.NDArray[np.float64]
 SHARE = 0.01  # of the surface
 OFF = 1.0 / 32.0  # of the range; of colour in square roots of linear light, of normals half the chord
+SAME = 1.5 / 255.0  # a colour that changes by less is the same
 # Ten points of a triangle, as barycentric weights.
 _PLACES = np.array([(i, j, 3 - i - j) for i in range(4) for j in range(4 - i)], np.float64)
 _WEIGHTS = (_PLACES + 1.0 / 3.0) / 4.0
@@ -60,26 +61,56 @@ def measure_flat(
     return coarsest
 
 
+def measure_palette(
+    name: str, glb: bytes, texture: bytes, repeat: bool, materials: Collection[str]
+) -> dict[str, int]:
+    """Returns how coarse a palette may be: `level`, the coarsest mip with which no colour of any level of
+    detail changes by more than SAME; `max_level`, the coarsest mip that may be sampled before swatches mix.
+    texture: KTX2 of the colour map. materials: those that it lies on."""
+    decoded = decode_ktx2(texture, f"{name}_color")
+    chain = [np.sqrt(np.maximum(level, 0.0)) for level in sampled_levels(decoded, "color")]
+    size = (decoded.width, decoded.height)
+    meshes = [lod.mesh.of_materials(materials) for lod in decode_glb(glb, name)]
+    level, last = (
+        min(
+            _coarsest_level(mesh, size, chain, 1.0, repeat, off=off, share=share, flat=False)
+            for mesh in meshes
+        )
+        for off, share in ((SAME, 0.0), (OFF, SHARE))
+    )
+    return {"level": min(level, last), "max_level": last}
+
+
 def _coarsest_level(
-    mesh: Mesh, size: tuple[int, int], chain: Sequence[F32], unit: float, repeat: bool
+    mesh: Mesh,
+    size: tuple[int, int],
+    chain: Sequence[F32],
+    unit: float,
+    repeat: bool,
+    *,
+    off: float = OFF,
+    share: float = SHARE,
+    flat: bool = True,
 ) -> int:
-    if mesh.uvs is None:
+    """Returns the coarsest level with which at most `share` of the surface is more than `off` from the
+    finest. flat: of the flat triangles alone."""
+    if mesh.uvs is None or not len(mesh.triangles):
         return len(chain) - 1
     corners = mesh.absolute_positions[mesh.triangles]
     a, b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     cross = np.stack([a[:, i - 2] * b[:, i - 1] - a[:, i - 1] * b[:, i - 2] for i in range(3)], axis=1)
     area = np.sqrt(cross[:, 0] ** 2 + cross[:, 1] ** 2 + cross[:, 2] ** 2)
-    flat = flat_triangles(mesh, mesh.uvs, *size)
-    uvs = mesh.uvs.astype(np.float64)[mesh.triangles[flat]]
+    chosen = flat_triangles(mesh, mesh.uvs, *size) if flat else np.ones(len(area), np.bool_)
+    uvs = mesh.uvs.astype(np.float64)[mesh.triangles[chosen]]
     # (places, triangles, 2)
     at = sum(_WEIGHTS[:, k, None, None] * uvs[None, :, k] for k in range(3)) + np.zeros((len(_WEIGHTS), 1, 1))
-    share = np.broadcast_to(area[flat] / len(_WEIGHTS), at.shape[:2])
-    accepted = SHARE * math.fsum(area.tolist())
+    shown = np.broadcast_to(area[chosen] / len(_WEIGHTS), at.shape[:2])
+    accepted = share * math.fsum(area.tolist())
     finest = _sampled(chain[0], at, repeat)
     level = 0
     while level + 1 < len(chain):
-        off = unit * np.abs(_sampled(chain[level + 1], at, repeat) - finest).max(axis=-1)
-        if math.fsum(share[off > OFF].tolist()) > accepted:
+        changed = unit * np.abs(_sampled(chain[level + 1], at, repeat) - finest).max(axis=-1)
+        if math.fsum(shown[changed > off].tolist()) > accepted:
             break
         level += 1
     return level

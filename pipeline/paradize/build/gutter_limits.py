@@ -94,7 +94,7 @@ def measure_gutters(
     mesh = decode_glb(glb, name)[0].mesh.of_materials(parallax)
     requested = {key: gutter.parallax_reach(*parallax[key]) for key in sorted(parallax)}
     limits: dict[str, float | None] = dict.fromkeys(requested)
-    if repeat or mesh.uvs is None:
+    if repeat or mesh.uvs is None or not len(mesh.triangles):
         return {"repeat": True, "limits": limits, "maps": dict.fromkeys(textures)}
     around = gutter.goes_around(mesh)
     decoded = {key: decode_ktx2(data, f"{name}_{key}") for key, data in textures.items()}

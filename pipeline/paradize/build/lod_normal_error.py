@@ -38,6 +38,8 @@ def measure_lod_normal_error(
     finest, *coarser = decode_glb(glb, name)
     vectors = _vectors(decode_ktx2(texture, f"{name}_normal"))
     own = finest.mesh.of_materials(materials)
+    if not len(own.triangles):
+        return [dict.fromkeys(MAPPED, 0.0) for _ in (finest, *coarser)]
     reference = Original(own)
     levels = [dict.fromkeys(MAPPED, 0.0)]
     for lod in coarser:

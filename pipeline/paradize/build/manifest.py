@@ -80,12 +80,13 @@ def build_manifest(
     facts: dict[str, MeshFacts],
     sightings: dict[str, ObjectSighting],
     gutters: dict[tuple[str, str], dict[str, Any]],
+    constants: dict[str, list[float]],
     pixels: dict[str, float],
     terrain_tables: dict[str, Any] | None,
 ) -> dict[str, Any]:
     """Returns the manifest. owners: the objects that use an artifact, by its name. artifacts, facts: by
     artifact name. sightings, pixels (from nearest_view.nearest_pixel_m): by object name. gutters: by (object,
-    map set), from gutter_limits.measure_gutters.
+    map set), from gutter_limits.measure_gutters. constants: the values of textures that are not published.
     terrain_tables: the terrain's tables and when each of its tiles is first needed, from
     registry.make_terrain."""
     tiles = _tiles(terrain_tables)
@@ -127,7 +128,8 @@ def build_manifest(
         "terrain": _terrain(scene, entries, terrain_tables),
         "water": _water(scene),
         "objects": [
-            _object(item, maps, entries, facts[f"{item.name}_mesh"], gutters) for item in scene.objects
+            _object(item, maps, entries, facts[f"{item.name}_mesh"], gutters, constants)
+            for item in scene.objects
         ],
         "particles": [_plain(item) for item in scene.particles],
         "sound": {"artifact": "sound", "volume": scene.sound.volume} if scene.sound else None,
@@ -218,6 +220,7 @@ def _object(
     entries: dict[str, Any],
     facts: MeshFacts,
     gutters: dict[tuple[str, str], dict[str, Any]],
+    constants: dict[str, list[float]],
 ) -> dict[str, Any]:
     known = maps.objects[item.name]
     return {
@@ -227,7 +230,9 @@ def _object(
         "center": list(facts.center),
         "radius_m": facts.radius_m,
         "lods": [{"node": node, "error_m": error_m} for node, error_m in facts.lods],
-        "materials": {name: _material(item, name, known, entries, gutters) for name in facts.materials},
+        "materials": {
+            name: _material(item, name, known, entries, gutters, constants) for name in facts.materials
+        },
         "instances": [placed(instance) for instance in item.instances],
     }
 
@@ -238,11 +243,28 @@ def _material(
     known: ObjectMaps,
     entries: dict[str, Any],
     gutters: dict[tuple[str, str], dict[str, Any]],
+    constants: dict[str, list[float]],
 ) -> dict[str, Any]:
     one = known.sets.get(name)
     measured = gutters.get((item.name, one.name)) if one else None
-    return _plain(known.drawn.get(name, DrawnMaterial())) | {
+    drawn = known.drawn.get(name, DrawnMaterial())
+    if one:
+        drawn = _with_constants(drawn, {key: constants.get(f"{one.name}_{key}") for key in MATERIAL_MAPS})
+    return _plain(drawn) | {
         "maps": {key: _present(f"{one.name}_{key}", entries) if one else None for key in MATERIAL_MAPS},
         "repeat": measured["repeat"] if measured else True,
         "parallax_limit": measured["limits"][name] if measured else None,
     }
+
+
+def _with_constants(drawn: DrawnMaterial, constants: dict[str, list[float] | None]) -> DrawnMaterial:
+    """Returns a material whose factors hold the maps that are no textures, because all texels are equal."""
+    if gloss := constants.get("gloss"):
+        specular, smoothness = drawn.specular * gloss[0], drawn.smoothness * gloss[1]
+        drawn = replace(drawn, specular=specular, smoothness=smoothness)
+    if (occlusion := constants.get("occlusion")) and len(occlusion) > 1:
+        drawn = replace(drawn, metalness=drawn.metalness * occlusion[1])
+    if light := constants.get("emission"):
+        r, g, b = (factor * value for factor, value in zip(drawn.emission, light, strict=True))
+        drawn = replace(drawn, emission=(r, g, b))
+    return drawn

@@ -8,31 +8,40 @@ layout are shared between objects, too; pictures are compared by their bytes.
 from __future__ import annotations
 
 import re
+from collections.abc import Collection
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from paradize.build.model_facts import ModelFacts
+from paradize.build.drawn_materials import authored_fields, drawn, is_authored, is_guessed, joined
+from paradize.build.model_facts import MaterialFacts, ModelFacts
 from paradize.build.model_reader import ModelReader
 from paradize.build.options import BuildOptions
 from paradize.errors import GroupedError, ParadizeError, SceneError
 from paradize.files import resolved
-from paradize.material import MapSource, Material, Picture
-from paradize.scene.map_sets import DrawnMaterial, MapSet, ObjectMaps, SceneMaps
+from paradize.material import Material
+from paradize.scene.map_sets import GLOSS_ROLES, DrawnMaterial, MapSet, ObjectMaps, SceneMaps
 from paradize.scene.settings import ObjectMaterial, Scene, SceneObject
 from paradize.store.file_hashes import FileHashCache
 
+_WORTH = 2  # halvings after which four bytes a texel are less than the blocks of the whole picture
 _MOST_NAME = 80  # characters of a set's name
+_UDIM = re.compile(r"<udim>|(?<![0-9])1001(?![0-9])", re.IGNORECASE)
+_COMPARED = (
+    "layout", "wrap", "palette", "derived", "relief", "strength", "height_strength", "gloss_groups", "bleed",
+    "authored",
+)  # fmt: skip
 
 
 @dataclass
 class FoundMaps:
     """What find_map_sets returns. libraries: the files that were read for it. missing: files that were looked
-    for but do not exist."""
+    for but do not exist. warnings: what was guessed."""
 
     maps: SceneMaps
     libraries: list[Path] = field(default_factory=list)
     missing: list[Path] = field(default_factory=list)
+    warnings: list[str] = field(default_factory=list)
 
 
 def find_map_sets(
@@ -43,11 +52,11 @@ def find_map_sets(
     options: BuildOptions | None = None,
 ) -> FoundMaps:
     """Returns the map sets of a scene. tried_libraries: takes the material files, also of objects that fail.
-    Raises a ParadizeError, or GroupedError, for models that cannot be read."""
+    Raises a ParadizeError, or GroupedError, for models that cannot be read and for UDIM tiles."""
     found = FoundMaps(SceneMaps((), {}))
     hash_cache = hash_cache or FileHashCache()
     models = ModelReader(resolved(scene_path).parent, hash_cache, options or BuildOptions(jobs=1))
-    finder = _Finder(hash_cache)
+    finder = _Finder(hash_cache, scene_path)
     errors: list[ParadizeError] = []
     beside: dict[Path, tuple[Path, ...]] = {}
     for i, (item, read) in enumerate(zip(scene.objects, models.read(scene.objects), strict=True)):
@@ -61,15 +70,9 @@ def find_map_sets(
             beside[item.mesh] = read.facts.libraries[1:]
             found.missing += read.facts.missing
         try:
-            finder.add(item, read.facts)
+            finder.add(i, item, read.facts)
         except ParadizeError as error:
             errors.append(error)
-            continue
-        count = len(set(finder.objects[item.name][1].values()))
-        if count > 1:
-            what = f"{count} colour maps are named by the materials of {item.mesh.name}; one is needed"
-            mend = "name one in the scene, or join them into one atlas"
-            errors.append(SceneError(what, file=scene_path, place=f"object[{i}].color", mend=mend))
     if errors:
         raise GroupedError(errors) if len(errors) > 1 else errors[0]
     sets = {key: finder.finished(key) for key in finder.sets}
@@ -78,39 +81,50 @@ def find_map_sets(
         for name, (drawn, keys) in finder.objects.items()
     }
     found.maps = SceneMaps(tuple(sets.values()), objects, beside)
+    found.warnings = finder.warnings
     return found
 
 
 class _Finder:
     """sets: by key, without their names, which stand in `names`. objects: by name, how their materials are
-    drawn, and the keys of their sets by material."""
+    drawn, and the keys of their sets by material. shrinks: how often a palette can be halved, by key."""
 
-    def __init__(self, hash_cache: FileHashCache) -> None:
-        self.hash_cache = hash_cache
+    def __init__(self, hash_cache: FileHashCache, scene_path: Path) -> None:
+        self.hash_cache, self.scene_path = hash_cache, scene_path
         self.sets: dict[Any, MapSet] = {}
         self.names: dict[Any, str] = {}
+        self.shrinks: dict[Any, int] = {}
         self.objects: dict[str, tuple[dict[str, DrawnMaterial], dict[str, Any]]] = {}
+        self.warnings: list[str] = []
 
-    def add(self, item: SceneObject, facts: ModelFacts | None) -> None:
+    def add(self, index: int, item: SceneObject, facts: ModelFacts | None) -> None:
         """Adds an object's materials and map sets. facts: of its model; None where it cannot be read, which
         the job of the mesh says."""
-        materials = _materials(item, facts)
-        authored = any({"normal", "roughness", "smoothness"} & one.maps.keys() for one in materials.values())
-        drawn: dict[str, DrawnMaterial] = {}
+        known = facts.materials if facts else {}
+        names = list(known) or list(item.materials) or [""]
+        materials = {name: joined(item, name, known.get(name)) for name in names}
+        authored = any(is_authored(one) for one in materials.values())
+        drawn_materials: dict[str, DrawnMaterial] = {}
         keys: dict[str, Any] = {}
         for name, material in materials.items():
             table = item.materials.get(name, ObjectMaterial())
-            drawn[name] = replace(
-                _drawn(material, table),
-                vertex_colors=material.vertex_colors and facts is not None and facts.colors,
-            )
-            if material.maps:
-                one, key = self._set(item, material, derive=not authored)
-                known = self.sets.get(key, one)
-                users = {item.name: (*known.materials.get(item.name, ()), name)}
-                self.sets[key] = replace(known, materials={**known.materials, **users})
-                keys[name] = key
-        self.objects[item.name] = drawn, keys
+            gloss = bool(material.maps.keys() & set(GLOSS_ROLES))
+            one = drawn(material, table, known.get(name), gloss=gloss)
+            one = replace(one, vertex_colors=material.vertex_colors and facts is not None and facts.colors)
+            drawn_materials[name] = one
+            if one.alpha_mode != "opaque" and material.maps and is_guessed(material, table):
+                self._warn_of_alpha(item, name, one)
+            if not material.maps:
+                continue
+            self._refuse_udim(index, item, name, material, known.get(name))
+            made, key = self._set(item, material, table, known.get(name), authored=authored)
+            shrink = known[name].shrink if name in known else 0
+            self.shrinks[key] = min(shrink, self.shrinks.get(key, shrink))
+            before = self.sets.get(key, made)
+            users = {item.name: (*before.materials.get(item.name, ()), name)}
+            self.sets[key] = replace(before, materials={**before.materials, **users})
+            keys[name] = key
+        self.objects[item.name] = drawn_materials, keys
         own = list(dict.fromkeys(keys.values()))
         for key in own:
             if key not in self.names:
@@ -121,70 +135,89 @@ class _Finder:
         """Returns a set with its name, and with what follows from the materials that use it."""
         one = self.sets[key]
         users = [self.objects[name][0][material] for name, own in one.materials.items() for material in own]
-        cutoffs = [drawn.alpha_cutoff for drawn in users if drawn.alpha_cutoff > 0.0]
-        return replace(one, name=self.names[key], alpha_cutoff=min(cutoffs, default=one.alpha_cutoff))
+        cutoffs = [by.alpha_cutoff for by in users if by.alpha_cutoff > 0.0]
+        ((first, own),) = list(one.materials.items())[:1]
+        whole = len(own) == len(self.objects[first][0])
+        return replace(
+            one,
+            name=self.names[key],
+            layout_materials=own if one.layout and not whole else (),
+            tiny=one.palette and self.shrinks[key] >= _WORTH,
+            opaque=all(by.alpha_mode == "opaque" for by in users),
+            alpha_cutoff=min(cutoffs, default=one.alpha_cutoff),
+        )
 
-    def _set(self, item: SceneObject, material: Material, *, derive: bool) -> tuple[MapSet, Any]:
-        """Returns the set of a material without its name and users, and what tells it from others."""
-        pictures = {role: source.picture.file for role, source in material.maps.items()}
+    def _warn_of_alpha(self, item: SceneObject, name: str, one: DrawnMaterial) -> None:
+        how = f"a mask with cutoff {one.alpha_cutoff:g}" if one.alpha_mode == "mask" else "blended"
+        self.warnings.append(
+            f"{item.mesh}: material {name!r}: nothing says what its alpha does; taken as {how} "
+            f"([object.material.{name}] alpha_mode says otherwise)"
+        )
+
+    def _refuse_udim(
+        self, index: int, item: SceneObject, name: str, material: Material, facts: MaterialFacts | None
+    ) -> None:
+        """Raises SceneError for a material whose pictures are tiles of several."""
+        tiles = facts.tiles if facts else ()
+        if len(tiles) < 2:
+            return
+        for role, source in material.maps.items():
+            if _UDIM.search(source.picture.name or source.picture.file.name):
+                numbers = ", ".join(str(1001 + u - 10 * v) for u, v in sorted(tiles)[:8])
+                what = f"the {role} map of {item.mesh.name} is one of several UDIM tiles"
+                raise SceneError(
+                    f"{what}; its UVs lie in {numbers}",
+                    file=self.scene_path,
+                    place=f"object[{index}].material.{name}",
+                    mend="join the tiles into one picture, or give each tile a material of its own",
+                )
+
+    def _set(
+        self,
+        item: SceneObject,
+        material: Material,
+        table: ObjectMaterial,
+        facts: MaterialFacts | None,
+        *,
+        authored: bool,
+    ) -> tuple[MapSet, Any]:
+        """Returns the set of a material without its name and users, and what tells it from others. authored:
+        whether the model brings maps that somebody drew."""
+        palette = bool(facts and facts.palette and item.wrap == "auto" and material.maps.keys() <= _FLAT)
+        wrap = item.wrap
+        if wrap == "auto":
+            tiled = facts is not None and (facts.outside if palette else facts.tiled)
+            wrap = "repeat" if tiled else "clamp"
+        layout = item.mesh if wrap == "clamp" and not palette else None
+        strength = (0.0 if authored else 1.0) if item.strength is None else item.strength
+        derived = {"normal": True, "gloss": table.specular is not None, "height": True}
+        if palette:
+            derived = {}
+        bump_m, width_m = material.bump_m, facts.width_m if facts else None
         one = MapSet(
             name="",
             materials={},
-            pictures=pictures,
-            layout=item.mesh if item.wrap == "clamp" else None,
-            wrap="clamp" if item.wrap == "clamp" else "repeat",
-            derived=("normal", "height", "gloss") if derive else (),
+            pictures={role: source.picture.file for role, source in material.maps.items()},
+            layout=layout,
+            wrap="clamp" if wrap == "clamp" else "repeat",
+            palette=palette,
+            derived=tuple(key for key in ("normal", "height", "gloss") if derived.get(key)),
             relief=item.relief,
-            strength=item.strength,
-            gloss_groups=item.gloss_groups if item.wrap == "clamp" else (),
+            strength=strength,
+            height_strength=100.0 * bump_m / width_m if bump_m is not None and width_m else 1.0,
+            gloss_groups=item.gloss_groups if layout else (),
             bleed=item.bleed,
+            authored=authored_fields(material),
         )
         content = tuple(
             (role, self.hash_cache.sha256(source.picture.file), source.channel, source.inverted)
             for role, source in sorted(material.maps.items())
         )
-        owner = item.name if one.layout else ""
+        owner = item.name if layout else ""
         return one, (owner, content, tuple(getattr(one, key) for key in _COMPARED))
 
 
-_COMPARED = ("wrap", "palette", "derived", "relief", "strength", "gloss_groups", "bleed")
-
-
-def _materials(item: SceneObject, facts: ModelFacts | None) -> dict[str, Material]:
-    """Returns the materials of an object's mesh, with the pictures that the scene gives it."""
-    if facts:
-        known = {name: one.material for name, one in facts.materials.items()}
-    else:
-        known = {name: Material(name) for name in item.materials or ("",)}
-    known = {
-        name: replace(one, maps={role: by for role, by in one.maps.items() if role == "color"})
-        for name, one in known.items()
-    }
-    given = {role: path for role in ("color", "alpha") if (path := getattr(item, role))}
-    if "color" in given:
-        known = {name: _painted(one) for name, one in known.items()}
-    sources = {role: MapSource(Picture(path, name=path.name)) for role, path in given.items()}
-    return {name: replace(one, maps={**one.maps, **sources}) for name, one in known.items()}
-
-
-def _painted(material: Material) -> Material:
-    """Returns a material whose colour a map of the scene replaces."""
-    maps = {role: source for role, source in material.maps.items() if role not in ("color", "alpha")}
-    return replace(material, color=(1.0, 1.0, 1.0), maps=maps)
-
-
-def _drawn(material: Material, table: ObjectMaterial) -> DrawnMaterial:
-    """Returns how a material is drawn. table: of the scene."""
-    return DrawnMaterial(
-        color=material.color,
-        specular=table.specular,
-        smoothness=table.smoothness,
-        parallax_scale=table.parallax_scale,
-        parallax_bias=table.parallax_bias,
-        two_sided=table.two_sided,
-        alpha_mode="mask" if table.alpha_cutoff > 0.0 else "opaque",
-        alpha_cutoff=table.alpha_cutoff,
-    )
+_FLAT = {"color", "alpha"}
 
 
 def _stem(item: str, materials: tuple[str, ...]) -> str:
@@ -193,7 +226,7 @@ def _stem(item: str, materials: tuple[str, ...]) -> str:
     return f"{item}_{words}"[:_MOST_NAME]
 
 
-def _unique(name: str, taken: Any) -> str:
+def _unique(name: str, taken: Collection[str]) -> str:
     number, unique = 2, name
     while unique in taken:
         unique, number = f"{name}_{number}", number + 1

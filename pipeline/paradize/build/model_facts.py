@@ -22,22 +22,38 @@ if TYPE_CHECKING:
 _ROUNDING = 1e-4  # of a tile
 PLAIN = 1.0 / 32.0  # of the range: a triangle whose colours differ by less shows one swatch
 _PALETTE = 0.99  # of the surface is plain, where the picture is a palette
+_SAME = 1.0 / 255.0
 _HALF = (0.05, 0.95)  # alpha between these is neither a hole nor opaque
 _MOST_TILES = 100
 
 
 @dataclass(frozen=True)
 class MaterialFacts:
-    """A material of a model. material: without bytes of pictures. span: how far its UVs reach along u and v,
-    in tiles; None without UVs. tiles: the tiles of its triangles, if each lies in one; else none. palette:
-    whether its triangles show swatches of the colour map. alpha: "mask" or "blend", guessed of the alpha that
-    its triangles show; "opaque" where they show none."""
+    """A material of a model. material: without bytes of pictures. uvs: the least and the largest of its
+    texture coordinates (u, v, u, v), in tiles; None without any. width_m: metres that a tile covers. tiles:
+    those of its triangles, if each lies in one; else none. palette: whether its triangles show swatches of
+    the colour map; shrink: how often that can be halved without a change of their colours. alpha: "mask" or
+    "blend", guessed of the alpha that its triangles show; "opaque" where they show none."""
 
     material: Material
-    span: tuple[float, float] | None
+    uvs: tuple[float, float, float, float] | None
+    width_m: float | None
     tiles: tuple[tuple[int, int], ...]
     palette: bool
+    shrink: int
     alpha: str
+
+    @property
+    def tiled(self) -> bool:
+        """Whether its UVs are wider than a tile."""
+        low_u, low_v, high_u, high_v = self.uvs or (0.0, 0.0, 1.0, 1.0)
+        return max(high_u - low_u, high_v - low_v) > 1.0 + _ROUNDING
+
+    @property
+    def outside(self) -> bool:
+        """Whether its UVs leave 0..1."""
+        low_u, low_v, high_u, high_v = self.uvs or (0.0, 0.0, 1.0, 1.0)
+        return min(low_u, low_v) < -_ROUNDING or max(high_u, high_v) > 1.0 + _ROUNDING
 
 
 @dataclass(frozen=True)
@@ -53,10 +69,10 @@ class ModelFacts:
 
 
 def read_model_facts(
-    path: Path, root: Path, pictures: Mapping[str, Path], all_of: Path | None
+    path: Path, root: Path, pictures: Mapping[str, Mapping[str, Path]], all_of: Mapping[str, Path]
 ) -> dict[str, Any]:
-    """Reads a model, in a worker. pictures: colour maps by material, which the scene names; all_of: that of
-    all other materials.
+    """Reads a model, in a worker. pictures: those that the scene names ("color" and "alpha"), by material;
+    all_of: those of all other materials.
 
     Returns {"facts": ModelFacts, "data": {(material, role): bytes of a picture inside the model's file}}, or
     {"error", "tried"}: the error of a model that cannot be read, and the files beside it that were read.
@@ -74,32 +90,42 @@ def read_model_facts(
     for name in dict.fromkeys(group.material for group in read.mesh.groups):
         material = read.materials.get(name, Material(name))
         mesh = read.mesh.of_materials([name])
-        given = pictures.get(name, all_of)
-        source = None if given else material.maps.get("color")
-        color = Picture(given) if given else source.picture if source else None
-        palette, alpha = _shown(mesh, color, decoded) if color else (False, "opaque")
+        own = {role: source.picture for role, source in material.maps.items()}
+        given = {**all_of, **pictures.get(name, {})}
+        if "color" in given:
+            own.pop("alpha", None)
+        own |= {role: Picture(file) for role, file in given.items()}
+        palette, shrink, alpha = False, 0, "opaque"
+        if "color" in own:
+            palette, shrink, alpha = _shown(mesh, own["color"], decoded)
+        if "alpha" in own:
+            alpha = _shown(mesh, own["alpha"], decoded, grey=True)[2]
         sources = {}
         for role, by in material.maps.items():
             if by.picture.data is not None:
                 data[name, role] = by.picture.data
             sources[role] = replace(by, picture=replace(by.picture, data=None))
-        span, tiles = _uv_tiles(mesh)
-        materials[name] = MaterialFacts(replace(material, maps=sources), span, tiles, palette, alpha)
+        uvs, width_m, tiles = _uv_tiles(mesh)
+        materials[name] = MaterialFacts(
+            replace(material, maps=sources), uvs, width_m, tiles, palette, shrink, alpha
+        )
     libraries = tuple(dict.fromkeys([path, *read.libraries]))
     colors = read.mesh.colors is not None and bool((read.mesh.colors != 1.0).any())
     facts = ModelFacts(materials, colors, libraries, tuple(read.absent))
     return {"facts": facts, "data": data}
 
 
-def _uv_tiles(mesh: Mesh) -> tuple[tuple[float, float] | None, tuple[tuple[int, int], ...]]:
-    """Returns MaterialFacts' span and tiles."""
+def _uv_tiles(mesh: Mesh) -> tuple[Any, float | None, tuple[tuple[int, int], ...]]:
+    """Returns MaterialFacts' uvs, width_m and tiles."""
     import numpy as np
 
     if mesh.uvs is None or not len(mesh.triangles):
-        return None, ()
+        return None, None, ()
     corners = mesh.uvs[mesh.triangles].astype(np.float64)
     low, high = corners.min(axis=1), corners.max(axis=1)
-    span = high.max(axis=0) - low.min(axis=0)
+    p, q = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    covered = float(np.abs(p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0]).sum())
+    width_m = float(np.sqrt(_areas(mesh).sum() / covered)) if covered > 0.0 else None
     first = np.floor(low + _ROUNDING)
     last = np.maximum(first, np.ceil(high - _ROUNDING) - 1)
     tiles: tuple[tuple[int, int], ...] = ()
@@ -107,12 +133,15 @@ def _uv_tiles(mesh: Mesh) -> tuple[tuple[float, float] | None, tuple[tuple[int, 
         found = np.unique(first, axis=0)
         if len(found) <= _MOST_TILES:
             tiles = tuple((int(u), int(v)) for u, v in found)
-    return (float(span[0]), float(span[1])), tiles
+    least, most = low.min(axis=0).tolist(), high.max(axis=0).tolist()
+    return (*least, *most), width_m, tiles
 
 
-def _shown(mesh: Mesh, color: Picture, decoded: dict[Any, Any]) -> tuple[bool, str]:
-    """Returns what triangles show of a colour map: MaterialFacts' palette and alpha. decoded: pictures that
-    were read before."""
+def _shown(
+    mesh: Mesh, color: Picture, decoded: dict[Any, Any], *, grey: bool = False
+) -> tuple[bool, int, str]:
+    """Returns what triangles show of a colour map: MaterialFacts' palette, shrink and alpha. decoded:
+    pictures that were read before. grey: it is a picture of alpha; where it has none, its brightness is."""
     import numpy as np
 
     key = color.file if color.data is None else id(color.data)
@@ -120,17 +149,19 @@ def _shown(mesh: Mesh, color: Picture, decoded: dict[Any, Any]) -> tuple[bool, s
         decoded[key] = _pixels(color)
     pixels = decoded[key]
     if pixels is None or mesh.uvs is None or not len(mesh.triangles):
-        return False, "opaque"
+        return False, 0, "opaque"
     rows, columns, channels = pixels.shape
     corners = mesh.uvs[mesh.triangles].astype(np.float64)
-    seen = []
+    seen, middle = [], []
     for i in range(5):
         for j in range(5 - i):
             weights = (np.array([i, j, 4 - i - j], np.float64) + 1e-3) / (4.0 + 3e-3)
-            at = (corners * weights[None, :, None]).sum(axis=1) * [columns, rows]
+            middle.append((corners * weights[None, :, None]).sum(axis=1))
+            at = middle[-1] * [columns, rows]
             x, y = np.floor(at[:, 0]).astype(np.int64) % columns, np.floor(at[:, 1]).astype(np.int64) % rows
             seen.append(pixels[y, x])
     colors = np.stack(seen)  # (places, triangles, channels)
+    places = np.concatenate(middle)
     area = _areas(mesh)
     palette = False
     p, q = (corners[:, k] - corners[:, 0] for k in (1, 2))
@@ -142,16 +173,40 @@ def _shown(mesh: Mesh, color: Picture, decoded: dict[Any, Any]) -> tuple[bool, s
     if area.sum() > 0.0 and area[plain].sum() >= _PALETTE * area.sum():
         middles = colors[len(colors) // 2, :, :3]
         palette = bool((np.ptp(middles, axis=0) > PLAIN).any())
-    if channels not in (2, 4):
-        return palette, "opaque"
-    alpha = colors[:, :, -1]
+    shrink = _shrink(pixels[:, :, :3], places) if palette else 0
+    own = channels in (2, 4) and bool((pixels[:, :, -1] < 1.0).any())
+    if not (own or grey):
+        return palette, shrink, "opaque"
+    alpha = colors[:, :, -1 if own else 0]
     holes, between = (
         float((alpha <= _HALF[0]).mean()),
         float(((alpha > _HALF[0]) & (alpha < _HALF[1])).mean()),
     )
     if holes + between == 0.0:
-        return palette, "opaque"
-    return palette, "mask" if between <= holes else "blend"
+        return palette, shrink, "opaque"
+    return palette, shrink, "mask" if between <= holes else "blend"
+
+
+def _shrink(pixels: npt.NDArray[np.float32], places: npt.NDArray[np.float64]) -> int:
+    """How often a picture can be halved without a change of its colours at places (n, 2), of its sides."""
+    import numpy as np
+
+    def seen(level: npt.NDArray[np.float32]) -> npt.NDArray[np.float64]:
+        rows, columns = level.shape[:2]
+        x, y = places[:, 0] * columns - 0.5, places[:, 1] * rows - 0.5
+        left, top = np.floor(x).astype(np.int64), np.floor(y).astype(np.int64)
+        s, t = (x - left)[:, None], (y - top)[:, None]
+        corner = [level[(top + j) % rows, (left + i) % columns] for j in (0, 1) for i in (0, 1)]
+        upper, lower = (corner[k] * (1.0 - s) + corner[k + 1] * s for k in (0, 2))
+        return np.asarray(upper * (1.0 - t) + lower * t)
+
+    finest, times = seen(pixels), 0
+    while min(pixels.shape[:2]) > 1 and not (pixels.shape[0] % 2 or pixels.shape[1] % 2):
+        pixels = 0.25 * (pixels[::2, ::2] + pixels[1::2, ::2] + pixels[::2, 1::2] + pixels[1::2, 1::2])
+        if np.abs(seen(pixels) - finest).max() > _SAME:
+            break
+        times += 1
+    return times
 
 
 def _areas(mesh: Mesh) -> npt.NDArray[np.float64]:
@@ -211,10 +266,15 @@ def from_json(tree: Mapping[str, Any]) -> ModelFacts:
             for role, by in known.pop("maps").items()
         }
         known = {key: tuple(value) if isinstance(value, list) else value for key, value in known.items()}
-        tiles = tuple((u, v) for u, v in fields["tiles"])
-        span = fields["span"] and (fields["span"][0], fields["span"][1])
-        rest = {"span": span, "tiles": tiles, "palette": fields["palette"], "alpha": fields["alpha"]}
-        materials[name] = MaterialFacts(Material(**known, maps=maps), **rest)
+        materials[name] = MaterialFacts(
+            Material(**known, maps=maps),
+            fields["uvs"] and tuple(fields["uvs"]),
+            fields["width_m"],
+            tuple((u, v) for u, v in fields["tiles"]),
+            fields["palette"],
+            fields["shrink"],
+            fields["alpha"],
+        )
     return ModelFacts(
         materials,
         tree["colors"],

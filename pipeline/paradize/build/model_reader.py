@@ -15,7 +15,7 @@ from paradize.jobs.code import code_digest, code_of
 from paradize.jobs.limits import time_limit
 from paradize.jobs.pool import Job, run_jobs
 from paradize.material import Picture
-from paradize.scene.settings import SceneObject
+from paradize.scene.settings import ObjectMaterial, SceneObject
 from paradize.store.file_hashes import FileHashCache
 from paradize.store.local import Store, default_root, key_of, stamp
 
@@ -46,9 +46,12 @@ class ModelReader:
         errors: dict[int, ParadizeError] = {}
         jobs: dict[str, Job] = {}
         for i, (item, arguments) in enumerate(zip(objects, asked, strict=True)):
-            pictures = {**arguments["pictures"], "": arguments["all_of"]}
+            pictures = {"": arguments["all_of"], **arguments["pictures"]}
             try:
-                sources = {name: self.hash_cache.sha256(path) for name, path in pictures.items() if path}
+                sources = {
+                    name: {role: self.hash_cache.sha256(path) for role, path in files.items()}
+                    for name, files in pictures.items()
+                }
                 sha256 = self.hash_cache.sha256(item.mesh)
             except ParadizeError as error:
                 errors[i] = error
@@ -60,7 +63,7 @@ class ModelReader:
             if facts:
                 found[key] = ReadModel(facts, tried=list(facts.libraries))
             elif key not in jobs:
-                files = [item.mesh, *(path for path in pictures.values() if path)]
+                files = [item.mesh, *(path for own in pictures.values() for path in own.values())]
                 jobs[key] = Job(
                     f"materials of {item.name}",
                     read_model_facts,
@@ -122,4 +125,10 @@ class ModelReader:
 
 def _arguments(item: SceneObject, root: Path) -> dict[str, Any]:
     """Returns the arguments of read_model_facts."""
-    return {"path": item.mesh, "root": root, "pictures": {}, "all_of": item.color}
+    pictures = {name: _pictures(table) for name, table in item.materials.items()}
+    return {"path": item.mesh, "root": root, "pictures": pictures, "all_of": _pictures(item)}
+
+
+def _pictures(item: SceneObject | ObjectMaterial) -> dict[str, Path]:
+    """The pictures of colour and alpha that the scene names."""
+    return {role: path for role in ("color", "alpha") if (path := getattr(item, role))}

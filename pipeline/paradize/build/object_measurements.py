@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from paradize.build.artifacts import read_artifact
-from paradize.build.entries import GUTTERS, LOD_NORMAL_ERRORS, fits
+from paradize.build.entries import GUTTERS, LOD_NORMAL_ERRORS, PALETTES, fits
 from paradize.build.options import BuildOptions
 from paradize.build.work import run_build_jobs
 from paradize.errors import ParadizeError
@@ -24,7 +24,7 @@ from paradize.scene.requirements import ObjectSighting
 from paradize.scene.settings import Scene, SceneObject
 from paradize.store.local import Store, key_of
 
-_SHAPES = {"gutters": GUTTERS, "lod_normal_error": LOD_NORMAL_ERRORS}
+_SHAPES = {"gutters": GUTTERS, "lod_normal_error": LOD_NORMAL_ERRORS, "palettes": PALETTES}
 
 
 @dataclass(frozen=True)
@@ -54,6 +54,14 @@ def lod_normal_error_job(glb: Path, maps: dict[str, Path], settings: dict[str, A
     return {"levels": measure_lod_normal_error(glb=read_artifact(glb), texture=texture, **settings)}
 
 
+def palette_job(glb: Path, maps: dict[str, Path], settings: dict[str, Any]) -> dict[str, Any]:
+    """Calls flat_colors.measure_palette, in a worker."""
+    from paradize.build.flat_colors import measure_palette
+
+    texture = read_artifact(maps["color"])
+    return dict(measure_palette(glb=read_artifact(glb), texture=texture, **settings))
+
+
 def measure_objects(
     store: Store,
     scene: Scene,
@@ -67,9 +75,9 @@ def measure_objects(
 
     sightings: how the flight sees each object, by name. data, sha256: by artifact.
 
-    Returns, by "gutters" and "lod_normal_error" and then by (object, map set), what measure_gutters returns
-    of sets with maps, and {"levels": what measure_lod_normal_error returns} of those with a normal map; and
-    the errors of what failed.
+    Returns, by "gutters", "lod_normal_error" and "palettes" and then by (object, map set), what
+    measure_gutters returns of sets with maps; {"levels": what measure_lod_normal_error returns} of those with
+    a normal map; what measure_palette returns of palettes; and the errors of what failed.
     """
     measurements: list[_Measurement] = []
     found: dict[str, dict[tuple[str, str], dict[str, Any]]] = {kind: {} for kind in _SHAPES}
@@ -88,6 +96,9 @@ def measure_objects(
             if "normal" in textures:
                 settings = {"repeat": one.wrap == "repeat", "materials": materials}
                 kinds["lod_normal_error"] = settings, {"normal": textures["normal"]}
+            if one.palette and "color" in textures:
+                settings = {"repeat": one.wrap == "repeat", "materials": materials}
+                kinds["palettes"] = settings, {"color": textures["color"]}
             measurements += [
                 _measurement(kind, item, one, settings, data, sha256, names)
                 for kind, (settings, names) in kinds.items()
@@ -115,6 +126,7 @@ def measure_objects(
 _FUNCTIONS: dict[str, tuple[str, Callable[..., dict[str, Any]]]] = {
     "gutters": ("paradize.build.gutter_limits", gutter_limits_job),
     "lod_normal_error": ("paradize.build.lod_normal_error", lod_normal_error_job),
+    "palettes": ("paradize.build.flat_colors", palette_job),
 }
 
 

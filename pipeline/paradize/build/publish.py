@@ -40,7 +40,9 @@ from paradize.tiers import AUTO
 class _Baked:
     """What the tasks baked, by artifact; each step replaces what it changes. data: paths of the bytes.
     meshes: facts of each object's mesh. flight_errors, tree: of the camera's path and of the terrain.
-    gutters: by (object, map set), as gutter_limits.measure_gutters returns them."""
+    gutters: by (object, map set), as gutter_limits.measure_gutters returns them. constants:
+    of textures that are not published, because all their texels are equal. palettes: the coarsest level of
+    a palette that shows the same colours."""
 
     artifacts: dict[str, Artifact]
     data: dict[str, Path] = field(default_factory=dict)
@@ -48,6 +50,8 @@ class _Baked:
     flight_errors: dict[str, float] = field(default_factory=dict)
     tree: dict[str, Any] | None = None
     gutters: dict[tuple[str, str], dict[str, Any]] = field(default_factory=dict)
+    constants: dict[str, list[float]] = field(default_factory=dict)
+    palettes: dict[str, int] = field(default_factory=dict)
 
     @property
     def hashes(self) -> dict[str, str]:
@@ -70,7 +74,7 @@ def report_of(context: BuildContext, tasks: list[Task], tried: TriedTiers) -> Ba
         for output in task.outputs:
             product = task.products.get(output.product, Artifact(output.product))
             report.warnings += product.warnings
-            if output.kind:
+            if output.kind and product.constant is None:
                 size = task.data[output.product].stat().st_size if product.sha256 else 0
                 one = replace(product, name=output.artifact, kind=output.kind, bytes=size, status=task.status)
                 one = replace(one, seconds=round(task.seconds, 3), tried=tried.get(output.artifact))
@@ -124,6 +128,7 @@ def publish(
             baked.meshes,
             sightings,
             baked.gutters,
+            baked.constants,
             pixels,
             baked.tree,
         )
@@ -150,7 +155,9 @@ def _collect(baked: _Baked, tasks: list[Task]) -> None:
                 baked.flight_errors = product.errors
             if output.product == "tree":
                 baked.tree = parse_json(read_artifact(data))
-            if output.kind:
+            if product.constant is not None:
+                baked.constants[output.artifact] = product.constant
+            elif output.kind:
                 baked.data[output.artifact] = data
             if output.kind == "mesh" and not output.many:
                 file = str(baked.artifacts[output.artifact].file)
@@ -203,6 +210,12 @@ def _measure_objects(
                 baked.artifacts[name] = replace(
                     baked.artifacts[name], max_level=facts["max_level"], gutter=rest
                 )
+    for (_, map_set), palette in measured["palettes"].items():
+        name = f"{map_set}_color"
+        before = baked.artifacts[name].max_level
+        last = palette["max_level"] if before is None else min(before, palette["max_level"])
+        baked.artifacts[name] = replace(baked.artifacts[name], max_level=last)
+        baked.palettes[name] = min(palette["level"], baked.palettes.get(name, palette["level"]))
     normal_mapped: dict[str, list[list[dict[str, float]]]] = {}  # levels of each set, by mesh
     for (owner, _), found in measured["lod_normal_error"].items():
         normal_mapped.setdefault(f"{owner}_mesh", []).append(found["levels"])
@@ -252,7 +265,8 @@ def _trim(context: BuildContext, maps: SceneMaps, baked: _Baked) -> None:
         one = baked.artifacts[name]
         if one.kind == "mesh" and name not in baked.meshes:
             continue
-        baked.artifacts[name], rest = trimmed(one, required, baked.data[name])
+        level = max(required["level"], baked.palettes.get(name, 0))
+        baked.artifacts[name], rest = trimmed(one, {**required, "level": level}, baked.data[name])
         if rest is None:
             continue
         baked.artifacts[name] = _with_excesses(context.scene, baked.artifacts[name])

@@ -278,6 +278,8 @@ def trimmed(one: Artifact, detail: Mapping[str, Any], path: Path) -> tuple[Artif
     if one.gutter is not None:
         gutter = gutter_without_finest(one.gutter | {"max_level": one.max_level}, left_out)
         one = replace(one, max_level=gutter.pop("max_level"), gutter=gutter)
+    elif one.max_level is not None:
+        one = replace(one, max_level=one.max_level - left_out)
     sha256 = hashlib.sha256(rest).hexdigest()
     return replace(one, sha256=sha256, bytes=len(rest), levels=finest, errors=errors), rest
 

@@ -27,7 +27,7 @@ def run(arguments: argparse.Namespace) -> int:
     """Runs the command; returns the exit code."""
     from paradize.cli.table import table
     from paradize.explain.facts import explain
-    from paradize.explain.words import OVERVIEW, overview, render, sums
+    from paradize.explain.words import OVERVIEW, overview, render, sums, unread
 
     explanation = explain(arguments.scene, arguments.artifact, arguments.out)
     if arguments.json:
@@ -36,6 +36,6 @@ def run(arguments: argparse.Namespace) -> int:
         show(render(explanation))
     else:
         show(table(overview(explanation), OVERVIEW))
-        show("\n".join(sums(explanation)))
+        show("\n".join([*unread(explanation), *sums(explanation)]))
         show(one_line(f"more: paradize explain {arguments.scene} ARTIFACT, or --details"))
     return 0

@@ -21,14 +21,15 @@ from paradize.explain.bounds import bounds_of
 from paradize.explain.economy import economy, saved_bytes, textures_by_owner
 from paradize.explain.gutters import decides
 from paradize.formats.scene_manifest import read_scene
-from paradize.scene.requirements import BakeJob, Output, require
+from paradize.scene.requirements import BakeJob, Output, require, unread_pictures
 from paradize.scene.settings import Scene, load_scene
 
 
 @dataclass(frozen=True)
 class Explanation:
     """scene: its name. folder: of the last bake; baked: whether there is one; why_not: why there is none.
-    artifacts: as --json prints them. saved: the bytes saved, by what was left out (economy.saved_bytes); None
+    artifacts: as --json prints them. unread: pictures of materials that no pass reads, so that they are not
+    baked: {"file", "reason"}. saved: the bytes saved, by what was left out (economy.saved_bytes); None
     for a single artifact or without a bake."""
 
     scene: str
@@ -36,6 +37,7 @@ class Explanation:
     baked: bool
     why_not: str
     artifacts: list[dict[str, Any]]
+    unread: list[dict[str, str]]
     saved: dict[str, int] | None = None
 
     def as_json(self) -> dict[str, Any]:
@@ -46,6 +48,7 @@ class Explanation:
             "baked": self.baked,
             "why_not": self.why_not or None,
             "artifacts": self.artifacts,
+            "unread": self.unread,
             "saved_bytes": self.saved,
         }
 
@@ -60,9 +63,10 @@ def explain(scene_path: Path, artifact: str | None = None, out: Path | None = No
     manifest, why_not = _last_bake(folder)
     terrain = manifest["terrain"] if manifest else None
     tiles = {f"mesh_{k}" for k in range(1, len(terrain["tiles"]))} if terrain else set()
+    maps = find_map_sets(scene, scene_path).maps
     required = {
         named.artifact: (job, named)
-        for job in require(scene, find_map_sets(scene, scene_path).maps).jobs
+        for job in require(scene, maps).jobs
         for output in job.outputs
         if output.kind
         for named in output.expand(tiles)
@@ -77,7 +81,8 @@ def explain(scene_path: Path, artifact: str | None = None, out: Path | None = No
     known = _Known(manifest, folder, inputs_of(folder)) if manifest else None
     facts = [_facts(scene, *required[name], known, folder) for name in names]
     saved = saved_bytes(facts) if manifest and artifact is None else None
-    return Explanation(scene.head.name, folder, manifest is not None, why_not, facts, saved)
+    unread = [{"file": str(file), "reason": why} for file, why in unread_pictures(scene, maps)]
+    return Explanation(scene.head.name, folder, manifest is not None, why_not, facts, unread, saved)
 
 
 def _last_bake(folder: Path) -> tuple[dict[str, Any] | None, str]:

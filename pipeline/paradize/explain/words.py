@@ -29,6 +29,11 @@ def overview(explanation: Explanation) -> list[Sequence[str]]:
     return rows
 
 
+def unread(explanation: Explanation) -> list[str]:
+    """A line for each picture of a material that is not baked, because no pass reads it."""
+    return [f"not baked: {one['file']}: {one['reason']}" for one in explanation.unread]
+
+
 def _bytes(facts: dict[str, Any]) -> str:
     return str(facts["bytes"]) if "bytes" in facts else "-"
 

@@ -9,14 +9,12 @@ import glob
 import json
 import secrets
 import shutil
-from collections.abc import Iterable
 from dataclasses import dataclass, field
 from math import ceil, cos, log10, pi, sin, sqrt
 from pathlib import Path
 
-from paradize.data import Mesh
 from paradize.errors import BakeError, SourceError
-from paradize.files import read_file, read_parts, resolved
+from paradize.files import read_parts, resolved
 from paradize.kinds import is_gltf
 from paradize.material import Material
 from paradize.new.sources import FACES, write_heightmap, write_sand, write_sky, write_vase
@@ -46,22 +44,14 @@ class NewScene:
     notes: list[str]
 
 
-@dataclass(frozen=True)
-class _Part:
-    """One object of the scene: its model and what its materials need."""
-
-    name: str
-    mesh: str
-    alpha: str | None
-    repeat: bool
-    cutouts: tuple[str, ...]
-
-
 @dataclass
 class _Model:
-    """The objects made from the model, and its size in the units of the file."""
+    """The object made from the model, and its size in the units of the file. cutouts: materials with
+    holes."""
 
-    parts: list[_Part] = field(default_factory=list)
+    name: str = ""
+    mesh: str = ""
+    cutouts: tuple[str, ...] = ()
     center: tuple[float, float, float] = (0.0, 0.0, 0.0)
     foot: float = 0.0
     radius: float = 1.0
@@ -71,9 +61,8 @@ class _Model:
 def new_scene(folder: Path, model: Path | None = None) -> NewScene:
     """Makes `folder`, which must not exist or be empty, with a scene around a model (None: a vase).
 
-    The model, the files beside it and its maps are copied. An OBJ whose materials name several colour maps
-    becomes one object for each. Raises SourceError for a model that cannot be read, BakeError where the
-    folder holds something or cannot be written.
+    The model, the files beside it and its pictures are copied. Raises SourceError for a model that cannot be
+    read, BakeError where the folder holds something or cannot be written.
     """
     folder = resolved(folder)
     aside = folder.with_name(f".{folder.name[:40]}{PARTIAL}{secrets.token_hex(4)}")
@@ -112,8 +101,7 @@ def _identifier(text: str, otherwise: str) -> str:
 
 
 def _copy_model(source: Path, aside: Path) -> _Model:
-    """Copies the model and its files into aside/model, and measures it. An OBJ with several colour maps is
-    split into one for each."""
+    """Copies the model and its files into aside/model, and measures it."""
     read = read_model(source)
     folder, root = aside / "model", resolved(source).parent
     maps = {path for material in read.materials.values() for path in _pictures_of(material)}
@@ -140,37 +128,19 @@ def _copy_model(source: Path, aside: Path) -> _Model:
     if away > limit:
         what = f"it lies {away:g} from the origin, limit {limit:g} of a radius of {model.radius:g}"
         raise SourceError(what, file=source, mend="move the model nearer to the origin")
-    stem = _identifier(source.stem, "model")
-    stem = f"{stem}_model"[:40] if stem in RESERVED else stem
-    if is_gltf(source):  # its materials say themselves where they are transparent
-        model.parts.append(_Part(stem, f"model/{source.name}", None, _repeats(read.mesh), ()))
-        return model
-    if not read.libraries:
+    if not read.libraries and not is_gltf(source):
         model.notes.append(_white(source))
-    colors = list(dict.fromkeys(material.picture("color") for material in read.materials.values()))
-    color_maps = [color for color in colors if color]
-    if len(color_maps) < 2:
-        model.parts.append(_part(stem, f"model/{source.name}", read.mesh, read.materials.values(), root))
-        return model
-    used = {group.material for group in read.mesh.groups}
-    for i, color in enumerate(colors):
-        own = {name: m for name, m in read.materials.items() if m.picture("color") == color and name in used}
-        rest = used - read.materials.keys() if color is None else set()
-        if not own and not rest:
-            continue
-        file = f"{source.stem}_{i}.obj"
-        _keep_faces(folder / source.name, folder / file, {*own, *rest})
-        model.parts.append(_part(f"{stem[:36]}_{i}", f"model/{file}", read.mesh, own.values(), root))
-    undefined = used - read.materials.keys()
-    if undefined and None not in colors:
-        file = f"{source.stem}_plain.obj"
-        _keep_faces(folder / source.name, folder / file, undefined)
-        model.parts.append(_part(f"{stem[:34]}_plain", f"model/{file}", read.mesh, [], root))
-    (folder / source.name).unlink()
-    model.notes.append(
-        f"{source}: its materials name {len(color_maps)} colour maps, so the scene has one object for each"
-    )
+    stem = _identifier(source.stem, "model")
+    model.name = f"{stem}_model"[:40] if stem in RESERVED else stem
+    model.mesh = f"model/{source.name}"
+    used = dict.fromkeys(group.material for group in read.mesh.groups)
+    model.cutouts = tuple(name for name in used if _is_cut(read.materials.get(name)))
     return model
+
+
+def _is_cut(material: Material | None) -> bool:
+    """Whether a picture cuts holes into a material, so that its back faces show."""
+    return material is not None and "alpha" in material.maps and material.two_sided is None
 
 
 def _white(source: Path) -> str:
@@ -183,40 +153,6 @@ def _white(source: Path) -> str:
 
 def _pictures_of(material: Material) -> list[Path]:
     return [source.picture.file for source in material.maps.values()]
-
-
-def _part(name: str, mesh: str, whole: Mesh, materials: Iterable[Material], root: Path) -> _Part:
-    own = list(materials)
-    cutouts = tuple(material.name for material in own if "alpha" in material.maps)
-    alphas = {path for material in own if (path := material.picture("alpha")) != material.picture("color")}
-    alphas.discard(None)
-    alpha = alphas.pop() if len(alphas) == 1 else None
-    relative = f"model/{resolved(alpha).relative_to(root).as_posix()}" if alpha else None
-    return _Part(name, mesh, relative, _repeats(whole), cutouts)
-
-
-def _repeats(mesh: Mesh) -> bool:
-    """Whether texture coordinates leave the picture."""
-    return mesh.uvs is not None and bool((mesh.uvs < -0.001).any() or (mesh.uvs > 1.001).any())
-
-
-def _keep_faces(source: Path, target: Path, materials: set[str]) -> None:
-    """Copies an OBJ, but only the faces with one of these materials."""
-    kept: list[bytes] = []
-    wanted, going_on = "default" in materials, True
-    for line in read_file(source).splitlines(keepends=True):
-        words = line.split(None, 1)
-        continues = line.rstrip(b"\r\n").endswith(b"\\")
-        if going_on and words:
-            if words[0] == b"usemtl":
-                name = words[1].strip().decode("utf-8", "replace") if len(words) > 1 else "default"
-                wanted = name in materials
-            face = words[0] in (b"f", b"fo", b"l", b"p")
-            keep = wanted or not face
-        if keep or not words:
-            kept.append(line)
-        going_on = not continues
-    target.write_bytes(b"".join(kept))
 
 
 def _toml(name: str, model: _Model) -> str:
@@ -263,18 +199,11 @@ def _toml(name: str, model: _Model) -> str:
         "sand_strength = 0.4",
         f"sand_repeat = {_text(40.0)}",
     ]
-    for part in model.parts:
-        lines += ["", "[[object]]", f"name = {json.dumps(part.name)}", f"mesh = {_string(part.mesh)}"]
-        lines += [f"alpha = {_string(part.alpha)}"] if part.alpha else []
-        lines += ['wrap = "repeat"'] if part.repeat else []
-        for material in part.cutouts:
-            lines += ["", f"[object.material.{_string(material)}]", "alpha_cutoff = 0.5", "two_sided = true"]
-        lines += [
-            "",
-            "[[object.instance]]",
-            f"position = [{', '.join(_text(x, 1e-5 * r) for x in position)}]",
-        ]
-        lines += [f"scale = {_text(scale)}"] if scale != 1.0 else []
+    lines += ["", "[[object]]", f"name = {json.dumps(model.name)}", f"mesh = {_string(model.mesh)}"]
+    for material in model.cutouts:
+        lines += ["", f"[object.material.{_string(material)}]", "two_sided = true"]
+    lines += ["", "[[object.instance]]", f"position = [{', '.join(_text(x, 1e-5 * r) for x in position)}]"]
+    lines += [f"scale = {_text(scale)}"] if scale != 1.0 else []
     lines += [
         "",
         "# once around the model, nearer and higher on the far side",

@@ -71,13 +71,15 @@ class TextureSettings(BakerSettings):
 
     wrap: "repeat" or "clamp", or one for each of (x, y). budget: metric -> worst value; where the blocks of
     a format exceed it, a more exact format is taken. zstd: level of supercompression, 1 to 22; None: none.
-    uncompressed: only the most exact of its formats will do.
+    uncompressed: only the most exact of its formats will do. layout_materials: the materials of the UV
+    layout's model whose triangles lie on the texture; empty: all.
     """
 
     wrap: str | tuple[str, str] = "clamp"
     budget: Mapping[str, float] = field(default_factory=dict)
     zstd: int | None = None
     uncompressed: bool = False
+    layout_materials: Sequence[str] = ()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -109,10 +111,12 @@ class MapSettings(TextureSettings, Relief):
 @dataclass(frozen=True, kw_only=True)
 class ColorSettings(TextureSettings):
     """What decides a colour texture, beside its pictures, their UV layout and the tier. product: "color", or
-    "emission", which has no alpha. alpha_cutoff: each mip keeps the share of texels that pass it, 0 to 1."""
+    "emission", which has no alpha. alpha_cutoff: each mip keeps the share of texels that pass it, 0 to 1.
+    opaque: alpha does not count, and the texture has none."""
 
     product: Literal["color", "emission"] = "color"
     alpha_cutoff: float = 0.5
+    opaque: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)

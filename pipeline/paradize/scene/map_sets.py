@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 from paradize.material import AlphaMode
 from paradize.scene.settings import Relief
@@ -45,25 +45,32 @@ class MapSet:
     """The maps of one or more materials that are made of the same pictures with the same settings.
 
     name: its artifacts are `<name>_<map>`. materials: those that use it, by object name. pictures: files by
-    role (material.Material.maps). layout: the model whose UV layout the maps follow, in its `materials`;
-    None: the maps repeat, or show a palette. palette: the triangles show swatches: points or lines of the
-    colour map, or plain parts of it.
+    role (material.Material.maps). layout: the model whose UV layout the maps follow, and its materials whose
+    triangles lie on them (none: all); None: the maps repeat, or show a palette. palette: the triangles show
+    swatches: points or lines of the colour map, or plain parts of it; tiny: it can be made so small without a
+    change that blocks would cost more than they save.
     derived: the maps that may be made of the colour map. relief, strength, gloss_groups, bleed: as of the
-    object. alpha_mode, alpha_cutoff: of its materials.
+    object; height_strength: the strength of `height`, which is a picture. authored: fields of
+    AuthoredSettings (scene/baker_settings.py), as pairs. opaque: no material reads alpha. alpha_cutoff: the
+    least of its materials.
     """
 
     name: str
     materials: Mapping[str, tuple[str, ...]]
     pictures: Mapping[str, Path] = field(default_factory=dict)
     layout: Path | None = None
+    layout_materials: tuple[str, ...] = ()
     wrap: Wrap = "clamp"
     palette: bool = False
+    tiny: bool = False
     derived: tuple[str, ...] = ("normal", "height", "gloss")
     relief: Relief = field(default_factory=Relief)
     strength: float = 1.0
+    height_strength: float = 1.0
     gloss_groups: tuple[str, ...] = ()
     bleed: float = 0.125
-    alpha_mode: AlphaMode = "opaque"
+    authored: tuple[tuple[str, Any], ...] = ()
+    opaque: bool = False
     alpha_cutoff: float = 0.5
 
 

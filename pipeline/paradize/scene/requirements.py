@@ -6,14 +6,15 @@ parallax no height map, without highlights no gloss map. Does not import numpy.
 
 from __future__ import annotations
 
-from collections.abc import Container, Iterable, Mapping, Sequence
+from collections.abc import Collection, Container, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from paradize.map_table import DERIVED
+from paradize.map_table import AUTHORED, DERIVED
 from paradize.placement import largest_scale, to_world
 from paradize.scene.baker_settings import (
+    AuthoredSettings,
     ColorSettings,
     CubemapSettings,
     MapSettings,
@@ -21,7 +22,7 @@ from paradize.scene.baker_settings import (
     TileSettings,
 )
 from paradize.scene.flight import Flight, Vec, sightings_of, sine_cosine
-from paradize.scene.map_sets import MapSet, ObjectMaps, SceneMaps
+from paradize.scene.map_sets import GLOSS_ROLES, OCCLUSION_ROLES, DrawnMaterial, MapSet, ObjectMaps, SceneMaps
 from paradize.scene.placement import placed
 from paradize.scene.settings import VIEWS, Scene, SceneObject, Terrain, Water
 
@@ -29,6 +30,7 @@ from paradize.scene.settings import VIEWS, Scene, SceneObject, Terrain, Water
 # FINEST_LOD times lod_error_px, reflection and refraction at least FINEST_SCALE times the camera's picture, a
 # shadow map FINEST_SHADOW times as wide.
 FINEST_LOD, FINEST_SCALE, FINEST_SHADOW = 0.25, 1.0, 2
+BLACK = (0.0, 0.0, 0.0)
 COARSEST_LOD = 3.0  # the player's coarsest quality: COARSEST_LOD times lod_error_px
 
 
@@ -112,7 +114,7 @@ def require(scene: Scene, maps: SceneMaps) -> Requirements:
     quantise_limits = {
         metric: limit for metric, limit in scene.budget.hard.items() if metric.startswith("quantise_")
     }
-    drawn_in = {item.name: tuple(view for view in views if view in item.views) for item in scene.objects}
+    drawn_in = _drawn_in(scene)
     left = list(maps.sets)
     for item in scene.objects:
         path = _camera_views(scene) if item.lods_by == "sight" else None
@@ -293,6 +295,12 @@ def sun_direction(azimuth_deg: float, elevation_deg: float) -> list[float]:
     return [sin_a * cos_e, sin_e, -cos_a * cos_e]
 
 
+def _drawn_in(scene: Scene) -> dict[str, tuple[str, ...]]:
+    """Returns the views that draw each object, by its name."""
+    views = tuple(name for name in VIEWS if name == "camera" or getattr(scene, name))
+    return {item.name: tuple(view for view in views if view in item.views) for item in scene.objects}
+
+
 def map_inputs(
     one: MapSet, users: Mapping[str, Sequence[str]], maps: SceneMaps, drawn_in: Mapping[str, tuple[str, ...]]
 ) -> dict[str, str]:
@@ -310,26 +318,71 @@ def map_inputs(
     }
     of = _owners(one, shaded or users)
     inputs: dict[str, str] = {}
-    if "color" in one.pictures and (shaded or cut):
+    has = one.pictures.keys()
+    if "color" in has and (shaded or cut):
         inputs["color"] = f"the object {of}" if shaded else f"the shape of {of}'s shadow"
-    if not shaded or "color" not in one.pictures:
+    if not shaded:
         return inputs
-    if "normal" in one.derived and one.strength > 0.0:
-        inputs["normal"] = f"bumps on {of}"
 
-    def having(field_name: str) -> str:
-        """The materials that have a factor, after their objects."""
+    def having(*factors: str) -> str:
+        """The materials that have one of these factors, after their objects."""
+
+        def has_any(drawn: DrawnMaterial) -> bool:
+            return any(getattr(drawn, factor) not in (0.0, BLACK) for factor in factors)
+
         found = {
-            name: [key for key in names if getattr(maps.objects[name].drawn[key], field_name) != 0.0]
+            name: [key for key in names if has_any(maps.objects[name].drawn[key])]
             for name, names in shaded.items()
         }
         return _all(*(f"{name}'s {', '.join(keys)}" for name, keys in found.items() if keys))
 
-    if "height" in one.derived and (deep := having("parallax_scale")):
+    derived = one.derived if "color" in has else ()
+    if {"normal", "height"} & has or ("normal" in derived and one.strength > 0.0):
+        inputs["normal"] = f"bumps on {of}"
+    if ("height" in has or "height" in derived) and (deep := having("parallax_scale")):
         inputs["height"] = f"parallax of {deep}"
-    if "gloss" in one.derived and (shiny := having("specular")):
+    if (set(GLOSS_ROLES) & has or "gloss" in derived) and (shiny := having("specular", "metalness")):
         inputs["gloss"] = f"highlights on {shiny}"
+    if ("occlusion" in has and having("occlusion_strength")) or ("metalness" in has and having("metalness")):
+        inputs["occlusion"] = f"light from around and metal on {of}"
+    if "emission" in has and (bright := having("emission")):
+        inputs["emission"] = f"light that {bright} give off"
     return inputs
+
+
+# Roles that each map of a set may be made of.
+_MADE_OF = {
+    "color": ("color", "alpha"),
+    "normal": ("normal", "height"),
+    "height": ("height",),
+    "gloss": GLOSS_ROLES,
+    "occlusion": OCCLUSION_ROLES,
+    "emission": ("emission",),
+}
+
+
+def unread_pictures(scene: Scene, maps: SceneMaps) -> list[tuple[Path, str]]:
+    """Returns the pictures of materials that no pass reads, so that they are not baked, and why."""
+    drawn_in = _drawn_in(scene)
+    found: list[tuple[Path, str]] = []
+    for one in maps.sets:
+        inputs = map_inputs(one, one.materials, maps, drawn_in)
+        read = {role for key in inputs for role in _MADE_OF[key]}
+        read -= {"height"} if "normal" in one.pictures and "height" not in inputs else set()
+        read -= {"alpha"} if one.opaque else set()
+        of = _owners(one, one.materials)
+        for role, path in one.pictures.items():
+            if role not in read:
+                found.append((path, f"{role} of {of}: {_UNREAD.get(role, 'its factor is 0')}"))
+    return found
+
+
+_UNREAD = {
+    "color": "no view shades it",
+    "alpha": "its materials are opaque",
+    "normal": "no view shades it",
+    "height": "no parallax asks for it (parallax_scale), and a normal map gives the bumps",
+}
 
 
 def _shades(views: Sequence[str]) -> bool:
@@ -422,36 +475,59 @@ def _map_set(
     drawn = tuple(dict.fromkeys(view for user in one.materials for view in _passes(drawn_in[user])))
     shaded = tuple(view for view in drawn if view != "shadow")
     layout = {"layout": one.layout} if one.layout else {}
-    if "color" in inputs:
-        alpha = {"alpha": one.pictures["alpha"]} if "alpha" in one.pictures else {}
-        required.add(
-            f"{name} colour",
-            "color",
-            {"image": one.pictures["color"], **alpha, **layout},
-            [Output(f"{name}_color", "texture", "color", inputs["color"], drawn)],
-            one.materials,
-            **asdict(ColorSettings(wrap=one.wrap, alpha_cutoff=one.alpha_cutoff)),
-        )
-        derived = [
-            Output(f"{name}_{key}", "texture", key, inputs[key], shaded) for key in DERIVED if key in inputs
+    has = one.pictures
+    common: dict[str, Any] = {"wrap": one.wrap, "layout_materials": list(one.layout_materials)}
+    plain = common | {"uncompressed": True} if one.tiny else common
+
+    def add(what: str, baker: str, sources: dict[str, Path], keys: Iterable[str], **settings: Any) -> None:
+        outputs = [
+            Output(f"{name}_{key}", "texture", key, inputs[key], drawn if key == "color" else shaded)
+            for key in keys
         ]
-        required.add(
-            f"{name} maps",
-            "maps",
-            {"image": one.pictures["color"], **layout},
-            derived,
-            one.materials,
-            **asdict(
-                MapSettings.of(
-                    one.relief,
-                    only=[output.product for output in derived],
-                    source="color",
-                    strength=one.strength,
-                    wrap=one.wrap,
-                    gloss_groups=list(one.gloss_groups),
-                )
-            ),
+        required.add(f"{name} {what}", baker, sources | layout, outputs, one.materials, **settings)
+
+    def add_maps(what: str, picture: Path, source: str, keys: Sequence[str], strength: float) -> None:
+        groups = list(one.gloss_groups)
+        maps = MapSettings.of(
+            one.relief, only=list(keys), source=source, strength=strength, gloss_groups=groups, **common
         )
+        add(what, "maps", {"image": picture}, keys, **asdict(maps))
+
+    if "color" in inputs:
+        sources = {role: has[role] for role in ("color", "alpha") if role in has}
+        sources["image"] = sources.pop("color")
+        if one.opaque:
+            sources.pop("alpha", None)
+        colors = ColorSettings(alpha_cutoff=one.alpha_cutoff, opaque=one.opaque, **plain)
+        add("colour", "color", sources, ["color"], **asdict(colors))
+    roles = {key: [role for role in _MADE_OF[key] if role in has] for key in AUTHORED if key in inputs}
+    if "normal" in inputs and "normal" not in has and "height" in has:
+        roles["normal"] = []  # made of the heights
+        add_maps("bumps", has["height"], "height", ["normal"], one.height_strength)
+    elif "normal" in roles:
+        roles["normal"] = ["normal"] if "normal" in has else []
+    drawn_maps = [key for key, own in roles.items() if own]
+    if drawn_maps:
+        own = [role for key in drawn_maps for role in roles[key]]
+        own += ["normal"] if "gloss" in drawn_maps and "normal" in has and "normal" not in own else []
+        authored = AuthoredSettings(only=drawn_maps, **_fields(one.authored, own), **common)
+        add("drawn maps", "authored", {role: has[role] for role in own}, drawn_maps, **asdict(authored))
+    if "color" in inputs:
+        made = [key for key in DERIVED if key in inputs and key in one.derived and not roles.get(key)]
+        if "height" in has and "normal" not in has:
+            made = [key for key in made if key != "normal"]
+        add_maps("maps", has["color"], "color", made, one.strength)
+    if "emission" in inputs:
+        emission = ColorSettings(product="emission", **common)
+        add("emission", "color", {"image": has["emission"]}, ["emission"], **asdict(emission))
+
+
+def _fields(authored: Iterable[tuple[str, Any]], roles: Collection[str]) -> dict[str, Any]:
+    """Returns fields of AuthoredSettings for pictures of these roles."""
+    fields = dict(authored)
+    fields["channels"] = {role: channel for role, channel in fields.get("channels", ()) if role in roles}
+    fields["inverted"] = [role for role in fields.get("inverted", ()) if role in roles]
+    return fields
 
 
 @dataclass(frozen=True)

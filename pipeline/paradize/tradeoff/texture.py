@@ -125,8 +125,10 @@ def _format_trials(
 
 def _picture(sources: dict[str, Path], settings: Settings) -> tuple[Any, bool, list[str]]:
     wraps = wraps_of(settings["wrap"])
-    opaque = settings.get("product") == "emission"
-    return color_values(sources["image"], sources.get("alpha"), wraps, layout_of(sources), opaque=opaque)
+    opaque = settings["opaque"] or settings["product"] == "emission"
+    alpha = None if opaque else sources.get("alpha")
+    materials = settings["layout_materials"]
+    return color_values(sources["image"], alpha, wraps, layout_of(sources), materials, opaque=opaque)
 
 
 def color_tier(

@@ -68,7 +68,10 @@ def bake_authored(
     roles += ["normal"] if "gloss" in names and "normal" not in roles else []
     drawn = read_drawn(sources, roles, used.channels)
     wrap = wraps_of(used.wrap)
-    layouts: Layouts = cache(lambda size: None if uv is None else read_layout(uv, size[0], size[1], wrap))
+    materials = used.layout_materials
+    layouts: Layouts = cache(
+        lambda size: None if uv is None else read_layout(uv, size[0], size[1], wrap, materials=materials)
+    )
     maps = _Maps(drawn, used, layouts, wrap, measure)
     return {name: _product(name, maps, used, tier, fmt) for name in names}
 

@@ -20,7 +20,7 @@ from paradize.bakers.maps.png import png_maps
 from paradize.bakers.maps.rows import Layout, MapRows, no_worse_than_fast
 from paradize.bakers.maps.textures import ktx2_maps
 from paradize.bakers.product import MapProduct, one_of, wraps_of
-from paradize.data import HeightMap, Image
+from paradize.data import HeightMap, Image, Mesh
 from paradize.errors import BakeError
 from paradize.jobs.progress import report_step
 from paradize.kernels.maps import Levels
@@ -104,7 +104,11 @@ def map_rows(
         require_finite(image.values, path)
         warnings += [*_beyond(path, image), *_normals(path, image)]
     rows, columns = image.values.shape[:2]
-    layout = None if uv is None else read_layout(uv, rows, columns, wraps, settings.gloss_groups)
+    layout = (
+        None
+        if uv is None
+        else read_layout(uv, rows, columns, wraps, settings.gloss_groups, settings.layout_materials)
+    )
     if source == "color":
         image = replace(image, values=spread(image.values, wraps))
     heights = _heights(image, source, levels)
@@ -229,17 +233,30 @@ def _without_steps(image: Image, path: Path, wraps: tuple[bool, bool]) -> tuple[
 
 
 def read_layout(
-    uv: Path, rows: int, columns: int, wraps: tuple[bool, bool], groups: Sequence[str] = ()
+    uv: Path,
+    rows: int,
+    columns: int,
+    wraps: tuple[bool, bool],
+    groups: Sequence[str] = (),
+    materials: Sequence[str] = (),
 ) -> Layout:
     """Where the UV islands of a model lie on a map of so many texels. groups: those that shine; none: all.
-    Raises SourceError and BakeError."""
+    materials: those whose triangles lie on the map; none: all. Raises SourceError and BakeError."""
     mesh = read_model(uv).mesh
-    islands = gutter.island_map(mesh, height=rows, width=columns, file=uv)
+    own = mesh.of_materials(materials) if materials else mesh
+    islands = gutter.island_map(own, height=rows, width=columns, file=uv)
     mask = None
     if groups:
-        mask = gutter.group_mask(mesh, groups, height=rows, width=columns, file=uv)
-    source = gutter.layout_source(islands, mesh, wraps)
+        elsewhere = _names(mesh) - _names(own)
+        named = [name for name in groups if name not in elsewhere]
+        mask = gutter.group_mask(own, named, height=rows, width=columns, file=uv)
+    source = gutter.layout_source(islands, own, wraps)
     return Layout(gutter.with_source(islands, source), source is not None, mask)
+
+
+def _names(mesh: Mesh) -> set[str]:
+    """The names of a mesh's groups and materials."""
+    return {name for group in mesh.groups for name in (group.name, group.material)}
 
 
 def _heights(image: Image, source: str, levels: Levels | None) -> F32:

@@ -33,6 +33,29 @@ VIEWS = ("camera", "shadow", "reflection", "refraction")
 
 @dataclass(frozen=True, kw_only=True)
 class ObjectMaterial:
+    """A material as the scene sees it. None and "auto": as the model says."""
+
+    color: Path | None = source(None, meaning="colour map, instead of the model's")
+    alpha: Path | None = source(None, meaning="grey picture of the alpha; without it the alpha of color")
+    normal: Path | None = source(None, meaning="normal map")
+    green: str = choice(
+        "auto",
+        among=("auto", "up", "down"),
+        meaning="where green points in the normal map; auto: as the model says, or as its slopes look",
+    )
+    height: Path | None = source(
+        None, meaning="heights, for parallax, and for normals where there is no normal map"
+    )
+    roughness: Path | None = source(None, meaning="roughness map")
+    smoothness_map: Path | None = source(None, meaning="smoothness map, instead of roughness")
+    specular_map: Path | None = source(None, meaning="map of the intensity of highlights")
+    metalness: Path | None = source(None, meaning="metalness map")
+    occlusion: Path | None = source(
+        None,
+        meaning="map of ambient occlusion; where one picture is named for two or more of occlusion, "
+        "roughness and metalness, they are its red, green and blue",
+    )
+    emission: Path | None = source(None, meaning="colour map of the light that it gives off")
     parallax_scale: float = number(
         0.0,
         low=0.0,
@@ -43,10 +66,28 @@ class ObjectMaterial:
     parallax_bias: float = number(
         0.0, low=-1.0, high=1.0, meaning="added to the depth, so that the surface rises or sinks"
     )
-    specular: float = number(0.0, low=0.0, high=10.0, meaning="intensity of highlights; 0: no gloss map")
-    smoothness: float = number(0.3, low=0.0, high=1.0, meaning="0: rough, 1: mirror")
-    two_sided: bool = flag(False, meaning="draw back faces")
-    alpha_cutoff: float = number(0.0, low=0.0, high=1.0, meaning="texels with less alpha are holes; 0: none")
+    specular: float | None = number(
+        None,
+        low=0.0,
+        high=10.0,
+        meaning="intensity of highlights; 0: no gloss map; without it the model's, or 0 if it says nothing",
+    )
+    smoothness: float | None = number(
+        None, low=0.0, high=1.0, meaning="0: rough, 1: mirror; without it the model's, or 0.3"
+    )
+    metalness_factor: float | None = number(
+        None, low=0.0, high=1.0, meaning="0: no metal, 1: metal; without it the model's, or 0"
+    )
+    two_sided: bool | None = flag(None, meaning="draw back faces; without it the model's, or false")
+    alpha_mode: str = choice(
+        "auto",
+        among=("auto", "opaque", "mask", "blend"),
+        meaning="what alpha does: nothing, holes, or mixing with what lies behind; auto: as the model says, "
+        "or as the alpha of its colour map looks",
+    )
+    alpha_cutoff: float | None = number(
+        None, low=0.0, high=1.0, meaning="texels with less alpha are holes; 0: none"
+    )
 
 
 def _angle(meaning: str) -> Any:
@@ -69,7 +110,7 @@ class SceneObject:
     name: str = identifier(meaning="names the object's artifacts")
     mesh: Path = source(meaning="OBJ, GLB or glTF file")
     color: Path | None = source(
-        None, meaning="colour map; without it the map_Kd that all its materials share"
+        None, meaning="colour map of all materials; without it each has that of the model"
     )
     alpha: Path | None = source(None, meaning="grey picture of the alpha; without it the alpha of color")
     lods: int = whole(4, low=1, high=8, meaning="number of levels of detail, the source included")
@@ -119,13 +160,18 @@ class SceneObject:
     views: tuple[str, ...] = choices(
         VIEWS, among=VIEWS, meaning="views that draw the object, if the scene has them"
     )
-    wrap: str = choice("clamp", among=("clamp", "repeat"), meaning="whether its maps repeat")
-    strength: float = number(
-        1.0,
+    wrap: str = choice(
+        "auto",
+        among=("auto", "clamp", "repeat"),
+        meaning="whether its maps repeat; auto: those of materials whose UVs are wider than the map do",
+    )
+    strength: float | None = number(
+        None,
         low=0.0,
         high=100.0,
         unit="% of the width",
-        meaning="height of full white of the bumps made from the colour; 0: no normal map",
+        meaning="height of full white of the bumps made from the colour; 0: no normal map; without it 1, and "
+        "0 for a model that brings normal or roughness maps",
     )
     bleed: float = number(
         0.125,
@@ -137,7 +183,7 @@ class SceneObject:
     relief: Relief = table(Relief, Relief, meaning="How the picture becomes heights.")
     gloss_groups: tuple[str, ...] = texts((), meaning="groups or materials that shine; empty: all")
     materials: dict[str, ObjectMaterial] = named_tables(
-        ObjectMaterial, key="material", meaning="A material of the OBJ, by its name."
+        ObjectMaterial, key="material", meaning="A material of the model, by its name."
     )
     instances: tuple[Instance, ...] = tables(
         Instance,

@@ -1,0 +1,183 @@
+"""An object of several materials: each has its own maps, and what is equal is baked once."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from paradize.build.bake import bake
+from paradize.build.map_sets import find_map_sets
+from paradize.build.options import BuildOptions
+from paradize.build.provenance import BakeReport
+from paradize.checks import check_paths
+from paradize.errors import SceneError
+from paradize.explain.facts import explain
+from paradize.export.scene import export
+from paradize.formats.ktx2.reader import decode_ktx2
+from paradize.formats.png import decode_png
+from paradize.scene.requirements import unread_pictures
+from paradize.scene.settings import load_scene
+from tests.pipeline.material_scene import make_panels, noise, squares
+from tests.pipeline.scenes import write_image
+
+PANELS = {
+    "panel_wood_color", "panel_wood_normal", "panel_metal_color", "panel_metal_gloss",
+    "panel_metal_occlusion", "panel_leaf_color",
+}  # fmt: skip
+
+
+@pytest.fixture(autouse=True)
+def store(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("PARADIZE_STORE", str(tmp_path / "store"))
+
+
+def baked(scene: Path, out: Path, jobs: int = 1) -> tuple[BakeReport, dict[str, Any]]:
+    report = bake(scene, out, BuildOptions(jobs=jobs))
+    assert not report.errors, report.errors
+    return report, json.loads((out / "scene.json").read_text())
+
+
+def edited(scene: Path, old: str, new: str) -> Path:
+    text = scene.read_text()
+    assert old in text
+    scene.write_text(text.replace(old, new, 1))
+    return scene
+
+
+def test_each_material_has_the_maps_that_its_pictures_make_and_check_finds_nothing(tmp_path: Path) -> None:
+    report, manifest = baked(make_panels(tmp_path / "s"), tmp_path / "out")
+    assert {one.name for one in report.artifacts if one.kind == "texture"} == PANELS
+    (item,) = manifest["objects"]
+    maps = {name: {k for k, v in one["maps"].items() if v} for name, one in item["materials"].items()}
+    assert maps == {
+        "wood": {"color", "normal"},
+        "metal": {"color", "gloss", "occlusion"},
+        "leaf": {"color"},
+    }
+    leaf, metal, wood = (item["materials"][name] for name in ("leaf", "metal", "wood"))
+    assert (leaf["alpha_mode"], wood["alpha_mode"]) == ("mask", "opaque")
+    assert metal["metalness"] == 1.0 and wood["metalness"] == 0.0
+    assert any("'leaf'" in text and "mask" in text for text in report.warnings)
+    found = list(check_paths([tmp_path / "out"]))
+    assert not found, found
+
+
+def test_the_bytes_do_not_depend_on_the_number_of_workers(tmp_path: Path) -> None:
+    scene = make_panels(tmp_path / "s")
+    names = []
+    for jobs in (1, 3):
+        shutil.rmtree(tmp_path / "store", ignore_errors=True)
+        _, manifest = baked(scene, tmp_path / f"out{jobs}", jobs)
+        names.append((tmp_path / f"out{jobs}" / "scene.json").read_bytes())
+        assert manifest["artifacts"].keys() >= PANELS
+    assert names[0] == names[1]
+
+
+def test_of_packed_pictures_each_map_takes_its_channel(tmp_path: Path) -> None:
+    """Occlusion in red, roughness in green, metalness in blue, as glTF packs them."""
+    scene = make_panels(tmp_path / "s")
+    _, manifest = baked(scene, tmp_path / "out")
+    picture = decode_png(tmp_path / "s" / "orm.png").astype(np.float64) / 255.0
+
+    def mean(name: str) -> Any:
+        file = tmp_path / "out" / manifest["artifacts"][name]["file"]
+        from paradize.metrics.texels import decode_texels
+
+        return decode_texels(decode_ktx2(file.read_bytes()))[20:44, 20:44].mean(axis=(0, 1))
+
+    inside = picture[20:44, 20:44].mean(axis=(0, 1))
+    assert mean("panel_metal_occlusion")[:2] == pytest.approx(inside[[0, 2]], abs=0.03)
+    assert mean("panel_metal_gloss")[1] == pytest.approx(1.0 - inside[1], abs=0.03)
+
+
+def test_an_exported_material_has_its_own_textures(tmp_path: Path) -> None:
+    baked(make_panels(tmp_path / "s"), tmp_path / "out")
+    export(tmp_path / "out", tmp_path / "out.glb")
+    data = (tmp_path / "out.glb").read_bytes()
+    tree = json.loads(data[20 : 20 + int.from_bytes(data[12:16], "little")])
+    by_name = {one["name"]: one for one in tree["materials"]}
+    wood, metal, leaf = (by_name[f"panel {name}"] for name in ("wood", "metal", "leaf"))
+    colors = {one["pbrMetallicRoughness"]["baseColorTexture"]["index"] for one in (wood, metal, leaf)}
+    assert len(colors) == 3
+    assert "normalTexture" in wood and "normalTexture" not in metal
+    look = metal["pbrMetallicRoughness"]
+    assert "metallicRoughnessTexture" in look and "occlusionTexture" in metal
+    assert look["metallicFactor"] == 1.0
+    assert (leaf["alphaMode"], leaf["alphaCutoff"]) == ("MASK", 0.5)
+
+
+def test_what_no_pass_reads_is_not_baked_and_named(tmp_path: Path) -> None:
+    path = edited(make_panels(tmp_path / "s"), "lods = 2\n", 'lods = 2\nviews = ["shadow"]\n')
+    edited(path, "[[object]]", "[shadow]\nextent_m = 10.0\n[[object]]")
+    report, _ = baked(path, tmp_path / "out")
+    assert {one.name for one in report.artifacts if one.kind == "texture"} == {"panel_leaf_color"}
+    scene = load_scene(path)
+    unread = unread_pictures(scene, find_map_sets(scene, path).maps)
+    assert {(file.name, words.split()[0]) for file, words in unread} == {
+        ("wood.png", "color"), ("wood_n.png", "normal"), ("metal.png", "color"),
+        ("orm.png", "occlusion"), ("orm.png", "roughness"), ("orm.png", "metalness"),
+    }  # fmt: skip
+    assert explain(path, out=tmp_path / "out").as_json()["unread"]
+
+
+def test_maps_without_a_layout_are_baked_once_for_all_objects(tmp_path: Path) -> None:
+    """By content: the second object's picture has another name and the same bytes."""
+    folder = tmp_path / "s"
+    path = make_panels(folder)
+    for name, picture in (("a", "bricks.png"), ("b", "copy.png")):
+        write_image(folder / picture, noise(7))
+        (folder / f"{name}.mtl").write_text(f"newmtl wall\nmap_Kd {picture}\n")
+        (folder / f"{name}.obj").write_text(squares(["wall"], f"{name}.mtl", low=0.0, high=3.0))
+    text = path.read_text()
+    more = "".join(
+        f'[[object]]\nname = "{name}"\nmesh = "{name}.obj"\nlods = 1\n[[object.instance]]\n'
+        f"position = [0.0, 0.0, {z}]\n"
+        for name, z in (("a", -2.0), ("b", -4.0))
+    )
+    path.write_text(text.replace("[flight]", more + "[flight]"))
+    report, manifest = baked(path, tmp_path / "out")
+    textures = {one.name for one in report.artifacts if one.kind == "texture"}
+    assert textures == PANELS | {"a_color", "a_normal"}
+    walls = [item["materials"]["wall"] for item in manifest["objects"] if item["name"] in ("a", "b")]
+    assert all(wall["repeat"] and wall["maps"]["color"] == "a_color" for wall in walls)
+    assert not list(check_paths([tmp_path / "out"]))
+
+
+def test_a_damaged_map_of_one_material_is_found(tmp_path: Path) -> None:
+    _, manifest = baked(make_panels(tmp_path / "s"), tmp_path / "out")
+    file = tmp_path / "out" / manifest["artifacts"]["panel_metal_gloss"]["file"]
+    data = bytearray(file.read_bytes())
+    data[-40] ^= 0x5A
+    file.write_bytes(data)
+    found = list(check_paths([tmp_path / "out"]))
+    assert found and all("panel_metal_gloss" in f"{one.file}{one.place}" for one in found)
+
+
+def test_udim_tiles_are_refused_by_name(tmp_path: Path) -> None:
+    folder = tmp_path / "s"
+    path = make_panels(folder)
+    shutil.copy(folder / "wood.png", folder / "wood.1001.png")
+    (folder / "panel.mtl").write_text("newmtl wood\nmap_Kd wood.1001.png\n")
+    first = squares(["wood"], "panel.mtl")
+    second = squares(["wood"], "panel.mtl", low=1.1, high=1.9).splitlines()
+    count = sum(line.startswith("v ") for line in second)
+    moved = [_moved(line, count) for line in second[2:]]
+    (folder / "panel.obj").write_text(first + "\n".join(moved) + "\n")
+    text = path.read_text()
+    start, end = text.index("[object.material.metal]"), text.index("[[object.instance]]")
+    path.write_text(text[:start] + text[end:])
+    with pytest.raises(SceneError, match=r"UDIM.*1001"):
+        find_map_sets(load_scene(path), path)
+
+
+def _moved(line: str, count: int) -> str:
+    """A line of an OBJ as the second part of a file whose first has `count` vertices."""
+    if not line.startswith("f "):
+        return line
+    corners = [int(word.split("/")[0]) + count for word in line.split()[1:]]
+    return "f " + " ".join(f"{corner}/{corner}" for corner in corners)
