@@ -1,0 +1,84 @@
+"""scene.json: what its reader refuses, and the place that it names."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from paradize.errors import FormatError
+from paradize.formats.scene_manifest import decode_scene, map_sets
+from tests.player.synthetic import write_scene
+
+Change = Callable[[dict[str, Any]], object]
+
+
+@pytest.fixture
+def manifest(tmp_path: Path) -> dict[str, Any]:
+    manifest: dict[str, Any] = json.loads((write_scene(tmp_path, bare=True) / "scene.json").read_text())
+    return manifest
+
+
+def refusal(manifest: dict[str, Any]) -> str:
+    with pytest.raises(FormatError) as refused:
+        decode_scene(json.dumps(manifest).encode())
+    return str(refused.value)
+
+
+def test_another_version_is_refused_with_what_to_do(manifest: dict[str, Any]) -> None:
+    message = refusal(manifest | {"version": 3})
+    assert "version" in message and "3" in message and "4" in message
+    assert "bake it again" in message
+
+
+def wood(tree: dict[str, Any]) -> dict[str, Any]:
+    found: dict[str, Any] = tree["objects"][0]["materials"]["wood"]
+    return found
+
+
+def box(tree: dict[str, Any]) -> dict[str, Any]:
+    found: dict[str, Any] = tree["objects"][0]["instances"][0]
+    return found
+
+
+@pytest.mark.parametrize(
+    "change, place",
+    [
+        (lambda m: wood(m)["maps"].update(normal="no_such"), "objects[0].materials.wood.maps.normal"),
+        (lambda m: wood(m)["maps"].update(color="box_mesh"), "objects[0].materials.wood.maps.color"),
+        (lambda m: wood(m)["maps"].pop("emission"), "objects[0].materials.wood.maps.emission"),
+        (lambda m: wood(m)["maps"].update(shine=None), "objects[0].materials.wood.maps.shine"),
+        (lambda m: wood(m).update(alpha_mode="glass"), "objects[0].materials.wood.alpha_mode"),
+        (lambda m: wood(m).update(alpha_mode=["mask"]), "objects[0].materials.wood.alpha_mode"),
+        (lambda m: wood(m).update(metalness=1.5), "objects[0].materials.wood.metalness"),
+        (lambda m: wood(m).update(emission=[1.0, -1.0, 0.0]), "objects[0].materials.wood.emission[1]"),
+        (lambda m: wood(m).pop("opacity"), "objects[0].materials.wood.opacity"),
+        (lambda m: box(m).update(rotation=[0.0, 0.0, 0.0, 0.5]), "objects[0].instances[0].rotation"),
+        (lambda m: box(m).update(rotation=[0.0, 0.0, 1.0]), "objects[0].instances[0].rotation"),
+        (lambda m: box(m).update(scale=[1.0, 0.0, 1.0]), "objects[0].instances[0].scale[1]"),
+        (lambda m: box(m).update(scale=2.0), "objects[0].instances[0].scale"),
+        (lambda m: box(m).update(yaw_rad=0.0), "objects[0].instances[0].yaw_rad"),
+    ],
+)
+def test_a_bad_material_or_instance_is_refused_by_its_place(
+    manifest: dict[str, Any], change: Change, place: str
+) -> None:
+    change(manifest)
+    assert place in refusal(manifest)
+
+
+def test_a_mirrored_instance_and_thousands_of_them_are_read(manifest: dict[str, Any]) -> None:
+    one = box(manifest) | {"scale": [-1.0, 2.0, 0.5]}
+    manifest["objects"][0]["instances"] = [one] * 20_000
+    assert decode_scene(json.dumps(manifest).encode())["objects"][0]["instances"][-1] == one
+
+
+def test_materials_with_the_same_maps_used_alike_are_one_set(manifest: dict[str, Any]) -> None:
+    (item,) = manifest["objects"]
+    ((_, names),) = map_sets(item)
+    assert names == {"wood", "leaf"}
+    wood(manifest)["repeat"] = False
+    assert sorted(sorted(names) for _, names in map_sets(item)) == [["leaf"], ["wood"]]
