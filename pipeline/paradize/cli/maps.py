@@ -58,7 +58,9 @@ def add(sub: argparse.ArgumentParser) -> None:
         "--green", choices=("up", "down"), default="up", help="direction of green in normals (up)"
     )
     sub.add_argument("--format", dest="fmt", choices=("ktx2", "png"), default="ktx2")
-    sub.add_argument("--uv", type=Path, metavar="IN.obj|glb|gltf", help="the model whose UVs the map is for")
+    sub.add_argument(
+        "--uv", type=Path, metavar="IN.obj|glb|gltf|stl", help="the model whose UVs the map is for"
+    )
     sub.add_argument(
         "--gloss-groups",
         type=_names,

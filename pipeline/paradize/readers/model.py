@@ -1,4 +1,4 @@
-"""Reads a model of any format that Paradize knows: OBJ, glTF (`.glb`, `.gltf`)."""
+"""Reads a model of any format that Paradize knows: OBJ, glTF (`.glb`, `.gltf`), STL."""
 
 from __future__ import annotations
 
@@ -23,4 +23,9 @@ def read_model(path: Path, root: Path | None = None, on_library: list[Path] | No
 
         with expecting(MODEL, path):
             return read_gltf(path, root, on_library)
+    if path.suffix.lower() == ".stl":
+        from paradize.readers.stl import read_stl
+
+        with expecting(MODEL, path):
+            return read_stl(path)
     return read_obj(path, root, on_library)

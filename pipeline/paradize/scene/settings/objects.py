@@ -108,7 +108,7 @@ class Instance:
 @dataclass(frozen=True, kw_only=True)
 class SceneObject:
     name: str = identifier(meaning="names the object's artifacts")
-    mesh: Path = source(meaning="OBJ, GLB or glTF file")
+    mesh: Path = source(meaning="OBJ, GLB, glTF or STL file")
     color: Path | None = source(
         None, meaning="colour map of all materials; without it each has that of the model"
     )
