@@ -126,6 +126,19 @@ def test_turning_and_scaling_a_mesh_turns_its_frames(
     assert degrees(after, (before[..., :3].astype(np.float64) @ turn.T).astype(np.float32)) < 0.01
 
 
+@pytest.mark.parametrize("method", TANGENT_METHODS)
+@pytest.mark.parametrize("mesh", [DENSE, noise(DENSE, 8), soup_of(100, 9)])
+def test_the_length_of_normals_changes_no_frame(mesh: Mesh, method: str) -> None:
+    assert mesh.normals is not None
+    lengths = np.random.default_rng(1).choice(np.array([0.25, 1, 8], np.float32), (len(mesh.positions), 1))
+    # By position, so that vertices that are one stay one.
+    _, place = np.unique(mesh.positions, axis=0, return_inverse=True)
+    scaled = replace(mesh, normals=mesh.normals * lengths[place.reshape(-1)])
+    before, after = corners(mesh, method), corners(scaled, method)
+    assert np.array_equal(after[..., 3], before[..., 3])
+    assert degrees(after, before) < 1e-4
+
+
 @given(st.integers(0, 2**32 - 1), st.sampled_from(TANGENT_METHODS))
 @settings(max_examples=20, deadline=None)
 def test_the_order_of_faces_and_of_their_corners_does_not_matter(seed: int, method: str) -> None:
