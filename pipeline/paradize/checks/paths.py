@@ -1,4 +1,5 @@
-"""Checks the paths given to `paradize check`: a scene's folder, a scene.json, a GLB, a KTX2 or a PNG."""
+"""Checks the paths given to `paradize check`: a scene's folder, a scene.json, a GLB, a KTX2, a PNG, or a
+scene's TOML."""
 
 from __future__ import annotations
 
@@ -12,14 +13,17 @@ from paradize.checks.meshes import check_mesh
 from paradize.checks.pictures import SIGNATURE, check_picture
 from paradize.checks.rules import Finding, gathered, isolated
 from paradize.checks.scenes import CheckOptions, check_scene
+from paradize.checks.settings import check_settings
 from paradize.checks.textures import check_texture
 from paradize.documents import SCENE_FILE
 from paradize.files import read_file
 from paradize.formats.glb.layout import MAGIC
 from paradize.formats.ktx2.layout import IDENTIFIER
-from paradize.kinds import BAKED, kind_of, mend_of, refusal
+from paradize.kinds import BAKED, SCENE, kind_of, mend_of, refusal
 
-_ACCEPTED = "name what was baked: a scene's folder or its scene.json, a GLB, a KTX2 or a PNG"
+_ACCEPTED = (
+    "name what was baked: a scene's folder or its scene.json, a GLB, a KTX2 or a PNG; or a scene's TOML"
+)
 
 
 def check_paths(paths: Sequence[Path], options: CheckOptions | None = None) -> list[Finding]:
@@ -81,6 +85,8 @@ def _check(path: Path, options: CheckOptions) -> Iterator[Finding]:
         yield from check_texture(data, str(path))
     elif path.suffix == ".png" or data[:8] == SIGNATURE:
         yield from check_picture(data, str(path))
+    elif path.suffix == ".toml" or kind_of(path) is SCENE:
+        yield from check_settings(path)
     else:
         kind = kind_of(path)
         what = f"is {kind.name}, no {SCENE_FILE}, GLB, KTX2 or PNG"

@@ -203,6 +203,12 @@ RULES: dict[str, Rule] = {
         "a file grew by more than the accepted share since the earlier bake",
         "look at its format and tier; --worse-by accepts more",
     ),
+    "PZ431": Rule(
+        "error",
+        "scene refused",
+        "a scene's TOML has a field that is unknown or out of range, or names a file that is not there",
+        "see the place; pipeline/paradize/scene/FIELDS.md lists every field",
+    ),
     "PZ501": Rule(
         "warning",
         "sound clicks where it loops",
@@ -278,10 +284,10 @@ def isolated(findings: Iterable[Finding], file: str) -> Iterator[Finding]:
 
 def gathered(findings: Iterable[Finding]) -> list[Finding]:
     """Findings with the same code, file and text become one with the sum of their counts, in the order of the
-    first."""
-    merged: dict[tuple[str, str, str], Finding] = {}
+    first. Faults of a scene's TOML stay apart: each is mended where it stands."""
+    merged: dict[tuple[str, ...], Finding] = {}
     for finding in findings:
-        key = (finding.code, finding.file, finding.what)
+        key = (finding.code, finding.file, finding.what, finding.place if finding.code == "PZ431" else "")
         if key in merged:
             finding = replace(merged[key], count=merged[key].count + finding.count)
         merged[key] = finding

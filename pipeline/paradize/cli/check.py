@@ -1,4 +1,4 @@
-"""`paradize check`: checks baked scenes, meshes and textures by rules."""
+"""`paradize check`: checks baked scenes, meshes and textures by rules, and the settings of scenes."""
 
 from __future__ import annotations
 

@@ -40,7 +40,7 @@ COMMANDS: dict[str, tuple[Callable[[str], list[str]], set[str]]] = {
     ),
     "check": (
         lambda file: ["check", file],
-        {"baked", "baked/scene.json", "post.glb", "wood.ktx2", "wood.png", "grey.png"},
+        {"baked", "baked/scene.json", "post.glb", "wood.ktx2", "wood.png", "grey.png", "cove.toml"},
     ),
     "export": (lambda file: ["export", file, "-o", "out.glb"], {"baked", "baked/scene.json"}),
 }
