@@ -18,6 +18,7 @@ import pytest
 
 from tests.e2e.three import ThreePage, three_page
 from tests.pictures import save
+from tests.pipeline.material_scene import make_panels
 from tests.places import ROOT
 
 WIDTH, HEIGHT = 640, 360
@@ -104,3 +105,16 @@ def test_three_flies_along_the_path_that_scene_json_tells(
     )
     assert sky[2] > sky[0] + 30 and sand[0] > sand[2] + 20
     assert len(np.unique(picture.reshape(-1, 4), axis=0)) > 5000
+
+
+def test_khronos_validator_finds_nothing_in_materials_of_every_kind(
+    node: Callable[..., Any],
+    paradize: Callable[..., subprocess.CompletedProcess[str]],
+    tmp_path: Path,
+) -> None:
+    scene, out, path = make_panels(tmp_path / "s"), tmp_path / "out", tmp_path / "panels.glb"
+    for words in (("bake", scene, "-o", out), ("export", out, "-o", path)):
+        done = paradize(*words)
+        assert done.returncode == 0, done.stderr
+    result = node("validate_gltf.mjs", [path])[str(path)]
+    assert (result["errors"], result["warnings"]) == (0, 0), result["messages"]

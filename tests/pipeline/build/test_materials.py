@@ -20,6 +20,7 @@ from paradize.explain.facts import explain
 from paradize.export.scene import export
 from paradize.formats.ktx2.reader import decode_ktx2
 from paradize.formats.png import decode_png
+from paradize.metrics.texels import decode_texels
 from paradize.scene.requirements import unread_pictures
 from paradize.scene.settings import load_scene
 from tests.pipeline.material_scene import make_panels, noise, squares
@@ -85,10 +86,7 @@ def test_of_packed_pictures_each_map_takes_its_channel(tmp_path: Path) -> None:
     picture = decode_png(tmp_path / "s" / "orm.png").astype(np.float64) / 255.0
 
     def mean(name: str) -> Any:
-        file = tmp_path / "out" / manifest["artifacts"][name]["file"]
-        from paradize.metrics.texels import decode_texels
-
-        return decode_texels(decode_ktx2(file.read_bytes()))[20:44, 20:44].mean(axis=(0, 1))
+        return level_0(tmp_path / "out", manifest, name)[20:44, 20:44].mean(axis=(0, 1))
 
     inside = picture[20:44, 20:44].mean(axis=(0, 1))
     assert mean("panel_metal_occlusion")[:2] == pytest.approx(inside[[0, 2]], abs=0.03)
@@ -181,3 +179,63 @@ def _moved(line: str, count: int) -> str:
         return line
     corners = [int(word.split("/")[0]) + count for word in line.split()[1:]]
     return "f " + " ".join(f"{corner}/{corner}" for corner in corners)
+
+
+def test_the_gutter_of_a_set_is_filled_from_its_own_materials_alone(tmp_path: Path) -> None:
+    """Wood lies on the left of its picture, metal on the right of another: beside wood's islands its own
+    colours go on, whatever metal covers there."""
+    folder = tmp_path / "s"
+    path = make_panels(folder)
+    left, right = np.full((64, 64, 3), 200, np.uint8), np.full((64, 64, 3), 60, np.uint8)
+    left[:, :24], right[:, 40:] = noise(1)[:, :24] // 4, noise(3)[:, 40:] // 4 + 180
+    write_image(folder / "wood.png", left)
+    write_image(folder / "metal.png", right)
+    lines = (folder / "panel.obj").read_text().splitlines()
+    at = {line: i for i, line in enumerate(lines) if line.startswith("usemtl")}
+    for i, line in enumerate(lines):
+        if line.startswith("vt ") and i < at["usemtl leaf"]:
+            u, v = (float(word) for word in line.split()[1:])
+            lines[i] = f"vt {0.3 * u + (0.02 if i < at['usemtl metal'] else 0.68):.6f} {v:.6f}"
+    (folder / "panel.obj").write_text("\n".join(lines) + "\n")
+    _, manifest = baked(path, tmp_path / "out")
+    wood = level_0(tmp_path / "out", manifest, "panel_wood_color")[:, :, :3]
+    metal = level_0(tmp_path / "out", manifest, "panel_metal_color")[:, :, :3]
+    assert 255.0 * wood.max() < 100.0
+    assert 255.0 * metal.min() > 150.0
+
+
+def level_0(folder: Path, manifest: dict[str, Any], name: str) -> np.ndarray:
+    file = folder / manifest["artifacts"][name]["file"]
+    return decode_texels(decode_ktx2(file.read_bytes()))
+
+
+def test_an_opaque_material_shows_the_colours_under_transparent_texels_as_they_are(tmp_path: Path) -> None:
+    scene = make_panels(tmp_path / "s")
+    edited(scene, "[[object.instance]]", '[object.material.leaf]\nalpha_mode = "opaque"\n[[object.instance]]')
+    report, manifest = baked(scene, tmp_path / "out")
+    assert not report.warnings
+    texels = level_0(tmp_path / "out", manifest, "panel_leaf_color")
+    picture = decode_png(tmp_path / "s" / "leaf.png")[:, :, :3] / 255.0
+    assert texels.shape[2] == 3 or bool((texels[:, :, 3] == 1.0).all())
+    assert np.abs(texels[8:16, 8:16, :3] - picture[8:16, 8:16]).mean() < 0.02
+
+
+def test_a_shared_texture_is_as_fine_as_its_nearest_user_needs(tmp_path: Path) -> None:
+    folder = tmp_path / "s"
+    path = make_panels(folder)
+    write_image(folder / "bricks.png", noise(7, size=512))
+    (folder / "wall.mtl").write_text("newmtl wall\nmap_Kd bricks.png\n")
+    (folder / "wall.obj").write_text(squares(["wall"], "wall.mtl", low=0.0, high=3.0))
+    text = path.read_text()
+    text = text[: text.index("[[object]]")] + "{walls}" + text[text.index("[flight]") :]
+    left_out = {}
+    for case, users in {"far": ["far"], "both": ["far", "near"], "near": ["near"]}.items():
+        walls = "".join(
+            f'[[object]]\nname = "{name}"\nmesh = "wall.obj"\nlods = 1\n[[object.instance]]\n'
+            f"position = [0.0, 0.0, {-40.0 if name == 'far' else 0.0}]\n"
+            for name in users
+        )
+        path.write_text(text.replace("{walls}", walls))
+        _, manifest = baked(path, tmp_path / case)
+        left_out[case] = manifest["artifacts"][f"{users[0]}_color"]["asked"]["left_out"]
+    assert left_out["far"] > left_out["near"] == left_out["both"]

@@ -1,0 +1,119 @@
+"""Palettes: kits whose triangles show swatches of one picture share it, as small as it can be."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from paradize.build.bake import bake
+from paradize.build.map_sets import find_map_sets
+from paradize.build.options import BuildOptions
+from paradize.checks import check_paths
+from paradize.formats.ktx2.reader import decode_ktx2
+from paradize.metrics.texels import decode_texels
+from paradize.scene.settings import load_scene
+from tests.pipeline.material_scene import noise
+from tests.pipeline.scenes import write_image
+
+SIDE, SWATCHES = 256, 8  # texels, swatches a side
+COLORS = np.random.default_rng(3).integers(20, 236, (SWATCHES, SWATCHES, 3)).astype(np.uint8)
+SCENE = """
+[scene]
+name = "kit"
+{objects}
+[flight]
+duration_s = 4.0
+eye = [{{ position = [3, 1, 4] }}, {{ position = [-3, 1, 4] }}, {{ position = [0, 2, 5] }}]
+target = [{{ position = [0, 0.5, 0] }}, {{ position = [0, 0.5, 0] }}, {{ position = [0, 0.5, 0] }}]
+"""
+
+
+@pytest.fixture(autouse=True)
+def store(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("PARADIZE_STORE", str(tmp_path / "store"))
+
+
+def model(first: int, spread: float) -> str:
+    """An OBJ of a row of squares, each on a swatch of its own. spread: of its UVs, as a share of the swatch
+    (0: points)."""
+    lines = ["mtllib kit.mtl", "usemtl colors"]
+    for k in range(6):
+        column, row = (first + k) % SWATCHES, (first + 3 * k) // SWATCHES % SWATCHES
+        for x, y in ((0, 0), (1, 0), (1, 1), (0, 1)):
+            lines.append(f"v {0.5 * (k - 3 + x):g} {y:g} {0.1 * k:g}")
+            u, v = (at + 0.5 + spread * (corner - 0.5) for at, corner in ((column, x), (row, y)))
+            lines.append(f"vt {u / SWATCHES:.6f} {1.0 - v / SWATCHES:.6f}")
+        a = 4 * k + 1
+        lines.append("f " + " ".join(f"{a + i}/{a + i}" for i in range(4)))
+    return "\n".join(lines) + "\n"
+
+
+def make_kit(folder: Path, picture: np.ndarray, *, spread: float = 0.4, count: int = 2) -> Path:
+    folder.mkdir(parents=True)
+    write_image(folder / "colors.png", picture)
+    (folder / "kit.mtl").write_text("newmtl colors\nmap_Kd colors.png\n")
+    objects = ""
+    for k in range(count):
+        (folder / f"piece{k}.obj").write_text(model(5 * k, spread))
+        objects += f'[[object]]\nname = "piece{k}"\nmesh = "piece{k}.obj"\nlods = 1\n[[object.instance]]\n'
+        objects += f"position = [0.0, {1.5 * k}, 0.0]\n"
+    path = folder / "kit.toml"
+    path.write_text(SCENE.format(objects=objects))
+    return path
+
+
+def swatches() -> np.ndarray:
+    return np.repeat(np.repeat(COLORS, SIDE // SWATCHES, axis=0), SIDE // SWATCHES, axis=1)
+
+
+def baked(scene: Path, out: Path) -> tuple[set[str], dict[str, Any]]:
+    report = bake(scene, out, BuildOptions(jobs=1))
+    assert not report.errors, report.errors
+    assert not list(check_paths([out]))
+    return {one.name for one in report.artifacts if one.kind == "texture"}, json.loads(
+        (out / "scene.json").read_text()
+    )
+
+
+@pytest.mark.parametrize("spread", [0.0, 0.4])
+def test_one_small_texture_serves_all_models_of_a_kit_and_loses_no_colour(
+    tmp_path: Path, spread: float
+) -> None:
+    textures, manifest = baked(make_kit(tmp_path / "s", swatches(), spread=spread), tmp_path / "out")
+    assert textures == {"piece0_color"}
+    maps = [one["materials"]["colors"]["maps"] for one in manifest["objects"]]
+    assert all(one["color"] == "piece0_color" and one["normal"] is None for one in maps)
+    entry = manifest["artifacts"]["piece0_color"]
+    texture = decode_ktx2((tmp_path / "out" / entry["file"]).read_bytes())
+    assert max(texture.width, texture.height) <= 4 * SWATCHES
+    finest = decode_texels(texture)[:, :, :3]
+    step = len(finest) // SWATCHES
+    middles = finest[step // 2 :: step, step // 2 :: step]
+    assert np.abs(255.0 * middles - COLORS).max() <= 1.0
+    assert entry["max_level"] is not None and texture.width >> entry["max_level"] >= SWATCHES
+
+
+def test_the_last_mip_that_is_sampled_still_keeps_swatches_apart(tmp_path: Path) -> None:
+    _, manifest = baked(make_kit(tmp_path / "s", swatches()), tmp_path / "out")
+    entry = manifest["artifacts"]["piece0_color"]
+    texture = decode_ktx2((tmp_path / "out" / entry["file"]).read_bytes())
+    last = decode_texels(texture, entry["max_level"])[:, :, :3]
+    step = len(last) // SWATCHES
+    middles = last[step // 2 :: step, step // 2 :: step]
+    assert np.abs(255.0 * middles - COLORS).max() <= 16.0
+
+
+def test_a_painted_picture_and_a_plain_one_are_no_palettes(tmp_path: Path) -> None:
+    for name, picture, spread in (
+        ("painted", noise(1, size=SIDE), 8.0 / SWATCHES),
+        ("plain", np.full((64, 64, 3), 90, np.uint8), 0.4),
+    ):
+        path = make_kit(tmp_path / name, picture, spread=spread * (8.0 if name == "painted" else 1.0))
+        found = find_map_sets(load_scene(path), path).maps.sets
+        assert not any(one.palette for one in found), name
+    path = make_kit(tmp_path / "kit", swatches())
+    assert all(one.palette for one in find_map_sets(load_scene(path), path).maps.sets)
