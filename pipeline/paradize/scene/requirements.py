@@ -320,7 +320,8 @@ def map_inputs(
     inputs: dict[str, str] = {}
     has = one.pictures.keys()
     if "color" in has and (shaded or cut):
-        inputs["color"] = f"the object {of}" if shaded else f"the shape of {of}'s shadow"
+        shown = f"the swatches of a palette on {of}" if one.palette else f"the object {of}"
+        inputs["color"] = shown if shaded else f"the shape of {of}'s shadow"
     if not shaded:
         return inputs
 

@@ -13,6 +13,7 @@ from paradize.build.bake import bake
 from paradize.build.map_sets import find_map_sets
 from paradize.build.options import BuildOptions
 from paradize.checks import check_paths
+from paradize.explain.facts import explain
 from paradize.formats.ktx2.reader import decode_ktx2
 from paradize.metrics.texels import decode_texels
 from paradize.scene.settings import load_scene
@@ -85,6 +86,8 @@ def test_one_small_texture_serves_all_models_of_a_kit_and_loses_no_colour(
 ) -> None:
     textures, manifest = baked(make_kit(tmp_path / "s", swatches(), spread=spread), tmp_path / "out")
     assert textures == {"piece0_color"}
+    (facts,) = explain(tmp_path / "s" / "kit.toml", "piece0_color", tmp_path / "out").artifacts
+    assert facts["reason"] == "the swatches of a palette on piece0 and piece1"
     maps = [one["materials"]["colors"]["maps"] for one in manifest["objects"]]
     assert all(one["color"] == "piece0_color" and one["normal"] is None for one in maps)
     entry = manifest["artifacts"]["piece0_color"]
