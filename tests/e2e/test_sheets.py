@@ -1,0 +1,64 @@
+"""Models look as they do in three.js: one model that the tests make here, those of others on contact sheets.
+
+The sheets are left for a person in build/sheets.
+"""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from paradize.formats.png import encode_png
+from tests.e2e.browser import find_browser
+from tests.e2e.sheets import Shown, draw_sheets, models_below, show_all
+from tests.places import ROOT
+
+FOLDERS = ("gltf", "obj-materials", "obj-kits", "obj-nasty", "obj-large")
+
+pytestmark = pytest.mark.skipif(
+    find_browser() is None, reason="no chromium that is no snap: Debian's package brings it, Ubuntu has none"
+)
+
+
+def write_box(folder: Path, colors: NDArray[np.uint8]) -> Path:
+    """A box with a picture on five sides; the sixth, of another material, has a colour of its own."""
+    folder.mkdir()
+    (folder / "checker.png").write_bytes(encode_png(colors))
+    (folder / "box.mtl").write_text("newmtl picture\nmap_Kd checker.png\nnewmtl plain\nKd 0.7 0.2 0.1\n")
+    corners = [(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]
+    lines = ["mtllib box.mtl", *(f"v {x} {y} {z}" for x, y, z in corners)]
+    lines += ["vt 0 0", "vt 1 0", "vt 1 1", "vt 0 1"]
+    for material, faces in (
+        ("picture", [(1, 2, 4, 3), (3, 4, 8, 7), (1, 5, 6, 2), (2, 6, 8, 4), (1, 3, 7, 5)]),
+        ("plain", [(5, 7, 8, 6)]),
+    ):
+        lines.append(f"usemtl {material}")
+        lines += ["f " + " ".join(f"{v}/{t}" for t, v in enumerate(face, 1)) for face in faces]
+    (folder / "box.obj").write_text("\n".join(lines) + "\n")
+    return folder / "box.obj"
+
+
+def test_a_model_with_two_materials_looks_as_in_three_js(tmp_path: Path) -> None:
+    blocks = np.random.default_rng(5).integers(40, 216, (8, 8, 3), dtype=np.uint8)
+    box = write_box(tmp_path / "box", np.kron(blocks, np.ones((16, 16, 1), np.uint8)))
+    (row,) = show_all([box], tmp_path, tmp_path / "out", 256)
+    assert row.said == row.three == ""
+    assert row.flip is not None and row.flip < 0.06, row
+
+
+@pytest.mark.deep
+def test_models_of_others_are_drawn_and_look_as_in_three_js(corpus: Path) -> None:
+    models = models_below(corpus / name for name in FOLDERS)
+    valid = [path for path in models if "invalid" not in path.relative_to(corpus).parts]
+    out = ROOT / "build/sheets"
+    rows: list[Shown] = show_all(valid, corpus, out, 256)
+    (out / "models.json").write_text(json.dumps([vars(row) for row in rows], indent=1))
+    draw_sheets(rows, out, 256)
+    drawn = [row for row in rows if not row.said]
+    assert len(drawn) >= 0.95 * len(rows), [str(row) for row in rows if row.said]
+    known = sorted(row.flip for row in drawn if row.flip is not None)
+    assert known[len(known) // 2] < 0.1, known
