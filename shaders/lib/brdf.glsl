@@ -26,6 +26,27 @@ float ggx_visibility(float n_l, float n_v, float alpha) {
 
 float largest(vec3 v) { return max(max(v.r, v.g), v.b); }
 
+// Share of the light from all around that microfacets reflect towards v in one bounce: fit of B. Karis,
+// "Physically Based Shading on Mobile", 2014. Below f0 = 0.02 the grazing term fades out too: S. Lagarde, 2011.
+vec3 single_scattering(vec3 f0, float n_v, float alpha) {
+    vec4 r = sqrt(clamp(alpha, 0.0, 1.0)) * vec4(-1.0, -0.0275, -0.572, 0.022) + vec4(1.0, 0.0425, 1.04, -0.04);
+    float a = min(r.x * r.x, exp2(-9.28 * clamp(n_v, 0.0, 1.0))) * r.x + r.y;
+    vec2 ab = vec2(-1.04, 1.04) * a + r.zw;
+    return max(f0 * ab.x + clamp(50.0 * largest(f0), 0.0, 1.0) * ab.y, vec3(0.0));
+}
+
+// Factor on the light of one bounce for what bounces again between microfacets, which else is lost: rough
+// metals would be dark. E. Turquin, "Practical multiple scattering compensation for microfacet models", 2019.
+vec3 multiple_scattering(vec3 f0, float n_v, float alpha) {
+    float once = single_scattering(vec3(1.0), n_v, alpha).r;
+    return 1.0 + f0 * (1.0 / clamp(once, 0.1, 1.0) - 1.0);
+}
+
+// Reflectance of environment light towards v.
+vec3 environment_reflectance(vec3 f0, float n_v, float alpha) {
+    return single_scattering(f0, n_v, alpha) * multiple_scattering(f0, n_v, alpha);
+}
+
 // Specular reflectance of light from direction l towards v, including the factor n.l, at most `limit`. f0 is
 // the reflectance at normal incidence.
 vec3 specular_ggx(vec3 n, vec3 v, vec3 l, vec3 f0, float alpha, float limit) {
@@ -37,16 +58,8 @@ vec3 specular_ggx(vec3 n, vec3 v, vec3 l, vec3 f0, float alpha, float limit) {
     float n_v = max(dot(n, v), 1e-3);
     float n_h = clamp(dot(n, h), 0.0, 1.0);
     vec3 f = fresnel_schlick(f0, dot(v, h)) * smoothstep(0.0, 0.02, largest(f0));
+    f *= multiple_scattering(f0, n_v, alpha);
     return min(ggx_distribution(n_h, alpha) * ggx_visibility(n_l, n_v, alpha) * f * n_l, vec3(limit));
-}
-
-// Reflectance of environment light towards v: fit of B. Karis, "Physically Based Shading on Mobile", 2014.
-// Below f0 = 0.02 the grazing term fades out too: S. Lagarde, 2011.
-vec3 environment_reflectance(vec3 f0, float n_v, float alpha) {
-    vec4 r = sqrt(clamp(alpha, 0.0, 1.0)) * vec4(-1.0, -0.0275, -0.572, 0.022) + vec4(1.0, 0.0425, 1.04, -0.04);
-    float a = min(r.x * r.x, exp2(-9.28 * clamp(n_v, 0.0, 1.0))) * r.x + r.y;
-    vec2 ab = vec2(-1.04, 1.04) * a + r.zw;
-    return max(f0 * ab.x + clamp(50.0 * largest(f0), 0.0, 1.0) * ab.y, vec3(0.0));
 }
 
 // Widens alpha by the variance of the normal inside a pixel, so that highlights do not shimmer: Y. Tokuyoshi,

@@ -18,7 +18,7 @@ from contextlib import contextmanager, suppress
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from typing import Any
-from urllib.parse import parse_qsl, urlsplit
+from urllib.parse import parse_qsl, unquote, urlsplit
 
 from tests.processes import end, start
 
@@ -62,7 +62,7 @@ def serve(folders: dict[str, Path], posted: Callable[[dict[str, str], bytes], No
 
     class Handler(BaseHTTPRequestHandler):
         def do_GET(self) -> None:
-            room, _, rest = urlsplit(self.path).path.lstrip("/").partition("/")
+            room, _, rest = unquote(urlsplit(self.path).path).lstrip("/").partition("/")
             file = folders[room] / rest if room in folders else None
             if file is None or not file.is_file():
                 self.send_error(404)
