@@ -7,7 +7,7 @@ import {
     FloatType,
     LinearSRGBColorSpace,
     LoadingManager,
-    MeshStandardMaterial,
+    MeshPhysicalMaterial,
     NoToneMapping,
     PerspectiveCamera,
     PMREMGenerator,
@@ -28,9 +28,16 @@ renderer.toneMapping = NoToneMapping;
 renderer.outputColorSpace = LinearSRGBColorSpace;
 const draco = new DRACOLoader().setDecoderPath("/three/examples/jsm/libs/draco/gltf/");
 
-// As Blender and Paradize read a Wavefront material: Kd is linear, and a colour map replaces it.
-function standard(material) {
-    const used = new MeshStandardMaterial({ name: material.name, roughness: 1.0, metalness: 0.0 });
+// As Blender and Paradize read a Wavefront material: Kd is linear, and a colour map replaces it. Ns becomes a
+// roughness as in B. Walter et al., "Microfacet Models for Refraction through Rough Surfaces", 2007.
+function physical(material) {
+    const shine = material.specular ?? new Color(0, 0, 0);
+    const used = new MeshPhysicalMaterial({
+        name: material.name,
+        roughness: Math.pow(2 / ((material.shininess ?? 0) + 2), 0.25),
+        metalness: 0.0,
+        specularIntensity: Math.max(shine.r, shine.g, shine.b),
+    });
     used.color = material.map ? new Color(1, 1, 1) : material.color.clone();
     if (!material.map && used.color) {
         used.color.convertLinearToSRGB(); // MTLLoader takes Kd for sRGB
@@ -72,7 +79,7 @@ async function load(path) {
     const object = loader.parse(text);
     object.traverse((part) => {
         if (part.isMesh) {
-            part.material = Array.isArray(part.material) ? part.material.map(standard) : standard(part.material);
+            part.material = Array.isArray(part.material) ? part.material.map(physical) : physical(part.material);
         }
     });
     return [object, missing];

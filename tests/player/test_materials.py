@@ -266,7 +266,17 @@ def test_uneven_scale_keeps_normals_upright_on_their_surface(render: Render, sca
 
 
 def reflectance(f0: F64, n_v: F64, roughness: float) -> F64:
-    """B. Karis, "Physically Based Shading on Mobile", 2014. roughness: the square root of GGX's alpha."""
+    """One bounce, and those that follow. roughness: the square root of GGX's alpha."""
+    return one_bounce(f0, n_v, roughness) * further_bounces(f0, n_v, roughness)
+
+
+def further_bounces(f0: F64, n_v: F64, roughness: float) -> F64:
+    """E. Turquin, "Practical multiple scattering compensation for microfacet models", 2019."""
+    return 1 + f0 * (1 / one_bounce(np.ones(3), n_v, roughness) - 1)
+
+
+def one_bounce(f0: F64, n_v: F64, roughness: float) -> F64:
+    """B. Karis, "Physically Based Shading on Mobile", 2014."""
     r = roughness * np.array([-1.0, -0.0275, -0.572, 0.022]) + [1.0, 0.0425, 1.04, -0.04]
     a = np.minimum(r[0] ** 2, 2.0 ** (-9.28 * n_v)) * r[0] + r[1]
     return np.asarray(f0 * (-1.04 * a + r[2])[..., None] + (1.04 * a + r[3])[..., None])
@@ -304,7 +314,9 @@ def test_occlusion_darkens_the_light_from_all_around_and_its_green_is_metalness(
     maps = {"map": texel(*texels, fmt=fmt)}
     sunny = middle(render([thing("a", {"m": one})], {"a": quad()}, maps, sun=([0.0, 0.0, 1.0], 0.5 * pi)))
     metalness = 0.5 * factor
+    f0 = np.full(3, metalness)
     lobe = metalness * 0.5 * pi / (4 * pi)  # GGX with alpha 1, straight on
+    lobe *= further_bounces(f0, np.ones(1), 1.0)[0, 0]
     assert sunny == pytest.approx([0.5 * (1 - metalness) + lobe] * 3, abs=STEP)
     shade = middle(render([thing("a", {"m": one})], {"a": quad()}, maps, ambient=1.0))
     open_share = 1 - 0.5 * (1 - 128 / 255)

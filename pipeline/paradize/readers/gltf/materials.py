@@ -112,8 +112,27 @@ class _Reader:
             emission=(r * times, g * times, b * times),
             specular=self._specular(material),
         )
+        if document.extension(entry, place, "KHR_materials_unlit") is not None:
+            material = self._unlit(material)
         placement = self._placed(name)
         return PlacedMaterial(replace(material, maps=dict(self.maps)), placement)
+
+    def _unlit(self, material: Material) -> Material:
+        """A material that no light changes gives off its colour, and reflects nothing."""
+        color = self.maps.get("color")
+        self.maps = {} if color is None else {"color": color, "emission": color}
+        self.placements = {role: self.placements[role] for role in self.maps if role in self.placements}
+        if color is not None and "color" in self.placements:
+            self.placements["emission"] = self.placements["color"]
+        return replace(
+            material,
+            color=(0.0, 0.0, 0.0),
+            emission=material.color,
+            specular=0.0,
+            metalness=0.0,
+            roughness=1.0,
+            vertex_colors=False,
+        )
 
     def _metallic(self, material: Material, base: dict[str, Any]) -> Material:
         document, place = self.document, f"{self.place}/pbrMetallicRoughness"

@@ -175,6 +175,16 @@ def test_the_older_model_of_light_is_converted_and_said(
     assert any("pbrSpecularGlossiness is converted" in text for text in model.warnings)
 
 
+def test_a_material_that_no_light_changes_gives_off_its_colour(tmp_path: Path) -> None:
+    made, primitive = square(TEXCOORD_0=UVS)
+    base = {"baseColorTexture": {"index": textured(made)}, "baseColorFactor": [0.5, 0.25, 1, 1]}
+    unlit = {"KHR_materials_unlit": {}}
+    found, model = read(tmp_path, made, primitive, pbrMetallicRoughness=base, extensions=unlit)
+    assert (found.color, found.emission, found.specular) == ((0.0, 0.0, 0.0), (0.5, 0.25, 1.0), 0.0)
+    assert found.maps["emission"] == found.maps["color"]
+    assert not any("unlit" in text for text in model.warnings)
+
+
 @pytest.mark.parametrize("name", ["KHR_texture_basisu", "EXT_texture_avif", "EXT_texture_webp"])
 def test_pictures_of_extensions_are_read_or_left_out_by_their_name(name: str, tmp_path: Path) -> None:
     made, primitive = square(TEXCOORD_0=UVS)
