@@ -194,7 +194,7 @@ def test_player_includes_run_one_way() -> None:
 
 
 # What `make` and the programs write into build/ at the root. The room of that name is another folder.
-GENERATED = {"assets", "bench", "bin", "flight", "golden", "report", "sanitize", "setup", "store"}
+GENERATED = {"sheets", "assets", "bench", "bin", "flight", "golden", "report", "sanitize", "setup", "store"}
 GENERATED |= {"venv", "wheel"}
 
 
