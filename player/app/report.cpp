@@ -183,7 +183,7 @@ std::string to_json(const Report &report) {
     for (const QualityFeature feature : report.features) {
         features.emplace_back(feature_names[static_cast<std::size_t>(feature)]);
     }
-    out += ", \"quality\": " + quoted(report.quality) + ", \"trades\": " + quoted(features);
+    out += ", \"quality\": " + quoted(report.quality) + ", \"features\": " + quoted(features);
     if (report.reference) {
         out += ", \"reference\": " + std::to_string(*report.reference);
     }

@@ -113,8 +113,8 @@ std::unique_ptr<Pass> make_pass(std::size_t index, const PassSetup &setup) {
     return entries[index].make(setup);
 }
 
-bool reusable(std::size_t index, const RenderSettings &made_for, const RenderSettings &needed) {
-    return entries[index].reusable(made_for, needed);
+bool reusable(std::size_t index, const RenderSettings &made_for, const RenderSettings &wanted) {
+    return entries[index].reusable(made_for, wanted);
 }
 
 } // namespace paradize

@@ -195,10 +195,10 @@ def test_fps_reports_its_choice_and_whether_the_rate_is_reached(player: Player, 
         assert ("the fastest quality needs" in result.stderr) == (rate == "1000")
     slow = told["0.01"]
     assert slow["fps"]["reached"] and not told["1000"]["fps"]["reached"]
-    assert slow["trades"] == ["shadow", "reflection", "refraction", "lod"]
+    assert slow["features"] == ["shadow", "reflection", "refraction", "lod"]
     # A very long budget gives the quality with the least error: exact.
-    assert {slow["quality"][feature] for feature in slow["trades"]} == {"exact"}
-    assert set(slow["fps"]["calibration"]) == set(slow["trades"])
+    assert {slow["quality"][feature] for feature in slow["features"]} == {"exact"}
+    assert set(slow["fps"]["calibration"]) == set(slow["features"])
 
 
 def test_fps_uses_the_errors_measured_for_this_scene(player: Player, tmp_path: Path) -> None:

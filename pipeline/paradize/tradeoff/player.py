@@ -110,7 +110,7 @@ class _Player:
 
     def features(self, folder: Path) -> list[str]:
         """The quality features that have an effect on this device, in the player's order."""
-        return [str(name) for name in self._json(folder, 0.0, "--frames", "1")["trades"]]
+        return [str(name) for name in self._json(folder, 0.0, "--frames", "1")["features"]]
 
     def resident(self, folder: Path) -> int:
         """Bytes of the whole scene in GPU memory."""

@@ -189,10 +189,10 @@ struct Texture {
 };
 
 // codes: None, or rising heights with the derivative of the exact taps; then whether the slopes are held.
-reference::HeightMap ground(const Rows<float> &heights, std::vector<double> derivative,
-                            std::vector<double> smooth, std::pair<double, double> scale,
-                            std::pair<bool, bool> wrap, bool green_down, const nb::object &islands,
-                            const nb::object &codes, std::vector<double> exact, bool held, bool cones) {
+reference::HeightMap height_map(const Rows<float> &heights, std::vector<double> derivative,
+                                std::vector<double> smooth, std::pair<double, double> scale,
+                                std::pair<bool, bool> wrap, bool green_down, const nb::object &islands,
+                                const nb::object &codes, std::vector<double> exact, bool held, bool cones) {
     reference::HeightMap out;
     out.heights = flat(heights);
     out.size = {heights.shape(0), heights.shape(1)};
@@ -258,11 +258,11 @@ nb::list filter_angles(const reference::HeightMap &a, const reference::HeightMap
     return as_list(found);
 }
 
-nb::list open_angles(const reference::HeightMap &ground, int threads) {
+nb::list open_angles(const reference::HeightMap &heights, int threads) {
     Found found;
     {
         nb::gil_scoped_release unlocked;
-        found = {reference::open_angles(ground, threads)};
+        found = {reference::open_angles(heights, threads)};
     }
     return as_list(found);
 }
@@ -339,10 +339,10 @@ NB_MODULE(_reference, m) {
         .def(nb::init<int, std::size_t, std::size_t, std::size_t, const std::vector<Bytes> &>(),
              nb::keep_alive<1, 6>());
     nb::class_<reference::HeightMap>(m, "HeightMap");
-    m.def("ground", &ground, nb::arg("heights"), nb::arg("derivative"), nb::arg("smooth"), nb::arg("scale"),
-          nb::arg("wrap"), nb::arg("green_down"), nb::arg("islands").none(), nb::arg("codes").none(),
-          nb::arg("exact"), nb::arg("held"), nb::arg("cones"), nb::keep_alive<0, 1>(), nb::keep_alive<0, 7>(),
-          nb::keep_alive<0, 8>());
+    m.def("height_map", &height_map, nb::arg("heights"), nb::arg("derivative"), nb::arg("smooth"),
+          nb::arg("scale"), nb::arg("wrap"), nb::arg("green_down"), nb::arg("islands").none(),
+          nb::arg("codes").none(), nb::arg("exact"), nb::arg("held"), nb::arg("cones"),
+          nb::keep_alive<0, 1>(), nb::keep_alive<0, 7>(), nb::keep_alive<0, 8>());
     m.def("drawn", &drawn, nb::arg("vectors"), nb::arg("islands").none(), nb::keep_alive<0, 1>(),
           nb::keep_alive<0, 2>());
     m.def("normal_levels", &normal_levels);

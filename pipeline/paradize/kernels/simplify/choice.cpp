@@ -14,10 +14,10 @@ constexpr std::size_t most_attributes = 32;
 
 // A form in floats, of (x, y, z, 1): its rows.
 struct Rows {
-    Four x{}, y{}, z{}, one{};
+    Float4 x{}, y{}, z{}, one{};
 
-    void add(Four plane, float weight) {
-        const Four w = weight * plane;
+    void add(Float4 plane, float weight) {
+        const Float4 w = weight * plane;
         x += w[0] * plane, y += w[1] * plane, z += w[2] * plane, one += w[3] * plane;
     }
     void add_to(Quadric &all) const {
@@ -27,39 +27,40 @@ struct Rows {
     }
 };
 
-Four floats(Vec v) {
-    return Four{static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z), 0};
+Float4 floats(Vec v) {
+    return Float4{static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z), 0};
 }
 
 // The linear function with its value at another origin, `by` from its own.
-Four shifted(Four slope, Four by) {
-    const Four step = slope * by;
-    return Four{slope[0], slope[1], slope[2], slope[3] + (step[0] + step[1] + step[2])};
+Float4 shifted(Float4 slope, Float4 by) {
+    const Float4 step = slope * by;
+    return Float4{slope[0], slope[1], slope[2], slope[3] + (step[0] + step[1] + step[2])};
 }
 
 // Squared differences of two wedges about an origin that lies by_a from a's and by_b from b's.
-void differ(const Memory &memory, const Four *a, Four by_a, const Four *b, Four by_b, Rows &rows) {
+void differ(const Quadrics &quadrics, const Float4 *a, Float4 by_a, const Float4 *b, Float4 by_b,
+            Rows &rows) {
     const float area_a = a[0][0];
     const float area_b = b[0][0];
     if (!(area_a > 0) || !(area_b > 0)) {
         return;
     }
     const float both = area_a * (area_b / (area_a + area_b));
-    for (std::size_t k = 0; k < memory.width; ++k) {
-        const Four step = a[k + 1] * by_a - b[k + 1] * by_b;
-        Four apart = a[k + 1] - b[k + 1];
+    for (std::size_t k = 0; k < quadrics.width; ++k) {
+        const Float4 step = a[k + 1] * by_a - b[k + 1] * by_b;
+        Float4 apart = a[k + 1] - b[k + 1];
         apart[3] += step[0] + step[1] + step[2];
-        rows.add(apart, both * memory.squares[k]);
+        rows.add(apart, both * quadrics.squares[k]);
     }
 }
 
 } // namespace
 
-Sets match(const Surface &surface, std::uint32_t h) {
+WedgeSets match_wedges(const Surface &surface, std::uint32_t h) {
     const Half &here = surface.at(h);
     const std::uint32_t a = here.wedge;
     const std::uint32_t b = surface.at(next(h)).wedge;
-    Sets sets{{Set{{a, b, none}, false}, Set{{none, none, none}, false}}, 1};
+    WedgeSets sets{{WedgeSet{{a, b, none}, false}, WedgeSet{{none, none, none}, false}}, 1};
     if (here.twin == none) {
         return sets;
     }
@@ -80,29 +81,29 @@ Sets match(const Surface &surface, std::uint32_t h) {
     return sets;
 }
 
-void unite(const Memory &memory, Four *into, Vec at_into, const Four *other, Vec at_other, Vec at,
-           Quadric &all) {
-    const Four by_into = floats(at - at_into);
-    const Four by_other = floats(at - at_other);
-    if (memory.weighed) {
+void merge_attributes(const Quadrics &quadrics, Float4 *into, Vec at_into, const Float4 *other, Vec at_other,
+                      Vec at, Quadric &all) {
+    const Float4 by_into = floats(at - at_into);
+    const Float4 by_other = floats(at - at_other);
+    if (quadrics.weighed) {
         Rows rows;
-        differ(memory, into, by_into, other, by_other, rows);
+        differ(quadrics, into, by_into, other, by_other, rows);
         rows.add_to(all);
     }
     const float sum = into[0][0] + other[0][0];
     const float share = sum > 0 ? other[0][0] / sum : 0.0F;
-    for (std::size_t k = 1; k < memory.stride; ++k) {
-        const Four mine = shifted(into[k], by_into);
+    for (std::size_t k = 1; k < quadrics.stride; ++k) {
+        const Float4 mine = shifted(into[k], by_into);
         into[k] = mine + share * (shifted(other[k], by_other) - mine);
     }
     into[0][0] = sum;
 }
 
-Choice choose(const Surface &surface, const Memory &memory, std::uint32_t h, bool exact) {
+Placement optimal_placement(const Surface &surface, const Quadrics &quadrics, std::uint32_t h, bool exact) {
     const std::uint32_t vp = surface.at(h).vertex;
     const std::uint32_t vq = surface.at(next(h)).vertex;
-    const Corner &p = memory.corners[vp];
-    const Corner &q = memory.corners[vq];
+    const VertexQuadric &p = quadrics.vertices[vp];
+    const VertexQuadric &q = quadrics.vertices[vq];
     // All from the edge's middle on.
     const Vec middle = 0.5 * (p.at + q.at);
     const Vec half = 0.5 * (q.at - p.at);
@@ -111,44 +112,44 @@ Choice choose(const Surface &surface, const Memory &memory, std::uint32_t h, boo
     all.look_from(middle);
     if (exact) {
         Rows rows;
-        const Four by = floats(half);
-        for (const auto &[wedge, third_is_p] : match(surface, h)) {
-            const Four *a = memory.wedge(wedge[0]);
-            const Four *b = memory.wedge(wedge[1]);
+        const Float4 by = floats(half);
+        for (const auto &[wedge, third_is_p] : match_wedges(surface, h)) {
+            const Float4 *a = quadrics.wedge(wedge[0]);
+            const Float4 *b = quadrics.wedge(wedge[1]);
             if (wedge[2] == none) {
-                differ(memory, a, by, b, -by, rows);
+                differ(quadrics, a, by, b, -by, rows);
                 continue;
             }
-            std::array<Four, most_attributes + 1> mean;
-            std::copy(a, a + memory.stride, mean.begin());
-            unite(memory, mean.data(), p.at, b, q.at, middle, all);
-            differ(memory, mean.data(), Four{}, memory.wedge(wedge[2]), third_is_p ? by : -by, rows);
+            std::array<Float4, most_attributes + 1> mean;
+            std::copy(a, a + quadrics.stride, mean.begin());
+            merge_attributes(quadrics, mean.data(), p.at, b, q.at, middle, all);
+            differ(quadrics, mean.data(), Float4{}, quadrics.wedge(wedge[2]), third_is_p ? by : -by, rows);
         }
         rows.add_to(all);
     }
-    Choice choice{};
+    Placement placement{};
     const double square = 4.0 * dot(half, half);
     const bool fixed_p = surface.locked[vp] != 0;
     if (fixed_p || surface.locked[vq] != 0) {
-        choice.at = fixed_p ? p.at : q.at;
-        choice.cost = all.value(choice.at - middle);
+        placement.at = fixed_p ? p.at : q.at;
+        placement.cost = all.value(placement.at - middle);
     } else {
         Vec off;
         if (least(all, damping, off) && dot(off, off) <= far_off * far_off * square) {
-            choice.at = middle + off;
-            choice.cost = all.value(off);
+            placement.at = middle + off;
+            placement.cost = all.value(off);
         } else {
             const double at_p = all.value(-1.0 * half);
             const double at_q = all.value(half);
-            choice.at = at_p <= at_q ? p.at : q.at;
-            choice.cost = std::min(at_p, at_q);
+            placement.at = at_p <= at_q ? p.at : q.at;
+            placement.cost = std::min(at_p, at_q);
         }
     }
-    choice.cost = std::max(choice.cost, 0.0);
+    placement.cost = std::max(placement.cost, 0.0);
     const double area = p.area + q.area;
-    choice.error = area > 0 ? std::sqrt(choice.cost / area) : 0.0;
-    choice.cost += short_first * square * square;
-    return choice;
+    placement.error = area > 0 ? std::sqrt(placement.cost / area) : 0.0;
+    placement.cost += short_first * square * square;
+    return placement;
 }
 
 } // namespace paradize::simplify

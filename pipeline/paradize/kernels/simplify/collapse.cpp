@@ -24,44 +24,44 @@ void fetch_ahead(const Work &work) {
     const std::uint32_t first = surface.half[work.queue.ahead(8)];
     for (const std::uint32_t i : {first, next(first)}) {
         const Half &half = surface.at(i);
-        const Corner &corner = work.memory.corners[half.vertex];
+        const VertexQuadric &corner = work.quadrics.vertices[half.vertex];
         fetch(&corner);
         fetch(&corner.area);
-        if (work.memory.weighed) {
-            const Four *wedge = work.memory.wedge(half.wedge);
-            for (std::size_t k = 0; k < work.memory.stride; k += 4) {
+        if (work.quadrics.weighed) {
+            const Float4 *wedge = work.quadrics.wedge(half.wedge);
+            for (std::size_t k = 0; k < work.quadrics.stride; k += 4) {
                 fetch(wedge + k);
             }
         }
     }
 }
 
-void measure_parts(Work &work) {
+void measure_components(Work &work) {
     if (work.limits.kept_area <= 0) {
         return;
     }
     const Surface &surface = work.surface;
-    work.part_area.assign(surface.parts, 0.0);
+    work.component_area.assign(surface.components, 0.0);
     for (const Triangle &triangle : surface.triangle) {
-        const Vec a = work.memory.corners[triangle.half[0].vertex].at;
-        const Vec b = work.memory.corners[triangle.half[1].vertex].at;
-        const Vec c = work.memory.corners[triangle.half[2].vertex].at;
-        work.part_area[surface.part[triangle.half[0].vertex]] += length(cross(b - a, c - a));
+        const Vec a = work.quadrics.vertices[triangle.half[0].vertex].at;
+        const Vec b = work.quadrics.vertices[triangle.half[1].vertex].at;
+        const Vec c = work.quadrics.vertices[triangle.half[2].vertex].at;
+        work.component_area[surface.component[triangle.half[0].vertex]] += length(cross(b - a, c - a));
     }
-    for (const double area : work.part_area) {
-        work.part_least.push_back(work.limits.kept_area * area);
+    for (const double area : work.component_area) {
+        work.component_least_area.push_back(work.limits.kept_area * area);
     }
 }
 
-std::uint32_t bound(const Work &work, std::uint32_t e) {
-    return Queue::bucket(choose(work.surface, work.memory, work.surface.half[e], false).cost);
+std::uint32_t cost_bucket(const Work &work, std::uint32_t e) {
+    return Queue::bucket(optimal_placement(work.surface, work.quadrics, work.surface.half[e], false).cost);
 }
 
-void wake_all(Work &work) {
+void requeue_parked(Work &work) {
     for (std::uint32_t e = 0; e < work.surface.edges(); ++e) {
         if (work.state[e] == parked) {
             work.state[e] = queued;
-            work.queue.push(e, bound(work, e));
+            work.queue.push(e, cost_bucket(work, e));
         }
     }
 }
@@ -69,13 +69,13 @@ void wake_all(Work &work) {
 // False where the error's limit holds the edge.
 bool try_edge(Work &work, std::uint32_t e, std::uint32_t bucket) {
     const std::uint32_t h = work.surface.half[e];
-    const Choice choice = choose(work.surface, work.memory, h, work.memory.weighed);
-    const std::uint32_t now = Queue::bucket(choice.cost);
+    const Placement placement = optimal_placement(work.surface, work.quadrics, h, work.quadrics.weighed);
+    const std::uint32_t now = Queue::bucket(placement.cost);
     if (now > bucket) {
         work.queue.push(e, now);
         return true;
     }
-    const double error = choice.error;
+    const double error = placement.error;
     if (error > work.limits.max_error) {
         work.state[e] = parked;
         return false;
@@ -84,12 +84,12 @@ bool try_edge(Work &work, std::uint32_t e, std::uint32_t bucket) {
     work.ring_q.clear();
     around(work.surface, h, [&](std::uint32_t i) { work.ring_p.push_back(i); });
     around(work.surface, next(h), [&](std::uint32_t i) { work.ring_q.push_back(i); });
-    if (!allowed(work, h, choice.at)) {
+    if (!allowed(work, h, placement.at)) {
         work.state[e] = parked;
         return true;
     }
     work.worst = std::max(work.worst, error);
-    collapse(work, h, choice.at, bucket);
+    collapse(work, h, placement.at, bucket);
     return true;
 }
 
@@ -104,7 +104,7 @@ Stop reduce(Work &work) {
                 return by_error ? Stop::error : Stop::nothing;
             }
             before = work.left;
-            wake_all(work);
+            requeue_parked(work);
             continue;
         }
         fetch_ahead(work);
@@ -118,15 +118,15 @@ Stop reduce(Work &work) {
 } // namespace
 
 Result simplify(const Input &input, const Limits &limits) {
-    Surface surface = join(input.triangles, input.place, input.group, input.locked);
-    Memory memory = remember(input, surface);
-    Work work{input, limits, std::move(surface), std::move(memory)};
+    Surface surface = build_surface(input.triangles, input.place, input.group, input.locked);
+    Quadrics quadrics = initial_quadrics(input, surface);
+    Work work{input, limits, std::move(surface), std::move(quadrics)};
     work.state.assign(work.surface.edges(), queued);
     work.seen.assign(work.surface.vertices(), 0);
     work.left = work.surface.triangles();
-    measure_parts(work);
+    measure_components(work);
     for (std::uint32_t e = 0; e < work.surface.edges(); ++e) {
-        work.queue.push(e, bound(work, e));
+        work.queue.push(e, cost_bucket(work, e));
     }
     Result result;
     result.stop = reduce(work);

@@ -18,10 +18,10 @@ Vec position(const Input &input, std::uint32_t source) {
 }
 
 // The plane through an edge at right angles to its triangle, for both ends of the edge.
-void hold(Memory &memory, const Surface &surface, std::uint32_t h, double weight) {
-    Corner &a = memory.corners[surface.at(h).vertex];
-    Corner &b = memory.corners[surface.at(next(h)).vertex];
-    const Corner &c = memory.corners[surface.at(previous(h)).vertex];
+void add_border_plane(Quadrics &quadrics, const Surface &surface, std::uint32_t h, double weight) {
+    VertexQuadric &a = quadrics.vertices[surface.at(h).vertex];
+    VertexQuadric &b = quadrics.vertices[surface.at(next(h)).vertex];
+    const VertexQuadric &c = quadrics.vertices[surface.at(previous(h)).vertex];
     const Vec along = b.at - a.at;
     const Vec up = cross(along, c.at - a.at);
     const Vec n = unit(cross(up, along));
@@ -34,7 +34,7 @@ void hold(Memory &memory, const Surface &surface, std::uint32_t h, double weight
 
 // How strongly the seam between two wedges' attributes is held: fully where texture coordinates or groups
 // part, as far as they turn where only unit vectors do.
-double jump(const Input &input, const Surface &surface, std::uint32_t h) {
+double seam_strength(const Input &input, const Surface &surface, std::uint32_t h) {
     const std::uint32_t t = surface.at(h).twin;
     if (input.group[surface.triangle[triangle_of(h)].source] !=
         input.group[surface.triangle[triangle_of(t)].source]) {
@@ -59,14 +59,14 @@ double jump(const Input &input, const Surface &surface, std::uint32_t h) {
 }
 
 // Shapes, areas, and sums of area times gradient.
-void add_triangle(Memory &memory, const Input &input, const Surface &surface, const Triangle &triangle) {
-    const std::size_t width = memory.width;
-    Corner *corners[3];
-    Four *wedges[3];
+void add_triangle(Quadrics &quadrics, const Input &input, const Surface &surface, const Triangle &triangle) {
+    const std::size_t width = quadrics.width;
+    VertexQuadric *corners[3];
+    Float4 *wedges[3];
     std::uint32_t source[3];
     for (std::size_t k = 0; k < 3; ++k) {
-        corners[k] = &memory.corners[triangle.half[k].vertex];
-        wedges[k] = memory.wedge(triangle.half[k].wedge);
+        corners[k] = &quadrics.vertices[triangle.half[k].vertex];
+        wedges[k] = quadrics.wedge(triangle.half[k].wedge);
         source[k] = surface.source[triangle.half[k].wedge];
     }
     const Vec a = corners[0]->at;
@@ -84,7 +84,7 @@ void add_triangle(Memory &memory, const Input &input, const Surface &surface, co
     for (std::size_t k = 0; k < 3; ++k) {
         corners[k]->all += plane;
         corners[k]->area += area;
-        wedges[k][0] += Four{static_cast<float>(area), 0, 0, 0};
+        wedges[k][0] += Float4{static_cast<float>(area), 0, 0, 0};
     }
     // Gradients of the barycentric coordinates of b and c.
     const Vec gb = (1.0 / twice) * cross(ac, up);
@@ -98,15 +98,15 @@ void add_triangle(Memory &memory, const Input &input, const Surface &surface, co
         const double db = static_cast<double>(rows[1][k]) - rows[0][k];
         const double dc = static_cast<double>(rows[2][k]) - rows[0][k];
         const Vec g = db * gb + dc * gc;
-        const Four slope{static_cast<float>(area * g.x), static_cast<float>(area * g.y),
-                         static_cast<float>(area * g.z), 0};
-        for (Four *wedge : wedges) {
+        const Float4 slope{static_cast<float>(area * g.x), static_cast<float>(area * g.y),
+                           static_cast<float>(area * g.z), 0};
+        for (Float4 *wedge : wedges) {
             wedge[k + 1] += slope;
         }
-        drift.add_square(g, area * memory.squares[k]);
+        drift.add_square(g, area * quadrics.squares[k]);
     }
-    if (memory.weighed) {
-        for (Corner *corner : corners) {
+    if (quadrics.weighed) {
+        for (VertexQuadric *corner : corners) {
             drift.x = drift.y = drift.z = drift.c = 0;
             drift.look_from(-1.0 * corner->at);
             corner->all += drift;
@@ -115,27 +115,27 @@ void add_triangle(Memory &memory, const Input &input, const Surface &surface, co
 }
 
 // Sums become means; what the mean explains is no drift.
-void close_wedges(Memory &memory, const Input &input, const Surface &surface) {
+void close_wedges(Quadrics &quadrics, const Input &input, const Surface &surface) {
     for (const Triangle &triangle : surface.triangle) {
         for (const Half &half : triangle.half) {
-            Four *wedge = memory.wedge(half.wedge);
+            Float4 *wedge = quadrics.wedge(half.wedge);
             if (wedge[0][1] != 0) {
                 continue;
             }
             wedge[0][1] = at_source;
             const double area = wedge[0][0];
             const double share = area > 0 ? 1.0 / area : 0.0;
-            const float *values = input.attributes.data() + surface.source[half.wedge] * memory.width;
+            const float *values = input.attributes.data() + surface.source[half.wedge] * quadrics.width;
             Quadric drift;
-            for (std::size_t k = 0; k < memory.width; ++k) {
-                Four &mean = wedge[k + 1];
+            for (std::size_t k = 0; k < quadrics.width; ++k) {
+                Float4 &mean = wedge[k + 1];
                 const Vec g = share * Vec{mean[0], mean[1], mean[2]};
-                drift.add_square(g, -area * memory.squares[k]);
-                mean = Four{static_cast<float>(g.x), static_cast<float>(g.y), static_cast<float>(g.z),
-                            values[k]};
+                drift.add_square(g, -area * quadrics.squares[k]);
+                mean = Float4{static_cast<float>(g.x), static_cast<float>(g.y), static_cast<float>(g.z),
+                              values[k]};
             }
-            if (memory.weighed) {
-                Corner &corner = memory.corners[half.vertex];
+            if (quadrics.weighed) {
+                VertexQuadric &corner = quadrics.vertices[half.vertex];
                 drift.look_from(-1.0 * corner.at);
                 corner.all += drift;
             }
@@ -145,38 +145,38 @@ void close_wedges(Memory &memory, const Input &input, const Surface &surface) {
 
 } // namespace
 
-Memory remember(const Input &input, const Surface &surface) {
-    Memory memory;
-    memory.width = input.weights.size();
-    memory.stride = memory.width + 1;
+Quadrics initial_quadrics(const Input &input, const Surface &surface) {
+    Quadrics quadrics;
+    quadrics.width = input.weights.size();
+    quadrics.stride = quadrics.width + 1;
     for (const float weight : input.weights) {
-        memory.squares.push_back(weight * weight);
-        memory.weighed = memory.weighed || memory.squares.back() > 0;
+        quadrics.squares.push_back(weight * weight);
+        quadrics.weighed = quadrics.weighed || quadrics.squares.back() > 0;
     }
-    memory.corners.resize(surface.vertices());
-    memory.wedges.resize(surface.wedges() * memory.stride);
+    quadrics.vertices.resize(surface.vertices());
+    quadrics.wedges.resize(surface.wedges() * quadrics.stride);
     for (std::uint32_t v = 0; v < surface.vertices(); ++v) {
-        memory.corners[v].at = position(input, surface.source[surface.at(surface.first[v]).wedge]);
+        quadrics.vertices[v].at = position(input, surface.source[surface.at(surface.first[v]).wedge]);
     }
     for (const Triangle &triangle : surface.triangle) {
-        add_triangle(memory, input, surface, triangle);
+        add_triangle(quadrics, input, surface, triangle);
     }
     for (std::uint32_t t = 0; t < surface.triangles(); ++t) {
         for (std::uint32_t h = 4 * t; h < 4 * t + 3; ++h) {
             const Half &half = surface.at(h);
             if (half.twin == none) {
-                hold(memory, surface, h, border_weight);
+                add_border_plane(quadrics, surface, h, border_weight);
             } else if (half.wedge != surface.at(next(half.twin)).wedge ||
                        surface.at(next(h)).wedge != surface.at(half.twin).wedge) {
-                const double strength = jump(input, surface, h);
+                const double strength = seam_strength(input, surface, h);
                 if (strength > 0.0) {
-                    hold(memory, surface, h, seam_weight * strength);
+                    add_border_plane(quadrics, surface, h, seam_weight * strength);
                 }
             }
         }
     }
-    close_wedges(memory, input, surface);
-    return memory;
+    close_wedges(quadrics, input, surface);
+    return quadrics;
 }
 
 } // namespace paradize::simplify

@@ -41,7 +41,7 @@ void rename(Work &work, std::uint32_t from, std::uint32_t to) {
 }
 
 // Wedges that stay alone: their values are those at the vertex, wherever it goes.
-void carry(Work &work, const Numbers &ring, const Sets &sets, Vec from, Vec at) {
+void carry(Work &work, const Numbers &ring, const WedgeSets &sets, Vec from, Vec at) {
     const Vec by = at - from;
     if (by == Vec{}) {
         return;
@@ -49,37 +49,39 @@ void carry(Work &work, const Numbers &ring, const Sets &sets, Vec from, Vec at) 
     work.done.clear();
     for (const std::uint32_t i : ring) {
         const std::uint32_t w = work.surface.at(i).wedge;
-        const bool merges = std::any_of(sets.begin(), sets.end(), [&](const Set &set) {
+        const bool merges = std::any_of(sets.begin(), sets.end(), [&](const WedgeSet &set) {
             return std::find(set.wedge.begin(), set.wedge.end(), w) != set.wedge.end();
         });
         if (merges || std::find(work.done.begin(), work.done.end(), w) != work.done.end()) {
             continue;
         }
         work.done.push_back(w);
-        Four *wedge = work.memory.wedge(w);
-        for (std::size_t k = 1; k < work.memory.stride; ++k) {
+        Float4 *wedge = work.quadrics.wedge(w);
+        for (std::size_t k = 1; k < work.quadrics.stride; ++k) {
             wedge[k][3] += static_cast<float>(wedge[k][0] * by.x + wedge[k][1] * by.y + wedge[k][2] * by.z);
         }
     }
 }
 
 // Wedges that become one, and what they differ.
-void merge(Work &work, const Sets &sets, Corner &p, const Corner &q, Vec at, bool fixed_p, bool fixed_q) {
+void merge(Work &work, const WedgeSets &sets, VertexQuadric &p, const VertexQuadric &q, Vec at, bool fixed_p,
+           bool fixed_q) {
     Quadric drift;
     for (const auto &[wedge, third_is_p] : sets) {
-        Four *into = work.memory.wedge(wedge[0]);
+        Float4 *into = work.quadrics.wedge(wedge[0]);
         // What is locked keeps its attributes: it stays.
         const std::uint32_t stays = fixed_p ? wedge[0] : fixed_q ? wedge[1] : none;
         float moved = moved_on;
         if (stays != none) {
-            moved = work.memory.wedge(stays)[0][1];
+            moved = work.quadrics.wedge(stays)[0][1];
         }
         const std::uint32_t source =
             stays != none ? work.surface.source[stays] : work.surface.source[wedge[0]];
-        unite(work.memory, into, p.at, work.memory.wedge(wedge[1]), q.at, at, drift);
+        merge_attributes(work.quadrics, into, p.at, work.quadrics.wedge(wedge[1]), q.at, at, drift);
         rename(work, wedge[1], wedge[0]);
         if (wedge[2] != none) {
-            unite(work.memory, into, at, work.memory.wedge(wedge[2]), third_is_p ? p.at : q.at, at, drift);
+            merge_attributes(work.quadrics, into, at, work.quadrics.wedge(wedge[2]), third_is_p ? p.at : q.at,
+                             at, drift);
             rename(work, wedge[2], wedge[0]);
         }
         into[0][1] = moved;
@@ -101,7 +103,7 @@ void refresh(Work &work, std::uint32_t start, std::uint32_t v, bool several, boo
         const Half &half = surface.at(i);
         split |= half.wedge != one;
         if (several && !stays) {
-            work.memory.wedge(half.wedge)[0][1] = moved_on;
+            work.quadrics.wedge(half.wedge)[0][1] = moved_on;
         }
         for (const std::uint32_t e : {half.edge, surface.at(previous(i)).edge}) {
             if (work.state[e] == parked) {
@@ -123,16 +125,16 @@ void collapse(Work &work, std::uint32_t h, Vec at, std::uint32_t bucket) {
     const bool several = surface.split[vp] != 0 || surface.split[vq] != 0;
     const bool fixed_p = surface.locked[vp] != 0;
     const bool fixed_q = surface.locked[vq] != 0;
-    Corner &p = work.memory.corners[vp];
-    const Corner &q = work.memory.corners[vq];
-    const Sets sets = match(surface, h);
+    VertexQuadric &p = work.quadrics.vertices[vp];
+    const VertexQuadric &q = work.quadrics.vertices[vq];
+    const WedgeSets sets = match_wedges(surface, h);
     if (several) {
         carry(work, work.ring_p, sets, p.at, at);
         carry(work, work.ring_q, sets, q.at, at);
     }
     merge(work, sets, p, q, at, fixed_p, fixed_q);
     if (fixed_q) {
-        surface.home[vp] = surface.home[vq];
+        surface.source_place[vp] = surface.source_place[vq];
     }
     p.at = at;
     surface.locked[vp] |= surface.locked[vq];

@@ -9,15 +9,15 @@ namespace {
 using Numbers = std::vector<std::uint32_t>;
 
 // Half-edges by the place that they leave, each with the place that it runs to.
-struct Leaving {
-    struct Way {
+struct OutgoingEdges {
+    struct Edge {
         std::uint32_t to;
         std::uint32_t half;
     };
     Numbers first;
-    Array<Way> list;
+    Array<Edge> list;
 
-    Leaving(const Surface &surface, std::size_t places)
+    OutgoingEdges(const Surface &surface, std::size_t places)
         : first(places + 1), list(3 * surface.triangle.size()) {
         for (const Triangle &triangle : surface.triangle) {
             for (const Half &half : triangle.half) {
@@ -36,15 +36,15 @@ struct Leaving {
     }
 };
 
-// Twins of edges with exactly one triangle on each side; places of all other edges but borders are held.
-// The halves' vertices are places still.
-void find_twins(Surface &surface, std::size_t places, std::vector<std::uint8_t> &held) {
-    const Leaving leaving(surface, places);
+// Twins of edges with exactly one triangle on each side; places of all other edges but borders are
+// locked_places. The halves' vertices are places still.
+void find_twins(Surface &surface, std::size_t places, std::vector<std::uint8_t> &locked_places) {
+    const OutgoingEdges outgoing(surface, places);
     const auto count = [&](std::uint32_t from, std::uint32_t to, std::uint32_t &found) {
         std::uint32_t number = 0;
-        for (std::uint32_t i = leaving.first[from]; i < leaving.first[from + 1]; ++i) {
-            if (leaving.list[i].to == to) {
-                found = leaving.list[i].half;
+        for (std::uint32_t i = outgoing.first[from]; i < outgoing.first[from + 1]; ++i) {
+            if (outgoing.list[i].to == to) {
+                found = outgoing.list[i].half;
                 ++number;
             }
         }
@@ -65,7 +65,7 @@ void find_twins(Surface &surface, std::size_t places, std::vector<std::uint8_t> 
                 surface.at(h).twin = other;
                 surface.at(other).twin = h;
             } else if (along > 1 || against > 1) {
-                held[from] = held[to] = 1;
+                locked_places[from] = locked_places[to] = 1;
             }
         }
     }
@@ -79,7 +79,7 @@ std::uint32_t root(Numbers &parent, std::uint32_t v) {
     return v;
 }
 
-void number_parts(Surface &surface) {
+void number_components(Surface &surface) {
     Numbers parent(surface.vertices());
     for (std::uint32_t v = 0; v < parent.size(); ++v) {
         parent[v] = v;
@@ -91,16 +91,17 @@ void number_parts(Surface &surface) {
             parent[a < b ? b : a] = a < b ? a : b;
         }
     }
-    surface.part.resize(parent.size());
+    surface.component.resize(parent.size());
     for (std::uint32_t v = 0; v < parent.size(); ++v) {
         const std::uint32_t r = root(parent, v);
-        surface.part[v] = r == v ? surface.parts++ : surface.part[r];
+        surface.component[v] = r == v ? surface.components++ : surface.component[r];
     }
 }
 
-// Vertices and wedges, in order of their first corners; places of several vertices are held.
+// Vertices and wedges, in order of their first corners; places of several vertices are locked.
 void number_fans(Surface &surface, std::span<const std::uint32_t> triangles,
-                 std::span<const std::uint32_t> group, std::size_t places, std::vector<std::uint8_t> &held) {
+                 std::span<const std::uint32_t> group, std::size_t places,
+                 std::vector<std::uint8_t> &locked_places) {
     Numbers first(places, none); // vertex of a place
     std::vector<std::pair<std::uint64_t, std::uint32_t>> wedges;
     for (std::uint32_t start = 0; start < 4 * surface.triangles(); ++start) {
@@ -108,13 +109,13 @@ void number_fans(Surface &surface, std::span<const std::uint32_t> triangles,
             continue;
         }
         const std::uint32_t v = surface.vertices();
-        const std::uint32_t home = surface.at(start).vertex;
+        const std::uint32_t source_place = surface.at(start).vertex;
         surface.first.push_back(start);
-        surface.home.push_back(home);
-        if (first[home] == none) {
-            first[home] = v;
+        surface.source_place.push_back(source_place);
+        if (first[source_place] == none) {
+            first[source_place] = v;
         } else {
-            held[home] = 1;
+            locked_places[source_place] = 1;
         }
         wedges.clear();
         std::uint8_t border = 0;
@@ -142,8 +143,8 @@ void number_fans(Surface &surface, std::span<const std::uint32_t> triangles,
 
 } // namespace
 
-Surface join(std::span<const std::uint32_t> triangles, std::span<const std::uint32_t> place,
-             std::span<const std::uint32_t> group, std::span<const std::uint8_t> locked) {
+Surface build_surface(std::span<const std::uint32_t> triangles, std::span<const std::uint32_t> place,
+                      std::span<const std::uint32_t> group, std::span<const std::uint8_t> locked) {
     Surface surface;
     const std::size_t count = triangles.size() / 3;
     surface.triangle.reserve(count);
@@ -156,14 +157,14 @@ Surface join(std::span<const std::uint32_t> triangles, std::span<const std::uint
             surface.triangle.push_back({{half(a), half(b), half(c)}, t, 1, {}});
         }
     }
-    std::vector<std::uint8_t> held(place.size());
-    find_twins(surface, place.size(), held);
+    std::vector<std::uint8_t> locked_places(place.size());
+    find_twins(surface, place.size(), locked_places);
     for (std::size_t i = 0; i < locked.size(); ++i) {
-        held[place[i]] |= locked[i] != 0;
+        locked_places[place[i]] |= locked[i] != 0;
     }
-    number_fans(surface, triangles, group, place.size(), held);
-    for (const std::uint32_t home : surface.home) {
-        surface.locked.push_back(held[home]);
+    number_fans(surface, triangles, group, place.size(), locked_places);
+    for (const std::uint32_t source_place : surface.source_place) {
+        surface.locked.push_back(locked_places[source_place]);
     }
     surface.half.reserve(2 * count);
     for (std::uint32_t t = 0; t < surface.triangles(); ++t) {
@@ -178,7 +179,7 @@ Surface join(std::span<const std::uint32_t> triangles, std::span<const std::uint
             }
         }
     }
-    number_parts(surface);
+    number_components(surface);
     return surface;
 }
 

@@ -44,15 +44,15 @@ inline std::uint32_t triangle_of(std::uint32_t h) {
 // share; a vertex has several on seams.
 struct Surface {
     Array<Triangle> triangle;
-    Array<std::uint32_t> half;         // (edges) a half-edge of it
-    std::vector<std::uint32_t> source; // (wedges) its source vertex
-    std::vector<std::uint32_t> first;  // (vertices) a half-edge that leaves it, at first
-    std::vector<std::uint32_t> part;   // (vertices) the component it belongs to
-    std::vector<std::uint32_t> home;   // (vertices) its source place
-    std::vector<std::uint8_t> locked;  // (vertices)
-    std::vector<std::uint8_t> border;  // (vertices) 1 where an edge of one triangle ends
-    std::vector<std::uint8_t> split;   // (vertices) 1 where it has several wedges
-    std::uint32_t parts = 0;
+    Array<std::uint32_t> half;               // (edges) a half-edge of it
+    std::vector<std::uint32_t> source;       // (wedges) its source vertex
+    std::vector<std::uint32_t> first;        // (vertices) a half-edge that leaves it, at first
+    std::vector<std::uint32_t> component;    // (vertices) the component it belongs to
+    std::vector<std::uint32_t> source_place; // (vertices) its source place
+    std::vector<std::uint8_t> locked;        // (vertices)
+    std::vector<std::uint8_t> border;        // (vertices) 1 where an edge of one triangle ends
+    std::vector<std::uint8_t> split;         // (vertices) 1 where it has several wedges
+    std::uint32_t components = 0;
 
     std::uint32_t vertices() const { return static_cast<std::uint32_t>(first.size()); }
     std::uint32_t wedges() const { return static_cast<std::uint32_t>(source.size()); }
@@ -81,7 +81,7 @@ void around(const Surface &surface, std::uint32_t start, Visit &&visit) {
 // triangles: (m, 3) indices below place.size(). place: of each source vertex, numbers below place.size();
 // vertices of one place have one position. group: (m) of each triangle. locked: 1 where a source vertex
 // stays. Triangles that name a place twice are left out.
-Surface join(std::span<const std::uint32_t> triangles, std::span<const std::uint32_t> place,
-             std::span<const std::uint32_t> group, std::span<const std::uint8_t> locked);
+Surface build_surface(std::span<const std::uint32_t> triangles, std::span<const std::uint32_t> place,
+                      std::span<const std::uint32_t> group, std::span<const std::uint8_t> locked);
 
 } // namespace paradize::simplify

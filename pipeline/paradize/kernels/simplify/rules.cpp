@@ -13,7 +13,7 @@ constexpr double least_shape = 1e-4; // twice the area of a triangle, of its lon
 
 // Whether the surface stays one of the same kind: the ends have no neighbours in common but the tips of
 // the edge's triangles, and no triangle loses both its neighbours there.
-bool links(Work &work, std::uint32_t h) {
+bool meets_link_condition(Work &work, std::uint32_t h) {
     const Surface &surface = work.surface;
     const std::uint32_t t = surface.at(h).twin;
     const std::uint32_t vp = surface.at(h).vertex;
@@ -78,11 +78,11 @@ bool keeps_shapes(const Work &work, std::uint32_t h, Vec at) {
     const std::uint32_t t = surface.at(h).twin;
     const std::uint32_t other = t == none ? mine : triangle_of(t);
     for (const Numbers *ring : {&work.ring_p, &work.ring_q}) {
-        const Vec old = work.memory.corners[surface.at(ring->front()).vertex].at;
+        const Vec old = work.quadrics.vertices[surface.at(ring->front()).vertex].at;
         for (const std::uint32_t i : *ring) {
             if (triangle_of(i) != mine && triangle_of(i) != other &&
-                !keeps_shape(old, at, work.memory.corners[surface.at(next(i)).vertex].at,
-                             work.memory.corners[surface.at(previous(i)).vertex].at)) {
+                !keeps_shape(old, at, work.quadrics.vertices[surface.at(next(i)).vertex].at,
+                             work.quadrics.vertices[surface.at(previous(i)).vertex].at)) {
                 return false;
             }
         }
@@ -101,11 +101,11 @@ bool keeps_area(Work &work, std::uint32_t h, Vec at) {
     const std::uint32_t other = t == none ? mine : triangle_of(t);
     double change = 0.0;
     for (const Numbers *ring : {&work.ring_p, &work.ring_q}) {
-        const Vec old = work.memory.corners[surface.at(ring->front()).vertex].at;
+        const Vec old = work.quadrics.vertices[surface.at(ring->front()).vertex].at;
         for (const std::uint32_t i : *ring) {
             const bool gone = triangle_of(i) == mine || triangle_of(i) == other;
-            const Vec b = work.memory.corners[surface.at(next(i)).vertex].at;
-            const Vec bc = work.memory.corners[surface.at(previous(i)).vertex].at - b;
+            const Vec b = work.quadrics.vertices[surface.at(next(i)).vertex].at;
+            const Vec bc = work.quadrics.vertices[surface.at(previous(i)).vertex].at - b;
             const double was = length(cross(b - old, bc));
             if (!gone) {
                 change += length(cross(b - at, bc)) - was;
@@ -114,30 +114,30 @@ bool keeps_area(Work &work, std::uint32_t h, Vec at) {
             }
         }
     }
-    const std::uint32_t part = surface.part[surface.at(h).vertex];
-    if (change < 0.0 && work.part_area[part] + change < work.part_least[part]) {
+    const std::uint32_t component = surface.component[surface.at(h).vertex];
+    if (change < 0.0 && work.component_area[component] + change < work.component_least_area[component]) {
         return false;
     }
-    work.part_area[part] += change;
+    work.component_area[component] += change;
     return true;
 }
 
 // Whether a locked vertex would lose a wedge of its own.
-bool melts_locked(const Surface &surface, std::uint32_t h) {
+bool merges_locked_wedge(const Surface &surface, std::uint32_t h) {
     const bool fixed_p = surface.locked[surface.at(h).vertex] != 0;
     const bool fixed_q = surface.locked[surface.at(next(h)).vertex] != 0;
     if (!fixed_p && !fixed_q) {
         return false;
     }
-    const Set first = match(surface, h).set[0];
+    const WedgeSet first = match_wedges(surface, h).set[0];
     return first.wedge[2] != none && (fixed_p ? first.third_is_p : !first.third_is_p);
 }
 
 } // namespace
 
 bool allowed(Work &work, std::uint32_t h, Vec at) {
-    return links(work, h) && !melts_locked(work.surface, h) && keeps_shapes(work, h, at) &&
-           keeps_area(work, h, at);
+    return meets_link_condition(work, h) && !merges_locked_wedge(work.surface, h) &&
+           keeps_shapes(work, h, at) && keeps_area(work, h, at);
 }
 
 } // namespace paradize::simplify

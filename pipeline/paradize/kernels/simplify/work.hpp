@@ -20,15 +20,15 @@ struct Work {
     const Input &input;
     const Limits &limits;
     Surface surface;
-    Memory memory;
+    Quadrics quadrics;
     Queue queue = {};
     std::vector<std::uint8_t> state = {}; // (edges)
     Numbers seen = {};                    // (vertices) the last mark each got
     std::uint32_t mark = 0;
     std::size_t left = 0; // triangles
     double worst = 0.0;   // largest estimate of a collapse that was done
-    std::vector<double> part_area = {};
-    std::vector<double> part_least = {};
+    std::vector<double> component_area = {};
+    std::vector<double> component_least_area = {};
     // Of the edge in hand: half-edges that leave both ends.
     Numbers ring_p = {};
     Numbers ring_q = {};

@@ -7,8 +7,8 @@ namespace {
 
 void write_attributes(const Work &work, Result &result, std::uint32_t w) {
     const Input &input = work.input;
-    const std::size_t width = work.memory.width;
-    const Four *wedge = work.memory.wedge(w);
+    const std::size_t width = work.quadrics.width;
+    const Float4 *wedge = work.quadrics.wedge(w);
     const bool moved = wedge[0][1] == moved_on && wedge[0][0] > 0;
     const float *source = input.attributes.data() + work.surface.source[w] * width;
     const std::size_t first = result.attributes.size();
@@ -50,9 +50,9 @@ void write(const Work &work, Result &result) {
             if (number[half.wedge] == none) {
                 number[half.wedge] = static_cast<std::uint32_t>(result.vertex.size());
                 result.vertex.push_back(surface.source[half.wedge]);
-                const Vec at = work.memory.corners[half.vertex].at;
+                const Vec at = work.quadrics.vertices[half.vertex].at;
                 result.positions.insert(result.positions.end(), {at.x, at.y, at.z});
-                std::uint32_t &known = place[surface.home[half.vertex]];
+                std::uint32_t &known = place[surface.source_place[half.vertex]];
                 known = known == none ? places++ : known;
                 result.place.push_back(known);
                 write_attributes(work, result, half.wedge);

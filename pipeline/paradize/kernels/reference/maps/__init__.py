@@ -121,7 +121,7 @@ class HeightMap:
         if (clamp_slopes or (cones and steps is not None)) and not exact:
             raise ValueError("half steps lie around exact slopes, of which there are none")
         self.shape, self.cones = rows.shape, cones
-        self.native = _reference.ground(
+        self.native = _reference.height_map(
             rows,
             derivative,
             smooth,
