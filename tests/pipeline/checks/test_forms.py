@@ -107,9 +107,12 @@ def test_sarif_holds_what_its_schema_requires() -> None:
     assert len(set(prints)) == len(prints)
 
 
+def workflow() -> Any:
+    return importlib.import_module("yaml").safe_load((ROOM / "github-actions.yml").read_text())
+
+
 def test_the_workflow_is_one_and_calls_commands_that_there_are() -> None:
-    yaml: Any = importlib.import_module("yaml")
-    tree = yaml.safe_load((ROOM / "github-actions.yml").read_text())
+    tree = workflow()
     steps = tree["jobs"]["check"]["steps"]
     assert all("uses" in step or "run" in step for step in steps)
     said = "\n".join(step.get("run", "") for step in steps)
@@ -121,6 +124,24 @@ def test_the_workflow_is_one_and_calls_commands_that_there_are() -> None:
         parser(name).parse_args([name, *shlex.split(rest)])
     names = set(re.findall(r"\benv\.(\w+)", json.dumps(tree)))
     assert names <= set(tree["env"]), "what steps ask of env is set"
+
+
+def test_the_workflow_sets_up_only_what_its_cache_does_not_hold() -> None:
+    """Keyed by all that the kept folder is made of: what `make setup` reads, and the package itself."""
+    steps = workflow()["jobs"]["check"]["steps"]
+    (kept,) = [step for step in steps if step.get("id") == "setup"]
+    (made,) = [step for step in steps if "make" in step.get("run", "")]
+    assert kept["uses"].startswith("actions/cache@") and steps.index(kept) < steps.index(made)
+    assert made["if"] == "steps.setup.outputs.cache-hit != 'true'"
+    assert "restore-keys" not in kept["with"], "what other sources made is not taken"
+    home = "build/paradize/"
+    assert kept["with"]["path"] == f"{home}build/venv"
+    assert any(f"$PWD/{kept['with']['path']}/bin" in step.get("run", "") for step in steps)
+    hashed = [name.removeprefix(home) for name in re.findall(r"'([^']+)'", kept["with"]["key"])]
+    assert {"Makefile", "CMakeLists.txt", "pyproject.toml", "setup/**", "pipeline/**"} == set(hashed)
+    assert all((ROOT / name.removesuffix("/**")).exists() for name in hashed)
+    (target,) = re.findall(r"make -C \S+ (\w+)", made["run"])
+    assert re.search(rf"^{target}:", (ROOT / "Makefile").read_text(), re.MULTILINE)
 
 
 if __name__ == "__main__":
