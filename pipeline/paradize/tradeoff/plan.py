@@ -14,7 +14,7 @@ from paradize.kinds import MODEL_SUFFIXES
 from paradize.map_table import DERIVED
 from paradize.readers.heightmap import guess_source, read_heightmap
 from paradize.readers.image import read_image
-from paradize.scene.baker_settings import MapSettings, MeshSettings
+from paradize.scene.baker_settings import ColorSettings, MapSettings, MeshSettings
 from paradize.scene.requirements import BakeJob, Output
 from paradize.scene.settings import Scene
 from paradize.tradeoff.mesh import mesh_groups
@@ -67,16 +67,12 @@ def file_groups(path: Path, options: FileOptions) -> list[TrialGroup]:
         return mesh_groups(_mesh_job(path))
     image = read_image(path, finite=False)
     kind = guess_source(image)[0] if options.source == "auto" else options.source
-    name, rows, columns = path.stem, *image.values.shape[:2]
+    rows, columns = image.values.shape[:2]
     if kind == "color":
         if options.size_m or options.height_m or options.max_error_m is not None:
             mend = "say --from height, or leave out --size, --height and --max-error"
             raise BakeError("is a colour map, which has no size in metres", file=path, mend=mend)
-        output = Output(f"{name}_color", "texture", "color", "")
-        job = BakeJob(
-            f"{name} colour", "color", {"image": path}, {"wrap": "clamp", "alpha_cutoff": 0.5}, (output,)
-        )
-        return [*color_groups(job), *map_groups(_map_job(path, kind))]
+        return [*color_groups(_color_job(path)), *map_groups(_map_job(path, kind))]
     size = options.size_m or (PIXEL_M * max(columns - 1, 1), PIXEL_M * max(rows - 1, 1))
     height = options.height_m
     if height is None and image.top is not None:
@@ -95,6 +91,13 @@ def _mesh_job(path: Path) -> BakeJob:
     return BakeJob(
         f"{path.stem} mesh", "mesh", {"mesh": path}, settings, (Output(path.stem, "mesh", "mesh", ""),)
     )
+
+
+def _color_job(path: Path) -> BakeJob:
+    """The job of a colour texture by itself."""
+    settings = asdict(ColorSettings(wrap="clamp"))
+    output = Output(f"{path.stem}_color", "texture", "color", "")
+    return BakeJob(f"{path.stem} colour", "color", {"image": path}, settings, (output,))
 
 
 def _map_job(path: Path, source: str) -> BakeJob:

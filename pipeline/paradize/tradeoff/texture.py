@@ -37,7 +37,7 @@ Settings = dict[str, Any]
 def color_groups(job: BakeJob) -> list[TrialGroup]:
     """The groups of a job of the baker "color". Reads the sources."""
     values, encoded, _ = _picture(job.sources, job.settings)
-    name = job.settings.get("product", "color")
+    name = job.settings["product"]
     if name == "emission" and (values == values[0, 0]).all():
         return []  # a constant, no texture
     own = {tier: color_formats(values, encoded=encoded, tier=tier)[0] for tier in TIERS}
@@ -141,7 +141,7 @@ def color_tier(
         lambda: color_texture(values, fmt, encoded=encoded, alpha_cutoff=cutoff, tier=tier), runs
     )
     levels = color_levels(texture, values, encoded=encoded, alpha_cutoff=cutoff)
-    name = settings.get("product", "color")
+    name = settings["product"]
     return TrialResult(seconds, [flat_errors(name, levels[0])], _size(texture), fmt)
 
 
