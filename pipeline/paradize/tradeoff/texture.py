@@ -125,9 +125,9 @@ def _format_trials(
 
 def _picture(sources: dict[str, Path], settings: Settings) -> tuple[Any, bool, list[str]]:
     wraps = wraps_of(settings["wrap"])
-    opaque = settings["opaque"] or settings["product"] == "emission"
+    opaque = settings.get("opaque", False) or settings.get("product") == "emission"
     alpha = None if opaque else sources.get("alpha")
-    materials = settings["layout_materials"]
+    materials = settings.get("layout_materials", ())
     return color_values(sources["image"], alpha, wraps, layout_of(sources), materials, opaque=opaque)
 
 
