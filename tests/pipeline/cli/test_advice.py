@@ -44,6 +44,9 @@ def values(mend: str, was: Any) -> list[Any]:
     """The values that a mend of a field names."""
     if found := re.fullmatch(r"allowed: (\S+) to (\S+), or (.*)", mend):
         return [value(found[1]), value(found[2]), *found[3].split(", ")]
+    if found := re.fullmatch(r"write a number or three, (\S+) to (\S+); negative: mirrored", mend):
+        limits = [value(found[1]), value(found[2])]
+        return [*limits, *(-limit for limit in limits), limits + limits[:1]]
     if found := re.search(r"(?:(\d+) )?(?:whole )?(numbers, )?allowed: (\S+) to (\S+)", mend):
         limits = [value(found[3]), value(found[4])]
         return [[limit] * int(found[1] or 1) for limit in limits] if found[2] else limits

@@ -15,6 +15,8 @@ import numpy as np
 import pytest
 
 from paradize.checks import RULES
+from paradize.errors import SceneError
+from paradize.scene.settings.instance_table import read_instances
 from tests.pipeline.cli.test_advice import faults_of
 from tests.pipeline.cli.test_wrong_inputs import run
 from tests.pipeline.scenes import ball, make_cove, write_image
@@ -188,11 +190,32 @@ def test_a_scene_takes_what_a_rule_says_to_write(tmp_path: Path, rule: str) -> N
 # --- the guard: no advice that is tried nowhere --------------------------------------------------------
 
 LITERAL = re.compile(r"`|--\w|\w = |\[|\{ |\"|PARADIZE_|\bwrite |did you mean|allowed:|known:")
+
+
+@pytest.mark.parametrize(
+    "table, says, mended",
+    [
+        ("x,y,z\n", "write one for each instance below the header", "x,y,z\n1,2,3\n"),
+        ("x,y,z\n1,2\n", "write one for each of x, y, z", "x,y,z\n1,2,3\n"),
+    ],
+)
+def test_a_table_of_instances_is_read_as_its_refusal_advises(
+    table: str, says: str, mended: str, tmp_path: Path
+) -> None:
+    file = tmp_path / "copies.csv"
+    file.write_text(table)
+    with pytest.raises(SceneError, match=re.escape(says)):
+        read_instances(file)
+    file.write_text(mended)
+    assert len(read_instances(file)) == 1
+
+
 COVERED = [  # of messages that are followed above, in test_advice.py and in test_wrong_inputs.py
     r"(\{\}|\d)* ?numbers, .*|allowed: .*|\{\}, or \{\}|write one or more of .*|did you mean .*|known: .*",
     r"write the smaller numbers? first|write it as .*|write a rule's code.*|write \{ soft.*",
     r"write true or false|write some words|write each once|write 1 to 40 of.*|write strings in brackets.*",
     r"write \[.*|write \{\}, and its keys below|write a path relative.*|write \{\} files",
+    r"write a number or three, .*|write one for each instance below the header|write one for each of \{\}",
     r"write lod_errors with .*|write one target .*|the scene has no \[.*|must .*",
     *(".*" + re.escape(says) + ".*" for _, says, _ in LINES.values()),
     r"`paradize .*|.*; `paradize new DIR` .*|write \{\}|write \{\}:///folder",
