@@ -38,7 +38,7 @@ def read_instances(path: Path) -> tuple[Instance, ...]:
             break
         else:
             instances.append(_instance(dict(zip(names, row, strict=True)), line, faults))
-    if not instances:
+    if not instances and not faults.errors:
         faults.add("its rows", "there are none", "write one for each instance below the header")
     faults.raise_if_any()
     return tuple(one for one in instances if one is not None)
