@@ -203,7 +203,7 @@ def _filter_group(job: BakeJob, base: str, artifact: str) -> TrialGroup:
 
 def filter_tier(sources: dict[str, Path], settings: Settings, tier: str, runs: int | None) -> TrialResult:
     """Chooses a filter and makes the normals of level 0."""
-    first = _rows(sources, settings, ("normal",), tier).ground
+    first = _rows(sources, settings, ("normal",), tier).height_map
     bits = read_image(sources["image"], finite=False).source_bits
     named = settings["filter"]
     height, width = first.heights.shape

@@ -138,14 +138,14 @@ def map_rows(
         warnings += ranged
     slopes = _slopes(settings, rows, columns, unit[1])
     down = settings.green == "down"
-    ground = HeightMap(
+    height_map = HeightMap(
         heights, slopes, wraps, filter_name, down, islands, codes, held, truth, reference_levels
     )
     picture = image if shaped else None
     del image  # the codes of a height map are not needed any more
     if settings.filter == "auto":
-        ground = no_worse_than_fast(ground)
-    made = MapRows(ground, tuple(settings.only), unit, picture, GlossSettings(), layout, true_light)
+        height_map = no_worse_than_fast(height_map)
+    made = MapRows(height_map, tuple(settings.only), unit, picture, GlossSettings(), layout, true_light)
     return made, Picture(source, guess, warnings)
 
 

@@ -35,8 +35,8 @@ def png_maps(rows: MapRows, *, tier: str, warnings: Sequence[str], measure: bool
         level = None if shown is None else _measured(name, rows, shown)
         errors = {} if level is None else flat_errors(name, level)
         if shown is not None and name == "normal":
-            errors |= filter_errors(rows.ground) | open_angles(rows.ground)
-            errors |= encoding_errors(shown, rows.ground)
+            errors |= filter_errors(rows.height_map) | open_angles(rows.height_map)
+            errors |= encoding_errors(shown, rows.height_map)
         del shown
         metric = next(iter(errors), None)
         made[name] = MapProduct(
@@ -50,14 +50,14 @@ def png_maps(rows: MapRows, *, tier: str, warnings: Sequence[str], measure: bool
             errors,
             list(warnings),
             [] if level is None else [level],
-            filter=None if name == "height" else rows.ground.filter_name,
+            filter=None if name == "height" else rows.height_map.filter_name,
         )
     return made
 
 
 def _codes(name: str, rows: MapRows) -> Codes:
     """The picture's codes: of one channel (h, w, 1) 16 bits, all else (h, w, 3) 8 bits."""
-    height, width = rows.ground.heights.shape
+    height, width = rows.height_map.heights.shape
     kind, channels = MAPS[name].kind, MAPS[name].channels
     codes: Codes = np.zeros(
         (height, width, 1 if channels == 1 else 3), np.uint16 if channels == 1 else np.uint8
@@ -81,7 +81,7 @@ def _codes(name: str, rows: MapRows) -> Codes:
 
 def _mean(rows: MapRows) -> npt.NDArray[np.float64]:
     """Mean of the normals' x and y."""
-    height, width = rows.ground.heights.shape
+    height, width = rows.height_map.heights.shape
     top = np.zeros(2)
 
     def visit(level: int, first: int, bundle: Bundle) -> None:
@@ -117,6 +117,6 @@ def _measured(name: str, rows: MapRows, shown: Texture | F32) -> dict[str, float
     """What was measured of the picture, under the names of a texture's level 0."""
     if isinstance(shown, Texture):
         if name == "gloss":
-            return gloss_levels(shown, rows.truth(name), rows.ground)[0]
+            return gloss_levels(shown, rows.truth(name), rows.height_map)[0]
         return value_levels(shown, rows.truth(name))[0]
-    return vector_error(shown, rows.ground, less_mean=MAPS[name].kind == "offset")
+    return vector_error(shown, rows.height_map, less_mean=MAPS[name].kind == "offset")

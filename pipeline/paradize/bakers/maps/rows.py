@@ -44,13 +44,13 @@ class Layout:
         return gutter.source_rows(self.islands, first, last)
 
 
-def filter_errors(ground: HeightMap) -> dict[str, float]:
+def filter_errors(height_map: HeightMap) -> dict[str, float]:
     """Returns the angles between the filter's normals and the true ones, degrees: the error of the filter
     alone."""
-    return _parts("normal_filter", filter_error(ground))
+    return _parts("normal_filter", filter_error(height_map))
 
 
-def no_worse_than_fast(ground: HeightMap) -> HeightMap:
+def no_worse_than_fast(height_map: HeightMap) -> HeightMap:
     """Returns the height map with a filter that is no worse than tier `fast`'s by any of filter_errors.
 
     This is the filter that `auto` chose, if its measured errors allow it. Otherwise the map gets the slopes
@@ -58,29 +58,29 @@ def no_worse_than_fast(ground: HeightMap) -> HeightMap:
     the reference filter. `auto` predicts errors from a spectrum, which says little about small maps and UV
     islands.
     """
-    if ground.filter_name in (FAST_FILTER, REFERENCE_FILTER):
-        return ground
+    if height_map.filter_name in (FAST_FILTER, REFERENCE_FILTER):
+        return height_map
     own, fast = (
-        filter_errors(ground),
-        filter_errors(replace(ground, filter_name=FAST_FILTER, clamp_slopes=False)),
+        filter_errors(height_map),
+        filter_errors(replace(height_map, filter_name=FAST_FILTER, clamp_slopes=False)),
     )
     if all(own[name] <= fast[name] for name in own):
-        return ground
+        return height_map
     return (
-        replace(ground, filter_name=REFERENCE_FILTER)
-        if ground.height_levels is None
-        else replace(ground, clamp_slopes=True)
+        replace(height_map, filter_name=REFERENCE_FILTER)
+        if height_map.height_levels is None
+        else replace(height_map, clamp_slopes=True)
     )
 
 
-def open_angles(ground: HeightMap) -> dict[str, float]:
+def open_angles(height_map: HeightMap) -> dict[str, float]:
     """Returns the angles that the half steps of the source leave open, degrees. Errors count only beyond."""
-    return _parts("normal_open", open_error(ground))
+    return _parts("normal_open", open_error(height_map))
 
 
-def encoding_errors(shown: Texture | F32, ground: HeightMap) -> dict[str, float]:
+def encoding_errors(shown: Texture | F32, height_map: HeightMap) -> dict[str, float]:
     """Returns the error of storing level 0 of a normal map: a texture, or decoded x and y (h, w, 2)."""
-    return _parts("normal_encoding", encoding_error(shown, ground))
+    return _parts("normal_encoding", encoding_error(shown, height_map))
 
 
 def _parts(name: str, found: dict[str, float]) -> dict[str, float]:
@@ -102,7 +102,7 @@ class MapRows:
 
     def __init__(
         self,
-        ground: HeightMap,
+        height_map: HeightMap,
         names: tuple[str, ...],
         unit: tuple[float, float],
         picture: Image | None,
@@ -110,12 +110,12 @@ class MapRows:
         layout: Layout | None,
         truth: F32 | None = None,
     ) -> None:
-        self.ground, self.names = ground, names
+        self.height_map, self.names = height_map, names
         self._unit, self._picture, self._gloss, self._layout = unit, picture, gloss, layout
         self._truth = truth
         self._border: gutter.Border | None = None
         if layout is not None and layout.filled and names != ("height",):
-            self._border = gutter.Border(layout.islands, partial(normal_rows, ground))
+            self._border = gutter.Border(layout.islands, partial(normal_rows, height_map))
 
     def rows(self, name: str, first: int, last: int) -> F32:
         """Rows of "normal" (n, w, 3), unit; of a map of values (n, w, its channels), 0..1."""
@@ -134,8 +134,8 @@ class MapRows:
         """The reference of "height" or "gloss", from the picture itself (metrics/source.py)."""
         if name not in ("height", "gloss"):
             raise ValueError(f"no reference is made for the map {name!r}")
-        ground, (low, span), look = self.ground, self._unit, self._gloss
-        heights = ground.heights if ground.reference_heights is None else ground.reference_heights
+        height_map, (low, span), look = self.height_map, self._unit, self._gloss
+        heights = height_map.heights if height_map.reference_heights is None else height_map.reference_heights
         mask = None if self._layout is None else self._layout.mask
         light = None if name == "height" or self._picture is None else self._truth
         out = np.empty((*heights.shape, MAPS[name].channels), np.float32)
@@ -170,14 +170,14 @@ class MapRows:
         return gutter.gathered(texels, self._layout.source(first, last))
 
     def _normal_rows(self, first: int, last: int) -> F32:
-        normals = normal_rows(self.ground, first, last)
+        normals = normal_rows(self.height_map, first, last)
         if self._border is not None:
             self._border.fill(normals, first)
         return normals
 
     def _height_rows(self, first: int, last: int) -> F32:
         low, span = self._unit
-        rows = self._part(self.ground.heights, first, last)
+        rows = self._part(self.height_map.heights, first, last)
         if (low, span) == (0.0, 1.0):
             return rows
         return ((rows.astype(np.float64) - low) / span).astype(np.float32)

@@ -34,7 +34,7 @@ def ktx2_maps(
     """The maps that `rows` was made for. Where the errors of a map's format exceed the budget, the next of
     its formats (map_table.py) is taken, but not for what the slope filter alone has beyond its limit.
     measure: False leaves out errors and budget."""
-    height, width = rows.ground.heights.shape
+    height, width = rows.height_map.heights.shape
     first = -1 if settings.uncompressed else 0
     formats = {name: formats_of(name, height, width)[first:] for name in rows.names}
     report_step(f"mips of {', '.join(rows.names)}")
@@ -48,7 +48,7 @@ def ktx2_maps(
         reason = None
         if measure:
             report_step(f"measuring {name}")
-            fixed = filter_errors(rows.ground) | open_angles(rows.ground) if name == "normal" else {}
+            fixed = filter_errors(rows.height_map) | open_angles(rows.height_map) if name == "normal" else {}
             limits = within_reach(settings.budget, fixed)
             levels, errors = _measured(name, rows, texture, fixed)
             for fmt in formats[name][1:]:
@@ -70,7 +70,7 @@ def ktx2_maps(
             errors,
             list(warnings),
             levels,
-            None if name == "height" else rows.ground.filter_name,
+            None if name == "height" else rows.height_map.filter_name,
             reason,
         )
         del texture
@@ -94,14 +94,14 @@ def _measured(
 ) -> tuple[LevelErrors, dict[str, float]]:
     """What was measured of every level, and of level 0 under the names of budgets."""
     levels = map_errors(name, rows, texture)
-    more = {**fixed, **encoding_errors(texture, rows.ground)} if name == "normal" else {}
+    more = {**fixed, **encoding_errors(texture, rows.height_map)} if name == "normal" else {}
     return levels, flat_errors(name, levels[0]) | more
 
 
 def map_textures(rows: MapRows, formats: dict[str, str], tier: str) -> tuple[dict[str, Texture], Mean]:
     """The textures of some maps in the formats given, in one sweep, but for du/dv; for that, the mean of the
     normals' x and y."""
-    height, width = rows.ground.heights.shape
+    height, width = rows.height_map.heights.shape
     count = level_count(height, width)
     writers = {
         name: LevelWriter(fmt, height, width, count) for name, fmt in formats.items() if not _is_offset(name)
@@ -128,7 +128,7 @@ def _values(name: str, bundle: Bundle, level: int) -> F32:
 
 def dudv_texture(rows: MapRows, mean: Mean) -> Texture:
     """Du/dv of the same normals: x and y of their means, less the mean of all."""
-    height, width = rows.ground.heights.shape
+    height, width = rows.height_map.heights.shape
     made = DudvLevels(height, width, level_count(height, width), mean)
 
     def visit(level: int, first: int, bundle: Bundle) -> None:
@@ -141,11 +141,11 @@ def dudv_texture(rows: MapRows, mean: Mean) -> Texture:
 def map_errors(name: str, rows: MapRows, texture: Texture) -> LevelErrors:
     """What was measured of every level."""
     if name == "gloss":
-        return gloss_levels(texture, rows.truth("gloss"), rows.ground)
+        return gloss_levels(texture, rows.truth("gloss"), rows.height_map)
     if MAPS[name].kind == "value":
         return value_levels(texture, rows.truth(name))
     measured = dudv_levels if _is_offset(name) else normal_levels
-    return measured(texture, rows.ground)
+    return measured(texture, rows.height_map)
 
 
 def _is_offset(name: str) -> bool:
