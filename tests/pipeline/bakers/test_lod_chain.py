@@ -18,6 +18,7 @@ from paradize.data import Group, Mesh
 from paradize.metrics.surface import Original, diagonal, surface_distance
 from paradize.scene.baker_settings import MeshSettings
 from paradize.scene.flight import plan_flight, sightings_of
+from paradize.scene.placement import placed
 from paradize.scene.settings import load_scene
 from paradize.stages.lod import simplify
 from paradize.stages.validate import validate_mesh
@@ -194,7 +195,7 @@ def cove(tmp_path: Path, **instance: object) -> tuple[dict, list[dict], float]:
         "error_px": scene.head.lod_error_px,
         "far_error_px": scene.head.lod_error_px,
     }
-    stands = asdict(scene.objects[0].instances[0]) | instance
+    stands = replace(scene.objects[0].instances[0], **instance)
     return seen, [stands], np.tan(np.radians(scene.flight.fov_deg) / 2) * 2 / scene.head.viewport[1]
 
 
@@ -202,7 +203,7 @@ def cove(tmp_path: Path, **instance: object) -> tuple[dict, list[dict], float]:
 def test_by_sight_nothing_finer_than_a_pixel_at_the_nearest_view_is_baked(tmp_path: Path, tier: str) -> None:
     seen, stands, pixel = cove(tmp_path, position=(0.0, 0.0, 0.0))
     mesh = sphere(64, radius=0.5)
-    plan = sight_plan(seen, stands)(mesh, Plan(count=8))
+    plan = sight_plan(seen, [placed(one) for one in stands])(mesh, Plan(count=8))
     flight = plan_flight(load_scene(tmp_path / "cove.toml").flight)
     met = sightings_of(flight, 50.0, 1280 / 720, [((0.0, 0.0, 0.0), diagonal(mesh) / 2)])[0]
     assert plan.finest == pytest.approx(met.nearest_m * pixel / diagonal(mesh), rel=1e-6)
@@ -219,36 +220,36 @@ def test_by_sight_the_nearest_and_the_farthest_of_all_instances_count(tmp_path: 
     """A mesh beside its own origin, turned by a matrix, scaled and moved; in metres of the mesh."""
     seen, stands, pixel = cove(tmp_path)
     stands = [
-        stands[0] | {"position": (6.0, 0.5, 1.5), "yaw_deg": 35.0, "scale": 2.0},
-        stands[0] | {"position": (2.0, 0.0, -3.0), "yaw_deg": -110.0, "scale": 0.5},
-        stands[0] | {"position": (0.0, 900.0, 0.0), "yaw_deg": 0.0, "scale": 1.0},
+        replace(stands[0], position=(6.0, 0.5, 1.5), yaw_deg=35.0, scale=2.0),
+        replace(stands[0], position=(2.0, 0.0, -3.0), yaw_deg=-110.0, scale=0.5),
+        replace(stands[0], position=(0.0, 900.0, 0.0), yaw_deg=0.0, scale=1.0),
     ]
     middle, mesh = np.array([2.0, 0.5, 1.5]), sphere(8, radius=0.25, offset=(2.0, 0.5, 1.5))
     spheres = []
     for stand in stands:
-        a, s = np.radians(stand["yaw_deg"]), stand["scale"]
+        a, s = np.radians(stand.yaw_deg), stand.scale
         turn = np.array([[np.cos(a), 0, np.sin(a)], [0, 1, 0], [-np.sin(a), 0, np.cos(a)]])
-        x, y, z = (s * turn @ middle + stand["position"]).tolist()
+        x, y, z = (s * turn @ middle + stand.position).tolist()
         spheres.append(((x, y, z), s * diagonal(mesh) / 2))
     met = sightings_of(plan_flight(load_scene(tmp_path / "cove.toml").flight), 50.0, 1280 / 720, spheres)
     assert [one.seen for one in met] == [True, True, False]
     share = pixel / diagonal(mesh)
     near, far = (
-        [getattr(one, key) / stand["scale"] for one, stand in zip(met[:2], stands, strict=False)]
+        [getattr(one, key) / stand.scale for one, stand in zip(met[:2], stands, strict=False)]
         for key in ("nearest_m", "farthest_seen_m")
     )
     assert abs(near[0] - near[1]) > 0.5 and abs(far[0] - far[1]) > 0.5
-    plan = sight_plan(seen, stands)(mesh, Plan(limit=1.0))
+    plan = sight_plan(seen, [placed(one) for one in stands])(mesh, Plan(limit=1.0))
     assert plan.finest == pytest.approx(share * min(near), rel=1e-4)
     assert plan.farthest == pytest.approx(share * max(far), rel=1e-4)
-    unseen = sight_plan(seen, stands[2:])(mesh, Plan(count=5, limit=0.03))
+    unseen = sight_plan(seen, [placed(one) for one in stands[2:]])(mesh, Plan(count=5, limit=0.03))
     assert (unseen.count, unseen.finest, unseen.farthest) == (1, 0.03, None)
 
 
 def test_by_sight_what_the_camera_touches_keeps_its_source(tmp_path: Path) -> None:
     seen, stands, _ = cove(tmp_path, position=(9.0, 2.0, 0.0))
     mesh = sphere(16)
-    plan = sight_plan(seen, stands)(mesh, Plan())
+    plan = sight_plan(seen, [placed(one) for one in stands])(mesh, Plan())
     assert plan.finest == 0
     assert np.array_equal(make_levels(mesh, plan, "balanced")[0][0].mesh.positions, mesh.positions)
 
