@@ -53,10 +53,11 @@ def check_layouts(manifest: dict[str, Any], folder: Path) -> Iterator[Finding]:
 def _layout(
     mesh: Mesh, uvs: npt.NDArray[np.float32], file: str, picture: Callable[[], bytes]
 ) -> Iterator[Finding]:
-    outside = np.abs(uvs - 0.5).max(axis=1) - 0.5
+    used = np.unique(mesh.triangles)  # other materials of the model may repeat their maps
+    outside = np.abs(uvs[used] - 0.5).max(axis=1) - 0.5
     bad = outside > _BEYOND
     if bad.any():
-        worst = int(outside.argmax())
+        worst = int(used[outside.argmax()])
         what = f"a coordinate of {', '.join(f'{value:.6g}' for value in uvs[worst])}"
         yield Finding("PZ231", file, what, f"lod0 vertex {worst}", int(bad.sum()))
         return

@@ -93,6 +93,16 @@ def test_of_packed_pictures_each_map_takes_its_channel(tmp_path: Path) -> None:
     assert mean("panel_metal_gloss")[1] == pytest.approx(1.0 - inside[1], abs=0.03)
 
 
+def test_a_picture_of_the_scene_counts_whole_whatever_the_factors_of_the_model(tmp_path: Path) -> None:
+    """They are the factors of the maps that it replaces."""
+    scene = make_panels(tmp_path / "s")
+    _, first = baked(scene, tmp_path / "first")
+    edited(tmp_path / "s" / "panel.mtl", "map_Kd metal.png\n", "map_Kd metal.png\nPm 0.0\nPr 0.0\n")
+    _, second = baked(scene, tmp_path / "second")
+    for name in ("panel_metal_gloss", "panel_metal_occlusion"):
+        assert second["artifacts"][name]["file"] == first["artifacts"][name]["file"]
+
+
 def test_an_exported_material_has_its_own_textures(tmp_path: Path) -> None:
     baked(make_panels(tmp_path / "s"), tmp_path / "out")
     export(tmp_path / "out", tmp_path / "out.glb")
