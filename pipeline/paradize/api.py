@@ -95,7 +95,7 @@ class BakedMaps(BakedFiles):
     def texels(self, name: str, level: int = 0) -> npt.NDArray[np.float32]:
         """The texels (h, w, c) float32 of one mip of a map, as hardware decodes them: normals and du/dv are
         x and y, -1..1; height and gloss 0..1. name: of the map. Raises KeyError for a map that was not
-        baked, ValueError for a PNG, which any picture library reads."""
+        baked, ValueError for a level that it does not have and for a PNG, which any picture library reads."""
         from paradize.formats.ktx2.reader import decode_ktx2
         from paradize.metrics.texels import decode_texels
 
@@ -124,7 +124,7 @@ def mesh(
     budget: metric -> worst value (scene/FIELDS.md lists the metrics); errors beyond it are warnings in the
     report, of "auto" a BakeError.
     """
-    used = settings or MeshSettings()
+    used = MeshSettings() if settings is None else settings
     made = bake_single("mesh", Path(source), used, tier=tier, budget=dict(budget or {}))
     return BakedMesh(made.files, made.report, made.rows, made.errors)
 
@@ -139,7 +139,7 @@ def maps(
 ) -> BakedMaps:
     """Makes normal, height, gloss and du/dv maps of a colour picture or a heightmap. tier, budget: as of
     `mesh`. uv: the model whose UV layout they follow."""
-    used = settings or MapSettings()
+    used = MapSettings() if settings is None else settings
     layout = None if uv is None else Path(uv)
     made = bake_single("maps", Path(source), used, tier=tier, budget=dict(budget or {}), uv=layout)
     return BakedMaps(made.files, made.report, made.rows, made.errors)

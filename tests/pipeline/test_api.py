@@ -14,7 +14,7 @@ import pytest
 
 import paradize
 from paradize import api
-from paradize.errors import GroupedError, SourceError
+from paradize.errors import BakeError, GroupedError, SourceError
 from paradize.formats.png import encode_png
 from paradize.new.scene import new_scene
 from tests.made.models import kit
@@ -101,3 +101,21 @@ def test_errors_are_exceptions_with_file_and_mend(folder: Path, tmp_path: Path) 
     (tmp_path / "scene.toml").write_text("[scene]\n")
     with pytest.raises(GroupedError, match=r"scene\.toml"):
         api.bake(tmp_path / "scene.toml", tmp_path / "out")
+
+
+def test_arguments_that_cannot_be_meant_are_errors_that_name_the_right_ones(folder: Path) -> None:
+    settings: Any
+    for settings in ({"lods": 3}, {}, api.MapSettings()):
+        with pytest.raises(TypeError, match=f"{type(settings).__name__}, expected MeshSettings"):
+            api.mesh(folder / "rock.obj", settings)
+    with pytest.raises(BakeError, match=r"rock\.obj: tier 'bogus'.*fast, balanced, exact, auto"):
+        api.mesh(folder / "rock.obj", tier="bogus")
+    made = api.maps(folder / "sand.png", api.MapSettings(only=("normal",)))
+    for level in (99, -1):
+        with pytest.raises(ValueError, match=rf"level {level} .* levels 0 to 6"):
+            made.texels("normal", level)
+
+
+def test_a_result_prints_as_a_report_without_the_bytes_of_its_files(folder: Path) -> None:
+    made = api.mesh(folder / "rock.obj")
+    assert "glTF" not in repr(made) and "triangles" in repr(made)

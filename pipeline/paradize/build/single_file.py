@@ -7,7 +7,7 @@ Called in a worker process, so that no input takes the command line down with it
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Mapping
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -20,7 +20,7 @@ class BakedFiles:
     """files: name -> bytes, to be written by the caller. report: what --json prints, without `seconds`.
     rows: (artifact, tier, errors, bytes) for the table. errors: what budgets may limit, by product."""
 
-    files: dict[str, bytes]
+    files: dict[str, bytes] = field(repr=False)
     report: dict[str, Any]
     rows: list[tuple[str, str, dict[str, float], int]]
     errors: dict[str, dict[str, float]]
@@ -37,17 +37,25 @@ def bake_single(
 ) -> BakedFiles:
     """Bakes one input by the baker of its kind ("mesh", "maps", "terrain"). tier: "auto" takes the cheapest
     whose measured errors are inside the budget (metric -> worst value). sources: others than `path`, by the
-    name of the baker's argument.
+    name of the baker's argument. Settings of another kind raise TypeError, an unknown tier BakeError.
 
     Errors beyond the budget are warnings; of "auto" they are a BakeError (several: GroupedError) that says by
     how much. A budget of what is not measured raises BakeError too, before anything is baked if that is
     known.
     """
     from paradize.build.budget_metrics import measured_by, of_single_files
+    from paradize.errors import BakeError
+    from paradize.scene.baker_settings import MapSettings, MeshSettings, TerrainSettings
     from paradize.scene.budget import excesses
     from paradize.scene.schema import Limits
-    from paradize.tiers import AUTO
+    from paradize.tiers import AUTO, TIER_OPTIONS
 
+    wanted = {"mesh": MeshSettings, "maps": MapSettings, "terrain": TerrainSettings}[kind]
+    if not isinstance(settings, wanted):
+        raise TypeError(f"settings is a {type(settings).__name__}, expected {wanted.__name__}")
+    if tier not in TIER_OPTIONS:
+        mend = f"name one of {', '.join(TIER_OPTIONS)}"
+        raise BakeError(f"tier {tier!r} is not known", file=path, mend=mend)
     measurable = of_single_files(measured_by(kind, getattr(settings, "only", ()), asdict(settings)))
     _require_measured(kind, budget, measurable, path)
     if tier == AUTO:

@@ -107,9 +107,13 @@ def bc7_codes(texture: Texture, level: int = 0, face: int = 0) -> U8:
 
 def decode_texels(texture: Texture, level: int = 0, face: int = 0) -> F32:
     """The texels (h, w, c) float32 of one level of one face. sRGB stays encoded, 0..1; SNORM is -1..1. Raises
-    ValueError where the texture is empty."""
+    ValueError where the texture is empty or has no such level."""
     if texture.width < 1 or texture.height < 1:
         raise ValueError(f"a texture of {texture.width} x {texture.height} texels")
+    if not 0 <= level < len(texture.levels):
+        raise ValueError(
+            f"level {level} does not exist; the texture has levels 0 to {len(texture.levels) - 1}"
+        )
     width, height = max(1, texture.width >> level), max(1, texture.height >> level)
     data = texture.levels[level]
     size = len(data) // texture.faces

@@ -27,22 +27,30 @@ def ball() -> Mesh:
 
 
 @pytest.mark.parametrize(
-    ("turned", "words"), [(False, []), (True, ["degrees (99 %) from those of MikkTSpace"])]
+    ("change", "words"),
+    [
+        ("none", []),
+        ("turned", ["degrees (99 %) from those of MikkTSpace"]),
+        ("mirrored", ["its tangents are mirrored against those of MikkTSpace in 100.0% of corners"]),
+    ],
 )
 def test_tangents_of_a_file_are_measured_and_those_of_others_are_said(
-    turned: bool, words: list[str], tmp_path: Path
+    change: str, words: list[str], tmp_path: Path
 ) -> None:
     mesh = ball()
     assert mesh.tangents is not None and mesh.normals is not None
-    written = mesh.tangents
-    if turned:
-        across = np.cross(mesh.normals, mesh.tangents[:, :3])
-        written = np.concatenate([across, mesh.tangents[:, 3:]], axis=1).astype(np.float32)
+    along, side = mesh.tangents[:, :3], mesh.tangents[:, 3:]
+    if change == "turned":
+        along = np.cross(mesh.normals, along)
+    if change == "mirrored":
+        side = -side
+    written = np.concatenate([along, side], axis=1).astype(np.float32)
     changed = Mesh(mesh.positions, mesh.triangles, mesh.normals, written, mesh.uvs)
     (tmp_path / "a.glb").write_bytes(encode_glb([Lod(changed, 0.0, 0.0)], "made"))
     made = bake_mesh(tmp_path / "a.glb", lods=1)
     found = [text for text in made.report["warnings"] if "its tangents are" in text]
     assert len(found) == len(words) and all(word in found[0] for word in words)
+    assert not any(" 0 degrees" in text for text in found)
     assert decode_glb(made.glb)[0].mesh.tangents is not None
     assert made.report["lods"][0]["tangent_p99_deg"] < 0.1
 

@@ -111,8 +111,16 @@ def without_tangents(mesh: Mesh) -> tuple[Mesh, list[str]]:
     bare = replace(bare, **kept, triangles=ids[mesh.triangles])
     if error["tangent_p99_deg"] <= TANGENT_DEG and error["tangent_turned"] <= TANGENTS_TURNED:
         return bare, []
-    what = f"its tangents are up to {error['tangent_p99_deg']:.3g} degrees (99 %) from those of MikkTSpace"
-    return bare, [f"{what}, {error['tangent_turned']:.0%} of them mirrored; computed anew"]
+    differences = []
+    if error["tangent_p99_deg"] > TANGENT_DEG:
+        differences.append(
+            f"are up to {error['tangent_p99_deg']:.3g} degrees (99 %) from those of MikkTSpace"
+        )
+    if error["tangent_turned"] > TANGENTS_TURNED:
+        differences.append(
+            f"are mirrored against those of MikkTSpace in {error['tangent_turned']:.1%} of corners"
+        )
+    return bare, [f"its tangents {' and '.join(differences)}; computed anew"]
 
 
 def _validated(mesh: Mesh, path: Path, welding: Welding) -> tuple[Mesh, Report]:
