@@ -183,6 +183,19 @@ def test_udim_tiles_are_refused_by_name(tmp_path: Path) -> None:
         find_map_sets(load_scene(path), path)
 
 
+def test_a_tiled_material_beside_one_with_a_layout_passes_check(tmp_path: Path) -> None:
+    scene = make_panels(tmp_path / "s")
+    lines = (tmp_path / "s/panel.obj").read_text().splitlines()
+    start = lines.index("usemtl leaf")
+    lines[start:] = [line.replace("vt 0.", "vt 3.") for line in lines[start:]]
+    (tmp_path / "s/panel.obj").write_text("\n".join(lines) + "\n")
+    _, manifest = baked(scene, tmp_path / "out")
+    (item,) = manifest["objects"]
+    assert [item["materials"][name]["repeat"] for name in ("leaf", "wood")] == [True, False]
+    found = list(check_paths([tmp_path / "out"]))
+    assert not found, found
+
+
 def _moved(line: str, count: int) -> str:
     """A line of an OBJ as the second part of a file whose first has `count` vertices."""
     if not line.startswith("f "):
