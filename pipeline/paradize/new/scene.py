@@ -163,10 +163,15 @@ def _toml(name: str, model: _Model) -> str:
         model.notes.append(
             f"the model's radius is {model.radius:.3g} m: the scene shows it {scale:.3g} times as large"
         )
-    position = [-scale * model.center[0], -scale * model.foot, -scale * model.center[2]]
-    middle = scale * (model.center[1] - model.foot)
     away = 1.25 * r / sin(0.5 * FOV_DEG * pi / 180.0)
     side = 10.0 * away
+    ground_error = 0.0004 * side
+    middle = scale * (model.center[1] - model.foot)
+    lift = max(
+        2.0 * (ground_error - middle), 0.0
+    )  # the ground's mesh may hide what is thinner than its error
+    middle += lift
+    position = [-scale * model.center[0], lift - scale * model.foot, -scale * model.center[2]]
     lines = [
         f"#:schema {SCHEMA.name}",
         "# A scene to start from. All fields, defaults, units and ranges: pipeline/paradize/scene/FIELDS.md.",
@@ -194,7 +199,7 @@ def _toml(name: str, model: _Model) -> str:
         'heightmap = "ground.png"',
         f"size_m = [{_text(side)}, {_text(side)}]",
         f"height_m = {_text(0.08 * side)}",
-        f"max_error_m = {_text(0.0004 * side)}",
+        f"max_error_m = {_text(ground_error)}",
         'sand_color = "sand.png"',
         "sand_strength = 0.4",
         f"sand_repeat = {_text(40.0)}",

@@ -82,6 +82,20 @@ def test_the_model_stands_on_the_ground_and_fills_every_view(
     assert scene.terrain.size_m[0] > 10.0 * radius
 
 
+@pytest.mark.parametrize("height", [0.0, 0.005, 0.02, 1.0])
+def test_no_model_is_so_flat_that_the_mesh_of_the_ground_may_hide_it(tmp_path: Path, height: float) -> None:
+    corners = [(0, 0, 0), (3, 0, 0), (3, height, 2), (0, height, 2)]
+    vertices = "".join(f"v {x} {y} {z}\n" for x, y, z in corners)
+    source = write_model(tmp_path / "m", f"{vertices}f 1 3 2\nf 1 4 3\n", "")
+    scene = load_scene(new_scene(tmp_path / "s", source).scene)
+    instance = scene.objects[0].instances[0]
+    assert scene.terrain
+    top = height * instance.scale + instance.position[1]
+    assert top >= 1.9 * scene.terrain.max_error_m
+    if height > 2.0 * scene.terrain.max_error_m:
+        assert instance.position[1] == 0.0
+
+
 def test_maps_and_materials_come_along_and_nothing_else(tmp_path: Path) -> None:
     obj = "mtllib thing.mtl\n" + QUAD + 'usemtl odd "name" = [x]\nf 1/1 2/2 3/3 4/4\n'
     mtl = 'newmtl odd "name" = [x]\nmap_Kd maps/skin.png\nmap_d maps/holes.png\n'

@@ -163,6 +163,9 @@ class _Reader:
         specular = document.floats(gloss, place, "specularFactor", 3, (1.0, 1.0, 1.0))
         smooth = _share(document.get(gloss, place, "glossinessFactor", float, 1.0))
         document.warn(f"extension {_GLOSSINESS} is converted to metalness and roughness")
+        if picture:
+            what = "the colour of specularGlossinessTexture is left out, so that metal is drawn as no metal"
+            document.warn(f"{what}; convert the model to metallic-roughness", place)
         color = (_share(r), _share(g), _share(b))
         metalness = 0.0 if picture else _metalness(color, (*map(_share, specular),))
         if metalness > 0.0:
