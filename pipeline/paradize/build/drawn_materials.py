@@ -25,8 +25,8 @@ ROUGH = 0.3  # smoothness where nobody says one
 
 
 def joined(item: SceneObject, name: str, facts: MaterialFacts | None) -> Material:
-    """Returns the model's material with the pictures of the scene. facts: None where the model is not
-    known."""
+    """Returns the model's material with the pictures of the scene; factors of the maps that they replace do
+    not count. facts: None where the model is not known."""
     material = facts.material if facts else Material(name)
     table = item.materials.get(name, ObjectMaterial())
     given: dict[str, Path] = {}
@@ -40,6 +40,13 @@ def joined(item: SceneObject, name: str, facts: MaterialFacts | None) -> Materia
         material = replace(material, color=(1.0, 1.0, 1.0))
     if "roughness" in given or "smoothness" in given:
         maps = {role: source for role, source in maps.items() if role not in ("roughness", "smoothness")}
+        material = replace(material, roughness=None)
+    if "metalness" in given:
+        material = replace(material, metalness=None)
+    if "specular" in given:
+        material = replace(material, specular=None)
+    if "occlusion" in given:
+        material = replace(material, occlusion_strength=1.0)
     packed = [role for role in _PACKED if role in given]
     for role, path in given.items():
         shared = role in _PACKED and sum(given[other] == path for other in packed) > 1
