@@ -19,6 +19,7 @@ from paradize.build.model_reader import ModelReader
 from paradize.build.options import BuildOptions
 from paradize.errors import GroupedError, ParadizeError, SceneError
 from paradize.files import resolved
+from paradize.kinds import is_gltf
 from paradize.material import Material
 from paradize.scene.map_sets import GLOSS_ROLES, DrawnMaterial, MapSet, ObjectMaps, SceneMaps
 from paradize.scene.settings import ObjectMaterial, Scene, SceneObject
@@ -103,7 +104,8 @@ class _Finder:
         known = facts.materials if facts else {}
         names = list(known) or list(item.materials) or [""]
         materials = {name: joined(item, name, known.get(name)) for name in names}
-        authored = any(is_authored(one) for one in materials.values())
+        # a glTF file says by its maps what is bumpy
+        authored = is_gltf(item.mesh) or any(is_authored(one) for one in materials.values())
         drawn_materials: dict[str, DrawnMaterial] = {}
         keys: dict[str, Any] = {}
         for name, material in materials.items():
@@ -182,7 +184,7 @@ class _Finder:
         authored: bool,
     ) -> tuple[MapSet, Any]:
         """Returns the set of a material without its name and users, and what tells it from others. authored:
-        whether the model brings maps that somebody drew."""
+        no bumps are made of its colour unless the scene gives their strength."""
         palette = bool(facts and facts.palette and item.wrap == "auto" and material.maps.keys() <= _FLAT)
         wrap = item.wrap
         if wrap == "auto":

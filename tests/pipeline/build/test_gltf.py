@@ -57,8 +57,18 @@ def test_a_scene_of_a_glb_bakes_the_pictures_inside_it(tmp_path: Path) -> None:
     assert not made.notes and "model/Panel.glb" in made.files
     assert len(load_scene(made.scene).objects) == 1
     first = states(made.scene, tmp_path / "out")
-    assert {"panel_mesh", "panel_color", "panel_normal"} <= first.keys()
+    assert {"panel_mesh", "panel_color"} <= first.keys()
     assert set(states(made.scene, tmp_path / "out").values()) == {"reused"}
+
+
+def test_bumps_are_made_of_the_colour_of_a_glb_only_where_the_scene_gives_their_strength(
+    tmp_path: Path,
+) -> None:
+    scene = new_scene(tmp_path / "s", panel().glb(tmp_path / "Panel.glb")).scene
+    assert "panel_normal" not in states(scene, tmp_path / "out")
+    text = scene.read_text()
+    scene.write_text(text.replace("[[object]]", "[[object]]\nstrength = 1.0", 1))
+    assert "panel_normal" in states(scene, tmp_path / "out")
 
 
 def test_a_changed_buffer_or_picture_beside_bakes_what_is_made_of_it(tmp_path: Path) -> None:

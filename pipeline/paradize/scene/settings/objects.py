@@ -171,7 +171,7 @@ class SceneObject:
         high=100.0,
         unit="% of the width",
         meaning="height of full white of the bumps made from the colour; 0: no normal map; without it 1, and "
-        "0 for a model that brings normal or roughness maps",
+        "0 for glTF and for a model that brings normal or roughness maps",
     )
     bleed: float = number(
         0.125,
