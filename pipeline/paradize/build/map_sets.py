@@ -156,6 +156,15 @@ class _Finder:
             f"([object.material.{name}] alpha_mode says otherwise)"
         )
 
+    def _warn_of_wrap(self, item: SceneObject, material: Material) -> None:
+        """Warns of maps that the model holds or mirrors beyond their edges."""
+        said = {way for source in material.maps.values() for way in source.wrap or ()} - {"repeat"}
+        if said:
+            self.warnings.append(
+                f"{item.mesh}: material {material.name!r}: its UVs leave the maps, whose wrap mode is "
+                f"{' and '.join(sorted(said))}; drawn repeated"
+            )
+
     def _refuse_udim(
         self, index: int, item: SceneObject, name: str, material: Material, facts: MaterialFacts | None
     ) -> None:
@@ -190,6 +199,8 @@ class _Finder:
         if wrap == "auto":
             tiled = facts is not None and (facts.outside if palette else facts.tiled)
             wrap = "repeat" if tiled else "clamp"
+            if wrap == "repeat":
+                self._warn_of_wrap(item, material)
         layout = item.mesh if wrap == "clamp" and not palette else None
         strength = (0.0 if authored else 1.0) if item.strength is None else item.strength
         derived = {"normal": True, "gloss": table.specular is not None, "height": True}

@@ -11,6 +11,7 @@ import pytest
 from PIL import Image
 
 from paradize.build.bake import bake
+from paradize.build.map_sets import find_map_sets
 from paradize.build.options import BuildOptions
 from paradize.build.work import files_read_by
 from paradize.errors import SourceError
@@ -69,6 +70,19 @@ def test_bumps_are_made_of_the_colour_of_a_glb_only_where_the_scene_gives_their_
     text = scene.read_text()
     scene.write_text(text.replace("[[object]]", "[[object]]\nstrength = 1.0", 1))
     assert "panel_normal" in states(scene, tmp_path / "out")
+
+
+@pytest.mark.parametrize(("code", "said"), [(33071, "clamp"), (33648, "mirror"), (10497, "")])
+def test_a_wrap_mode_that_is_not_drawn_is_said(code: int, said: str, tmp_path: Path) -> None:
+    made = panel()
+    made.tree["samplers"] = [{"wrapS": code}]
+    made.tree["textures"][0]["sampler"] = 0
+    paint = made.tree["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"]
+    paint["extensions"] = {"KHR_texture_transform": {"scale": [3.0, 3.0]}}
+    made.tree["extensionsUsed"] = ["KHR_texture_transform"]
+    scene = new_scene(tmp_path / "s", made.glb(tmp_path / "Panel.glb")).scene
+    found = find_map_sets(load_scene(scene), scene)
+    assert [f"wrap mode is {said};" in text for text in found.warnings] == ([True] if said else [])
 
 
 def test_a_changed_buffer_or_picture_beside_bakes_what_is_made_of_it(tmp_path: Path) -> None:
