@@ -22,7 +22,7 @@ from paradize.bakers.product import (
     wraps_of,
 )
 from paradize.data import Image, Texture
-from paradize.errors import BakeError, SourceError
+from paradize.errors import BakeError
 from paradize.formats.ktx2.encode import encode_ktx2
 from paradize.kernels.bc7 import THREADS
 from paradize.kernels.maps import linear_light
@@ -34,10 +34,12 @@ from paradize.scene.budget import METRICS
 from paradize.stages import gutter
 from paradize.stages.compress import LevelWriter, encode_rows, formats_of
 from paradize.stages.mips import color_rows
+from paradize.stages.resample import resized
 from paradize.stages.sweep import level_count
 from paradize.tiers import TIERS
 
 Values = npt.NDArray[Any]
+_INDEX = {"r": 0, "g": 1, "b": 2}
 # How much an error of alpha may count beside one of a colour's channel in BC7.
 ALPHA_WEIGHTS = (1.0, 1.25, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 12.0, 16.0, 24.0, 32.0)
 
@@ -70,7 +72,14 @@ def bake_color(
     name = used.product
     opaque = used.opaque or name == "emission"
     values, encoded, warnings = color_values(
-        path, None if opaque else alpha, wraps, uv, used.layout_materials, opaque=opaque
+        path,
+        None if opaque else alpha,
+        wraps,
+        uv,
+        used.layout_materials,
+        opaque=opaque,
+        alpha_channel=used.alpha_channel,
+        alpha_inverted=used.alpha_inverted,
     )
     rows, columns = values.shape[:2]
     if name == "emission" and (values == values[0, 0]).all():
@@ -123,10 +132,12 @@ def color_values(
     materials: Collection[str] = (),
     *,
     opaque: bool = False,
+    alpha_channel: str = "luminance",
+    alpha_inverted: bool = False,
 ) -> tuple[Values, bool, list[str]]:
     """The texels (h, w, 3 or 4) of level 0 as bake_color takes them from its sources, whether they are sRGB,
     and warnings. materials: those of the UV layout that count; none: all. opaque: what the picture says of
-    alpha does not count."""
+    alpha does not count. alpha_channel, alpha_inverted: as of ColorSettings."""
     image = read_image(path)
     if opaque and image.values.shape[2] in (2, 4):
         seen: Any = np.ascontiguousarray(image.values[:, :, :-1])
@@ -134,7 +145,18 @@ def color_values(
     warnings = []
     if image.values.dtype == np.float32 and float(image.values.max()) > 1.0:
         warnings.append(f"{path}: brighter than 1 in places; a colour texture holds 0..1")
-    values = spread(_with_alpha(image, alpha), wraps)
+    own = None
+    if alpha is not None:
+        own = _alpha_of(alpha, alpha_channel, inverted=alpha_inverted)
+        rows, columns = image.values.shape[:2]
+        if own.shape[:2] != (rows, columns):
+            size = f"{own.shape[1]} x {own.shape[0]}"
+            what = f"{size} texels of alpha are resized to {columns} x {rows}, the size of the colour map"
+            warnings.append(f"{alpha}: {what}")
+            own = resized(Image(own, "data", 32).pixels, rows, columns, wraps)
+            if image.values.dtype != np.float32:
+                own = np.rint(own * _top(image.values)).astype(image.values.dtype)
+    values = spread(_with_alpha(image, own), wraps)
     if uv is not None:
         values = _filled(values, uv, wraps, materials)
     return values, image.color_space == "srgb", warnings
@@ -232,15 +254,15 @@ def _filled(values: Values, uv: Path, wraps: tuple[bool, bool], materials: Colle
     return gutter.fill_gutter(values, gutter.layout_source(islands, mesh, wraps))
 
 
-def _with_alpha(image: Image, alpha: Path | None) -> Values:
-    """Colour (h, w, 3), or (h, w, 4) where anything is not opaque; codes where the file has codes."""
+def _with_alpha(image: Image, own: Values | None) -> Values:
+    """Colour (h, w, 3), or (h, w, 4) where anything is not opaque; codes where the file has codes. own: alpha
+    (h, w, 1) that replaces the picture's."""
     values: Values = image.values
-    rows, columns, channels = values.shape
+    channels = values.shape[2]
     if channels < 3:  # grey becomes red, green and blue
         color = np.repeat(values[:, :, :1], 3, axis=2)
         values = color if channels == 1 else np.concatenate([color, values[:, :, 1:]], axis=2)
-    if alpha is not None:
-        own = _alpha_of(alpha, rows, columns)
+    if own is not None:
         if own.dtype != values.dtype:
             values = Image(values, image.color_space, image.source_bits).pixels
             own = Image(own, "data", 32).pixels
@@ -255,14 +277,20 @@ def _top(values: Values) -> float:
     return 1.0 if values.dtype == np.float32 else float(np.iinfo(values.dtype).max)
 
 
-def _alpha_of(path: Path, rows: int, columns: int) -> Values:
-    """The alpha (h, w, 1) of a picture: its own, or its brightness as it is stored."""
+def _alpha_of(path: Path, channel: str, *, inverted: bool) -> Values:
+    """The alpha (h, w, 1) of a picture, as ColorSettings says."""
     values: Values = read_image(path, color_space="data").values
-    if values.shape[:2] != (rows, columns):
-        what = f"{values.shape[1]} x {values.shape[0]} texels; its colour map has {columns} x {rows}"
-        raise SourceError(what, file=path, mend="give both one size")
-    if values.shape[2] in (2, 4):
-        own = values[:, :, -1:]
-        if bool((own < _top(values)).any()):
-            return own
-    return values[:, :, :1]
+    own = _alpha_texels(values, channel)
+    return np.asarray(_top(values) - own, values.dtype) if inverted else own
+
+
+def _alpha_texels(values: Values, channel: str) -> Values:
+    """What counts of a picture of alpha (h, w, 1..4): of a picture without alpha, "a" is opaque."""
+    has_alpha = values.shape[2] in (2, 4)
+    if channel == "a" and not has_alpha:
+        return np.full_like(values[:, :, :1], _top(values))
+    see_through = has_alpha and bool((values[:, :, -1] < _top(values)).any())
+    if channel == "a" or (channel not in _INDEX and see_through):
+        return values[:, :, -1:]
+    at = _INDEX.get(channel, 0) if values.shape[2] >= 3 else 0
+    return values[:, :, at : at + 1]

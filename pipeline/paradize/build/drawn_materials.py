@@ -125,7 +125,7 @@ def authored_fields(material: Material) -> tuple[tuple[str, Any], ...]:
     """Returns the fields of AuthoredSettings (scene/baker_settings.py) that differ from the default, of the
     maps that the material has."""
     maps = material.maps
-    roles = [role for role in sorted(maps) if role not in ("color", "alpha", "emission")]
+    roles = [role for role in sorted(maps) if role not in ("color", "emission")]
     channels = {
         role: maps[role].channel for role in roles if role != "normal" and maps[role].channel != "rgb"
     }

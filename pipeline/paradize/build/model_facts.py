@@ -99,7 +99,10 @@ def read_model_facts(
         if "color" in own:
             palette, shrink, alpha = _shown(mesh, own["color"], decoded)
         if "alpha" in own:
-            alpha = _shown(mesh, own["alpha"], decoded, grey=True)[2]
+            source = MapSource(own["alpha"], "luminance")
+            if "alpha" in material.maps and "alpha" not in given:
+                source = material.maps["alpha"]
+            alpha = _shown(mesh, own["alpha"], decoded, alpha_map=source)[2]
         sources = {}
         for role, by in material.maps.items():
             if by.picture.data is not None:
@@ -138,10 +141,10 @@ def _uv_tiles(mesh: Mesh) -> tuple[Any, float | None, tuple[tuple[int, int], ...
 
 
 def _shown(
-    mesh: Mesh, color: Picture, decoded: dict[Any, Any], *, grey: bool = False
+    mesh: Mesh, color: Picture, decoded: dict[Any, Any], *, alpha_map: MapSource | None = None
 ) -> tuple[bool, int, str]:
     """Returns what triangles show of a colour map: MaterialFacts' palette, shrink and alpha. decoded:
-    pictures that were read before. grey: it is a picture of alpha; where it has none, its brightness is."""
+    pictures that were read before. alpha_map: it is this picture of alpha, read as ColorSettings says."""
     import numpy as np
 
     key = color.file if color.data is None else id(color.data)
@@ -175,9 +178,15 @@ def _shown(
         palette = bool((np.ptp(middles, axis=0) > PLAIN).any())
     shrink = _shrink(pixels[:, :, :3], places) if palette else 0
     own = channels in (2, 4) and bool((pixels[:, :, -1] < 1.0).any())
-    if not (own or grey):
+    if alpha_map is None and not own:
         return palette, shrink, "opaque"
-    alpha = colors[:, :, -1 if own else 0]
+    channel = "a" if alpha_map is None else alpha_map.channel
+    if channel == "a" and channels not in (2, 4):
+        return palette, shrink, "opaque"
+    at = {"r": 0, "g": 1, "b": 2}.get(channel, -1 if own or channel == "a" else 0)
+    alpha = colors[:, :, min(at, 0) if channels < 3 else at]
+    if alpha_map is not None and alpha_map.inverted:
+        alpha = 1.0 - alpha
     holes, between = (
         float((alpha <= _HALF[0]).mean()),
         float(((alpha > _HALF[0]) & (alpha < _HALF[1])).mean()),

@@ -112,11 +112,15 @@ class MapSettings(TextureSettings, Relief):
 class ColorSettings(TextureSettings):
     """What decides a colour texture, beside its pictures, their UV layout and the tier. product: "color", or
     "emission", which has no alpha. alpha_cutoff: each mip keeps the share of texels that pass it, 0 to 1.
-    opaque: alpha does not count, and the texture has none."""
+    opaque: alpha does not count, and the texture has none. Of the picture of alpha: alpha_channel, what of it
+    counts, as material.Channel ("luminance": its alpha where it has any, else its brightness);
+    alpha_inverted: its values count as 1 - value."""
 
     product: Literal["color", "emission"] = "color"
     alpha_cutoff: float = 0.5
     opaque: bool = False
+    alpha_channel: str = "luminance"
+    alpha_inverted: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -499,7 +499,14 @@ def _map_set(
         sources["image"] = sources.pop("color")
         if one.opaque:
             sources.pop("alpha", None)
-        colors = ColorSettings(alpha_cutoff=one.alpha_cutoff, opaque=one.opaque, **plain)
+        read = _fields(one.authored, ["alpha"])
+        colors = ColorSettings(
+            alpha_cutoff=one.alpha_cutoff,
+            opaque=one.opaque,
+            alpha_channel=read["channels"].get("alpha", "luminance"),
+            alpha_inverted="alpha" in read["inverted"],
+            **plain,
+        )
         add("colour", "color", sources, ["color"], **asdict(colors))
     roles = {key: [role for role in _MADE_OF[key] if role in has] for key in AUTHORED if key in inputs}
     if "normal" in inputs and "normal" not in has and "height" in has:

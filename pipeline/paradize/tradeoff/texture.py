@@ -128,7 +128,16 @@ def _picture(sources: dict[str, Path], settings: Settings) -> tuple[Any, bool, l
     opaque = settings.get("opaque", False) or settings.get("product") == "emission"
     alpha = None if opaque else sources.get("alpha")
     materials = settings.get("layout_materials", ())
-    return color_values(sources["image"], alpha, wraps, layout_of(sources), materials, opaque=opaque)
+    return color_values(
+        sources["image"],
+        alpha,
+        wraps,
+        layout_of(sources),
+        materials,
+        opaque=opaque,
+        alpha_channel=settings.get("alpha_channel", "luminance"),
+        alpha_inverted=settings.get("alpha_inverted", False),
+    )
 
 
 def color_tier(

@@ -243,6 +243,24 @@ def test_an_opaque_material_shows_the_colours_under_transparent_texels_as_they_a
     assert np.abs(texels[8:16, 8:16, :3] - picture[8:16, 8:16]).mean() < 0.02
 
 
+@pytest.mark.parametrize("statement", ["map_Tr hole.png", "map_d -imfchan r hole.png"])
+def test_the_picture_of_alpha_is_read_as_the_material_file_says(tmp_path: Path, statement: str) -> None:
+    scene = make_panels(tmp_path / "s")
+    opaque = np.zeros((64, 64), np.uint8)
+    opaque[:, 20:] = 255
+    seen = np.zeros((64, 64, 4), np.uint8)
+    seen[:, :, 0] = opaque
+    picture = 255 - opaque[:, :, None] if "Tr" in statement else seen
+    write_image(tmp_path / "s/hole.png", picture)
+    mtl = tmp_path / "s/panel.mtl"
+    mtl.write_text(mtl.read_text().replace("map_Kd leaf.png", f"map_Kd wood.png\n{statement}"))
+    _, manifest = baked(scene, tmp_path / "out")
+    (item,) = manifest["objects"]
+    assert item["materials"]["leaf"]["alpha_mode"] == "mask"
+    alpha = level_0(tmp_path / "out", manifest, item["materials"]["leaf"]["maps"]["color"])[:, :, 3]
+    assert alpha[:, :20].max() < 0.05 and alpha[:, 20:].min() > 0.95
+
+
 def test_a_shared_texture_is_as_fine_as_its_nearest_user_needs(tmp_path: Path) -> None:
     folder = tmp_path / "s"
     path = make_panels(folder)

@@ -26,9 +26,32 @@ def test_colour_with_alpha_from_another_file(tmp_path: Path) -> None:
     product = bake_color(color, alpha=save(tmp_path / "a.png", hole))
     assert product.format == "BC3_SRGB"
     assert np.array_equal(decode_texels(decode_ktx2(product.data))[:, :, 3] * 255, hole[:, :, 0])
-    wrong = save(tmp_path / "b.png", np.zeros((8, 16, 1), np.uint8))
-    with pytest.raises(SourceError, match="one size"):
-        bake_color(color, alpha=wrong)
+
+
+def test_alpha_of_another_size_is_resized_with_a_warning(tmp_path: Path) -> None:
+    color = save(tmp_path / "c.png", np.full((16, 16, 3), 90, np.uint8))
+    small = np.full((4, 8, 1), 255, np.uint8)
+    small[:, 4:] = 0
+    product = bake_color(color, alpha=save(tmp_path / "b.png", small))
+    alpha = decode_texels(decode_ktx2(product.data))[:, :, 3]
+    assert (alpha[:, :7] == 1.0).all() and (alpha[:, 9:] == 0.0).all()
+    (warning,) = product.warnings
+    assert "b.png: 8 x 4 texels" in warning and "16 x 16" in warning
+
+
+@pytest.mark.parametrize("inverted", [False, True])
+@pytest.mark.parametrize(("channel", "at"), [("r", 0), ("g", 1), ("b", 2), ("a", 3)])
+def test_alpha_is_the_channel_that_its_material_names(
+    tmp_path: Path, channel: str, at: int, inverted: bool
+) -> None:
+    color = save(tmp_path / "c.png", np.full((16, 16, 3), 90, np.uint8))
+    pixels = np.zeros((16, 16, 4), np.uint8)
+    for k in range(4):
+        pixels[4 * k : 4 * k + 4, :, k] = 255
+    path = save(tmp_path / "a.png", pixels)
+    product = bake_color(color, alpha=path, alpha_channel=channel, alpha_inverted=inverted)
+    alpha = decode_texels(decode_ktx2(product.data))[:, :, 3] * 255
+    assert np.array_equal(alpha, 255 - pixels[:, :, at] if inverted else pixels[:, :, at])
 
 
 def test_an_opaque_alpha_channel_costs_nothing(tmp_path: Path) -> None:
