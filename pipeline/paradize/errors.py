@@ -14,7 +14,7 @@ import re
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Mapping
 
 # Control characters, line separators, direction marks and characters without a glyph. The player's
 # app/messages.cpp has the same list.
@@ -82,6 +82,18 @@ class ParadizeError(Exception):
     def __reduce__(self) -> tuple[Any, ...]:
         return _rebuild, (type(self), self.what, self.file, self.place, self.mend), self.__dict__
 
+    def renamed(self, names: Mapping[str, str]) -> ParadizeError:
+        """The error with other words for some paths, by path."""
+        parts = [renamed(part, names) for part in (self.file, self.place, self.what, self.mend)]
+        return _rebuild(type(self), str(parts[2]), parts[0], parts[1], parts[3])
+
+
+def renamed(text: str | None, names: Mapping[str, str]) -> str | None:
+    """The text with other words for some paths, by path."""
+    for path, name in names.items():
+        text = text and text.replace(path, name)
+    return text
+
 
 def _rebuild(
     kind: type[ParadizeError], what: str, file: str | None, place: str | None, mend: str | None
@@ -117,6 +129,10 @@ class GroupedError(ParadizeError):
         )
         super().__init__(f"{len(self.errors)} errors")
         self.args = ("\n".join(str(error) for error in self.errors),)
+
+    def renamed(self, names: Mapping[str, str]) -> GroupedError:
+        """All errors, renamed."""
+        return GroupedError(error.renamed(names) for error in self.errors)
 
     def __reduce__(self) -> tuple[Any, ...]:
         return GroupedError, (self.errors,)

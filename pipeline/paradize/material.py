@@ -23,12 +23,14 @@ class Picture:
     """A picture that a model names: a file, or bytes inside the model's own file.
 
     file: of the picture; of the model where the picture is inside it. data: the picture's bytes (PNG, JPEG
-    ...) where it is inside the model's file, else None. name: for messages.
+    ...) where it is inside the model's file, else None. name: for messages. model: the file that the picture
+    was taken out of, where `file` is a copy in the store.
     """
 
     file: Path
     data: bytes | None = None
     name: str = ""
+    model: Path | None = None
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ from paradize.build.options import BuildContext, BuildOptions
 from paradize.build.provenance import BakeReport, record_name, remember, unchanged_bake
 from paradize.build.publish import publish, report_of
 from paradize.build.tasks import check_tier_names, flight_job, run_tasks, task_of
-from paradize.errors import GroupedError, ParadizeError, SceneError
+from paradize.errors import GroupedError, ParadizeError, SceneError, renamed
 from paradize.files import resolved
 from paradize.jobs.code import clear_caches, code_files
 from paradize.jobs.process import WorkerPool
@@ -94,6 +94,8 @@ def _bake(context: BuildContext, name: str, scene_stamp: Stamp | None) -> BakeRe
         report = report_of(context, tasks, tried)
         if report.errors or publish(context, found.maps, tasks, report, late_errors):
             break
+    report.errors = [error.renamed(found.inside) for error in report.errors]
+    report.warnings = [str(renamed(text, found.inside)) for text in report.warnings]
     warnings = store.settle()
     reused = [one for one in report.artifacts if one.status == "reused"]
     report.fetched = sum(one.sha256 in store.fetched for one in reused)

@@ -37,12 +37,14 @@ _COMPARED = (
 @dataclass
 class FoundMaps:
     """What find_map_sets returns. libraries: the files that were read for it. missing: files that were looked
-    for but do not exist. warnings: what was guessed."""
+    for but do not exist. warnings: what was guessed. inside: names for messages of pictures that the store
+    keeps a copy of, by the copy's path."""
 
     maps: SceneMaps
     libraries: list[Path] = field(default_factory=list)
     missing: list[Path] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)
+    inside: dict[str, str] = field(default_factory=dict)
 
 
 def find_map_sets(
@@ -70,6 +72,12 @@ def find_map_sets(
             found.libraries += read.facts.libraries
             beside[item.mesh] = read.facts.libraries[1:]
             found.missing += read.facts.missing
+            pictures = [
+                by.picture for one in read.facts.materials.values() for by in one.material.maps.values()
+            ]
+            for picture in pictures:
+                if picture.model:
+                    found.inside.setdefault(str(picture.file), f"{item.mesh}: picture {picture.name!r}")
         try:
             finder.add(i, item, read.facts)
         except ParadizeError as error:

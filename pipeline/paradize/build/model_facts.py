@@ -248,7 +248,7 @@ def to_json(facts: ModelFacts) -> dict[str, Any]:
     materials = {}
     for name, one in facts.materials.items():
         maps = {
-            role: asdict(source) | {"picture": [str(source.picture.file), source.picture.name]}
+            role: asdict(source) | {"picture": _picture_to_json(source.picture)}
             for role, source in one.material.maps.items()
         }
         fields = asdict(replace(one.material, maps={})) | {"maps": maps}
@@ -261,6 +261,14 @@ def to_json(facts: ModelFacts) -> dict[str, Any]:
     }
 
 
+def _picture_to_json(picture: Picture) -> list[str | None]:
+    return [str(picture.file), picture.name, str(picture.model) if picture.model else None]
+
+
+def _picture_from_json(file: str, name: str, model: str | None) -> Picture:
+    return Picture(Path(file), None, name, Path(model) if model else None)
+
+
 def from_json(tree: Mapping[str, Any]) -> ModelFacts:
     """The facts that to_json returned."""
     materials = {}
@@ -269,7 +277,7 @@ def from_json(tree: Mapping[str, Any]) -> ModelFacts:
         maps = {
             role: MapSource(
                 **by
-                | {"picture": Picture(Path(by["picture"][0]), None, by["picture"][1])}
+                | {"picture": _picture_from_json(*by["picture"])}
                 | {"wrap": by["wrap"] and tuple(by["wrap"])}
             )
             for role, by in known.pop("maps").items()

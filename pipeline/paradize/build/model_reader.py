@@ -96,7 +96,7 @@ class ModelReader:
             source = one.material.maps[role]
             if path is None:
                 continue
-            picture = Picture(path, name=source.picture.name)
+            picture = Picture(path, name=source.picture.name, model=source.picture.file)
             maps = {**one.material.maps, role: replace(source, picture=picture)}
             materials[name] = replace(one, material=replace(one.material, maps=maps))
         facts = replace(facts, materials=materials)

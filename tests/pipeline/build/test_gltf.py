@@ -29,9 +29,9 @@ def own_store(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("PARADIZE_REPORT", "")
 
 
-def checker(shade: int = 200) -> bytes:
-    """A PNG of 16 x 16 texels."""
-    texels = np.indices((16, 16)).sum(axis=0) % 2 * shade
+def checker(shade: int = 200, edge: int = 16) -> bytes:
+    """A PNG of edge x edge texels."""
+    texels = np.indices((edge, edge)).sum(axis=0) % 2 * shade
     file = io.BytesIO()
     Image.fromarray(np.repeat(texels[:, :, None], 3, axis=2).astype(np.uint8)).save(file, "png")
     return file.getvalue()
@@ -83,6 +83,35 @@ def test_a_wrap_mode_that_is_not_drawn_is_said(code: int, said: str, tmp_path: P
     scene = new_scene(tmp_path / "s", made.glb(tmp_path / "Panel.glb")).scene
     found = find_map_sets(load_scene(scene), scene)
     assert [f"wrap mode is {said};" in text for text in found.warnings] == ([True] if said else [])
+
+
+def test_a_broken_picture_inside_a_model_is_named_by_the_model_and_not_by_the_store(tmp_path: Path) -> None:
+    made = panel()
+    half = made.view(checker()[:60])
+    made.tree["images"][0] |= {"bufferView": half, "name": "bark"}
+    scene = new_scene(tmp_path / "s", made.glb(tmp_path / "Panel.glb")).scene
+    for _ in range(2):  # the second bake knows the model's materials from the store
+        report = bake(scene, tmp_path / "out", BuildOptions(jobs=1))
+        assert report.errors
+        for text in (*map(str, report.errors), *report.warnings):
+            assert str(tmp_path / "store") not in text
+        assert any(error.file == f"{tmp_path}/s/model/Panel.glb: picture 'bark'" for error in report.errors)
+
+
+def test_a_warning_of_a_picture_inside_a_model_names_the_model(tmp_path: Path) -> None:
+    made = panel()
+    rough, shade = (
+        {"index": made.add("textures", source=made.add("images", bufferView=made.view(data), name=name))}
+        for name, data in (("polish", checker()), ("hollow", checker(edge=8)))
+    )
+    (paint,) = made.tree["materials"]
+    paint["pbrMetallicRoughness"] |= {"metallicRoughnessTexture": rough, "metallicFactor": 1}
+    paint["occlusionTexture"] = shade
+    scene = new_scene(tmp_path / "s", made.glb(tmp_path / "Panel.glb")).scene
+    report = bake(scene, tmp_path / "out", BuildOptions(jobs=1))
+    assert not report.errors
+    assert any(f"{tmp_path}/s/model/Panel.glb: picture 'hollow'" in text for text in report.warnings)
+    assert not any(str(tmp_path / "store") in text for text in report.warnings)
 
 
 def test_a_changed_buffer_or_picture_beside_bakes_what_is_made_of_it(tmp_path: Path) -> None:
