@@ -25,7 +25,9 @@ _EDGE = (
     16.0 / 255.0
 )  # difference of neighbouring texels that counts as an edge; a compressed gradient has less
 _PLAIN = 1e-4  # share of the area at edges, up to which a map counts as a palette
-_SAMPLES = np.array([[a, b, 10 - a - b] for a in range(11) for b in range(11 - a)], np.float64) / 10.0
+# Inside the triangle: its corners may lie on the centres of texels, where nothing is mixed.
+_SAMPLES = np.array([[a, b, 10 - a - b] for a in range(11) for b in range(11 - a)], np.float64)
+_SAMPLES = (_SAMPLES + 1.0 / 3.0) / 11.0
 _OVERLAP = 0.05  # of the covered texels
 _UNEVEN = 8.0  # texels a metre: the densest twentieth of the area over the sparsest
 
@@ -86,16 +88,18 @@ def _painted(mesh: Mesh, corners: npt.NDArray[np.float64], picture: Callable[[],
         colors = decode_texels(decode_ktx2(picture()))[:, :, :3]
     except (OSError, ParadizeError):  # another rule reports it
         return True
-    edge = np.zeros(colors.shape[:2], np.bool_)
-    edge[:, :-1] = np.abs(np.diff(colors, axis=1)).max(axis=2) > _EDGE
-    edge[:-1] |= np.abs(np.diff(colors, axis=0)).max(axis=2) > _EDGE
+    # Between the centres of four texels their colours are mixed; cell (0, 0) ends at the first centre.
+    around = np.pad(colors, ((1, 1), (1, 1), (0, 0)), mode="edge")
+    across = np.abs(np.diff(around, axis=1)).max(axis=2) > _EDGE
+    down = np.abs(np.diff(around, axis=0)).max(axis=2) > _EDGE
+    edge = across[:-1] | across[1:] | down[:, :-1] | down[:, 1:]
     a, b, c = (mesh.positions[mesh.triangles[:, k]].astype(np.float64) for k in range(3))
     cross = np.cross(b - a, c - a)
     area = np.sqrt((cross * cross).sum(axis=1))
     seen = 0.0
     for weights in _SAMPLES:
-        places = (corners * weights[None, :, None]).sum(axis=1) * np.array(edge.shape[::-1])
-        column, row = np.minimum(places.astype(np.int64), np.array(edge.shape[::-1]) - 1).T
+        places = (corners * weights[None, :, None]).sum(axis=1) * np.array(colors.shape[1::-1]) + 0.5
+        column, row = places.astype(np.int64).T
         seen += float(area[edge[row, column]].sum()) / len(_SAMPLES)
     return seen > _PLAIN * float(area.sum())
 

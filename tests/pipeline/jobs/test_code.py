@@ -12,6 +12,7 @@ from importlib.machinery import EXTENSION_SUFFIXES, SourceFileLoader
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from paradize.bakers import registry
@@ -24,7 +25,7 @@ from paradize.kernels import digest
 from paradize.kernels.gutter import _gutter
 from tests.pipeline.code_jobs import import_late, mark, run_and_tell
 from tests.pipeline.own_package import copy_package, kernels
-from tests.pipeline.scenes import make_cove
+from tests.pipeline.scenes import make_cove, write_image
 
 
 def test_every_kernel_carries_a_digest_of_its_own() -> None:
@@ -142,7 +143,13 @@ def test_keys_cover_all_code_that_a_baker_loads(tmp_path: Path, monkeypatch: pyt
 
     with monkeypatch.context() as patch, pytest.raises(KeyboardInterrupt):
         patch.setattr("paradize.build.work.run_jobs", note)
-        bake(make_cove(tmp_path / "scene"), tmp_path / "out")
+        scene = make_cove(tmp_path / "scene")
+        drawn = '[object.material.wood]\nnormal = "bumps.png"'
+        scene.write_text(scene.read_text().replace("[object.material.wood]", drawn))
+        tilts = np.random.default_rng(3).integers(118, 139, (32, 32, 2), np.uint8)
+        bumps = np.dstack([tilts, np.full((32, 32), 255, np.uint8)])
+        write_image(scene.parent / "bumps.png", bumps)
+        bake(scene, tmp_path / "out")
     assert asked.keys() == registry.BAKERS.keys()
     for baker, job in asked.items():
         (outcome,) = run_jobs([Job(baker, run_and_tell, {"baker": baker, "arguments": job.arguments})], 1)

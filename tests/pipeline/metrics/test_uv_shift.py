@@ -54,7 +54,9 @@ def test_a_wrong_colour_of_a_palette_is_told() -> None:
 def test_a_texture_that_is_held_slides_less_by_every_method(method: str) -> None:
     ball = sphere(32)
     loose, held = (
-        uv_shift(ball, simplify(ball, len(ball.triangles) // 8, method, hold=hold).mesh)["uv_shift_p99"]
-        for hold in (1.0, 16.0)
+        uv_shift(ball, simplify(ball, len(ball.triangles) // 8, method, uv_weight=weight).mesh)[
+            "uv_shift_p99"
+        ]
+        for weight in (1.0, 16.0)
     )
     assert held < 0.8 * loose

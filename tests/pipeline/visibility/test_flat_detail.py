@@ -126,7 +126,7 @@ def test_a_palette_of_points_begins_where_its_colours_are_still_themselves(tmp_p
     assert side == SIDE >> row["asked"]["left_out"]
     for k in range(24):
         u, v = swatch(k % 8, k // 8)
-        shown = begins[int((1.0 - v) * side), int(u * side)]
+        shown = begins[int((1.0 - v) * side), int(u * side), :3]
         meant = palette()[int((1.0 - v) * SIDE), int(u * SIDE)] / 255.0
         assert np.abs(shown - meant).max() <= OFF + 4.0 / 255.0, k  # and what BC1 costs
 
