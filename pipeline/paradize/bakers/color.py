@@ -80,6 +80,7 @@ def bake_color(
         opaque=opaque,
         alpha_channel=used.alpha_channel,
         alpha_inverted=used.alpha_inverted,
+        white=used.white,
     )
     rows, columns = values.shape[:2]
     if name == "emission" and (values == values[0, 0]).all():
@@ -134,11 +135,15 @@ def color_values(
     opaque: bool = False,
     alpha_channel: str = "luminance",
     alpha_inverted: bool = False,
+    white: bool = False,
 ) -> tuple[Values, bool, list[str]]:
     """The texels (h, w, 3 or 4) of level 0 as bake_color takes them from its sources, whether they are sRGB,
     and warnings. materials: those of the UV layout that count; none: all. opaque: what the picture says of
-    alpha does not count. alpha_channel, alpha_inverted: as of ColorSettings."""
+    alpha does not count. alpha_channel, alpha_inverted, white: as of ColorSettings."""
     image = read_image(path)
+    if white:
+        full: Any = np.full((*image.values.shape[:2], 3), 255, np.uint8)
+        image = Image(full, "srgb", 8)
     if opaque and image.values.shape[2] in (2, 4):
         seen: Any = np.ascontiguousarray(image.values[:, :, :-1])
         image = replace(image, values=seen)

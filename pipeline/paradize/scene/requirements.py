@@ -319,7 +319,7 @@ def map_inputs(
     of = _owners(one, shaded or users)
     inputs: dict[str, str] = {}
     has = one.pictures.keys()
-    if "color" in has and (shaded or cut):
+    if ("color" in has or ("alpha" in has and not one.opaque)) and (shaded or cut):
         shown = f"the swatches of a palette on {of}" if one.palette else f"the object {of}"
         inputs["color"] = shown if shaded else f"the shape of {of}'s shadow"
     if not shaded:
@@ -496,7 +496,7 @@ def _map_set(
 
     if "color" in inputs:
         sources = {role: has[role] for role in ("color", "alpha") if role in has}
-        sources["image"] = sources.pop("color")
+        sources["image"] = sources.pop("color") if "color" in has else has["alpha"]  # white with this alpha
         if one.opaque:
             sources.pop("alpha", None)
         read = _fields(one.authored, ["alpha"])
@@ -505,6 +505,7 @@ def _map_set(
             opaque=one.opaque,
             alpha_channel=read["channels"].get("alpha", "luminance"),
             alpha_inverted="alpha" in read["inverted"],
+            white="color" not in has,
             **plain,
         )
         add("colour", "color", sources, ["color"], **asdict(colors))
@@ -520,7 +521,7 @@ def _map_set(
         own += ["normal"] if "gloss" in drawn_maps and "normal" in has and "normal" not in own else []
         authored = AuthoredSettings(only=drawn_maps, **_fields(one.authored, own), **common)
         add("drawn maps", "authored", {role: has[role] for role in own}, drawn_maps, **asdict(authored))
-    if "color" in inputs:
+    if "color" in inputs and "color" in has:
         made = [key for key in DERIVED if key in inputs and key in one.derived and not roles.get(key)]
         if "height" in has and "normal" not in has:
             made = [key for key in made if key != "normal"]

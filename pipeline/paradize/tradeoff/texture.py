@@ -137,6 +137,7 @@ def _picture(sources: dict[str, Path], settings: Settings) -> tuple[Any, bool, l
         opaque=opaque,
         alpha_channel=settings.get("alpha_channel", "luminance"),
         alpha_inverted=settings.get("alpha_inverted", False),
+        white=settings.get("white", False),
     )
 
 

@@ -261,6 +261,22 @@ def test_the_picture_of_alpha_is_read_as_the_material_file_says(tmp_path: Path, 
     assert alpha[:, :20].max() < 0.05 and alpha[:, 20:].min() > 0.95
 
 
+def test_a_picture_of_alpha_without_one_of_colour_is_drawn(tmp_path: Path) -> None:
+    scene = make_panels(tmp_path / "s")
+    hole = np.full((64, 64, 1), 255, np.uint8)
+    hole[:, :20] = 0
+    write_image(tmp_path / "s/hole.png", hole)
+    edited(tmp_path / "s/panel.mtl", "map_Kd leaf.png", "Kd 0.1 0.6 0.1\nmap_d hole.png")
+    _, manifest = baked(scene, tmp_path / "out")
+    leaf = manifest["objects"][0]["materials"]["leaf"]
+    assert (leaf["alpha_mode"], leaf["color"]) == ("mask", pytest.approx([0.1, 0.6, 0.1]))
+    texels = level_0(tmp_path / "out", manifest, leaf["maps"]["color"])
+    assert (texels[:, :, :3] == 1.0).all()
+    assert np.array_equal(texels[:, :, 3] * 255, hole[:, :, 0])
+    found = list(check_paths([tmp_path / "out"]))
+    assert not found, found
+
+
 def test_a_shared_texture_is_as_fine_as_its_nearest_user_needs(tmp_path: Path) -> None:
     folder = tmp_path / "s"
     path = make_panels(folder)
