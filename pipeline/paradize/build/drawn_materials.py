@@ -69,6 +69,14 @@ def is_authored(material: Material) -> bool:
     return bool({"normal", "roughness", "smoothness"} & material.maps.keys())
 
 
+def is_unlit(material: Material) -> bool:
+    """Whether a material gives off its colour map and reflects none of it."""
+    given_off = material.picture("emission")
+    return (
+        given_off is not None and given_off == material.picture("color") and material.color == (0.0, 0.0, 0.0)
+    )
+
+
 def drawn(
     material: Material, table: ObjectMaterial, facts: MaterialFacts | None, *, gloss: bool
 ) -> DrawnMaterial:

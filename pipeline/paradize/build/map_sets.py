@@ -7,20 +7,21 @@ layout are shared between objects, too; pictures are compared by their bytes.
 
 from __future__ import annotations
 
+import json
 import re
 from collections.abc import Collection
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from paradize.build.drawn_materials import authored_fields, drawn, is_authored, is_guessed, joined
+from paradize.build.drawn_materials import authored_fields, drawn, is_authored, is_guessed, is_unlit, joined
 from paradize.build.model_facts import MaterialFacts, ModelFacts
 from paradize.build.model_reader import ModelReader
 from paradize.build.options import BuildOptions
 from paradize.errors import GroupedError, ParadizeError, SceneError
 from paradize.files import resolved
 from paradize.kinds import is_gltf
-from paradize.material import Material
+from paradize.material import Material, Picture
 from paradize.scene.map_sets import GLOSS_ROLES, DrawnMaterial, MapSet, ObjectMaps, SceneMaps
 from paradize.scene.settings import ObjectMaterial, Scene, SceneObject
 from paradize.store.file_hashes import FileHashCache
@@ -122,6 +123,10 @@ class _Finder:
             one = drawn(material, table, known.get(name), gloss=gloss)
             one = replace(one, vertex_colors=material.vertex_colors and facts is not None and facts.colors)
             drawn_materials[name] = one
+            if facts and facts.colors and not material.vertex_colors:
+                self.warnings.append(
+                    f"{item.mesh}: material {name!r} is unlit; vertex colours do not change it"
+                )
             if one.alpha_mode != "opaque" and material.maps and is_guessed(material, table):
                 self._warn_of_alpha(item, name, one)
             if not material.maps:
@@ -161,7 +166,7 @@ class _Finder:
         how = f"a mask with cutoff {one.alpha_cutoff:g}" if one.alpha_mode == "mask" else "blended"
         self.warnings.append(
             f"{item.mesh}: material {name!r}: nothing says what its alpha does; taken as {how} "
-            f"([object.material.{name}] alpha_mode says otherwise)"
+            f"([object.material.{_key(name)}] alpha_mode says otherwise)"
         )
 
     def _warn_of_wrap(self, item: SceneObject, material: Material) -> None:
@@ -180,9 +185,10 @@ class _Finder:
         tiles = facts.tiles if facts else ()
         if len(tiles) < 2:
             return
+        numbered = [str(1001 + u - 10 * v) for u, v in sorted(tiles)]
         for role, source in material.maps.items():
-            if _UDIM.search(source.picture.name or source.picture.file.name):
-                numbers = ", ".join(str(1001 + u - 10 * v) for u, v in sorted(tiles)[:8])
+            if _is_tile(source.picture, numbered):
+                numbers = ", ".join(numbered[:8])
                 what = f"the {role} map of {item.mesh.name} is one of several UDIM tiles"
                 raise SceneError(
                     f"{what}; its UVs lie in {numbers}",
@@ -212,7 +218,7 @@ class _Finder:
         layout = item.mesh if wrap == "clamp" and not palette else None
         strength = (0.0 if authored else 1.0) if item.strength is None else item.strength
         derived = {"normal": True, "gloss": table.specular is not None, "height": True}
-        if palette:
+        if palette or is_unlit(material):
             derived = {}
         bump_m, width_m = material.bump_m, facts.width_m if facts else None
         one = MapSet(
@@ -239,6 +245,20 @@ class _Finder:
 
 
 _FLAT = {"color", "alpha"}
+
+
+def _is_tile(picture: Picture, numbers: Collection[str]) -> bool:
+    """Whether a picture's name stands for UDIM tiles of these numbers, or has one of them beside it."""
+    name = picture.name or picture.file.name
+    if "<udim>" in name.lower():
+        return True
+    others = (_UDIM.sub(number, picture.file.name) for number in numbers)
+    return any(other != picture.file.name and (picture.file.parent / other).exists() for other in others)
+
+
+def _key(name: str) -> str:
+    """Returns a name as a key of TOML."""
+    return name if re.fullmatch(r"[A-Za-z0-9_-]+", name) else json.dumps(name, ensure_ascii=False)
 
 
 def _stem(item: str, materials: tuple[str, ...]) -> str:

@@ -59,8 +59,8 @@ class MaterialFacts:
 @dataclass(frozen=True)
 class ModelFacts:
     """materials: by name, in the order of the mesh. colors: whether it has vertex colours other than white.
-    libraries: files that were read, the model among them. missing: files that it names and that do not exist.
-    warnings: of what was guessed."""
+    libraries: files that were read, the model among them. missing: files that it names and that do not
+    exist."""
 
     materials: Mapping[str, MaterialFacts]
     colors: bool
@@ -161,7 +161,7 @@ def _shown(
             weights = (np.array([i, j, 4 - i - j], np.float64) + 1e-3) / (4.0 + 3e-3)
             middle.append((corners * weights[None, :, None]).sum(axis=1))
             at = middle[-1] * [columns, rows]
-            x, y = np.floor(at[:, 0]).astype(np.int64) % columns, np.floor(at[:, 1]).astype(np.int64) % rows
+            x, y = (np.floor(at) % [columns, rows]).astype(np.int64).T
             seen.append(pixels[y, x])
     colors = np.stack(seen)  # (places, triangles, channels)
     places = np.concatenate(middle)
@@ -203,9 +203,11 @@ def _shrink(pixels: npt.NDArray[np.float32], places: npt.NDArray[np.float64]) ->
     def seen(level: npt.NDArray[np.float32]) -> npt.NDArray[np.float64]:
         rows, columns = level.shape[:2]
         x, y = places[:, 0] * columns - 0.5, places[:, 1] * rows - 0.5
-        left, top = np.floor(x).astype(np.int64), np.floor(y).astype(np.int64)
+        left, top = np.floor(x), np.floor(y)
         s, t = (x - left)[:, None], (y - top)[:, None]
-        corner = [level[(top + j) % rows, (left + i) % columns] for j in (0, 1) for i in (0, 1)]
+        beside = [((left + i) % columns).astype(np.int64) for i in (0, 1)]
+        below = [((top + j) % rows).astype(np.int64) for j in (0, 1)]
+        corner = [level[j, i] for j in below for i in beside]
         upper, lower = (corner[k] * (1.0 - s) + corner[k + 1] * s for k in (0, 2))
         return np.asarray(upper * (1.0 - t) + lower * t)
 

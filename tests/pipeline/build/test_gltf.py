@@ -114,6 +114,21 @@ def test_a_warning_of_a_picture_inside_a_model_names_the_model(tmp_path: Path) -
     assert not any(str(tmp_path / "store") in text for text in report.warnings)
 
 
+def test_an_unlit_material_has_no_maps_made_of_its_colour_and_its_lost_vertex_colours_are_said(
+    tmp_path: Path,
+) -> None:
+    made = panel()
+    made.tree["materials"][0]["extensions"] = {"KHR_materials_unlit": {}}
+    made.tree["extensionsUsed"] = ["KHR_materials_unlit"]
+    half = made.array(np.full((4, 4), 0.5, np.float32))
+    made.tree["meshes"][0]["primitives"][0]["attributes"]["COLOR_0"] = half
+    scene = new_scene(tmp_path / "s", made.glb(tmp_path / "Panel.glb")).scene
+    scene.write_text(scene.read_text().replace("[[object]]", "[[object]]\nstrength = 1.0", 1))
+    found = find_map_sets(load_scene(scene), scene)
+    assert [one.derived for one in found.maps.sets] == [()]
+    assert any("'paint' is unlit; vertex colours" in text for text in found.warnings)
+
+
 def test_a_changed_buffer_or_picture_beside_bakes_what_is_made_of_it(tmp_path: Path) -> None:
     (tmp_path / "in").mkdir()
     (tmp_path / "in/red one.png").write_bytes(checker())

@@ -12,6 +12,7 @@ import pytest
 
 from paradize.build.bake import bake
 from paradize.build.map_sets import find_map_sets
+from paradize.build.model_facts import read_model_facts
 from paradize.build.options import BuildOptions
 from paradize.build.provenance import BakeReport
 from paradize.checks import check_paths
@@ -179,6 +180,8 @@ def test_udim_tiles_are_refused_by_name(tmp_path: Path) -> None:
     text = path.read_text()
     start, end = text.index("[object.material.metal]"), text.index("[[object.instance]]")
     path.write_text(text[:start] + text[end:])
+    assert find_map_sets(load_scene(path), path).maps.sets  # a picture whose name has 1001 in it
+    shutil.copy(folder / "wood.png", folder / "wood.1012.png")
     with pytest.raises(SceneError, match=r"UDIM.*1001"):
         find_map_sets(load_scene(path), path)
 
@@ -275,6 +278,26 @@ def test_a_picture_of_alpha_without_one_of_colour_is_drawn(tmp_path: Path) -> No
     assert np.array_equal(texels[:, :, 3] * 255, hole[:, :, 0])
     found = list(check_paths([tmp_path / "out"]))
     assert not found, found
+
+
+def test_the_table_that_a_warning_names_can_be_written_as_it_stands(tmp_path: Path) -> None:
+    path = make_panels(tmp_path / "s")
+    for name in ("panel.mtl", "panel.obj"):
+        text = (tmp_path / "s" / name).read_text()
+        (tmp_path / "s" / name).write_text(text.replace("leaf\n", "leaf.001\n"))
+    (warning,) = find_map_sets(load_scene(path), path).warnings
+    table = warning[warning.index("([") + 1 : warning.rindex("]") + 1]
+    edited(path, "[[object.instance]]", f'{table}\nalpha_mode = "opaque"\n[[object.instance]]')
+    assert not find_map_sets(load_scene(path), path).warnings
+
+
+@pytest.mark.filterwarnings("error")
+def test_far_uvs_are_looked_up_without_overflow(tmp_path: Path) -> None:
+    path = make_panels(tmp_path / "s")
+    obj = tmp_path / "s/panel.obj"
+    text = obj.read_text()
+    obj.write_text(text.replace("vt 0.100000 0.100000", "vt 1e30 -1e30", 1))
+    assert read_model_facts(obj, path.parent, {}, {})["facts"].materials
 
 
 def test_a_shared_texture_is_as_fine_as_its_nearest_user_needs(tmp_path: Path) -> None:
