@@ -125,7 +125,8 @@ TEST_CASE("simplify: what is locked stays, what is degenerate goes, what is no s
     Sheet fin(8, 0.0, false);
     fin.triangles.insert(fin.triangles.end(), {40, 41, 0, 41, 40, 2, 3, 3, 4});
     fin.group.resize(fin.triangles.size() / 3);
-    const simplify::Surface surface = simplify::join(fin.triangles, fin.place, fin.group, fin.locked);
+    const simplify::Surface surface =
+        simplify::build_surface(fin.triangles, fin.place, fin.group, fin.locked);
     CHECK(surface.triangles() == fin.group.size() - 1);
     CHECK(surface.vertices() > fin.place.size());
     const Result found = fin.run(0);
