@@ -224,6 +224,8 @@ def colors(texture: Texture, pixels: np.ndarray, encoded: bool, cutoff: float | 
         weighted = mean(light * alpha, level) / np.maximum(opaque, 1e-300)
         truth = encode_srgb(np.where(opaque > 0, weighted, mean(light, level)))
         decoded = decode_texels(texture, level)
+        if level:  # what is wholly transparent may have any colour
+            truth = np.where(opaque > 0, truth, decoded[:, :, :3])
         found: dict[str, Any] = differences(decoded[:, :, :3], truth)
         if exact.shape[2] == 4:
             if cutoff is not None and level > 0:

@@ -32,7 +32,7 @@ from paradize.readers.model import read_model
 from paradize.scene.baker_settings import ColorSettings
 from paradize.scene.budget import METRICS
 from paradize.stages import gutter
-from paradize.stages.compress import LevelWriter, encode_rows, formats_of
+from paradize.stages.compress import LevelWriter, encode_rows, formats_of, with_unseen_in_range
 from paradize.stages.mips import color_rows
 from paradize.stages.resample import resized
 from paradize.stages.sweep import level_count
@@ -232,6 +232,8 @@ def color_texture(
     weight = alpha_weight
 
     def put_rows(level: int, first: int, codes: npt.NDArray[np.uint8]) -> None:
+        if level and fmt.startswith("BC") and values.shape[2] in (2, 4):
+            codes = with_unseen_in_range(codes)
         writer.put(level, first, encode_rows(codes, fmt, tier=tier, alpha_weight=weight))
 
     color_rows(values, put_rows, encoded=encoded, alpha_cutoff=alpha_cutoff)

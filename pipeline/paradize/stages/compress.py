@@ -87,6 +87,30 @@ def encode_rows(
     return unorm(values, 65535 if wide else 255).tobytes()
 
 
+def with_unseen_in_range(codes: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint8]:
+    """Rows of RGBA codes (n, w, 4), where transparent texels take no precision from the others of their block.
+
+    A block holds few colours, so a transparent texel far from the visible ones of its block would spread them.
+    Its channels are clamped to the range of those. Blocks of one kind stay. Rows begin at a multiple of four.
+    """
+    rows, columns = codes.shape[:2]
+    seen = codes[:, :, 3] > 0
+    if seen.all() or not seen.any():
+        return codes
+    pad = ((0, -rows % 4), (0, -columns % 4))
+    blocks = np.pad(codes[:, :, :3], (*pad, (0, 0)), mode="edge")
+    height, width = blocks.shape[:2]
+    shape = (height // 4, 4, width // 4, 4, 3)
+    visible = np.pad(seen, pad, mode="edge").reshape(*shape[:4], 1)
+    colors = blocks.reshape(shape)
+    low = np.where(visible, colors, 255).min(axis=(1, 3), keepdims=True)
+    high = np.where(visible, colors, 0).max(axis=(1, 3), keepdims=True)
+    inside = np.where(visible | (low > high), colors, np.clip(colors, low, high))
+    out = codes.copy()
+    out[:, :, :3] = inside.reshape(height, width, 3)[:rows, :columns]
+    return out
+
+
 class LevelWriter:
     """Collects the bytes of every level of a texture, band by band, from any thread. Raises ValueError for a
     texture without texels."""

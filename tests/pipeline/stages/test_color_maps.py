@@ -54,6 +54,22 @@ def test_alpha_is_the_channel_that_its_material_names(
     assert np.array_equal(alpha, 255 - pixels[:, :, at] if inverted else pixels[:, :, at])
 
 
+@pytest.mark.parametrize("fmt", ["BC3_SRGB", "BC7_SRGB"])
+def test_what_is_transparent_takes_no_precision_from_the_coarse_levels_of_the_rest(fmt: str) -> None:
+    """Pale columns end in a dark rim, and the transparent rows below take the rim's colour."""
+    values = np.full((64, 64, 4), 255, np.uint8)
+    values[:48, :, :3] = (230 + 25 * np.sin(np.arange(64) / 9)).clip(0, 255).astype(np.uint8)[:, None]
+    values[47] = (40, 40, 40, 255)
+    values[48:] = (40, 40, 40, 0)
+    texture = color_texture(values, fmt, encoded=True, alpha_cutoff=None, tier="balanced")
+    plain = color_texture(values, "RGBA8_SRGB", encoded=True, alpha_cutoff=None, tier="balanced")
+    found, wanted = (decode_texels(one, 4) for one in (texture, plain))
+    seen = wanted[:, :, 3] > 0
+    assert seen.any() and not seen.all()
+    assert np.ptp(wanted[seen][:, 0]) < 0.2
+    assert np.abs(found - wanted)[seen].max() < 0.04
+
+
 def test_an_opaque_alpha_channel_costs_nothing(tmp_path: Path) -> None:
     pixels = np.full((8, 8, 4), 255, np.uint8)
     assert bake_color(save(tmp_path / "o.png", pixels)).format == "BC1_RGB_SRGB"

@@ -139,6 +139,9 @@ class ColorComparer final : public MapComparer {
         for (std::size_t c = 0; c < 3; ++c) {
             decoded(level, y, c, &found_[c * count]);
         }
+        if (level > 0 && pixels_.channels() == 4) {
+            forgive_unseen(alpha, count);
+        }
         const double sum =
             differences(truth_.data(), found_.data(), 3 * count, errors_.data(), squares_.data());
         take(level, y, {errors_.data(), 3 * count}, sum);
@@ -160,6 +163,17 @@ class ColorComparer final : public MapComparer {
     }
 
   private:
+    // What is wholly transparent in a level's mean may have any colour.
+    void forgive_unseen(const double *alpha, std::size_t count) {
+        for (std::size_t i = 0; i < count; ++i) {
+            if (alpha[i] <= 0.0) {
+                for (std::size_t c = 0; c < 3; ++c) {
+                    truth_[c * count + i] = found_[c * count + i];
+                }
+            }
+        }
+    }
+
     const PixelRows &pixels_;
     Planes &alphas_;
     std::vector<double> truth_;
