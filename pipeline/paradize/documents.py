@@ -41,6 +41,16 @@ _OPAQUE = re.compile(
 _MANY_PARTS = re.compile(rf"(?<![ \t])(?:[ \t]*+\.[ \t]*+[\w-]++){{{KEY_PARTS}}}")
 
 
+def toml_text(text: str) -> str:
+    """Returns a text as a string of TOML, or as a quoted key."""
+    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
+
+
+def toml_key(name: str) -> str:
+    """Returns a name as a key of TOML, in quotes where it needs them."""
+    return name if re.fullmatch(r"[A-Za-z0-9_-]+", name) else toml_text(name)
+
+
 def parse_json(data: bytes | memoryview, file: object = None, *, limit: int = JSON_BYTES) -> Any:
     """Parses UTF-8 JSON of at most `limit` bytes. Raises FormatError (file, place, limit)."""
     if len(data) > limit:

@@ -16,14 +16,15 @@ import numpy.typing as npt
 from paradize.bakers.product import (
     LevelErrors,
     MapProduct,
+    constant_product,
     flat_errors,
     one_of,
+    texture_product,
     within_budget,
     wraps_of,
 )
 from paradize.data import Image, Texture
 from paradize.errors import BakeError
-from paradize.formats.ktx2.encode import encode_ktx2
 from paradize.kernels.bc7 import THREADS
 from paradize.kernels.maps import linear_light
 from paradize.metrics.levels import color_levels
@@ -86,7 +87,7 @@ def bake_color(
     if name == "emission" and (values == values[0, 0]).all():
         light = linear_light(values[:1, :1], encoded=encoded)[0, 0]
         constant = tuple(float(value) for value in light)
-        return MapProduct(b"", columns, rows, "", 0.0, None, tier, warnings=warnings, constant=constant)
+        return constant_product(constant, columns, rows, tier, warnings)
     cutoff = used.alpha_cutoff if values.shape[2] == 4 else None
 
     formats, other, alpha_weight = color_formats(
@@ -109,20 +110,7 @@ def bake_color(
     (texture, levels), reason = within_budget(kept, make, errors_of, used.budget)
     reason = reason or other
     errors = errors_of((texture, levels)) if measure else {}
-    metric = next(iter(errors), None)
-    return MapProduct(
-        encode_ktx2(texture, zstd_level=used.zstd),
-        columns,
-        rows,
-        texture.format,
-        errors[metric] if metric else 0.0,
-        metric,
-        tier,
-        errors,
-        warnings,
-        levels if measure else [],
-        reason=reason,
-    )
+    return texture_product(texture, tier, used.zstd, errors, levels, warnings, reason=reason)
 
 
 def color_values(

@@ -6,7 +6,9 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TypeVar
 
+from paradize.data import Texture
 from paradize.errors import BakeError
+from paradize.formats.ktx2.encode import encode_ktx2
 
 LevelErrors = list[dict[str, float]]
 Made = TypeVar("Made")
@@ -36,6 +38,43 @@ class MapProduct:
     source: str = "color"
     guess: str | None = None
     constant: tuple[float, ...] | None = None
+
+
+def texture_product(
+    texture: Texture,
+    tier: str,
+    zstd_level: int | None,
+    errors: dict[str, float],
+    levels: LevelErrors,
+    warnings: list[str],
+    *,
+    filter_name: str | None = None,
+    reason: str | None = None,
+) -> MapProduct:
+    """Returns a map that is a texture. errors: of level 0, by metric, the main one first; empty where it was
+    not measured."""
+    metric = next(iter(errors), None)
+    return MapProduct(
+        encode_ktx2(texture, zstd_level=zstd_level),
+        texture.width,
+        texture.height,
+        texture.format,
+        errors[metric] if metric else 0.0,
+        metric,
+        tier,
+        errors,
+        warnings,
+        levels,
+        filter_name,
+        reason,
+    )
+
+
+def constant_product(
+    constant: tuple[float, ...], width: int, height: int, tier: str, warnings: list[str]
+) -> MapProduct:
+    """Returns a map whose texels are all equal. constant: the values of its channels."""
+    return MapProduct(b"", width, height, "", 0.0, None, tier, warnings=warnings, constant=constant)
 
 
 def one_of(what: str, wrong: Sequence[str], allowed: Collection[str]) -> None:

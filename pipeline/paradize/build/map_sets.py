@@ -7,7 +7,6 @@ layout are shared between objects, too; pictures are compared by their bytes.
 
 from __future__ import annotations
 
-import json
 import re
 from collections.abc import Collection
 from dataclasses import dataclass, field, replace
@@ -18,6 +17,7 @@ from paradize.build.drawn_materials import authored_fields, drawn, is_authored, 
 from paradize.build.model_facts import MaterialFacts, ModelFacts
 from paradize.build.model_reader import ModelReader
 from paradize.build.options import BuildOptions
+from paradize.documents import toml_key
 from paradize.errors import GroupedError, ParadizeError, SceneError
 from paradize.files import resolved
 from paradize.kinds import is_gltf
@@ -166,7 +166,7 @@ class _Finder:
         how = f"a mask with cutoff {one.alpha_cutoff:g}" if one.alpha_mode == "mask" else "blended"
         self.warnings.append(
             f"{item.mesh}: material {name!r}: nothing says what its alpha does; taken as {how} "
-            f"([object.material.{_key(name)}] alpha_mode says otherwise)"
+            f"([object.material.{toml_key(name)}] alpha_mode says otherwise)"
         )
 
     def _warn_of_wrap(self, item: SceneObject, material: Material) -> None:
@@ -254,11 +254,6 @@ def _is_tile(picture: Picture, numbers: Collection[str]) -> bool:
         return True
     others = (_UDIM.sub(number, picture.file.name) for number in numbers)
     return any(other != picture.file.name and (picture.file.parent / other).exists() for other in others)
-
-
-def _key(name: str) -> str:
-    """Returns a name as a key of TOML."""
-    return name if re.fullmatch(r"[A-Za-z0-9_-]+", name) else json.dumps(name, ensure_ascii=False)
 
 
 def _stem(item: str, materials: tuple[str, ...]) -> str:

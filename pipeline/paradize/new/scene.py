@@ -6,13 +6,13 @@ The folder is written under another name and then renamed, so it appears complet
 from __future__ import annotations
 
 import glob
-import json
 import secrets
 import shutil
 from dataclasses import dataclass, field
 from math import ceil, cos, log10, pi, sin, sqrt
 from pathlib import Path
 
+from paradize.documents import toml_text
 from paradize.errors import BakeError, SourceError
 from paradize.files import read_parts, resolved
 from paradize.kinds import is_gltf
@@ -147,7 +147,7 @@ def _white(source: Path) -> str:
     """Says that a model without a material file is white, and which picture may be its colour map."""
     near = sorted(source.parent.glob(f"{glob.escape(source.stem)}*"))
     picture = next((path.name for path in near if path.suffix.lower() in PICTURES), "PICTURE")
-    write = f"copy {picture} beside scene.toml and write color = {json.dumps(picture)} under [[object]]"
+    write = f"copy {picture} beside scene.toml and write color = {toml_text(picture)} under [[object]]"
     return f"{source}: has no material file, so it is drawn white; for a colour map {write}"
 
 
@@ -178,7 +178,7 @@ def _toml(name: str, model: _Model) -> str:
         "# Metres, Y up; -Z is north, +X east.",
         "",
         "[scene]",
-        f"name = {json.dumps(name)}",
+        f"name = {toml_text(name)}",
         "",
         "[sun]",
         f"azimuth_deg = {SUN_AZIMUTH_DEG}",
@@ -204,9 +204,9 @@ def _toml(name: str, model: _Model) -> str:
         "sand_strength = 0.4",
         f"sand_repeat = {_text(40.0)}",
     ]
-    lines += ["", "[[object]]", f"name = {json.dumps(model.name)}", f"mesh = {_string(model.mesh)}"]
+    lines += ["", "[[object]]", f"name = {toml_text(model.name)}", f"mesh = {toml_text(model.mesh)}"]
     for material in model.cutouts:
-        lines += ["", f"[object.material.{_string(material)}]", "two_sided = true"]
+        lines += ["", f"[object.material.{toml_text(material)}]", "two_sided = true"]
     lines += ["", "[[object.instance]]", f"position = [{', '.join(_text(x, 1e-5 * r) for x in position)}]"]
     lines += [f"scale = {_text(scale)}"] if scale != 1.0 else []
     lines += [
@@ -244,8 +244,3 @@ def _text(value: float, step: float | None = None) -> str:
     digits = 5 if not step else min(17, max(5, ceil(log10(max(abs(value) / step, 1.0)))))
     text = f"{value + 0.0:.{digits}g}"
     return text if any(c in text for c in ".en") else f"{text}.0"
-
-
-def _string(text: str) -> str:
-    """A TOML basic string, or a quoted key."""
-    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")

@@ -88,10 +88,10 @@ def encode_rows(
 
 
 def with_unseen_in_range(codes: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint8]:
-    """Rows of RGBA codes (n, w, 4), where transparent texels take no precision from the others of their block.
+    """Returns rows of RGBA codes (n, w, 4) whose transparent texels cost the visible ones no precision.
 
-    A block holds few colours, so a transparent texel far from the visible ones of its block would spread them.
-    Its channels are clamped to the range of those. Blocks of one kind stay. Rows begin at a multiple of four.
+    The colours of a block lie on one line, so a transparent texel far from the visible ones would stretch it.
+    Its channels are clamped to the range of theirs. Rows begin at a multiple of four.
     """
     rows, columns = codes.shape[:2]
     seen = codes[:, :, 3] > 0

@@ -21,10 +21,17 @@ from paradize.bakers.authored.pictures import Drawn, read_drawn
 from paradize.bakers.authored.rows import F64, Channel, Layouts, NormalRows, ValueRows
 from paradize.bakers.authored.textures import GlossMap, NormalMap, ValueMap
 from paradize.bakers.maps.bake import read_layout, unit_of_heights
-from paradize.bakers.product import MapProduct, flat_errors, one_of, within_budget, wraps_of
+from paradize.bakers.product import (
+    MapProduct,
+    constant_product,
+    flat_errors,
+    one_of,
+    texture_product,
+    within_budget,
+    wraps_of,
+)
 from paradize.data import Texture
 from paradize.errors import BakeError
-from paradize.formats.ktx2.encode import encode_ktx2
 from paradize.jobs.progress import report_step
 from paradize.map_table import AUTHORED
 from paradize.metrics.authored import true_occlusion, true_smoothness
@@ -223,7 +230,7 @@ def _product(name: str, maps: _Maps, used: AuthoredSettings, tier: str, fmt: str
     rows, columns = made.rows.size
     constant = made.rows.constant()
     if constant is not None:
-        return MapProduct(b"", columns, rows, "", 0.0, None, tier, warnings=warnings, constant=constant)
+        return constant_product(constant, columns, rows, tier, warnings)
     narrow = isinstance(made, ValueMap) and len(made.rows.channels) == 1
     formats = formats_of(name, rows, columns, tier=tier, narrow=name == "occlusion" and narrow)
 
@@ -240,17 +247,4 @@ def _product(name: str, maps: _Maps, used: AuthoredSettings, tier: str, fmt: str
     kept = formats[-1 if used.uncompressed else 0 :] if fmt is None else (fmt,)
     (texture, levels), reason = within_budget(kept, make, errors_of, used.budget)
     errors = errors_of((texture, levels))
-    metric = next(iter(errors), None)
-    return MapProduct(
-        encode_ktx2(texture, zstd_level=used.zstd),
-        columns,
-        rows,
-        texture.format,
-        errors[metric] if metric else 0.0,
-        metric,
-        tier,
-        errors,
-        warnings,
-        levels,
-        reason=reason,
-    )
+    return texture_product(texture, tier, used.zstd, errors, levels, warnings, reason=reason)

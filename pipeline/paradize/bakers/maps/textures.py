@@ -9,9 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 from paradize.bakers.maps.rows import MapRows, encoding_errors, filter_errors, open_angles
-from paradize.bakers.product import LevelErrors, MapProduct, beyond, flat_errors
+from paradize.bakers.product import LevelErrors, MapProduct, beyond, flat_errors, texture_product
 from paradize.data import Texture
-from paradize.formats.ktx2.encode import encode_ktx2
 from paradize.jobs.progress import report_step
 from paradize.map_table import MAPS
 from paradize.metrics.levels import dudv_levels, gloss_levels, normal_levels, value_levels
@@ -58,20 +57,9 @@ def ktx2_maps(
                 reason = f"{texture.format} exceeds the budget: {', '.join(over)}"
                 texture = map_textures(rows, {name: fmt}, tier)[0][name]
                 levels, errors = _measured(name, rows, texture, fixed)
-        metric = next(iter(errors), None)
-        done[name] = MapProduct(
-            encode_ktx2(texture, zstd_level=settings.zstd),
-            width,
-            height,
-            texture.format,
-            errors[metric] if metric else 0.0,
-            metric,
-            tier,
-            errors,
-            list(warnings),
-            levels,
-            None if name == "height" else rows.height_map.filter_name,
-            reason,
+        behind = None if name == "height" else rows.height_map.filter_name
+        done[name] = texture_product(
+            texture, tier, settings.zstd, errors, levels, list(warnings), filter_name=behind, reason=reason
         )
         del texture
     return {name: done[name] for name in rows.names}

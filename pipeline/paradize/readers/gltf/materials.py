@@ -93,15 +93,11 @@ class _Reader:
             if gloss is not None:
                 document.warn(f"extension {_GLOSSINESS}: its metallic-roughness form is read instead", place)
             material = self._metallic(material, base or {})
-        normal = document.get(entry, place, "normalTexture", dict, {})
-        self._map("normal", normal, f"{place}/normalTexture")
+        normal = self._maps(("normal",), entry, place, "normalTexture")
         scale = document.get(normal, f"{place}/normalTexture", "scale", float, 1.0)
-        occlusion = document.get(entry, place, "occlusionTexture", dict, {})
-        self._map("occlusion", occlusion, f"{place}/occlusionTexture")
+        occlusion = self._maps(("occlusion",), entry, place, "occlusionTexture")
         strength = document.get(occlusion, f"{place}/occlusionTexture", "strength", float, 1.0)
-        self._map(
-            "emission", document.get(entry, place, "emissiveTexture", dict, {}), f"{place}/emissiveTexture"
-        )
+        self._maps(("emission",), entry, place, "emissiveTexture")
         r, g, b = (max(c, 0.0) for c in document.floats(entry, place, "emissiveFactor", 3, (0.0, 0.0, 0.0)))
         more = document.extension(entry, place, "KHR_materials_emissive_strength") or {}
         times = max(document.get(more, place, "emissiveStrength", float, 1.0), 0.0)
@@ -137,12 +133,8 @@ class _Reader:
     def _metallic(self, material: Material, base: dict[str, Any]) -> Material:
         document, place = self.document, f"{self.place}/pbrMetallicRoughness"
         r, g, b, a = document.floats(base, place, "baseColorFactor", 4, (1.0, 1.0, 1.0, 1.0))
-        self._color(
-            document.get(base, place, "baseColorTexture", dict, {}), f"{place}/baseColorTexture", material
-        )
-        both = document.get(base, place, "metallicRoughnessTexture", dict, {})
-        self._map("roughness", both, f"{place}/metallicRoughnessTexture")
-        self._map("metalness", both, f"{place}/metallicRoughnessTexture")
+        self._maps(self._color_roles(material), base, place, "baseColorTexture")
+        self._maps(("roughness", "metalness"), base, place, "metallicRoughnessTexture")
         return replace(
             material,
             color=(_share(r), _share(g), _share(b)),
@@ -155,11 +147,8 @@ class _Reader:
         """The older model of light, as near as metalness and roughness come to it."""
         document, place = self.document, f"{self.place}/extensions/{_GLOSSINESS}"
         r, g, b, a = document.floats(gloss, place, "diffuseFactor", 4, (1.0, 1.0, 1.0, 1.0))
-        self._color(
-            document.get(gloss, place, "diffuseTexture", dict, {}), f"{place}/diffuseTexture", material
-        )
-        picture = document.get(gloss, place, "specularGlossinessTexture", dict, {})
-        self._map("smoothness", picture, f"{place}/specularGlossinessTexture")
+        self._maps(self._color_roles(material), gloss, place, "diffuseTexture")
+        picture = self._maps(("smoothness",), gloss, place, "specularGlossinessTexture")
         specular = document.floats(gloss, place, "specularFactor", 3, (1.0, 1.0, 1.0))
         smooth = _share(document.get(gloss, place, "glossinessFactor", float, 1.0))
         document.warn(f"extension {_GLOSSINESS} is converted to metalness and roughness")
@@ -175,10 +164,9 @@ class _Reader:
         opacity = 1.0 if material.alpha_mode == "opaque" else _share(a)
         return replace(material, color=color, opacity=opacity, metalness=metalness, roughness=1.0 - smooth)
 
-    def _color(self, info: dict[str, Any], place: str, material: Material) -> None:
-        self._map("color", info, place)
-        if material.alpha_mode != "opaque":
-            self._map("alpha", info, place)
+    def _color_roles(self, material: Material) -> tuple[str, ...]:
+        """The maps that the picture of a material's colour gives."""
+        return ("color",) if material.alpha_mode == "opaque" else ("color", "alpha")
 
     def _specular(self, material: Material) -> float:
         """Intensity of the reflection, 1: 4 % at normal incidence."""
@@ -194,23 +182,22 @@ class _Reader:
         if shine is not None:
             inner = f"{place}/extensions/KHR_materials_specular"
             value *= _share(document.get(shine, inner, "specularFactor", float, 1.0))
-            self._map(
-                "specular",
-                document.get(shine, inner, "specularTexture", dict, {}),
-                f"{inner}/specularTexture",
-            )
+            self._maps(("specular",), shine, inner, "specularTexture")
             if shine.keys() & {"specularColorFactor", "specularColorTexture"}:
                 document.warn("the colour of KHR_materials_specular is left out", place)
         return _share(value)
 
-    def _map(self, role: str, info: dict[str, Any], place: str) -> None:
-        """Adds the map of a texture info, if it names a texture that can be read."""
-        if not info:
-            return
+    def _maps(self, roles: tuple[str, ...], table: dict[str, Any], place: str, key: str) -> dict[str, Any]:
+        """Adds the maps of the texture info at `key` of a table, if it names a texture that can be read.
+        Returns the texture info; empty: there is none."""
         document = self.document
+        info: dict[str, Any] = document.get(table, place, key, dict, {})
+        place = f"{place}/{key}"
+        if not info:
+            return info
         source = self.pictures.source(document.get(info, place, "index", int), f"{place}/index")
         if source is None:
-            return
+            return info
         coordinates = document.whole(info, place, "texCoord", 0, 0)
         moved = document.extension(info, place, _TRANSFORM)
         matrix = Placement().matrix
@@ -222,8 +209,10 @@ class _Reader:
             turn = document.get(moved, inner, "rotation", float, 0.0)
             sine, cosine = sine_cosine(turn % (2.0 * PI) * (180.0 / PI))
             matrix = (cosine * sx, sine * sy, x, -sine * sx, cosine * sy, y)
-        self.maps[role] = replace(source, channel=_CHANNELS[role])
-        self.placements[role] = Placement(coordinates, matrix)
+        for role in roles:
+            self.maps[role] = replace(source, channel=_CHANNELS[role])
+            self.placements[role] = Placement(coordinates, matrix)
+        return info
 
     def _placed(self, name: str) -> Placement | None:
         """The placement of the material's first map. Maps of another placement are left out."""
