@@ -15,6 +15,7 @@ from paradize.metrics.filters import taps
 from paradize.metrics.flight import flight_error
 from paradize.metrics.mapped_normal import normal_error, uv_shift
 from paradize.metrics.quantised import quantised_errors
+from paradize.metrics.seen import seen_difference, seen_mesh
 from paradize.metrics.surface import diagonal, surface_distance
 from paradize.metrics.tangent import frame_errors, frame_faults
 from paradize.metrics.terrain import TerrainError, terrain_error
@@ -88,6 +89,17 @@ def _flat(mesh: Mesh) -> Mesh:
 def _tilts(mesh: Mesh) -> dict[str, float]:
     flat = _flat(mesh)
     return normal_error(flat, _tilted(flat), 20_000)
+
+
+def _seen(mesh: Mesh) -> dict[str, float]:
+    """Of a mesh whose normals all point up, and the same with all of them turned by three degrees."""
+    clean, turn = sound(mesh), np.radians(_TILT)
+    one, other = (
+        seen_mesh(replace(clean, normals=np.tile(np.array(up, np.float32), (len(clean.positions), 1))), {})
+        for up in ((0, 1, 0), (np.sin(turn), np.cos(turn), 0))
+    )
+    found = seen_difference(one, other, 40.0)
+    return {"p99": found.p99_deg, "mean": found.mean_deg, "silhouette": _TILT + found.silhouette}
 
 
 def _slid(mesh: Mesh) -> dict[str, float]:
@@ -251,6 +263,14 @@ ROWS = [
         "degrees",
         1e-4,
         part="normal",
+        refused=GUARDED,
+    ),
+    _row(
+        "seen",
+        _seen,
+        lambda mesh, made: max(abs(value - _TILT) for value in made.values()),
+        "degrees",
+        1e-4,
         refused=GUARDED,
     ),
     _row(

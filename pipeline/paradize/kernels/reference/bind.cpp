@@ -10,6 +10,7 @@
 #include "bind.hpp"
 #include "math/functions.hpp"
 #include "reference/bind_layout.hpp"
+#include "reference/bind_seen.hpp"
 #include "reference/bound.hpp"
 #include "reference/distance.hpp"
 #include "reference/frames.hpp"
@@ -353,4 +354,5 @@ NB_MODULE(_reference, m) {
     m.def("highlight_levels", &highlight_levels);
     m.def("color_levels", &color_levels);
     bind_reference_layout(m);
+    bind_reference_seen(m);
 }

@@ -1,0 +1,61 @@
+// What two meshes show in pictures of the same size: the mean normal and the coverage of each pixel. For
+// metrics only: no stage uses this kernel. Source: M. Olano and D. Baker, "LEAN mapping", 2010, for why a
+// pixel's mean normal is what light sees of the surfaces under it.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "reference/places.hpp"
+#include "reference/tree.hpp"
+
+namespace paradize::reference {
+
+// A level of a map: (rows, columns, channels) floats.
+struct Mip {
+    std::span<const float> texels;
+    std::size_t rows = 0, columns = 0;
+};
+
+// What decides the normal and the coverage of a material. Chains start with the finest level.
+struct SeenMaterial {
+    std::vector<Mip> normals; // unit vectors, green up; none: as if flat
+    std::vector<Mip> alpha;   // one channel; none: no holes
+    double cutoff = 0;        // what has less alpha is a hole
+    bool repeat = true, two_sided = false;
+};
+
+// material: (m,) row of `materials`, by triangle. Without normals (n = 0) a triangle shows its own.
+struct SeenMesh {
+    Surface surface;
+    Shading shading;
+    std::span<const std::uint32_t> material;
+    std::vector<SeenMaterial> materials;
+};
+
+// Pixels are counted by how much of them is covered. Angles: degrees between the mean normals of what is
+// covered of a pixel, weighted by what both pictures cover of it. A mean of normals that differ is shorter
+// than 1: its angle to another is that whose chord on the unit sphere is as long as their difference. So a
+// change counts by what the light sees of it.
+struct SeenDifference {
+    double mean = 0, p99 = 0, max = 0;
+    double covered = 0; // pixels, by the first mesh
+    double changed = 0; // pixels covered by one and not by the other
+};
+
+// Orthographic pictures along `directions` (towards the viewer, unit) with pixels of `pixel` (> 0, unit of
+// the positions), each of samples x samples samples. A sample shows the nearest triangle that faces the
+// viewer, or the nearest of any side where it is two-sided, with its normal turned round. Of a large picture
+// about `most_tiles` tiles of 32 x 32 pixels are measured, evenly spread over those that are not empty.
+// Returns one difference for each direction, and last that of all pictures together.
+//
+// A picture's right is (0, 1, 0) x direction, or (0, 0, 1) x direction where the direction is within 26
+// degrees of the Y axis; up is direction x right. Its first pixel starts (0.5717, 0.5393) pixels to the left
+// of and below all triangles of both meshes. Samples lie in the middles of their squares.
+std::vector<SeenDifference> seen_differences(const SeenMesh &a, const SeenMesh &b,
+                                             std::span<const double> directions, double pixel,
+                                             std::size_t samples, std::size_t most_tiles, int threads);
+
+} // namespace paradize::reference

@@ -1,0 +1,139 @@
+"""Python interface of the reference kernel that compares pictures of meshes. Used by a metric; no stage
+imports it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+import paradize.kernels.reference._reference as _reference
+from paradize.kernels.threads import default_threads
+
+F32 = npt.NDArray[np.float32]
+MOST_PIXELS = 16384  # along a side of a picture
+
+
+@dataclass(frozen=True)
+class SeenMaterial:
+    """What decides the normal and the coverage of a material. normals: (h, w, 3) unit vectors of each mip of
+    its normal map, green up, the finest first; none: flat. alpha: (h, w) of each mip; none: no holes. cutoff:
+    what has less alpha is a hole. repeat: whether its maps tile. two_sided: whether back faces are drawn,
+    with their normal turned round."""
+
+    normals: Sequence[F32] = ()
+    alpha: Sequence[F32] = ()
+    cutoff: float = 0.0
+    repeat: bool = True
+    two_sided: bool = False
+
+
+@dataclass(frozen=True)
+class SeenDifference:
+    """How two pictures of one size differ. mean_deg, p99_deg, max_deg: degrees between the mean normals of
+    their pixels, weighted by what both cover. covered_px: pixels that the first mesh covers. changed_px:
+    pixels that one covers and the other does not. Parts of pixels count as parts."""
+
+    mean_deg: float
+    p99_deg: float
+    max_deg: float
+    covered_px: float
+    changed_px: float
+
+
+def _rows(values: npt.ArrayLike | None, width: int, count: int | None = None) -> F32 | None:
+    if values is None:
+        return None
+    rows = np.ascontiguousarray(values, np.float32)
+    if rows.ndim != 2 or rows.shape[1] != width or count not in (None, len(rows)):
+        raise ValueError(f"expected ({count or 'n'}, {width}) floats, got {rows.shape}")
+    if not np.isfinite(rows).all():
+        raise ValueError("a value is not finite")
+    return rows
+
+
+def _chain(levels: Sequence[F32], channels: int) -> list[F32]:
+    out = []
+    for level in levels:
+        texels = np.ascontiguousarray(level, np.float32)
+        texels = texels[:, :, None] if texels.ndim == 2 else texels
+        if texels.ndim != 3 or texels.shape[2] != channels or not texels.size:
+            raise ValueError(f"a mip of {texels.shape}, expected (h, w, {channels})")
+        out.append(texels)
+    return out
+
+
+class SeenMesh:
+    """A mesh as it is drawn. positions: (n, 3), any unit. triangles: (m, 3), m > 0. normals: (n, 3) unit;
+    None: those of the triangles. tangents: (n, 4), uvs: (n, 2), or None; normal maps need both. by_triangle:
+    (m,) rows of `materials`."""
+
+    def __init__(
+        self,
+        positions: npt.ArrayLike,
+        triangles: npt.ArrayLike,
+        materials: Sequence[SeenMaterial] = (SeenMaterial(),),
+        by_triangle: npt.ArrayLike | None = None,
+        *,
+        normals: npt.ArrayLike | None = None,
+        tangents: npt.ArrayLike | None = None,
+        uvs: npt.ArrayLike | None = None,
+    ) -> None:
+        points = _rows(positions, 3)
+        assert points is not None
+        faces = np.ascontiguousarray(triangles, np.uint32)
+        if faces.ndim != 2 or faces.shape[1] != 3 or not len(faces) or int(faces.max()) >= len(points):
+            raise ValueError(f"expected (m, 3) indices below {len(points)}, got {faces.shape}")
+        rows = np.zeros(len(faces), np.uint32) if by_triangle is None else by_triangle
+        rows = np.ascontiguousarray(rows, np.uint32)
+        if rows.shape != (len(faces),) or int(rows.max()) >= len(materials):
+            raise ValueError(f"expected ({len(faces)},) rows of {len(materials)} materials, got {rows.shape}")
+        self.positions, self.triangles = points, faces
+        count = len(points)
+        columns = _rows(normals, 3, count), _rows(tangents, 4, count), _rows(uvs, 2, count)
+        native, chains = [], []
+        for one in materials:
+            if not 0.0 <= one.cutoff < float("inf"):
+                raise ValueError(f"an alpha cutoff of {one.cutoff}")
+            vectors, alpha = _chain(one.normals, 3), _chain(one.alpha, 1)
+            chains += [vectors, alpha]
+            native.append(_reference.seen_material(vectors, alpha, one.cutoff, one.repeat, one.two_sided))
+        self._held = (points, faces, columns, rows, chains)  # the native mesh looks at them
+        self.native = _reference.seen_mesh(points, faces, *columns, rows, native)
+
+
+def seen_differences(
+    a: SeenMesh,
+    b: SeenMesh,
+    directions: npt.ArrayLike,
+    pixel: float,
+    *,
+    samples: int,
+    most_tiles: int,
+    threads: int | None = None,
+) -> tuple[list[SeenDifference], SeenDifference]:
+    """Compares orthographic pictures of two meshes, as defined in reference/seen.hpp: of each direction, and
+    of all together.
+
+    directions: (k, 3), towards the viewer, not 0. pixel: > 0, in the unit of the positions; no picture is
+    wider than MOST_PIXELS. samples: along a side of a pixel, 1 to 16. most_tiles: of 32 x 32 pixels, measured
+    of each picture, 1 to 65536.
+    """
+    towards = np.ascontiguousarray(directions, np.float64)
+    if towards.ndim != 2 or towards.shape[1] != 3 or not np.isfinite(towards).all():
+        raise ValueError(f"expected (k, 3) finite directions, got {towards.shape}")
+    if not (np.abs(towards).max(axis=1) > 1e-9).all():
+        raise ValueError("a direction of no length")
+    corners = np.concatenate([mesh.positions[mesh.triangles.reshape(-1)] for mesh in (a, b)])
+    sides = corners.max(axis=0).astype(np.float64) - corners.min(axis=0)
+    span = float(np.sqrt((sides * sides).sum()))
+    if not (pixel > 0 and span / pixel <= MOST_PIXELS):
+        raise ValueError(f"a pixel of {pixel:g} of {span:g}, expected at most {MOST_PIXELS} along it")
+    if not 1 <= samples <= 16 or not 1 <= most_tiles <= 65536:
+        raise ValueError(f"{samples} samples, expected 1 to 16; {most_tiles} tiles, expected 1 to 65536")
+    workers = default_threads(8) if threads is None else max(1, threads)
+    found = _reference.seen_differences(a.native, b.native, towards, pixel, samples, most_tiles, workers)
+    *each, together = (SeenDifference(*map(float, one)) for one in found)
+    return each, together
