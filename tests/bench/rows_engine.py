@@ -32,7 +32,7 @@ from paradize.build.options import BuildOptions
 from paradize.jobs.process import WorkerPool
 from paradize.store.local import Store, hash_file
 from paradize.scene.flight import plan_flight
-from paradize.scene.requirements import object_sightings
+from paradize.scene.sightings import object_sightings
 from paradize.scene.settings import load_scene
 
 path, owner, mesh, names = Path(sys.argv[1]), sys.argv[2], Path(sys.argv[3]), set(sys.argv[4:])

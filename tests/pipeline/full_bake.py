@@ -24,7 +24,7 @@ from paradize.build.options import BuildOptions
 from paradize.build.provenance import BakeReport
 from paradize.map_table import DERIVED
 from paradize.scene import requirements as require
-from paradize.scene.requirements import Requirements
+from paradize.scene.jobs import Requirements
 from paradize.scene.settings import Scene, load_scene
 from tests.pictures import flip_map, load
 from tests.places import ROOT

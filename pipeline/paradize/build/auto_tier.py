@@ -18,7 +18,7 @@ from paradize.build.tasks import Task, run_tasks, stored_products, take_from_sto
 from paradize.build.tier_choice import cheapest, inside, limited, misses
 from paradize.build.tuned_settings import next_label, split_label
 from paradize.errors import GroupedError, ParadizeError
-from paradize.scene.requirements import BakeJob
+from paradize.scene.jobs import BakeJob
 from paradize.scene.schema import Limits
 from paradize.store.file_hashes import FileHashCache
 from paradize.store.local import Stamp

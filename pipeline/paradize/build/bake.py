@@ -21,7 +21,8 @@ from paradize.jobs.code import clear_caches, code_files
 from paradize.jobs.process import WorkerPool
 from paradize.kinds import require_folder
 from paradize.scene.flight import plan_flight
-from paradize.scene.requirements import BakeJob, Output, require
+from paradize.scene.jobs import BakeJob, Output
+from paradize.scene.requirements import require
 from paradize.scene.settings import Scene, load_scene
 from paradize.store.file_hashes import FileHashCache
 from paradize.store.local import Stamp, Store, default_root, key_of, stamp

@@ -17,8 +17,9 @@ from paradize.errors import ParadizeError
 from paradize.files import resolved
 from paradize.jobs.code import code_of
 from paradize.jobs.libraries import library_versions
+from paradize.scene.finest_views import scene_views
+from paradize.scene.jobs import BakeJob
 from paradize.scene.placement import placed
-from paradize.scene.requirements import BakeJob, scene_views
 from paradize.scene.settings import Scene
 from paradize.store.file_hashes import FileHashCache
 from paradize.store.local import Store, default_root, key_of

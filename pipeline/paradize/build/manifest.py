@@ -11,11 +11,12 @@ from paradize.errors import FormatError
 from paradize.formats.glb.document import glb_document
 from paradize.formats.scene_manifest import FORMAT, MATERIAL_MAPS, VERSION
 from paradize.map_table import MAPS, maps_of
+from paradize.scene.finest_views import sun_direction
 from paradize.scene.flight import PI, Flight, Vec
 from paradize.scene.map_sets import DrawnMaterial, ObjectMaps, SceneMaps
 from paradize.scene.placement import placed
-from paradize.scene.requirements import ObjectSighting, sun_direction
 from paradize.scene.settings import Scene, SceneObject, Waiver
+from paradize.scene.sightings import ObjectSighting
 
 # Streaming order: the sky, then the ground, then objects; colour before relief.
 _BY_RANK = sorted(MAPS, key=lambda name: MAPS[name].stream_rank)

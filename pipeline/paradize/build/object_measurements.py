@@ -20,8 +20,8 @@ from paradize.jobs.code import code_digest, code_of
 from paradize.jobs.pool import Job
 from paradize.map_table import maps_of
 from paradize.scene.map_sets import MapSet, SceneMaps
-from paradize.scene.requirements import ObjectSighting
 from paradize.scene.settings import Scene, SceneObject
+from paradize.scene.sightings import ObjectSighting
 from paradize.store.local import Store, key_of
 
 _SHAPES = {"gutters": GUTTERS, "lod_normal_error": LOD_NORMAL_ERRORS, "palettes": PALETTES}

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from paradize.jobs.pool import WorkerPool
 from paradize.scene.flight import Flight
-from paradize.scene.requirements import BakeJob
+from paradize.scene.jobs import BakeJob
 from paradize.scene.settings import Scene
 from paradize.store.local import Store
 

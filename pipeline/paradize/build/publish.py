@@ -29,8 +29,8 @@ from paradize.formats.device import device_bytes
 from paradize.formats.scene_manifest import encode_scene
 from paradize.scene.budget import excesses
 from paradize.scene.map_sets import SceneMaps
-from paradize.scene.requirements import ObjectSighting, object_sightings
 from paradize.scene.settings import Scene
+from paradize.scene.sightings import ObjectSighting, object_sightings
 from paradize.store.atomic import flush_folder, write_whole
 from paradize.store.local import hash_file, stamp
 from paradize.tiers import AUTO

@@ -25,7 +25,7 @@ from paradize.jobs.code import code_digest, code_of
 from paradize.jobs.limits import time_limit
 from paradize.jobs.pool import Job, Outcome
 from paradize.scene.flight import Flight
-from paradize.scene.requirements import BakeJob, Output
+from paradize.scene.jobs import BakeJob, Output
 from paradize.scene.settings import Scene
 from paradize.store.file_hashes import FileHashCache
 from paradize.store.local import Stamp, Store, key_of, stamp

@@ -23,9 +23,9 @@ from paradize.formats.scene_fields import Check
 from paradize.jobs.code import code_digest, code_of
 from paradize.jobs.pool import Job
 from paradize.map_table import maps_of
+from paradize.scene.finest_views import finest_scales, finest_shadow_texel_m, scene_views
 from paradize.scene.map_sets import SceneMaps
 from paradize.scene.placement import placed
-from paradize.scene.requirements import finest_scales, finest_shadow_texel_m, scene_views
 from paradize.scene.settings import Scene, SceneObject
 from paradize.store.local import Store, key_of
 

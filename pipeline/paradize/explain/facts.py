@@ -21,7 +21,9 @@ from paradize.explain.bounds import bounds_of
 from paradize.explain.economy import economy, saved_bytes, textures_by_owner
 from paradize.explain.gutters import decides
 from paradize.formats.scene_manifest import read_scene
-from paradize.scene.requirements import BakeJob, Output, require, unread_pictures
+from paradize.scene.jobs import BakeJob, Output
+from paradize.scene.pass_inputs import unread_pictures
+from paradize.scene.requirements import require
 from paradize.scene.settings import Scene, load_scene
 
 

@@ -21,7 +21,7 @@ from paradize.explain.bound import SIX, bound
 from paradize.explain.pixels import Camera, Moved, Surfaces
 from paradize.files import read_file
 from paradize.placement import largest_scale, to_world
-from paradize.scene.requirements import COARSEST_LOD
+from paradize.scene.finest_views import COARSEST_LOD
 
 F64 = npt.NDArray[np.float64]
 _MOST_BYTES = 32_000_000

@@ -21,7 +21,7 @@ from paradize.errors import GroupedError
 from paradize.jobs.progress import OnProgress
 from paradize.metrics.picture import Picture, flip
 from paradize.preview.player import read_picture, run_player
-from paradize.scene.requirements import BakeJob
+from paradize.scene.jobs import BakeJob
 from paradize.scene.settings import Scene
 
 SIZE = "320x180"

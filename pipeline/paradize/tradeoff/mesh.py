@@ -20,7 +20,7 @@ from paradize.metrics.quantised import quantised_errors
 from paradize.metrics.tangent import frame_errors
 from paradize.readers.model import read_model
 from paradize.scene.baker_settings import MeshSettings
-from paradize.scene.requirements import BakeJob
+from paradize.scene.jobs import BakeJob
 from paradize.stages import atlas
 from paradize.stages.lod import METHODS, SIMPLIFIERS, require_simplifier
 from paradize.stages.order import draw_order

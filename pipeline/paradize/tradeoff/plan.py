@@ -15,7 +15,7 @@ from paradize.map_table import DERIVED
 from paradize.readers.heightmap import guess_source, read_heightmap
 from paradize.readers.image import read_image
 from paradize.scene.baker_settings import ColorSettings, MapSettings, MeshSettings
-from paradize.scene.requirements import BakeJob, Output
+from paradize.scene.jobs import BakeJob, Output
 from paradize.scene.settings import Scene
 from paradize.tradeoff.mesh import mesh_groups
 from paradize.tradeoff.terrain import height_map_groups, path_groups, tree_groups

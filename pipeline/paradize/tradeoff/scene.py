@@ -14,7 +14,8 @@ from paradize.build.map_sets import find_map_sets
 from paradize.build.options import BuildOptions
 from paradize.errors import GroupedError, ParadizeError
 from paradize.jobs.progress import OnProgress
-from paradize.scene.requirements import BakeJob, require
+from paradize.scene.jobs import BakeJob
+from paradize.scene.requirements import require
 from paradize.scene.settings import Scene, load_scene
 from paradize.tradeoff.attribution import attribute, swaps
 from paradize.tradeoff.curve import Group

@@ -15,7 +15,7 @@ from paradize.metrics.terrain import terrain_error
 from paradize.readers.heightmap import read_heightmap
 from paradize.scene.baker_settings import TileSettings
 from paradize.scene.flight import plan_flight
-from paradize.scene.requirements import BakeJob
+from paradize.scene.jobs import BakeJob
 from paradize.scene.settings import Flight
 from paradize.stages.terrain import terrain_mesh
 from paradize.tiers import TIERS

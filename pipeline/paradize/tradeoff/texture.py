@@ -22,7 +22,7 @@ from paradize.metrics.levels import color_levels
 from paradize.metrics.source import sky_error
 from paradize.readers.image import read_image
 from paradize.scene.baker_settings import AuthoredSettings
-from paradize.scene.requirements import BakeJob
+from paradize.scene.jobs import BakeJob
 from paradize.stages import cubemap
 from paradize.stages.compress import formats_of
 from paradize.stages.filters import choose_filter

@@ -159,7 +159,7 @@ def is_lit(sphere: Sphere, light: _Light) -> bool:
 def plan_query(sight: dict[str, Any]) -> VisibilityQuery:
     """The visibility query of a scene.
 
-    sight: as scene/requirements.py makes it: `flight` (scene.settings.Flight as a dict), `viewport` (largest,
+    sight: as scene/finest_views.py makes it: `flight` (scene.settings.Flight as a dict), `viewport` (largest,
     pixels), `error_px`, `mirror_m` and `water_m` (water level for reflection and refraction, or None),
     `shadow` (extent_m and center, or None), `sun` (unit vector towards it), and optionally `region`
     (scene.settings.FreeCamera as a dict).

@@ -22,7 +22,7 @@ from paradize.export.scene import export
 from paradize.formats.ktx2.reader import decode_ktx2
 from paradize.formats.png import decode_png
 from paradize.metrics.texels import decode_texels
-from paradize.scene.requirements import unread_pictures
+from paradize.scene.pass_inputs import unread_pictures
 from paradize.scene.settings import load_scene
 from tests.pipeline.material_scene import make_panels, noise, squares
 from tests.pipeline.scenes import write_image

@@ -13,7 +13,7 @@ from paradize.bakers.authored.bake import bake_authored
 from paradize.bakers.color import bake_color
 from paradize.map_table import MAPS
 from paradize.scene.baker_settings import AuthoredSettings, BakerSettings, ColorSettings
-from paradize.scene.requirements import BakeJob, Output
+from paradize.scene.jobs import BakeJob, Output
 from paradize.tradeoff.plan import file_rows
 from paradize.tradeoff.texture import authored_groups, color_groups
 from paradize.tradeoff.tiers import run_groups

@@ -26,7 +26,7 @@ from paradize.scene.settings import EyePoint, Flight, TargetPoint
 
 
 def sight_plan(views: dict[str, Any], instances: Sequence[Mapping[str, Any]]) -> Callable[[Mesh, Plan], Plan]:
-    """Returns a function that adapts a plan to a mesh. views: from scene/requirements.py. instances: as
+    """Returns a function that adapts a plan to a mesh. views: from scene/finest_views.py. instances: as
     in scene.json. A mesh that the flight never sees keeps one level, as coarse as the plan's limit allows."""
     fields = dict(views["flight"])
     fields["eye"] = tuple(EyePoint(**point) for point in fields["eye"])

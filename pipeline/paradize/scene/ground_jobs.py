@@ -1,0 +1,117 @@
+"""The jobs of the terrain and the water. Does not import numpy."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from paradize.scene.baker_settings import ColorSettings, MapSettings, TileSettings
+from paradize.scene.jobs import Output, Requirements
+from paradize.scene.pass_inputs import seen_in
+from paradize.scene.settings import Terrain, Water
+
+
+def add_terrain(
+    required: Requirements, terrain: Terrain, views: tuple[str, ...], sight: dict[str, Any]
+) -> None:
+    """Adds the jobs of the terrain. views: those beside the camera's. sight: from scene_views."""
+    readers = ("terrain",)
+    relief = terrain.effect_height or terrain.effect_color
+    bumps = terrain.sand_strength > 0.0 or (relief is not None and terrain.effect_strength > 0.0)
+    reason = seen_in("the terrain", ("camera", *views))
+    required.add(
+        "terrain",
+        "terrain",
+        {"heightmap": terrain.heightmap},
+        [
+            Output("terrain_mesh", "mesh", "mesh", reason, ("terrain", *views), many=True),
+            Output("terrain_tree", "", "tree", "which parts of the terrain stand for which"),
+        ],
+        **asdict(
+            TileSettings.of(
+                terrain,
+                tangents=bumps,
+                sight=sight,
+            )
+        ),
+    )
+    _color(required, "sand", {"image": terrain.sand_color}, "repeat", "the terrain's sand pattern", readers)
+    if terrain.sand_strength > 0.0:
+        required.add(
+            "sand maps",
+            "maps",
+            {"image": terrain.sand_height or terrain.sand_color},
+            [Output("sand_normal", "texture", "normal", "the sand's grain in the light", readers)],
+            **asdict(
+                MapSettings.of(
+                    terrain.sand_relief,
+                    only=["normal"],
+                    source="height" if terrain.sand_height else "color",
+                    strength=terrain.sand_strength,
+                    wrap="repeat",
+                )
+            ),
+        )
+    if terrain.effect_color:
+        _color(
+            required, "effect", {"image": terrain.effect_color}, "clamp", "the terrain's effect map", readers
+        )
+    if relief and terrain.effect_strength > 0.0:
+        required.add(
+            "effect maps",
+            "maps",
+            {"image": relief},
+            [
+                Output(
+                    "effect_normal", "texture", "normal", "ripples, shells and starfish in the light", readers
+                )
+            ],
+            **asdict(
+                MapSettings.of(
+                    terrain.effect_relief,
+                    only=["normal"],
+                    source="height" if terrain.effect_height else "color",
+                    strength=terrain.effect_strength,
+                    size_m=list(terrain.size_m),
+                )
+            ),
+        )
+
+
+def add_water(required: Requirements, water: Water) -> None:
+    """Adds the jobs of the water."""
+    required.add(
+        "water maps",
+        "maps",
+        {"image": water.waves},
+        [
+            Output("water_normal", "texture", "normal", "the light on the waves", ("water",)),
+            Output(
+                "water_dudv", "texture", "dudv", "the waves that shake reflection and refraction", ("water",)
+            ),
+        ],
+        **asdict(
+            MapSettings.of(
+                water.wave_relief,
+                only=["normal", "dudv"],
+                source="height",
+                strength=water.wave_strength,
+                wrap="repeat",
+            )
+        ),
+    )
+
+
+def _color(
+    required: Requirements,
+    name: str,
+    sources: dict[str, Path],
+    wrap: str,
+    reason: str,
+    passes: tuple[str, ...],
+    alpha_cutoff: float = 0.5,
+) -> None:
+    output = Output(f"{name}_color", "texture", "color", reason, passes)
+    settings = ColorSettings(wrap=wrap, alpha_cutoff=alpha_cutoff)
+    required.add(f"{name} colour", "color", sources, [output], **asdict(settings))

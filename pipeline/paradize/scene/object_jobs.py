@@ -1,0 +1,136 @@
+"""The jobs of objects: their meshes and their materials' maps. Does not import numpy."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from paradize.map_table import AUTHORED, DERIVED
+from paradize.scene.baker_settings import AuthoredSettings, ColorSettings, MapSettings, MeshSettings
+from paradize.scene.jobs import Output, Requirements
+from paradize.scene.map_sets import MapSet, ObjectMaps, SceneMaps
+from paradize.scene.pass_inputs import MADE_OF, map_inputs, mesh_inputs
+from paradize.scene.placement import placed
+from paradize.scene.settings import SceneObject
+
+
+def add_object(
+    required: Requirements,
+    item: SceneObject,
+    maps: SceneMaps,
+    views: tuple[str, ...],
+    sight: dict[str, Any] | None,
+    quantise_limits: dict[str, float],
+) -> None:
+    """Adds the job of an object's mesh. views: those that draw it. sight: from camera_views; None: its levels
+    of detail do not follow the flight."""
+    name = item.name
+    sets = list(maps.of_object(name))
+    read = [key for one, names in sets for key in map_inputs(one, {name: names}, maps, {name: views})]
+    inputs = mesh_inputs(item, maps.objects[name], views, read)
+    required.add(
+        f"{name} mesh",
+        "mesh",
+        {"mesh": item.mesh},
+        [Output(f"{name}_mesh", "mesh", "mesh", inputs["POSITION"], _passes(views))],
+        [name],
+        **asdict(
+            MeshSettings.of(
+                item,
+                attributes=list(inputs),
+                quantise=quantise_limits if item.quantise else None,
+                sight=sight,
+                instances=[placed(instance) for instance in item.instances] if sight else [],
+                atlas=bool(sets),  # a map needs a UV layout
+                painted=True,  # overlapping UVs are the author's choice: the maps are painted for them
+                base_colors=_base_colors(maps.objects[name]),
+            )
+        ),
+    )
+
+
+def _base_colors(known: ObjectMaps) -> dict[str, list[float]]:
+    """Returns the colours that the GLB holds, by material; materials with a colour map are white by
+    default."""
+    return {
+        name: list(drawn.color)
+        for name, drawn in known.drawn.items()
+        if drawn.color != (1.0, 1.0, 1.0) or not (name in known.sets and "color" in known.sets[name].pictures)
+    }
+
+
+def _passes(views: tuple[str, ...]) -> tuple[str, ...]:
+    return ("objects", *views[1:]) if "camera" in views else views
+
+
+def add_map_set(
+    required: Requirements, one: MapSet, maps: SceneMaps, drawn_in: Mapping[str, tuple[str, ...]]
+) -> None:
+    """Adds the jobs of a map set."""
+    name, inputs = one.name, map_inputs(one, one.materials, maps, drawn_in)
+    drawn = tuple(dict.fromkeys(view for user in one.materials for view in _passes(drawn_in[user])))
+    shaded = tuple(view for view in drawn if view != "shadow")
+    layout = {"layout": one.layout} if one.layout else {}
+    has = one.pictures
+    common: dict[str, Any] = {"wrap": one.wrap, "layout_materials": list(one.layout_materials)}
+    plain = common | {"uncompressed": True} if one.tiny else common
+
+    def add(what: str, baker: str, sources: dict[str, Path], keys: Iterable[str], **settings: Any) -> None:
+        outputs = [
+            Output(f"{name}_{key}", "texture", key, inputs[key], drawn if key == "color" else shaded)
+            for key in keys
+        ]
+        required.add(f"{name} {what}", baker, sources | layout, outputs, one.materials, **settings)
+
+    def add_maps(what: str, picture: Path, source: str, keys: Sequence[str], strength: float) -> None:
+        groups = list(one.gloss_groups)
+        maps = MapSettings.of(
+            one.relief, only=list(keys), source=source, strength=strength, gloss_groups=groups, **common
+        )
+        add(what, "maps", {"image": picture}, keys, **asdict(maps))
+
+    if "color" in inputs:
+        sources = {role: has[role] for role in ("color", "alpha") if role in has}
+        sources["image"] = sources.pop("color") if "color" in has else has["alpha"]  # white with this alpha
+        if one.opaque:
+            sources.pop("alpha", None)
+        read = _fields(one.authored, ["alpha"])
+        colors = ColorSettings(
+            alpha_cutoff=one.alpha_cutoff,
+            opaque=one.opaque,
+            alpha_channel=read["channels"].get("alpha", "luminance"),
+            alpha_inverted="alpha" in read["inverted"],
+            white="color" not in has,
+            **plain,
+        )
+        add("colour", "color", sources, ["color"], **asdict(colors))
+    roles = {key: [role for role in MADE_OF[key] if role in has] for key in AUTHORED if key in inputs}
+    if "normal" in inputs and "normal" not in has and "height" in has:
+        roles["normal"] = []  # made of the heights
+        add_maps("bumps", has["height"], "height", ["normal"], one.height_strength)
+    elif "normal" in roles:
+        roles["normal"] = ["normal"] if "normal" in has else []
+    drawn_maps = [key for key, own in roles.items() if own]
+    if drawn_maps:
+        own = [role for key in drawn_maps for role in roles[key]]
+        own += ["normal"] if "gloss" in drawn_maps and "normal" in has and "normal" not in own else []
+        authored = AuthoredSettings(only=drawn_maps, **_fields(one.authored, own), **common)
+        add("drawn maps", "authored", {role: has[role] for role in own}, drawn_maps, **asdict(authored))
+    if "color" in inputs and "color" in has:
+        made = [key for key in DERIVED if key in inputs and key in one.derived and not roles.get(key)]
+        if "height" in has and "normal" not in has:
+            made = [key for key in made if key != "normal"]
+        add_maps("maps", has["color"], "color", made, one.strength)
+    if "emission" in inputs:
+        emission = ColorSettings(product="emission", **common)
+        add("emission", "color", {"image": has["emission"]}, ["emission"], **asdict(emission))
+
+
+def _fields(authored: Iterable[tuple[str, Any]], roles: Collection[str]) -> dict[str, Any]:
+    """Returns fields of AuthoredSettings for pictures of these roles."""
+    fields = dict(authored)
+    fields["channels"] = {role: channel for role, channel in fields.get("channels", ()) if role in roles}
+    fields["inverted"] = [role for role in fields.get("inverted", ()) if role in roles]
+    return fields
