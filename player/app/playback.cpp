@@ -27,7 +27,6 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <limits>
 #include <memory>
 #include <optional>
 #include <utility>
@@ -37,8 +36,9 @@ namespace paradize {
 namespace {
 
 constexpr std::size_t upload_bytes_per_frame = std::size_t{4} << 20U;
-constexpr double frame_s = 1.0 / 30.0; // between two frames of --frames
-constexpr int bench_frames = 100;      // measured frames of --bench; --frames overrides it
+constexpr double upload_ms_per_frame = 2.0; // in a window
+constexpr double frame_s = 1.0 / 30.0;      // between two frames of --frames
+constexpr int bench_frames = 100;           // measured frames of --bench; --frames overrides it
 constexpr int warm_up_frames = 5; // untimed frames before them: drivers compile shaders at the first draw
 constexpr int pass_frames = 10;   // frames of --bench that wait for each pass
 constexpr std::size_t max_recent_frames = 4096; // frame times that --fps keeps
@@ -105,7 +105,7 @@ class Playback {
         warn_of_terrain_size();
         if (options.wait_resident || options.bench || options.fps ||
             (!options.screenshot.empty() && !options.frames)) {
-            scenes_.current().streamer.upload(std::numeric_limits<std::size_t>::max());
+            scenes_.upload_all();
         }
         if (options.reference) {
             samples_ = reference_samples(*options.reference);
@@ -159,8 +159,10 @@ class Playback {
         // Headless frames wait for data, so that they do not depend on timing. Frames in a window do not
         // wait.
         log_unless_empty(bake_limits_->check_size(renderer_->width_px(), renderer_->height_px()));
-        const NotReady not_ready = options_.headless ? NotReady::wait : NotReady::skip;
-        if (LoadedScene *next = scenes_.upload(upload_bytes_per_frame, not_ready)) {
+        const UploadBudget budget =
+            options_.headless ? UploadBudget{.bytes = upload_bytes_per_frame}
+                              : UploadBudget{upload_bytes_per_frame, upload_ms_per_frame, NotReady::skip};
+        if (LoadedScene *next = scenes_.upload(budget)) {
             activate(*next, elapsed_s);
         }
         if (samples_.empty()) {

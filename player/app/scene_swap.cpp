@@ -1,8 +1,10 @@
 #include "app/scene_swap.hpp"
 
 #include "app/messages.hpp"
+#include "error.hpp"
 
 #include <exception>
+#include <span>
 #include <string>
 #include <utility>
 
@@ -51,16 +53,33 @@ void SceneSwap::poll(NotReady not_ready) {
     }
 }
 
-LoadedScene *SceneSwap::upload(std::size_t budget_bytes, NotReady not_ready) {
+void SceneSwap::log_failures() {
+    for (const std::span<const std::string> all = current_->streamer.failures(); failures_ < all.size();
+         ++failures_) {
+        log_message(all[failures_] + "; what was loaded of it is drawn");
+    }
+}
+
+void SceneSwap::upload_all() {
+    current_->streamer.upload({});
+    log_failures();
+}
+
+LoadedScene *SceneSwap::upload(const UploadBudget &budget) {
     if (watcher_ != nullptr) {
-        poll(not_ready);
+        poll(budget.not_ready);
     }
     if (!next_) {
-        current_->streamer.upload(budget_bytes, not_ready);
+        current_->streamer.upload(budget);
+        log_failures();
         return nullptr;
     }
     try {
-        return next_->streamer.upload(budget_bytes, not_ready) ? next_.get() : nullptr;
+        const bool complete = next_->streamer.upload(budget);
+        if (!next_->streamer.failures().empty()) {
+            throw Error(next_->streamer.failures().front());
+        }
+        return complete ? next_.get() : nullptr;
     } catch (const std::exception &error) {
         refuse(error.what());
         return nullptr;
@@ -68,6 +87,7 @@ LoadedScene *SceneSwap::upload(std::size_t budget_bytes, NotReady not_ready) {
 }
 
 std::unique_ptr<LoadedScene> SceneSwap::activate() {
+    failures_ = 0;
     return std::exchange(current_, std::move(next_));
 }
 

@@ -42,11 +42,13 @@ class SceneSwap {
 
     LoadedScene &current() { return *current_; }
     const LoadedScene &current() const { return *current_; }
-    /// Uploads at most `budget_bytes`, to the next scene if there is one, else to the current scene. Returns
-    /// the next scene once it is resident; call activate() then. Otherwise returns nullptr. `not_ready` says
-    /// whether to wait for files that are still being read. An error of the next scene is logged once and
-    /// that scene is dropped. Throws Error if the current scene fails.
-    LoadedScene *upload(std::size_t budget_bytes, NotReady not_ready);
+    /// Uploads within the budget, to the next scene if there is one, else to the current scene. Returns the
+    /// next scene once it is resident; call activate() then. Otherwise returns nullptr. An error of the next
+    /// scene is logged once and that scene is dropped. A file of the current scene that cannot be read any
+    /// more is logged once. Throws Error if the current scene fails.
+    LoadedScene *upload(const UploadBudget &budget);
+    /// Uploads all of the current scene.
+    void upload_all();
     /// Makes the next scene the current one. Returns the previous scene; keep it until nothing refers to it.
     std::unique_ptr<LoadedScene> activate();
     /// Drops the next scene and logs `error`.
@@ -54,12 +56,14 @@ class SceneSwap {
 
   private:
     void poll(NotReady not_ready);
+    void log_failures();
 
     std::filesystem::path folder_;
     assets::SceneWatcher *watcher_;
     std::unique_ptr<LoadedScene> current_, next_;
     std::optional<PendingScene> pending_;
     assets::FileStamp stamp_{}; // of the next scene
+    std::size_t failures_ = 0;  // of the current scene that were logged
 };
 
 } // namespace paradize

@@ -39,7 +39,7 @@ void ArtifactLoader::work(const std::stop_token &stop) {
             const std::uint64_t bytes = loaded_[i].file.bytes().size();
             if (waiting_bytes_.fetch_add(bytes) + bytes > max_waiting_bytes_) {
                 waiting_bytes_.fetch_sub(bytes);
-                release_fine(loaded_[i]);
+                free_memory(loaded_[i]);
             }
         } catch (const std::exception &error) { // take() rethrows it
             errors_[i] = error.what();

@@ -16,8 +16,7 @@ namespace paradize::assets {
 class ArtifactLoader {
   public:
     /// `wanted` holds indices of artifacts, loaded in this order. `scene` must outlive this object. If the
-    /// files exceed `max_waiting` bytes together, later files keep only their coarse data; see
-    /// release_fine().
+    /// files exceed `max_waiting` bytes together, the memory of later files is freed; see free_memory().
     ArtifactLoader(const SceneFile &scene, std::filesystem::path folder, std::vector<std::uint32_t> wanted,
                    std::uint64_t max_waiting);
     ~ArtifactLoader();

@@ -4,12 +4,14 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <chrono>
 #include <cstring>
+#include <ctime>
 #include <fcntl.h>
 #include <string>
 #include <sys/stat.h>
+#include <thread>
 #include <unistd.h>
-#include <vector>
 
 namespace paradize::assets {
 
@@ -17,7 +19,37 @@ namespace {
 
 constexpr std::size_t part_bytes = std::size_t{1} << 20U;
 
+// Time stamps come from a clock with steps of up to 10 ms. A file that was younger than this when it was read
+// may have changed since without another time stamp.
+constexpr std::int64_t young_ns = 20'000'000;
+
+std::int64_t nanoseconds(const timespec &time) {
+    return static_cast<std::int64_t>(time.tv_sec) * 1'000'000'000 + time.tv_nsec;
+}
+
+FileStamp stamp_from(const struct stat &status) {
+    return {static_cast<std::int64_t>(status.st_dev), static_cast<std::int64_t>(status.st_ino),
+            static_cast<std::int64_t>(status.st_size), nanoseconds(status.st_mtim),
+            nanoseconds(status.st_ctim)};
+}
+
+/// Links and renames change the last entry, the time of change, but no byte.
+bool same_content(const FileStamp &a, const FileStamp &b) {
+    return std::equal(a.begin(), a.end() - 1, b.begin());
+}
+
+std::int64_t now_ns() {
+    timespec now{};
+    ::clock_gettime(CLOCK_REALTIME, &now);
+    return nanoseconds(now);
+}
+
 } // namespace
+
+FileStamp stamp_of(const std::filesystem::path &file) {
+    struct stat status {};
+    return ::stat(file.c_str(), &status) == 0 ? stamp_from(status) : FileStamp{};
+}
 
 /// An open file descriptor.
 class FileBytes::Descriptor {
@@ -33,6 +65,26 @@ class FileBytes::Descriptor {
     Descriptor(const Descriptor &) = delete;
     Descriptor &operator=(const Descriptor &) = delete;
     int number() const { return number_; }
+    FileStamp stamp() const {
+        struct stat status {};
+        return ::fstat(number_, &status) == 0 ? stamp_from(status) : FileStamp{};
+    }
+    /// Reads up to out.size() bytes at `offset`, at least one. Throws Error at the end of the file.
+    std::size_t read_some(std::size_t offset, std::span<std::byte> out, const std::string &name,
+                          std::size_t size) const {
+        ssize_t got = -1;
+        do {
+            got = ::pread(number_, out.data(), out.size(), static_cast<off_t>(offset));
+        } while (got < 0 && errno == EINTR);
+        if (got < 0) {
+            throw Error(name + ": byte " + std::to_string(offset) + ": " + std::strerror(errno));
+        }
+        if (got == 0) {
+            throw Error(name + ": ended at byte " + std::to_string(offset) + " of " + std::to_string(size) +
+                        " while it was read" + bake_again);
+        }
+        return static_cast<std::size_t>(got);
+    }
 
   private:
     int number_;
@@ -69,10 +121,11 @@ std::uint64_t size_of(int file, const std::string &name, FileSize expected) {
 
 } // namespace
 
-FileBytes::FileBytes(const std::filesystem::path &path, FileSize size, const OnBytes &on_bytes) {
+FileBytes::FileBytes(const std::filesystem::path &path, FileSize size, const OnBytes &on_bytes)
+    : name_(path.string()) {
     const Descriptor file(path);
-    memory_.emplace(static_cast<std::size_t>(size_of(file.number(), path.string(), size)));
-    read(file, path.string(), on_bytes);
+    memory_.emplace(static_cast<std::size_t>(size_of(file.number(), name_, size)));
+    read_all(file, on_bytes);
 }
 
 FileBytes::FileBytes() noexcept = default;
@@ -80,28 +133,20 @@ FileBytes::FileBytes(FileBytes &&) noexcept = default;
 FileBytes &FileBytes::operator=(FileBytes &&) noexcept = default;
 FileBytes::~FileBytes() = default;
 
-void FileBytes::read(const Descriptor &file, const std::string &name, const OnBytes &on_bytes) {
+void FileBytes::read_all(const Descriptor &file, const OnBytes &on_bytes) {
+    const std::int64_t start_ns = now_ns();
     const std::span<std::byte> all = memory_->bytes();
-    std::vector<std::byte> unwritten(std::min(keep_bytes_, part_bytes));
     for (std::size_t at = 0; at < all.size();) {
-        const bool is_kept = at < keep_bytes_;
-        const std::size_t max = std::min(part_bytes, (is_kept ? keep_bytes_ : all.size()) - at);
-        const std::span<std::byte> part = is_kept ? std::span(unwritten).first(max) : all.subspan(at, max);
-        const ssize_t got = ::pread(file.number(), part.data(), part.size(), static_cast<off_t>(at));
-        if (got < 0 && errno == EINTR) {
-            continue;
-        }
-        if (got < 0) {
-            throw Error(name + ": byte " + std::to_string(at) + ": " + std::strerror(errno));
-        }
-        if (got == 0) {
-            throw Error(name + ": ended at byte " + std::to_string(at) + " of " + std::to_string(all.size()) +
-                        " while it was read" + bake_again);
-        }
+        const std::size_t size = std::min(part_bytes, all.size() - at);
+        const std::size_t got = file.read_some(at, all.subspan(at, size), name_, all.size());
         if (on_bytes) {
-            on_bytes(part.first(static_cast<std::size_t>(got)));
+            on_bytes(all.subspan(at, got));
         }
-        at += static_cast<std::size_t>(got);
+        at += got;
+    }
+    stamp_ = file.stamp();
+    if (start_ns - stamp_.back() < young_ns) {
+        stamp_ = {}; // no stamp proves that the file is still the same
     }
 }
 
@@ -110,22 +155,38 @@ void FileBytes::release() {
     descriptor_.reset();
 }
 
-bool FileBytes::release_from(const std::filesystem::path &path, std::size_t keep_bytes) {
-    const auto page = static_cast<std::size_t>(::sysconf(_SC_PAGESIZE));
-    keep_bytes = (keep_bytes + page - 1) / page * page;
-    if (keep_bytes >= memory_->bytes().size()) {
-        return false;
+void FileBytes::free_memory(const std::filesystem::path &path, const OnBytes &on_bytes) {
+    auto file = std::make_unique<Descriptor>(path);
+    const std::int64_t wait_ns = file->stamp().back() + young_ns - now_ns();
+    if (stamp_ == FileStamp{} && wait_ns < young_ns) { // a clock that runs ahead is not waited for
+        std::this_thread::sleep_for(std::chrono::nanoseconds(std::max<std::int64_t>(wait_ns, 0)));
+        read_all(*file, on_bytes);
     }
-    descriptor_ = std::make_unique<Descriptor>(path);
-    keep_bytes_ = keep_bytes;
-    memory_->release_from(keep_bytes);
-    return true;
+    if (stamp_ == FileStamp{}) {
+        return; // stays in memory
+    }
+    if (!same_content(stamp_, file->stamp())) {
+        throw Error(name_ + ": was changed after it was checked" + bake_again);
+    }
+    memory_->release();
+    descriptor_ = std::move(file);
 }
 
-void FileBytes::reload(const std::string &name, const OnBytes &on_bytes) {
-    if (descriptor_) {
-        read(*descriptor_, name, on_bytes);
-        descriptor_.reset();
+void FileBytes::read(std::uint64_t offset, std::span<std::byte> out) const {
+    const std::span<const std::byte> all = bytes();
+    if (in_memory()) {
+        std::ranges::copy(all.subspan(offset, out.size()), out.begin());
+        return;
+    }
+    try {
+        for (std::size_t at = 0; at < out.size();) {
+            at += descriptor_->read_some(offset + at, out.subspan(at), name_, all.size());
+        }
+    } catch (const Error &error) {
+        throw SourceError(error.what());
+    }
+    if (!same_content(stamp_, descriptor_->stamp())) {
+        throw SourceError(name_ + ": was changed while it was played" + bake_again);
     }
 }
 

@@ -1,9 +1,12 @@
 #pragma once
 // Reads a whole file into memory. Later changes of the file do not affect these bytes. (A memory mapping
-// would raise SIGBUS if the file became shorter.)
+// would raise SIGBUS if the file became shorter.) Under a memory limit the bytes are freed after they were
+// checked, and parts are read again when they are needed.
 
+#include "assets/byte_source.hpp"
 #include "assets/reserved_memory.hpp"
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
@@ -24,7 +27,12 @@ struct FileSize {
     std::uint64_t max = max_file_bytes;
 };
 
-class FileBytes {
+/// Identifies a version of a file: device, inode, size, modification and change time in nanoseconds. All zero
+/// if there is no file.
+using FileStamp = std::array<std::int64_t, 5>;
+FileStamp stamp_of(const std::filesystem::path &file);
+
+class FileBytes final : public ByteSource {
   public:
     using OnBytes = std::function<void(std::span<const std::byte>)>;
 
@@ -35,26 +43,29 @@ class FileBytes {
 
     FileBytes(FileBytes &&) noexcept;
     FileBytes &operator=(FileBytes &&) noexcept;
-    ~FileBytes();
+    ~FileBytes() override;
 
+    /// The file's bytes. After free_memory() the addresses are valid, but their content is zero.
     std::span<const std::byte> bytes() const;
-    /// Frees the memory. bytes() is empty afterwards.
+    bool in_memory() const { return !descriptor_; }
+    /// Frees the memory and closes the file. bytes() is empty afterwards.
     void release();
-    /// Frees the memory after the first `keep_bytes` bytes (rounded up to whole pages) until reload(). Keeps
-    /// the file open, because it may be deleted meanwhile. Returns false if there is nothing to free. Throws
-    /// Error if the file cannot be opened.
-    bool release_from(const std::filesystem::path &path, std::size_t keep_bytes);
-    /// Reads the freed part again. The kept bytes are not overwritten. `on_bytes` gets the whole file, part
-    /// by part. Throws Error like the constructor.
-    void reload(const std::string &name, const OnBytes &on_bytes);
+    /// Frees the memory but keeps the file open for read(), because it may be deleted meanwhile. `on_bytes`
+    /// gets the whole file once more if the file is so young that a change would not alter its time stamp;
+    /// it may throw. Throws Error if the file has changed since it was read.
+    void free_memory(const std::filesystem::path &path, const OnBytes &on_bytes);
+    /// Copies from memory, or reads the open file. Throws SourceError if the file has become shorter or was
+    /// changed since it was checked.
+    void read(std::uint64_t offset, std::span<std::byte> out) const override;
 
   private:
     class Descriptor;
-    void read(const Descriptor &file, const std::string &name, const OnBytes &on_bytes);
+    void read_all(const Descriptor &file, const OnBytes &on_bytes);
 
     std::optional<ReservedMemory> memory_;
-    std::unique_ptr<Descriptor> descriptor_; // open while a part is freed
-    std::size_t keep_bytes_ = 0;             // bytes that read() does not overwrite
+    std::unique_ptr<Descriptor> descriptor_; // open while the memory is freed
+    std::string name_;
+    FileStamp stamp_{}; // of the file whose bytes were checked
 };
 
 } // namespace paradize::assets

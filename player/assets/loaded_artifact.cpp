@@ -5,6 +5,7 @@
 #include "error.hpp"
 
 #include <algorithm>
+#include <exception>
 #include <span>
 
 namespace paradize::assets {
@@ -31,7 +32,7 @@ std::size_t first_other(const Glb &glb, const Rows &rows) {
     return i;
 }
 
-void open_tile(const Terrain &terrain, std::uint32_t index, LoadedArtifact &out) {
+void open_tile(const Terrain &terrain, LoadedArtifact &out) {
     const TerrainPatches &patches = terrain.patches;
     const Rows rows = rows_of(terrain, *out.tile);
     if (rows.count == 0) {
@@ -46,7 +47,7 @@ void open_tile(const Terrain &terrain, std::uint32_t index, LoadedArtifact &out)
     const std::span<const std::int32_t> parent_diamond =
         std::span(patches.parent_diamond).subspan(rows.first, rows.count);
     const auto roots = static_cast<std::size_t>(std::ranges::count(parent_diamond, std::int32_t{-1}));
-    plan_patches(out.glb, roots, index, out.chunks);
+    out.plan = plan_patches(out.glb, roots);
 }
 
 /// Throws Error when the hashes differ.
@@ -79,35 +80,107 @@ FileBytes read_artifact(const Artifact &artifact, const std::filesystem::path &f
     return out;
 }
 
-void release_fine(LoadedArtifact &loaded) {
-    const std::byte *const start = loaded.file.bytes().data();
-    std::size_t keep_bytes = 0;
-    for (const UploadChunk &chunk : loaded.chunks) {
-        if (chunk.coarse && (!chunk.inflated || chunk.inflate != nullptr)) {
-            const std::span<const std::byte> bytes = chunk.inflated ? chunk.inflate->compressed : chunk.bytes;
-            keep_bytes = std::max(keep_bytes, static_cast<std::size_t>(bytes.data() + bytes.size() - start));
-        }
-    }
-    const auto first = std::ranges::find(loaded.chunks, false, &UploadChunk::coarse);
-    // Sounds and files with only coarse data have nothing to release.
-    if (first == loaded.chunks.end() || !loaded.file.release_from(loaded.path, keep_bytes)) {
-        return;
-    }
-    first->reload = true;
-    for (UploadChunk &chunk : loaded.chunks) {
-        chunk.released = !chunk.coarse;
+void free_memory(LoadedArtifact &loaded) {
+    Sha256 hash;
+    bool again = false;
+    loaded.file.free_memory(loaded.path, [&](std::span<const std::byte> part) {
+        hash.add(part);
+        again = true;
+    });
+    if (again) {
+        check_hash(hash.hex(), loaded.sha256, loaded.path);
     }
 }
 
-std::string reload_fine(LoadedArtifact &loaded) {
-    try {
-        Sha256 hash;
-        loaded.file.reload(loaded.path, [&](std::span<const std::byte> part) { hash.add(part); });
-        check_hash(hash.hex(), loaded.sha256, loaded.path);
-    } catch (const Error &error) {
-        return error.what();
+bool needs_staging(const LoadedArtifact &loaded, const Piece &piece) {
+    return !loaded.file.in_memory() ||
+           (!loaded.ktx.levels.empty() && !loaded.ktx.levels[piece.first_level].compressed.empty());
+}
+
+namespace {
+
+class Stager {
+  public:
+    Stager(const LoadedArtifact &loaded, Inflater &inflater, std::span<std::byte> out)
+        : loaded_(loaded), inflater_(inflater), left_(out) {}
+
+    void add_mip(std::uint32_t index) {
+        Ktx2Level level = loaded_.ktx.levels[index];
+        if (level.compressed.empty()) {
+            level.bytes = read(level.bytes);
+        } else {
+            const std::span<std::byte> out = take(level.bytes.size());
+            frame_.resize(level.compressed.size());
+            loaded_.file.read(offset_of(level.compressed), frame_);
+            if (const std::string error = inflater_.inflate(frame_, out); !error.empty()) {
+                throw Error(loaded_.path + ": level " + std::to_string(index) + ": " + error);
+            }
+            level.bytes = out;
+        }
+        if (const std::string error = texel_error(level); !error.empty()) {
+            throw Error(loaded_.path + ": level " + std::to_string(index) + ": " + error);
+        }
     }
-    return "";
+
+    void add_level(std::uint32_t index) {
+        GlbLevel level = loaded_.glb.levels[index];
+        for (std::span<const std::byte> *part :
+             {&level.positions, &level.normals, &level.tangents, &level.uvs, &level.uvs1, &level.colors}) {
+            *part = read(*part);
+        }
+        for (GlbPrimitive &primitive : level.primitives) {
+            primitive.indices = read(primitive.indices);
+        }
+        check_level(level, loaded_.path);
+    }
+
+  private:
+    std::size_t offset_of(std::span<const std::byte> part) const {
+        return static_cast<std::size_t>(part.data() - loaded_.file.bytes().data());
+    }
+    std::span<std::byte> take(std::size_t size) {
+        const std::span<std::byte> out = left_.first(size);
+        left_ = left_.subspan(size);
+        return out;
+    }
+    std::span<const std::byte> read(std::span<const std::byte> part) {
+        if (part.empty()) {
+            return part; // a missing attribute
+        }
+        const std::span<std::byte> out = take(part.size());
+        loaded_.file.read(offset_of(part), out);
+        return out;
+    }
+
+    const LoadedArtifact &loaded_;
+    Inflater &inflater_;
+    std::span<std::byte> left_;
+    std::vector<std::byte> frame_;
+};
+
+} // namespace
+
+StagedPiece stage(const LoadedArtifact &loaded, const Piece &piece, Inflater &inflater) {
+    StagedPiece out;
+    try {
+        out.bytes = std::make_unique_for_overwrite<std::byte[]>(piece.bytes);
+        Stager stager(loaded, inflater, {out.bytes.get(), piece.bytes});
+        if (loaded.glb.levels.empty()) {
+            for (std::uint32_t i = piece.first_level + piece.levels; i-- > piece.first_level;) {
+                stager.add_mip(i);
+            }
+        } else {
+            for (std::uint32_t i = piece.first_level; i < piece.first_level + piece.levels; ++i) {
+                stager.add_level(i);
+            }
+        }
+    } catch (const SourceError &error) { // both are reported by the drawing thread
+        out.error = error.what();
+        out.file_failed = true;
+    } catch (const std::exception &error) {
+        out.error = error.what();
+    }
+    return out;
 }
 
 bool fits_tile(const Glb &glb, const Terrain &terrain, std::uint32_t tile) {
@@ -134,12 +207,12 @@ LoadedArtifact load_artifact(const SceneFile &scene, std::uint32_t index, const 
     out.file = read_artifact(artifact, folder, stop);
     out.tile = tile_of(scene, artifact);
     if (out.tile) {
-        open_tile(*scene.terrain, index, out);
+        open_tile(*scene.terrain, out);
         check_mesh(out.glb, out.path);
     } else if (artifact.kind == ArtifactKind::mesh) {
         out.glb = read_glb(out.file.bytes(), out.path);
         check_mesh(out.glb, out.path);
-        plan_mesh(out.glb, index, out.chunks);
+        out.plan = plan_mesh(out.glb);
     } else if (artifact.kind == ArtifactKind::sound) {
         out.file.release(); // read again when the sound is played
     } else {
@@ -150,7 +223,7 @@ LoadedArtifact load_artifact(const SceneFile &scene, std::uint32_t index, const 
                         (cube ? "cube map has 6" : "texture has 1"));
         }
         check_texels(out.ktx, out.path);
-        plan_texture(out.ktx, index, out.chunks);
+        out.plan = plan_texture(out.ktx);
     }
     return out;
 }

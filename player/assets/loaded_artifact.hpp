@@ -3,12 +3,15 @@
 
 #include "assets/file_bytes.hpp"
 #include "assets/glb.hpp"
+#include "assets/inflate.hpp"
 #include "assets/ktx2.hpp"
 #include "assets/scene_file.hpp"
 #include "assets/upload_plan.hpp"
 
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <stop_token>
 #include <string>
@@ -23,7 +26,7 @@ struct LoadedArtifact {
     Ktx2 ktx;                          // of a texture or cube map
     Glb glb;                           // of a mesh or tile
     std::optional<std::uint32_t> tile; // index into Terrain::tiles
-    std::vector<UploadChunk> chunks;
+    UploadPlan plan;
 };
 
 /// Reads the whole file and checks its SHA-256. Throws Error, also when `stop` is requested.
@@ -34,11 +37,20 @@ FileBytes read_artifact(const Artifact &artifact, const std::filesystem::path &f
 LoadedArtifact load_artifact(const SceneFile &scene, std::uint32_t index, const std::filesystem::path &folder,
                              const std::stop_token &stop = {});
 
-/// Frees the fine data. Its chunks are marked as released until reload_fine().
-void release_fine(LoadedArtifact &loaded);
-/// Reads the fine data again and checks the file's SHA-256 once more. Returns what went wrong, or an empty
-/// text.
-std::string reload_fine(LoadedArtifact &loaded);
+/// Frees the file's memory. stage() reads from the file then. Throws Error if the file has changed.
+void free_memory(LoadedArtifact &loaded);
+
+/// A piece in memory, ready for upload.
+struct StagedPiece {
+    std::unique_ptr<std::byte[]> bytes; // the piece's chunks one after the other
+    std::string error;                  // empty: no error
+    bool file_failed = false;           // the error: the file cannot be read any more, or has changed
+};
+
+/// True if stage() is needed before the piece's chunks can be uploaded: they are compressed or not in memory.
+bool needs_staging(const LoadedArtifact &loaded, const Piece &piece);
+/// Reads or decompresses a piece. What is read again is checked again.
+StagedPiece stage(const LoadedArtifact &loaded, const Piece &piece, Inflater &inflater);
 
 /// True if the tile's levels are the patches that scene.json lists for this tile, in the same order.
 bool fits_tile(const Glb &glb, const Terrain &terrain, std::uint32_t tile);

@@ -114,32 +114,6 @@ std::string broken_rule(const GlbLevel &level, std::uint32_t part, const Numbers
     }
 }
 
-void check_level(const GlbLevel &level, const std::string &place) {
-    for (std::uint32_t part = 0; part < mesh_attributes; ++part) {
-        const std::span<const std::byte> bytes = mesh_attribute(level, part);
-        for (std::size_t vertex = 0; !bytes.empty() && vertex < level.vertices; ++vertex) {
-            const Numbers v = numbers_at(bytes, level.formats[part], vertex, attributes[part].components);
-            if (const std::string rule = broken_rule(level, part, v); !rule.empty()) {
-                throw Error(place + attributes[part].name + ", vertex " + std::to_string(vertex) + ": is " +
-                            shown(v, attributes[part].components) + ", " + rule + bake_again);
-            }
-        }
-    }
-    for (std::size_t i = 0; i < level.primitives.size(); ++i) {
-        const std::span<const std::byte> indices = level.primitives[i].indices;
-        for (std::size_t at = 0; at < indices.size(); at += level.index_bytes) {
-            std::uint32_t index = 0; // little-endian: two bytes fill the low half
-            std::memcpy(&index, indices.data() + at, level.index_bytes);
-            if (index >= level.vertices) {
-                throw Error(place + "primitive " + std::to_string(i) + ", index " +
-                            std::to_string(at / level.index_bytes) + ": is " + std::to_string(index) +
-                            ", must be below the " + std::to_string(level.vertices) + " vertices" +
-                            bake_again);
-            }
-        }
-    }
-}
-
 /// Decodes a half float (IEEE 754 binary16) that is an infinity or NaN.
 float non_finite_half(std::uint16_t code) {
     const float size = (code & 0x3FFU) == 0 ? std::numeric_limits<float>::infinity()
@@ -182,9 +156,36 @@ std::string texel_message(const Ktx2Level &level, std::size_t code, std::size_t 
 
 } // namespace
 
+void check_level(const GlbLevel &level, const std::string &name) {
+    const std::string place = name + ": node " + level.name + ", ";
+    for (std::uint32_t part = 0; part < mesh_attributes; ++part) {
+        const std::span<const std::byte> bytes = mesh_attribute(level, part);
+        for (std::size_t vertex = 0; !bytes.empty() && vertex < level.vertices; ++vertex) {
+            const Numbers v = numbers_at(bytes, level.formats[part], vertex, attributes[part].components);
+            if (const std::string rule = broken_rule(level, part, v); !rule.empty()) {
+                throw Error(place + attributes[part].name + ", vertex " + std::to_string(vertex) + ": is " +
+                            shown(v, attributes[part].components) + ", " + rule + bake_again);
+            }
+        }
+    }
+    for (std::size_t i = 0; i < level.primitives.size(); ++i) {
+        const std::span<const std::byte> indices = level.primitives[i].indices;
+        for (std::size_t at = 0; at < indices.size(); at += level.index_bytes) {
+            std::uint32_t index = 0; // little-endian: two bytes fill the low half
+            std::memcpy(&index, indices.data() + at, level.index_bytes);
+            if (index >= level.vertices) {
+                throw Error(place + "primitive " + std::to_string(i) + ", index " +
+                            std::to_string(at / level.index_bytes) + ": is " + std::to_string(index) +
+                            ", must be below the " + std::to_string(level.vertices) + " vertices" +
+                            bake_again);
+            }
+        }
+    }
+}
+
 void check_mesh(const Glb &glb, const std::string &name) {
     for (const GlbLevel &level : glb.levels) {
-        check_level(level, name + ": node " + level.name + ", ");
+        check_level(level, name);
     }
 }
 

@@ -14,6 +14,9 @@ namespace paradize::assets {
 /// finite. The message names node, attribute or primitive, and vertex or index.
 void check_mesh(const Glb &glb, const std::string &name);
 
+/// The same for one level.
+void check_level(const GlbLevel &level, const std::string &name);
+
 /// Returns what is wrong with a level's texels (face, texel, channel), or an empty text. Only float formats
 /// can be wrong.
 std::string texel_error(const Ktx2Level &level);

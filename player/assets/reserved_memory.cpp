@@ -34,10 +34,8 @@ ReservedMemory::~ReservedMemory() {
     }
 }
 
-void ReservedMemory::release_from(std::size_t keep_bytes) const {
-    if (keep_bytes < size_) {
-        ::madvise(data_ + keep_bytes, size_ - keep_bytes, MADV_DONTNEED);
-    }
+void ReservedMemory::release() const {
+    ::madvise(data_, size_, MADV_DONTNEED);
 }
 
 } // namespace paradize::assets

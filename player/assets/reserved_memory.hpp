@@ -15,9 +15,7 @@ class ReservedMemory {
     ReservedMemory &operator=(ReservedMemory &&other) noexcept;
     std::span<std::byte> bytes() const { return {data_, size_}; }
     /// Frees the physical memory. The address space stays reserved and reads as zero.
-    void release() const { release_from(0); }
-    /// Frees the physical memory after the first `keep_bytes` bytes (whole pages).
-    void release_from(std::size_t keep_bytes) const;
+    void release() const;
 
   private:
     std::byte *data_ = nullptr;

@@ -1,5 +1,5 @@
 #pragma once
-// Splits baked files into chunks and orders them for upload to the GPU. Uses no GL.
+// Splits baked files into pieces, and these into chunks for the upload to the GPU. Uses no GL.
 
 #include "assets/glb.hpp"
 #include "assets/ktx2.hpp"
@@ -20,30 +20,41 @@ inline constexpr std::uint32_t coarse_edge_px = 64;
 /// follow as further parts.
 inline constexpr std::uint32_t mesh_attributes = 6;
 std::span<const std::byte> mesh_attribute(const GlbLevel &level, std::uint32_t attribute);
+std::span<const std::byte> mesh_part(const GlbLevel &level, std::uint32_t part);
 
+/// One upload to the GPU.
 struct UploadChunk {
-    std::uint32_t artifact = 0; // index into SceneFile::artifacts
-    std::uint32_t level = 0;
+    std::uint32_t level = 0;  // of the texture or mesh; of a terrain tile: the patch
     std::uint32_t part = 0;   // texture: face; mesh: attribute, or mesh_attributes + primitive
     std::uint32_t offset = 0; // texture: first row of texels; mesh: byte inside the part
     std::uint32_t rows = 0;   // texture: rows of texels
-    bool last = false;        // this chunk completes the level
-    bool coarse = false;
     std::span<const std::byte> bytes;
-    const Ktx2Level *inflate = nullptr; // compressed level that starts with this chunk; nullptr: none
-    bool inflated = false;              // the chunk belongs to a compressed level
-    bool released = false;              // its bytes were freed and must be reloaded first
-    bool reload = false;                // the first released chunk of its file
 };
 
-/// These append the chunks of an artifact, coarsest level first. The chunks point into `texture` or `mesh`,
-/// which must outlive them.
-void plan_texture(const Ktx2 &texture, std::uint32_t artifact, std::vector<UploadChunk> &chunks);
-void plan_mesh(const Glb &mesh, std::uint32_t artifact, std::vector<UploadChunk> &chunks);
-/// Appends the chunks of a terrain tile, patches in file order. The first `coarse` patches count as coarse.
-void plan_patches(const Glb &tile, std::size_t coarse, std::uint32_t artifact,
-                  std::vector<UploadChunk> &chunks);
-/// Moves coarse chunks to the front and keeps the order otherwise.
-void order_chunks(std::vector<UploadChunk> &chunks);
+/// What is loaded, uploaded and evicted as a whole: the coarse mips of a texture, one finer mip, one level of
+/// detail of a mesh, or neighbouring patches of a terrain tile.
+struct Piece {
+    std::uint32_t first_level = 0, levels = 0; // of the file
+    std::uint32_t first_chunk = 0, chunks = 0; // entries of UploadPlan::chunks
+    std::uint64_t bytes = 0;                   // on the GPU
+    bool coarse = false;                       // uploaded before everything that is not
+};
+
+/// The pieces of an artifact, coarse before fine. The chunks point into its file, or into the memory that its
+/// levels are decompressed to.
+struct UploadPlan {
+    std::vector<UploadChunk> chunks;
+    std::vector<Piece> pieces;
+
+    std::span<const UploadChunk> chunks_of(const Piece &piece) const {
+        return std::span(chunks).subspan(piece.first_chunk, piece.chunks);
+    }
+};
+
+UploadPlan plan_texture(const Ktx2 &texture);
+UploadPlan plan_mesh(const Glb &mesh);
+/// Plans a terrain tile. The first `roots` patches are coarse. A piece holds at most chunk_bytes or one
+/// patch.
+UploadPlan plan_patches(const Glb &tile, std::size_t roots);
 
 } // namespace paradize::assets

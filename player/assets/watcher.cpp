@@ -2,13 +2,13 @@
 
 #include "error.hpp"
 
+#include <array>
 #include <cerrno>
 #include <cstring>
 #include <exception>
 #include <poll.h>
 #include <sys/eventfd.h>
 #include <sys/inotify.h>
-#include <sys/stat.h>
 #include <unistd.h>
 #include <utility>
 
@@ -19,21 +19,7 @@ namespace {
 // Interval for file systems without inotify events, such as network file systems.
 constexpr int poll_ms = 500;
 
-std::int64_t nanoseconds(const timespec &time) {
-    return static_cast<std::int64_t>(time.tv_sec) * 1000000000 + time.tv_nsec;
-}
-
 } // namespace
-
-FileStamp stamp_of(const std::filesystem::path &file) {
-    struct stat status {};
-    if (::stat(file.c_str(), &status) != 0) {
-        return {};
-    }
-    return {static_cast<std::int64_t>(status.st_dev), static_cast<std::int64_t>(status.st_ino),
-            static_cast<std::int64_t>(status.st_size), nanoseconds(status.st_mtim),
-            nanoseconds(status.st_ctim)};
-}
 
 SceneWatcher::SceneWatcher(std::filesystem::path scene_json)
     : path_(std::move(scene_json)), last_stamp_(stamp_of(path_)), wake_(::eventfd(0, EFD_CLOEXEC)) {

@@ -1,22 +1,16 @@
 #pragma once
 // Watches a scene's folder on a thread, and reads scene.json whenever a bake replaces it.
 
+#include "assets/file_bytes.hpp"
 #include "assets/scene_file.hpp"
 
-#include <array>
 #include <atomic>
-#include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <string>
 #include <thread>
 
 namespace paradize::assets {
-
-/// Identifies a version of scene.json: device, inode, size, modification and change time in nanoseconds. All
-/// zero if there is no file.
-using FileStamp = std::array<std::int64_t, 5>;
-FileStamp stamp_of(const std::filesystem::path &file);
 
 /// A new scene.json, or why it could not be read.
 struct SceneUpdate {

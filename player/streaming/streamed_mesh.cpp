@@ -81,38 +81,47 @@ StreamedMesh::StreamedMesh(const assets::Glb &glb)
     for (const assets::GlbLevel &level : glb.levels) {
         MeshLevel &made = levels_.emplace_back();
         std::vector<std::size_t> &offsets = offsets_.emplace_back();
-        std::size_t bytes = 0;
         for (std::uint32_t part = 0; part < assets::mesh_attributes; ++part) {
-            offsets.push_back(bytes);
-            bytes = attribute_end(bytes, mesh_attribute(level, part).size());
-        }
-        made.vertex_array = gl::VertexArray::create();
-        glBindVertexArray(made.vertex_array.name());
-        made.vertices = gl::make_buffer(GL_ARRAY_BUFFER, bytes, gl::Usage::fixed);
-        for (std::uint32_t part = 0; part < assets::mesh_attributes; ++part) {
-            attach_attribute(level, part, made.vertices, offsets[part]);
+            offsets.push_back(made.vertex_bytes);
+            made.vertex_bytes = attribute_end(made.vertex_bytes, mesh_attribute(level, part).size());
         }
         made.has_uv1 = !level.uvs1.empty();
-        std::size_t index_bytes = 0;
         for (const assets::GlbPrimitive &primitive : level.primitives) {
-            offsets.push_back(index_bytes);
+            offsets.push_back(made.index_bytes);
             made.primitives.push_back(
-                {static_cast<int>(primitive.material), static_cast<int>(primitive.count), index_bytes});
-            index_bytes = attribute_end(index_bytes, primitive.indices.size());
+                {static_cast<int>(primitive.material), static_cast<int>(primitive.count), made.index_bytes});
+            made.index_bytes = attribute_end(made.index_bytes, primitive.indices.size());
         }
         made.index_type = level.index_bytes == 2 ? GL_UNSIGNED_SHORT : GL_UNSIGNED_INT;
-        made.indices = gl::make_buffer(GL_ELEMENT_ARRAY_BUFFER, index_bytes, gl::Usage::fixed);
-        glBindVertexArray(0);
     }
 }
 
-void StreamedMesh::upload(const assets::UploadChunk &chunk) {
-    MeshLevel &made = levels_[chunk.level];
+void StreamedMesh::begin(const assets::Glb &glb, std::uint32_t level) {
+    MeshLevel &made = levels_[level];
+    made.vertex_array = gl::VertexArray::create();
+    glBindVertexArray(made.vertex_array.name());
+    made.vertices = gl::make_buffer(GL_ARRAY_BUFFER, made.vertex_bytes, gl::Usage::fixed);
+    for (std::uint32_t part = 0; part < assets::mesh_attributes; ++part) {
+        attach_attribute(glb.levels[level], part, made.vertices, offsets_[level][part]);
+    }
+    made.indices = gl::make_buffer(GL_ELEMENT_ARRAY_BUFFER, made.index_bytes, gl::Usage::fixed);
+    glBindVertexArray(0);
+}
+
+void StreamedMesh::upload(const assets::UploadChunk &chunk, const std::byte *bytes) {
+    const MeshLevel &made = levels_[chunk.level];
     const bool indices = chunk.part >= assets::mesh_attributes;
     // A copy target leaves the element buffer of the bound vertex array unchanged.
     gl::write_buffer(GL_COPY_WRITE_BUFFER, indices ? made.indices : made.vertices,
-                     offsets_[chunk.level][chunk.part] + chunk.offset, chunk.bytes);
-    made.resident = made.resident || chunk.last;
+                     offsets_[chunk.level][chunk.part] + chunk.offset, {bytes, chunk.bytes.size()});
+}
+
+void StreamedMesh::evict(std::uint32_t level) {
+    MeshLevel &made = levels_[level];
+    made.resident = false;
+    made.vertex_array = {};
+    made.vertices = {};
+    made.indices = {};
 }
 
 int StreamedMesh::best_level(int wanted) const {

@@ -9,6 +9,7 @@
 #include <glm/vec3.hpp>
 
 #include <cstddef>
+#include <cstdint>
 #include <span>
 #include <string>
 #include <vector>
@@ -23,8 +24,9 @@ struct MeshPrimitive {
 };
 
 struct MeshLevel {
-    gl::VertexArray vertex_array;
+    gl::VertexArray vertex_array; // empty, like the buffers, while the level is not loaded
     gl::Buffer vertices, indices;
+    std::size_t vertex_bytes = 0, index_bytes = 0;
     unsigned index_type = 0; // GL_UNSIGNED_SHORT or GL_UNSIGNED_INT
     std::vector<MeshPrimitive> primitives;
     bool has_uv1 = false;
@@ -34,7 +36,7 @@ struct MeshLevel {
 class StreamedMesh {
   public:
     StreamedMesh() = default;
-    /// Creates the buffers of all levels.
+    /// Creates no buffers yet.
     explicit StreamedMesh(const assets::Glb &glb);
 
     std::span<const MeshLevel> levels() const { return levels_; } // level 0, the finest, comes first
@@ -50,8 +52,12 @@ class StreamedMesh {
     /// Draws all primitives of a material in the level that is bound.
     void draw(int level, std::size_t material, int instances) const;
 
-    /// Writes a chunk of plan_mesh().
-    void upload(const assets::UploadChunk &chunk);
+    /// Creates the buffers of a level, writes a chunk of plan_mesh() into them, says that all are written.
+    void begin(const assets::Glb &glb, std::uint32_t level);
+    void upload(const assets::UploadChunk &chunk, const std::byte *bytes);
+    void finish(std::uint32_t level) { levels_[level].resident = true; }
+    /// Deletes the buffers of a level.
+    void evict(std::uint32_t level);
 
   private:
     std::vector<MeshLevel> levels_;

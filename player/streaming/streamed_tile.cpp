@@ -35,50 +35,68 @@ void check_same_layout(const assets::Glb &glb, const assets::GlbLevel &level, co
 
 } // namespace
 
-StreamedTile::StreamedTile(const assets::Glb &glb, const std::string &path) {
-    std::size_t vertices = 0;
-    std::size_t index_bytes = 0;
-    ranges_.reserve(glb.levels.size());
-    for (const assets::GlbLevel &level : glb.levels) {
-        check_same_layout(glb, level, path);
-        const assets::GlbPrimitive &primitive = level.primitives.front();
-        ranges_.push_back({static_cast<int>(primitive.count), index_bytes, static_cast<int>(vertices)});
-        vertices += level.vertices;
-        index_bytes += primitive.indices.size();
-    }
+StreamedTile::StreamedTile(const assets::Glb &glb, std::span<const assets::Piece> pieces,
+                           const std::string &path) {
     const assets::GlbLevel &first = glb.levels.front();
-    std::size_t bytes = 0;
-    for (std::uint32_t part = 0; part < assets::mesh_attributes; ++part) {
-        attribute_offsets_.push_back(bytes);
-        bytes = attribute_end(bytes, vertices * vertex_bytes(first, part));
+    ranges_.reserve(glb.levels.size());
+    for (const assets::Piece &piece : pieces) {
+        const auto index = static_cast<std::uint32_t>(blocks_.size());
+        TileBlock &block = blocks_.emplace_back();
+        block.first_patch = piece.first_level;
+        block.patches = piece.levels;
+        std::size_t vertices = 0;
+        for (std::uint32_t i = piece.first_level; i < piece.first_level + piece.levels; ++i) {
+            const assets::GlbLevel &level = glb.levels[i];
+            check_same_layout(glb, level, path);
+            const assets::GlbPrimitive &primitive = level.primitives.front();
+            ranges_.push_back(
+                {index, static_cast<int>(primitive.count), block.index_bytes, static_cast<int>(vertices)});
+            vertices += level.vertices;
+            block.index_bytes += primitive.indices.size();
+        }
+        for (std::uint32_t part = 0; part < assets::mesh_attributes; ++part) {
+            block.attribute_offsets[part] = block.vertex_bytes;
+            block.vertex_bytes = attribute_end(block.vertex_bytes, vertices * vertex_bytes(first, part));
+        }
     }
     model_ = model_of(glb.grid);
-    vertex_array_ = gl::VertexArray::create();
-    glBindVertexArray(vertex_array_.name());
-    vertices_ = gl::make_buffer(GL_ARRAY_BUFFER, bytes, gl::Usage::fixed);
-    for (std::uint32_t part = 0; part < assets::mesh_attributes; ++part) {
-        attach_attribute(first, part, vertices_, attribute_offsets_[part]);
-    }
-    indices_ = gl::make_buffer(GL_ELEMENT_ARRAY_BUFFER, index_bytes, gl::Usage::fixed);
     index_type_ = first.index_bytes == 2 ? GL_UNSIGNED_SHORT : GL_UNSIGNED_INT;
+}
+
+void StreamedTile::begin(const assets::Glb &glb, std::uint32_t block) {
+    TileBlock &made = blocks_[block];
+    made.vertex_array = gl::VertexArray::create();
+    glBindVertexArray(made.vertex_array.name());
+    made.vertices = gl::make_buffer(GL_ARRAY_BUFFER, made.vertex_bytes, gl::Usage::fixed);
+    for (std::uint32_t part = 0; part < assets::mesh_attributes; ++part) {
+        attach_attribute(glb.levels.front(), part, made.vertices, made.attribute_offsets[part]);
+    }
+    made.indices = gl::make_buffer(GL_ELEMENT_ARRAY_BUFFER, made.index_bytes, gl::Usage::fixed);
     glBindVertexArray(0);
 }
 
-void StreamedTile::upload(const assets::Glb &glb, const assets::UploadChunk &chunk) {
+void StreamedTile::upload(const assets::Glb &glb, const assets::UploadChunk &chunk, const std::byte *bytes) {
     const assets::GlbLevel &level = glb.levels[chunk.level];
     const PatchRange &range = ranges_[chunk.level];
+    const TileBlock &block = blocks_[range.block];
+    const std::span<const std::byte> data(bytes, chunk.bytes.size());
+    // A copy target leaves the element buffer of the bound vertex array unchanged.
     if (chunk.part >= assets::mesh_attributes) {
-        // A copy target leaves the element buffer of the bound vertex array unchanged.
-        gl::write_buffer(GL_COPY_WRITE_BUFFER, indices_, range.index_offset + chunk.offset, chunk.bytes);
+        gl::write_buffer(GL_COPY_WRITE_BUFFER, block.indices, range.index_offset + chunk.offset, data);
     } else {
         const std::size_t before =
             static_cast<std::size_t>(range.base_vertex) * vertex_bytes(level, chunk.part);
-        gl::write_buffer(GL_COPY_WRITE_BUFFER, vertices_,
-                         attribute_offsets_[chunk.part] + before + chunk.offset, chunk.bytes);
+        gl::write_buffer(GL_COPY_WRITE_BUFFER, block.vertices,
+                         block.attribute_offsets[chunk.part] + before + chunk.offset, data);
     }
-    if (chunk.last) {
-        resident_patches_ = chunk.level + 1;
-    }
+}
+
+void StreamedTile::evict(std::uint32_t block) {
+    TileBlock &made = blocks_[block];
+    made.resident = false;
+    made.vertex_array = {};
+    made.vertices = {};
+    made.indices = {};
 }
 
 } // namespace paradize

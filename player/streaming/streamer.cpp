@@ -1,7 +1,7 @@
 #include "streaming/streamer.hpp"
 
 #include "assets/artifact_loader.hpp"
-#include "assets/prefetcher.hpp"
+#include "assets/piece_loader.hpp"
 #include "assets/upload_plan.hpp"
 #include "error.hpp"
 #include "gl/buffer.hpp"
@@ -11,6 +11,7 @@
 #include <epoxy/gl.h>
 
 #include <algorithm>
+#include <chrono>
 #include <optional>
 #include <utility>
 
@@ -22,28 +23,95 @@ void StreamedTexture::bind(unsigned unit, unsigned sampler) const {
 
 /// One artifact with its GPU objects. Scenes that share an artifact share the item.
 struct StreamItem {
-    assets::LoadedArtifact loaded; // kept until everything is uploaded
+    assets::LoadedArtifact loaded; // its file is released when everything is uploaded
     StreamedTexture texture;
+    gl::Texture finer; // replaces the texture once its finest level is uploaded
     StreamedMesh mesh;
     StreamedTile tile;
     assets::ArtifactKind kind = assets::ArtifactKind::sound;
     std::string sha256;
-    std::size_t chunks_left = 0;
-    std::uint64_t bytes = 0; // of all its chunks
+    std::size_t pieces_left = 0;
+    std::uint64_t bytes = 0; // of all its pieces
+    bool failed = false;     // its file cannot be read any more
+
+    /// Creates the GPU objects of a piece.
+    void begin(std::uint32_t piece_index) {
+        const assets::Piece &piece = loaded.plan.pieces[piece_index];
+        if (loaded.tile) {
+            tile.begin(loaded.glb, piece_index);
+        } else if (kind == assets::ArtifactKind::mesh) {
+            mesh.begin(loaded.glb, piece.first_level);
+        } else {
+            finer = allocate_texture(loaded.ktx, piece.first_level, best_storage());
+            if (texture.resident()) {
+                copy_levels(loaded.ktx, {texture.texture_, static_cast<std::uint32_t>(texture.finest_)},
+                            {finer, piece.first_level});
+            }
+        }
+    }
+
+    void upload(const assets::Piece &piece, const assets::UploadChunk &chunk, const std::byte *data) {
+        if (loaded.tile) {
+            tile.upload(loaded.glb, chunk, data);
+        } else if (kind == assets::ArtifactKind::mesh) {
+            mesh.upload(chunk, data);
+        } else {
+            upload_rows({finer, piece.first_level}, loaded.ktx, chunk, data);
+        }
+    }
+
+    /// Makes an uploaded piece visible.
+    void finish(std::uint32_t piece_index) {
+        const assets::Piece &piece = loaded.plan.pieces[piece_index];
+        if (loaded.tile) {
+            tile.finish(piece_index);
+        } else if (kind == assets::ArtifactKind::mesh) {
+            mesh.finish(piece.first_level);
+        } else {
+            make_sampled(loaded.ktx, finer);
+            texture.texture_ = std::move(finer);
+            texture.finest_ = static_cast<int>(piece.first_level);
+        }
+        if (--pieces_left == 0) {
+            loaded.file.release();
+        }
+    }
 };
+
+namespace {
+
+/// A piece of the scene.
+struct ScenePiece {
+    std::uint32_t artifact = 0; // index into SceneFile::artifacts
+    std::uint32_t index = 0;    // into the artifact's plan
+};
+
+constexpr std::uint64_t ahead_bytes = std::uint64_t{16} << 20U; // staged ahead of the upload, or one piece
+
+} // namespace
 
 struct Streamer::Impl {
     const assets::SceneFile &scene;
     std::vector<std::shared_ptr<StreamItem>> items; // one per artifact, same order
     std::vector<std::uint32_t> tiles;               // items that are terrain tiles
-    std::vector<assets::UploadChunk> chunks;
-    std::size_t next = 0;
+    std::vector<ScenePiece> pieces;
+    std::vector<std::uint32_t> order; // pieces that are not resident yet, the first one first
     std::uint64_t resident = 0;
     std::uint64_t total = 0;
     std::uint64_t terrain = 0;
-    std::unique_ptr<assets::Prefetcher> prefetcher;
-
     std::size_t reused = 0; // items taken over from the previous scene
+    std::vector<std::string> failures;
+
+    /// The piece that is being uploaded.
+    struct Current {
+        std::uint32_t piece = 0;
+        std::uint32_t chunks_done = 0;
+        std::uint64_t bytes_done = 0;
+        std::unique_ptr<std::byte[]> staged; // nullptr: the chunks are in memory
+    };
+    std::optional<Current> current;
+    std::vector<std::uint32_t> ahead;            // pieces for the loader
+    std::unique_ptr<assets::PieceLoader> loader; // the last member: its thread uses the others
 
     explicit Impl(const assets::SceneFile &file) : scene(file) {
         if (scene.terrain) {
@@ -54,26 +122,34 @@ struct Streamer::Impl {
         }
     }
 
-    /// Creates the GPU objects of a loaded artifact.
+    StreamItem &item_of(std::uint32_t piece) const { return *items[pieces[piece].artifact]; }
+    const assets::Piece &plan_of(std::uint32_t piece) const {
+        return item_of(piece).loaded.plan.pieces[pieces[piece].index];
+    }
+    bool needs_staging(std::uint32_t piece) const {
+        return assets::needs_staging(item_of(piece).loaded, plan_of(piece));
+    }
+
     void add(std::uint32_t index, assets::LoadedArtifact loaded) {
         items[index] = std::make_shared<StreamItem>();
         StreamItem &item = *items[index];
         item.kind = scene.artifacts[index].kind;
         item.sha256 = scene.artifacts[index].sha256;
         item.loaded = std::move(loaded);
+        const std::vector<assets::Piece> &plan = item.loaded.plan.pieces;
         if (item.loaded.tile) {
-            item.tile = StreamedTile(item.loaded.glb, item.loaded.path);
+            item.tile = StreamedTile(item.loaded.glb, plan, item.loaded.path);
         } else if (item.kind == assets::ArtifactKind::mesh) {
             item.mesh = StreamedMesh(item.loaded.glb);
         } else if (item.kind != assets::ArtifactKind::sound) {
             make_texture(item);
         }
-        item.chunks_left = item.loaded.chunks.size();
-        for (const assets::UploadChunk &chunk : item.loaded.chunks) {
-            item.bytes += chunk.bytes.size();
+        item.pieces_left = plan.size();
+        for (std::uint32_t i = 0; i < plan.size(); ++i) {
+            item.bytes += plan[i].bytes;
+            order.push_back(static_cast<std::uint32_t>(pieces.size()));
+            pieces.push_back({index, i});
         }
-        chunks.insert(chunks.end(), item.loaded.chunks.begin(), item.loaded.chunks.end());
-        item.loaded.chunks = {};
     }
 
     /// Returns a complete item for an artifact of another scene, or nullptr if there is none.
@@ -81,7 +157,7 @@ struct Streamer::Impl {
                                               const assets::Artifact &artifact) const {
         const std::optional<std::uint32_t> tile = tile_of(other, artifact);
         const auto same = std::ranges::find_if(items, [&](const std::shared_ptr<StreamItem> &item) {
-            return item->sha256 == artifact.sha256 && item->kind == artifact.kind && item->chunks_left == 0 &&
+            return item->sha256 == artifact.sha256 && item->kind == artifact.kind && item->pieces_left == 0 &&
                    item->loaded.tile.has_value() == tile.has_value() &&
                    (!tile || fits_tile(item->loaded.glb, *other.terrain, *tile));
         });
@@ -91,63 +167,89 @@ struct Streamer::Impl {
     static void make_texture(StreamItem &item) {
         StreamedTexture &out = item.texture;
         const assets::Ktx2 &ktx = item.loaded.ktx;
+        check_support(ktx, item.loaded.path);
         out.target_ = ktx.faces == 6 ? GL_TEXTURE_CUBE_MAP : GL_TEXTURE_2D;
         out.width_px_ = static_cast<int>(ktx.levels[0].width_px);
         out.height_px_ = static_cast<int>(ktx.levels[0].height_px);
         out.levels_ = static_cast<int>(ktx.levels.size());
         out.has_green_ = assets::has_green(ktx.format);
         out.finest_ = out.levels_;
-        out.texture_ = allocate_texture(ktx, item.loaded.path, best_storage());
         out.fallback_ = neutral_texture(ktx);
     }
 
-    void upload_texture(const assets::UploadChunk &chunk) {
-        StreamItem &item = *items[chunk.artifact];
-        StreamedTexture &texture = item.texture;
-        upload_rows(texture.texture_, item.loaded.ktx, chunk);
-        if (chunk.last) {
-            texture.finest_ = static_cast<int>(chunk.level);
-            glTexParameteri(texture.target_, GL_TEXTURE_BASE_LEVEL, texture.finest_);
-            if (chunk.inflated) {
-                item.loaded.ktx.inflated_memory[chunk.level].release();
+    /// Lets the loader stage the next pieces.
+    void order_ahead() {
+        ahead.clear();
+        std::uint64_t bytes = 0;
+        for (std::size_t i = 0; i < order.size() && (bytes == 0 || bytes < ahead_bytes); ++i) {
+            if (needs_staging(order[i])) {
+                ahead.push_back(order[i]);
+                bytes += plan_of(order[i]).bytes;
             }
         }
+        loader->order(ahead);
     }
 
-    /// True if the next chunk can be uploaded. Throws Error if its file or level is broken.
-    bool next_is_ready(NotReady not_ready) {
-        if (!chunks[next].inflated && !chunks[next].released) {
-            return true; // already in memory
+    /// Returns the place in `order` of the piece to upload next, or nothing if none is ready.
+    std::optional<std::size_t> next_piece(NotReady not_ready) const {
+        if (order.empty()) {
+            return std::nullopt;
         }
-        if (!prefetcher->ready(next)) {
-            if (not_ready == NotReady::skip) {
-                return false;
+        if (not_ready == NotReady::wait || !needs_staging(order.front())) {
+            return 0;
+        }
+        for (std::size_t i = 0; i < order.size() && i <= ahead.size(); ++i) {
+            if (!needs_staging(order[i]) || loader->ready(order[i])) {
+                return i;
             }
-            prefetcher->advance(next);
-            prefetcher->wait(next);
         }
-        if (const std::string &error = prefetcher->error(next); !error.empty()) {
-            const std::string &path = items[chunks[next].artifact]->loaded.path;
-            throw Error(error.starts_with(path)
-                            ? error // the error concerns the whole file
-                            : path + ": level " + std::to_string(chunks[next].level) + ": " + error);
+        return std::nullopt;
+    }
+
+    /// Drops all pieces of an artifact whose file cannot be read any more.
+    void give_up(std::uint32_t artifact, std::string error) {
+        items[artifact]->failed = true;
+        failures.push_back(std::move(error));
+        std::erase_if(order, [&](std::uint32_t piece) { return pieces[piece].artifact == artifact; });
+        order_ahead();
+    }
+
+    /// Begins the piece at this place of `order`.
+    void begin(std::size_t place) {
+        Current next;
+        next.piece = order[place];
+        if (needs_staging(next.piece)) {
+            assets::StagedPiece staged = loader->take(next.piece);
+            if (staged.file_failed) {
+                give_up(pieces[next.piece].artifact, std::move(staged.error));
+                return;
+            }
+            if (!staged.error.empty()) {
+                throw Error(staged.error);
+            }
+            next.staged = std::move(staged.bytes);
         }
-        return true;
+        order.erase(order.begin() + static_cast<std::ptrdiff_t>(place));
+        order_ahead();
+        item_of(next.piece).begin(pieces[next.piece].index);
+        current = std::move(next);
+    }
+
+    const assets::UploadChunk &next_chunk() const {
+        return item_of(current->piece).loaded.plan.chunks_of(plan_of(current->piece))[current->chunks_done];
     }
 
     void upload_next() {
-        const assets::UploadChunk &chunk = chunks[next++];
-        StreamItem &item = *items[chunk.artifact];
-        if (item.loaded.tile) {
-            item.tile.upload(item.loaded.glb, chunk);
-        } else if (item.kind == assets::ArtifactKind::mesh) {
-            item.mesh.upload(chunk);
-        } else {
-            upload_texture(chunk);
-        }
+        StreamItem &item = item_of(current->piece);
+        const assets::Piece &piece = plan_of(current->piece);
+        const assets::UploadChunk &chunk = next_chunk();
+        item.upload(piece, chunk,
+                    current->staged ? current->staged.get() + current->bytes_done : chunk.bytes.data());
+        current->bytes_done += chunk.bytes.size();
         resident += chunk.bytes.size();
-        if (--item.chunks_left == 0) {
-            item.loaded.file.release();
+        if (++current->chunks_done == piece.chunks) {
+            item.finish(pieces[current->piece].index);
+            current.reset();
         }
     }
 };
@@ -201,15 +303,18 @@ Streamer::Streamer(const assets::SceneFile &file, SceneLoad load) : impl_(std::m
     for (std::size_t i = 0; i < loaded.size(); ++i) {
         impl_->add(load.loader_->wanted()[i], std::move(loaded[i]));
     }
-    assets::order_chunks(impl_->chunks);
+    std::ranges::stable_partition(impl_->order,
+                                  [&](std::uint32_t piece) { return impl_->plan_of(piece).coarse; });
     for (const std::shared_ptr<StreamItem> &item : impl_->items) {
         impl_->total += item->bytes;
         impl_->terrain += item->loaded.tile ? item->bytes : 0;
     }
-    impl_->prefetcher =
-        std::make_unique<assets::Prefetcher>(impl_->chunks, [impl = impl_.get()](std::uint32_t artifact) {
-            return reload_fine(impl->items[artifact]->loaded);
+    impl_->ahead.reserve(impl_->pieces.size());
+    impl_->loader = std::make_unique<assets::PieceLoader>(
+        impl_->pieces.size(), [impl = impl_.get()](std::uint32_t piece, assets::Inflater &inflater) {
+            return assets::stage(impl->item_of(piece).loaded, impl->plan_of(piece), inflater);
         });
+    impl_->order_ahead();
 }
 
 Streamer::~Streamer() = default;
@@ -232,19 +337,36 @@ const StreamedTile &Streamer::tile(std::size_t index) const {
     return impl_->items[impl_->tiles[index]]->tile;
 }
 
-bool Streamer::upload(std::size_t budget_bytes, NotReady not_ready) {
+bool Streamer::upload(const UploadBudget &budget) {
+    using Clock = std::chrono::steady_clock;
+    const auto start = Clock::now();
     std::size_t used = 0;
-    while (!complete() && (used == 0 || used + impl_->chunks[impl_->next].bytes.size() <= budget_bytes) &&
-           impl_->next_is_ready(not_ready)) {
-        used += impl_->chunks[impl_->next].bytes.size();
+    while (true) {
+        if (!impl_->current) {
+            const std::optional<std::size_t> place = impl_->next_piece(budget.not_ready);
+            if (!place) {
+                break;
+            }
+            impl_->begin(*place);
+            continue;
+        }
+        const std::size_t bytes = impl_->next_chunk().bytes.size();
+        const bool late = std::chrono::duration<double, std::milli>(Clock::now() - start).count() > budget.ms;
+        if (used != 0 && (used + bytes > budget.bytes || late)) {
+            break;
+        }
+        used += bytes;
         impl_->upload_next();
     }
-    impl_->prefetcher->advance(impl_->next);
     return complete();
 }
 
 bool Streamer::complete() const {
-    return impl_->next == impl_->chunks.size();
+    return impl_->order.empty() && !impl_->current;
+}
+
+std::span<const std::string> Streamer::failures() const {
+    return impl_->failures;
 }
 
 std::uint64_t Streamer::resident_bytes() const {

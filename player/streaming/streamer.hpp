@@ -10,6 +10,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <limits>
 #include <memory>
 #include <span>
 #include <string>
@@ -24,6 +25,8 @@ namespace paradize {
 
 /// A texture that gets finer during playback. Until its first level is resident, bind() binds a neutral
 /// texel: mid grey, or zero for SNORM maps (a flat normal, no distortion).
+struct StreamItem;
+
 class StreamedTexture {
   public:
     /// Binds the texture to a unit. `sampler` 0 uses the texture's own settings: repeat and trilinear, cube
@@ -39,7 +42,8 @@ class StreamedTexture {
 
   private:
     friend class Streamer;
-    gl::Texture texture_;
+    friend struct StreamItem;
+    gl::Texture texture_; // of the resident levels
     gl::Texture fallback_;
     unsigned target_ = 0;
     int width_px_ = 0, height_px_ = 0, levels_ = 0;
@@ -49,10 +53,18 @@ class StreamedTexture {
 
 enum class NotReady { wait, skip };
 
-class Streamer;
-struct StreamItem;
+/// What a call of Streamer::upload() may use. At least one chunk is uploaded, so that streaming always
+/// progresses.
+struct UploadBudget {
+    std::size_t bytes = std::numeric_limits<std::size_t>::max();
+    double ms = std::numeric_limits<double>::infinity();
+    // If the next piece is not in memory yet: wait for it, or take another one.
+    NotReady not_ready = NotReady::wait;
+};
 
-/// Limit of file bytes that wait in memory for upload, besides coarse data and the file being uploaded.
+class Streamer;
+
+/// Limit of file bytes that wait in memory for upload. Beyond it, files are read again piece by piece.
 inline constexpr std::uint64_t max_waiting_bytes = std::uint64_t{256} << 20U;
 
 /// Reads and checks a scene's files on threads. Artifacts that are complete in `before` and have the same
@@ -91,15 +103,15 @@ class Streamer {
     const StreamedMesh *mesh(std::string_view artifact) const; // empty for a terrain tile
     const StreamedTile &tile(std::size_t index) const;         // index into Terrain::tiles
 
-    /// Uploads at most `budget_bytes`, but at least one chunk, so that streaming always progresses. Returns
-    /// true if everything is resident. If the next chunk is not in memory yet, `not_ready` says whether to
-    /// wait or to return. Throws Error if a file or level is broken.
-    bool upload(std::size_t budget_bytes, NotReady not_ready = NotReady::wait);
+    /// Uploads within the budget. Returns true if everything is resident. Throws Error if a level is broken.
+    bool upload(const UploadBudget &budget);
     bool complete() const;
     std::uint64_t resident_bytes() const;
     std::uint64_t total_bytes() const;
     std::uint64_t terrain_bytes() const; // part of total_bytes
     std::size_t reused() const;          // artifacts taken over from the previous scene
+    /// One message for each file that could not be read again. What was resident of it stays.
+    std::span<const std::string> failures() const;
 
   private:
     friend class SceneLoad;

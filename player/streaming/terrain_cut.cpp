@@ -42,6 +42,14 @@ void TerrainCut::mark_resident(std::uint32_t patch) {
     }
 }
 
+void TerrainCut::mark_absent(std::uint32_t patch) {
+    is_resident_[patch] = 0;
+    --resident_count_;
+    if (patches_.parent_diamond[patch] >= 0) {
+        ++missing_children_[static_cast<std::size_t>(patches_.parent_diamond[patch])];
+    }
+}
+
 bool TerrainCut::wants_split(std::uint32_t diamond, const CutEye &eye) const {
     const float distance_m = glm::distance(eye.position, diamonds_.center[diamond]);
     return diamonds_.error_m[diamond] * eye.pixels_at_1m >

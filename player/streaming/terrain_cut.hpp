@@ -29,8 +29,9 @@ class TerrainCut {
     /// memory.
     TerrainCut(const assets::TerrainPatches &patches, const assets::TerrainDiamonds &diamonds);
 
-    /// Says that the patch is resident. Call once per patch.
+    /// Says that the patch is resident, or no longer. At first no patch is.
     void mark_resident(std::uint32_t patch);
+    void mark_absent(std::uint32_t patch);
 
     /// Finds the cut for an eye, in time proportional to its size. A diamond is split if all diamonds above
     /// it are split, its child patches are resident and its error is visible. Allocates nothing.

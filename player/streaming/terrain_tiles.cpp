@@ -9,6 +9,8 @@
 #include <glm/matrix.hpp>
 
 #include <algorithm>
+#include <limits>
+#include <utility>
 
 namespace paradize {
 
@@ -21,8 +23,10 @@ float above(const glm::vec4 &plane, const glm::vec3 &point) {
 } // namespace
 
 TerrainTiles::TerrainTiles(const assets::Terrain &terrain, const Streamer &streamer)
-    : terrain_(terrain), streamer_(streamer), cut_(terrain.patches, terrain.diamonds),
-      known_resident_(terrain.tiles.size()) {
+    : terrain_(terrain), streamer_(streamer), cut_(terrain.patches, terrain.diamonds) {
+    for (std::size_t i = 0; i < terrain.tiles.size(); ++i) {
+        known_resident_.emplace_back(streamer.tile(i).blocks().size());
+    }
     const std::vector<std::uint32_t> &tile = terrain.patches.tile;
     for (std::uint32_t i = 0; i <= terrain.tiles.size(); ++i) {
         first_patch_.push_back(static_cast<std::uint32_t>(std::ranges::lower_bound(tile, i) - tile.begin()));
@@ -34,9 +38,16 @@ TerrainTiles::TerrainTiles(const assets::Terrain &terrain, const Streamer &strea
 
 void TerrainTiles::update(const View &main, float error_px) {
     for (std::size_t tile = 0; tile < known_resident_.size(); ++tile) {
-        for (const std::uint32_t resident_patches = streamer_.tile(tile).resident_patches();
-             known_resident_[tile] < resident_patches; ++known_resident_[tile]) {
-            cut_.mark_resident(first_patch_[tile] + known_resident_[tile]);
+        const std::span<const TileBlock> blocks = streamer_.tile(tile).blocks();
+        for (std::size_t i = 0; i < blocks.size(); ++i) {
+            if (blocks[i].resident == known_resident_[tile][i]) {
+                continue;
+            }
+            known_resident_[tile][i] = blocks[i].resident;
+            const std::uint32_t first = first_patch_[tile] + blocks[i].first_patch;
+            for (std::uint32_t patch = first; patch < first + blocks[i].patches; ++patch) {
+                blocks[i].resident ? cut_.mark_resident(patch) : cut_.mark_absent(patch);
+            }
         }
     }
     cut_.update({glm::vec3(glm::dvec3(main.eye) + main.anchor), main.pixels_at_1m, main.near_m, error_px});
@@ -64,15 +75,18 @@ void TerrainTiles::draw(const View &view, const glm::vec4 &plane, const TerrainU
     const std::span<const std::uint32_t> patches = cut_.patches();
     std::uint32_t drawn = 0;
     std::uint64_t triangles = 0;
+    std::uint32_t model_of = std::numeric_limits<std::uint32_t>::max(); // the tile whose matrices are set
     // From the last patch to the first: fine patches are near and hide coarse ones behind them.
     for (std::size_t end = patches.size(); end > 0;) {
         const std::uint32_t tile_index = terrain_.patches.tile[patches[end - 1]];
+        const std::uint32_t first = first_patch_[tile_index];
         const StreamedTile &tile = streamer_.tile(tile_index);
+        const TileBlock &block = tile.blocks()[tile.range(patches[end - 1] - first).block];
         std::size_t count = 0;
-        for (; end > 0 && patches[end - 1] >= first_patch_[tile_index]; --end) {
+        for (; end > 0 && patches[end - 1] >= first + block.first_patch; --end) {
             const std::uint32_t patch = patches[end - 1];
             if (sees(view, plane, patch)) {
-                const PatchRange &range = tile.range(patch - first_patch_[tile_index]);
+                const PatchRange &range = tile.range(patch - first);
                 counts_[count] = range.index_count;
                 base_vertices_[count] = range.base_vertex;
                 offsets_[count] = reinterpret_cast<const void *>(range.index_offset);
@@ -84,9 +98,12 @@ void TerrainTiles::draw(const View &view, const glm::vec4 &plane, const TerrainU
             continue;
         }
         drawn += static_cast<std::uint32_t>(count);
-        gl::Program::set(uniforms.model, view.local(tile.model()));
-        gl::Program::set(uniforms.normals, glm::mat3(glm::transpose(glm::inverse(glm::dmat3(tile.model())))));
-        glBindVertexArray(tile.vertex_array().name());
+        if (std::exchange(model_of, tile_index) != tile_index) {
+            gl::Program::set(uniforms.model, view.local(tile.model()));
+            gl::Program::set(uniforms.normals,
+                             glm::mat3(glm::transpose(glm::inverse(glm::dmat3(tile.model())))));
+        }
+        glBindVertexArray(block.vertex_array.name());
         gl::draw_triangle_ranges(std::span(counts_).first(count), tile.index_type(),
                                  std::span(offsets_).first(count), std::span(base_vertices_).first(count));
     }

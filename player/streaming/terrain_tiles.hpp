@@ -38,7 +38,7 @@ class TerrainTiles {
     /// `terrain` and `streamer` must outlive this object.
     TerrainTiles(const assets::Terrain &terrain, const Streamer &streamer);
 
-    /// Registers newly resident patches and finds the cut for the main view's eye. All views of the frame
+    /// Registers which patches are resident and finds the cut for the main view's eye. All views of the frame
     /// share the cut, so that shadows and reflections fit. Allocates nothing; nor do the other functions.
     void update(const View &main, float error_px);
     const TerrainCut &cut() const { return cut_; }
@@ -57,8 +57,8 @@ class TerrainTiles {
     const Streamer &streamer_;
     TerrainCut cut_;
     double water_m_ = -1e30;
-    std::vector<std::uint32_t> first_patch_;    // per tile, plus the end
-    std::vector<std::uint32_t> known_resident_; // per tile: resident patches that cut_ knows of
+    std::vector<std::uint32_t> first_patch_;        // per tile, plus the end
+    std::vector<std::vector<bool>> known_resident_; // per tile and block: what cut_ knows
     // Arguments of glMultiDrawElementsBaseVertex.
     std::vector<int> counts_, base_vertices_;
     std::vector<const void *> offsets_;

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <array>
+#include <vector>
 
 namespace paradize {
 
@@ -92,8 +93,8 @@ void set_parameters(GLenum target, GLint levels) {
     glTexParameteri(target, GL_TEXTURE_MAX_LEVEL, levels - 1);
 }
 
-void allocate_level(const assets::Ktx2 &ktx, const Format &format, GLint level) {
-    const assets::Ktx2Level &size = ktx.levels[static_cast<std::size_t>(level)];
+void allocate_level(const assets::Ktx2 &ktx, const Format &format, std::uint32_t file_level, GLint level) {
+    const assets::Ktx2Level &size = ktx.levels[file_level];
     const auto width = static_cast<GLsizei>(size.width_px);
     const auto height = static_cast<GLsizei>(size.height_px);
     for (std::uint32_t face = 0; face < ktx.faces; ++face) {
@@ -113,7 +114,7 @@ Storage best_storage() {
     return epoxy_has_gl_extension("GL_ARB_texture_storage") ? Storage::immutable : Storage::mutable_levels;
 }
 
-gl::Texture allocate_texture(const assets::Ktx2 &ktx, const std::string &file, Storage storage) {
+void check_support(const assets::Ktx2 &ktx, const std::string &file) {
     if (needs_s3tc(ktx.format) &&
         !(epoxy_has_gl_extension("GL_EXT_texture_compression_s3tc") &&
           (epoxy_has_gl_extension("GL_EXT_texture_sRGB") || epoxy_gl_version() >= 40))) {
@@ -133,21 +134,69 @@ gl::Texture allocate_texture(const assets::Ktx2 &ktx, const std::string &file, S
                     std::to_string(ktx.levels[0].height_px) + " texels, the driver's limit is " +
                     std::to_string(most));
     }
+}
+
+gl::Texture allocate_texture(const assets::Ktx2 &ktx, std::uint32_t first_level, Storage storage) {
     const Format format = gl_format(ktx.format);
     const GLenum target = target_of(ktx);
-    const auto levels = static_cast<GLint>(ktx.levels.size());
+    const auto levels = static_cast<GLint>(ktx.levels.size() - first_level);
+    const assets::Ktx2Level &finest = ktx.levels[first_level];
     gl::Texture texture = gl::Texture::create();
     glBindTexture(target, texture.name());
     set_parameters(target, levels);
     if (storage == Storage::immutable) {
-        glTexStorage2D(target, levels, format.internal, static_cast<GLsizei>(ktx.levels[0].width_px),
-                       static_cast<GLsizei>(ktx.levels[0].height_px));
+        glTexStorage2D(target, levels, format.internal, static_cast<GLsizei>(finest.width_px),
+                       static_cast<GLsizei>(finest.height_px));
     } else {
         for (GLint level = 0; level < levels; ++level) {
-            allocate_level(ktx, format, level);
+            allocate_level(ktx, format, first_level + static_cast<std::uint32_t>(level), level);
         }
     }
     return texture;
+}
+
+void make_sampled(const assets::Ktx2 &ktx, const gl::Texture &texture) {
+    glBindTexture(target_of(ktx), texture.name());
+    glTexParameteri(target_of(ktx), GL_TEXTURE_BASE_LEVEL, 0);
+}
+
+void copy_levels(const assets::Ktx2 &ktx, LevelsFrom from, LevelsFrom to) {
+    if (!epoxy_has_gl_extension("GL_ARB_copy_image") && epoxy_gl_version() < 43) {
+        copy_levels_by_memory(ktx, from, to);
+        return;
+    }
+    const GLenum target = target_of(ktx);
+    for (std::uint32_t i = std::max(from.first_level, to.first_level); i < ktx.levels.size(); ++i) {
+        const assets::Ktx2Level &level = ktx.levels[i];
+        glCopyImageSubData(from.texture.name(), target, static_cast<GLint>(i - from.first_level), 0, 0, 0,
+                           to.texture.name(), target, static_cast<GLint>(i - to.first_level), 0, 0, 0,
+                           static_cast<GLsizei>(level.width_px), static_cast<GLsizei>(level.height_px),
+                           static_cast<GLsizei>(ktx.faces));
+    }
+}
+
+void copy_levels_by_memory(const assets::Ktx2 &ktx, LevelsFrom from, LevelsFrom to) {
+    const Format format = gl_format(ktx.format);
+    std::vector<std::byte> bytes;
+    glPixelStorei(GL_PACK_ALIGNMENT, 1);
+    for (std::uint32_t i = std::max(from.first_level, to.first_level); i < ktx.levels.size(); ++i) {
+        bytes.resize(ktx.levels[i].bytes.size() / ktx.faces);
+        for (std::uint32_t face = 0; face < ktx.faces; ++face) {
+            const auto level = static_cast<GLint>(i - from.first_level);
+            glBindTexture(target_of(ktx), from.texture.name());
+            if (format.format == 0) {
+                glGetCompressedTexImage(image_target(ktx, face), level, bytes.data());
+            } else {
+                glGetTexImage(image_target(ktx, face), level, format.format, format.type, bytes.data());
+            }
+            assets::UploadChunk chunk;
+            chunk.level = i;
+            chunk.part = face;
+            chunk.rows = ktx.levels[i].height_px;
+            chunk.bytes = bytes;
+            upload_rows(to, ktx, chunk, bytes.data());
+        }
+    }
 }
 
 gl::Texture neutral_texture(const assets::Ktx2 &ktx) {
@@ -174,19 +223,20 @@ gl::Texture neutral_texture(const assets::Ktx2 &ktx) {
     return texture;
 }
 
-void upload_rows(const gl::Texture &texture, const assets::Ktx2 &ktx, const assets::UploadChunk &chunk) {
+void upload_rows(LevelsFrom to, const assets::Ktx2 &ktx, const assets::UploadChunk &chunk,
+                 const std::byte *bytes) {
     const Format format = gl_format(ktx.format);
-    const auto level = static_cast<GLint>(chunk.level);
+    const auto level = static_cast<GLint>(chunk.level - to.first_level);
     const auto width = static_cast<GLsizei>(ktx.levels[chunk.level].width_px);
     const auto row = static_cast<GLint>(chunk.offset);
     const auto rows = static_cast<GLsizei>(chunk.rows);
     const GLenum image = image_target(ktx, chunk.part);
-    glBindTexture(target_of(ktx), texture.name());
+    glBindTexture(target_of(ktx), to.texture.name());
     if (format.format == 0) {
         glCompressedTexSubImage2D(image, level, 0, row, width, rows, format.internal,
-                                  static_cast<GLsizei>(chunk.bytes.size()), chunk.bytes.data());
+                                  static_cast<GLsizei>(chunk.bytes.size()), bytes);
     } else {
-        glTexSubImage2D(image, level, 0, row, width, rows, format.format, format.type, chunk.bytes.data());
+        glTexSubImage2D(image, level, 0, row, width, rows, format.format, format.type, bytes);
     }
 }
 

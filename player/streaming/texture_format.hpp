@@ -5,6 +5,8 @@
 #include "assets/upload_plan.hpp"
 #include "gl/handle.hpp"
 
+#include <cstddef>
+#include <cstdint>
 #include <string>
 
 namespace paradize {
@@ -13,14 +15,30 @@ enum class Storage { immutable, mutable_levels };
 /// Returns immutable if the driver has ARB_texture_storage.
 Storage best_storage();
 
-/// Allocates all levels; nothing can be sampled yet. Repeat and trilinear, cube maps clamp. Throws Error if
-/// the driver does not support the format or the size.
-gl::Texture allocate_texture(const assets::Ktx2 &ktx, const std::string &file, Storage storage);
+/// Throws Error if the driver does not support the texture's format or size.
+void check_support(const assets::Ktx2 &ktx, const std::string &file);
+
+/// Allocates the levels from `first_level` of the file on, as levels 0, 1 ... of the texture. Nothing can be
+/// sampled until make_sampled(). Repeat and trilinear, cube maps clamp.
+gl::Texture allocate_texture(const assets::Ktx2 &ktx, std::uint32_t first_level, Storage storage);
+/// Makes all levels visible.
+void make_sampled(const assets::Ktx2 &ktx, const gl::Texture &texture);
+
+/// A texture and the level of the file that is its level 0.
+struct LevelsFrom {
+    const gl::Texture &texture;
+    std::uint32_t first_level = 0;
+};
+/// Copies the levels that both have, on the device where the driver has ARB_copy_image.
+void copy_levels(const assets::Ktx2 &ktx, LevelsFrom from, LevelsFrom to);
+/// The same without ARB_copy_image.
+void copy_levels_by_memory(const assets::Ktx2 &ktx, LevelsFrom from, LevelsFrom to);
 
 /// Creates a one-texel placeholder: mid grey, or zero for signed and two-channel maps.
 gl::Texture neutral_texture(const assets::Ktx2 &ktx);
 
-/// Uploads rows of one level and face. Leaves the texture bound to the active unit.
-void upload_rows(const gl::Texture &texture, const assets::Ktx2 &ktx, const assets::UploadChunk &chunk);
+/// Uploads rows of one level and face. `bytes` are the chunk's. Leaves the texture bound to the active unit.
+void upload_rows(LevelsFrom to, const assets::Ktx2 &ktx, const assets::UploadChunk &chunk,
+                 const std::byte *bytes);
 
 } // namespace paradize

@@ -61,26 +61,75 @@ TEST_CASE("files: the bytes are the file's, part by part, and stay when it chang
     CHECK(std::ranges::equal(file.bytes(), bytes));
 }
 
-TEST_CASE("files: a released part is read again part by part, and kept bytes are not overwritten") {
+TEST_CASE("files: freed bytes are read again from the open file, even if it is deleted") {
     const test::Folder folder;
-    const auto page = static_cast<std::size_t>(::sysconf(_SC_PAGESIZE));
-    test::Bytes bytes((std::size_t{2} << 20U) + 3 * page);
+    test::Bytes bytes((std::size_t{2} << 20U) + 17);
     for (std::size_t i = 0; i < bytes.size(); ++i) {
         bytes[i] = static_cast<std::byte>(i * 31 >> 3U);
     }
     const std::filesystem::path path = folder.write("a", bytes);
     assets::FileBytes file(path);
-    // rounded up to whole pages, this keeps everything
-    CHECK_FALSE(file.release_from(path, bytes.size() - page + 1));
-    CHECK(file.release_from(path, (std::size_t{1} << 20U) + 1));
-    const std::size_t kept = (std::size_t{1} << 20U) + page;
-    CHECK(std::ranges::equal(file.bytes().first(kept), std::span(bytes).first(kept)));
-    std::filesystem::remove(path); // the open descriptor keeps the content
-    test::Bytes parts;
-    file.reload(
-        "a", [&](std::span<const std::byte> part) { parts.insert(parts.end(), part.begin(), part.end()); });
-    CHECK(parts == bytes);
-    CHECK(std::ranges::equal(file.bytes(), bytes));
+    CHECK(file.in_memory());
+    const auto matches = [&](std::size_t at, std::size_t size) {
+        test::Bytes part(size);
+        file.read(at, part);
+        return std::ranges::equal(part, std::span(bytes).subspan(at, size));
+    };
+    CHECK(matches(1000, 1 << 20));
+    test::Bytes again; // the file is a few milliseconds old: it is read once more
+    file.free_memory(
+        path, [&](std::span<const std::byte> part) { again.insert(again.end(), part.begin(), part.end()); });
+    CHECK((again.empty() || again == bytes));
+    CHECK_FALSE(file.in_memory());
+    CHECK(file.bytes().size() == bytes.size());
+    std::filesystem::remove(path);
+    CHECK(matches(0, bytes.size()));
+    CHECK(matches(bytes.size() - 5, 5));
+}
+
+TEST_CASE("files: freed bytes of a file that was changed, cut or replaced are refused") {
+    const test::Folder folder;
+    const test::Bytes bytes(10000, std::byte{7});
+    const auto message = [&](const auto &change, std::size_t at) -> std::string {
+        const std::filesystem::path path = folder.write("a", bytes);
+        assets::FileBytes file(path);
+        file.free_memory(path, {});
+        change(path);
+        test::Bytes part(100);
+        try {
+            file.read(at, part);
+        } catch (const assets::SourceError &error) {
+            return error.what();
+        }
+        return "";
+    };
+    CHECK(message([](const auto &) {}, 9000).empty());
+    CHECK(contains(message([](const auto &path) { std::filesystem::resize_file(path, 5000); }, 9000),
+                   "a: ended at byte 9000 of 10000 while it was read"));
+    CHECK(contains(message([](const auto &path) { std::filesystem::resize_file(path, 5000); }, 100),
+                   "a: was changed while it was played; bake the scene again"));
+    CHECK(contains(message([&](const auto & /*path*/) { folder.write("a", bytes); }, 100),
+                   "a: was changed while it was played"));
+    // A new file of the same name is not read: the open one is.
+    CHECK(message(
+              [&](const auto &path) {
+                  folder.write("b", test::Bytes(10, std::byte{1}));
+                  std::filesystem::rename(folder.path() / "b", path);
+              },
+              9000)
+              .empty());
+    const std::filesystem::path path = folder.write("c", bytes);
+    assets::FileBytes replaced(path);
+    folder.write("d", test::Bytes(10000, std::byte{8}));
+    std::filesystem::rename(folder.path() / "d", path);
+    assets::Sha256 hash;
+    bool refused = false;
+    try {
+        replaced.free_memory(path, [&](std::span<const std::byte> part) { hash.add(part); });
+    } catch (const Error &error) {
+        refused = contains(error.what(), "c: was changed after it was checked");
+    }
+    CHECK((refused || hash.hex() == assets::sha256_of(test::Bytes(10000, std::byte{8}))));
 }
 
 TEST_CASE("files: irregular and empty files and wrong sizes are rejected, and a pipe does not block") {

@@ -116,15 +116,12 @@ struct OneFile {
         try {
             const assets::LoadedArtifact loaded = assets::load_artifact(scene, 0, folder.path());
             assets::Inflater inflater;
-            for (const assets::UploadChunk &chunk : loaded.chunks) {
-                if (chunk.inflate != nullptr) {
-                    const std::string error =
-                        inflater.inflate(chunk.inflate->compressed, chunk.inflate->inflated);
-                    if (!error.empty() || !texel_error(*chunk.inflate).empty()) {
-                        return false;
-                    }
+            for (const assets::Piece &piece : loaded.plan.pieces) {
+                const assets::StagedPiece staged = stage(loaded, piece, inflater);
+                if (!staged.error.empty()) {
+                    return false;
                 }
-                touch(chunk.bytes);
+                touch({staged.bytes.get(), piece.bytes});
             }
         } catch (const Error &error) {
             CHECK(std::string(error.what()).find(folder.path().string() + "/a: ") == 0);

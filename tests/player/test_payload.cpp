@@ -1,6 +1,6 @@
 // Invalid numbers are rejected with their place, in every storage type.
 #include "assets/payload.hpp"
-#include "assets/prefetcher.hpp"
+#include "assets/piece_loader.hpp"
 #include "error.hpp"
 #include "files.hpp"
 
@@ -82,16 +82,23 @@ struct Named {
 constexpr std::array<Named, assets::mesh_attributes> names{
     {{"POSITION", 3}, {"NORMAL", 3}, {"TANGENT", 4}, {"TEXCOORD_0", 2}, {"TEXCOORD_1", 2}, {"COLOR_0", 4}}};
 
-/// Loads every level with the prefetcher and returns its error.
-std::string loaded(const assets::Ktx2 &ktx) {
-    std::vector<assets::UploadChunk> chunks;
-    plan_texture(ktx, 0, chunks);
-    assets::Prefetcher prefetcher(chunks);
-    for (std::size_t i = 0; i < chunks.size(); ++i) {
-        prefetcher.advance(i);
-        prefetcher.wait(i);
-        if (!prefetcher.error(i).empty()) {
-            return "level " + std::to_string(chunks[i].level) + ": " + prefetcher.error(i);
+/// Stages every piece of a file and returns the error.
+std::string loaded(const test::Bytes &file) {
+    const test::Folder folder;
+    assets::LoadedArtifact artifact;
+    artifact.path = "a.ktx2";
+    artifact.file = assets::FileBytes(folder.write("a.ktx2", file));
+    artifact.ktx = assets::read_ktx2(artifact.file.bytes(), artifact.path);
+    artifact.plan = plan_texture(artifact.ktx);
+    assets::PieceLoader loader(artifact.plan.pieces.size(),
+                               [&](std::uint32_t piece, assets::Inflater &inflater) {
+                                   return stage(artifact, artifact.plan.pieces[piece], inflater);
+                               });
+    for (std::uint32_t piece = 0; piece < artifact.plan.pieces.size(); ++piece) {
+        loader.order({&piece, 1});
+        if (const assets::StagedPiece staged = loader.take(piece); !staged.error.empty()) {
+            CHECK_FALSE(staged.file_failed);
+            return staged.error;
         }
     }
     return "";
@@ -253,8 +260,7 @@ TEST_CASE("payload: float texels must be finite and within the limit, also in co
         CHECK_MESSAGE(message.starts_with("a.ktx2: level 0, texel (5, 1), channel 0: is "), message);
         const test::Bytes compressed = test::zstd_of(wrong);
         CHECK(texel_message(compressed).empty()); // not decompressed yet
-        CHECK(loaded(assets::read_ktx2(compressed, "a.ktx2"))
-                  .starts_with("level 0: texel (5, 1), channel 0: is "));
+        CHECK(loaded(compressed).starts_with("a.ktx2: level 0: texel (5, 1), channel 0: is "));
     }
-    CHECK(loaded(assets::read_ktx2(test::zstd_of(file), "a.ktx2")).empty());
+    CHECK(loaded(test::zstd_of(file)).empty());
 }

@@ -66,7 +66,7 @@ std::unique_ptr<assets::SceneUpdate> wait_for(assets::SceneWatcher &watcher) {
 /// Uploads until a new scene is resident.
 LoadedScene *wait_for(SceneSwap &scenes) {
     LoadedScene *next = nullptr;
-    while ((next = scenes.upload(everything, NotReady::wait)) == nullptr) {
+    while ((next = scenes.upload({})) == nullptr) {
         std::this_thread::yield();
     }
     return next;
@@ -125,7 +125,7 @@ TEST_CASE("scene swap: a new scene reuses unchanged artifacts and is shown when 
     SceneSwap scenes(PendingScene(assets::read_scene(baked.scene_json()), baked.folder.path()),
                      baked.folder.path(), &watcher);
     while (!scenes.current().streamer.complete()) {
-        CHECK(scenes.upload(everything, NotReady::wait) == nullptr);
+        CHECK(scenes.upload({}) == nullptr);
     }
     const StreamedMesh *mesh = scenes.current().streamer.mesh("quad_mesh");
     const StreamedTexture *sky = scenes.current().streamer.texture("sky");
@@ -184,7 +184,7 @@ TEST_CASE("scene swap: fifty scenes leave no GL object behind") {
                          baked.folder.path(), &watcher);
         auto renderer = std::make_unique<Renderer>(scenes.current().scene, shaders, options);
         while (!scenes.current().streamer.complete()) {
-            scenes.upload(everything, NotReady::wait);
+            scenes.upload({});
         }
         renderer->draw(0.0, flight_pose(scenes.current().file.flight, 0.0));
         const std::array<int, 7> first = objects();
