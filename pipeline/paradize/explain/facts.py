@@ -16,7 +16,7 @@ from typing import Any
 from paradize.build.job_inputs import inputs_of, stale
 from paradize.build.map_sets import find_map_sets
 from paradize.documents import SCENE_FILE
-from paradize.errors import FormatError, SceneError
+from paradize.errors import FormatError, SceneError, renamed
 from paradize.explain.bounds import bounds_of
 from paradize.explain.economy import economy, saved_bytes, textures_by_owner
 from paradize.explain.gutters import decides
@@ -65,7 +65,8 @@ def explain(scene_path: Path, artifact: str | None = None, out: Path | None = No
     manifest, why_not = _last_bake(folder)
     terrain = manifest["terrain"] if manifest else None
     tiles = {f"mesh_{k}" for k in range(1, len(terrain["tiles"]))} if terrain else set()
-    maps = find_map_sets(scene, scene_path).maps
+    found = find_map_sets(scene, scene_path)
+    maps = found.maps
     required = {
         named.artifact: (job, named)
         for job in require(scene, maps).jobs
@@ -82,8 +83,11 @@ def explain(scene_path: Path, artifact: str | None = None, out: Path | None = No
     names = [artifact] if artifact is not None else list(required)
     known = _Known(manifest, folder, inputs_of(folder)) if manifest else None
     facts = [_facts(scene, *required[name], known, folder) for name in names]
+    for one in facts:
+        one["sources"] = {role: renamed(path, found.inside) for role, path in one["sources"].items()}
     saved = saved_bytes(facts) if manifest and artifact is None else None
-    unread = [{"file": str(file), "reason": why} for file, why in unread_pictures(scene, maps)]
+    pictures = [(str(renamed(str(file), found.inside)), why) for file, why in unread_pictures(scene, maps)]
+    unread = [{"file": name, "reason": why} for name, why in pictures]
     return Explanation(scene.head.name, folder, manifest is not None, why_not, facts, unread, saved)
 
 

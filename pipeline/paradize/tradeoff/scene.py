@@ -12,7 +12,7 @@ from typing import Any
 from paradize.build.bake import bake
 from paradize.build.map_sets import find_map_sets
 from paradize.build.options import BuildOptions
-from paradize.errors import GroupedError, ParadizeError
+from paradize.errors import GroupedError, ParadizeError, renamed
 from paradize.jobs.progress import OnProgress
 from paradize.scene.jobs import BakeJob
 from paradize.scene.requirements import require
@@ -47,9 +47,13 @@ def measure_scene(
         if report.errors:
             raise GroupedError(report.errors)
         rows = {row["name"]: row for row in report.rows}
-        jobs = require(scene, find_map_sets(scene, path).maps).jobs
-        planned = plan_in_worker(path.name, scene_groups, {"scene": scene, "jobs": jobs}, path)
-        groups, warnings = run_groups(planned, rows, scene.budget.aim, runs, on_progress)
+        found = find_map_sets(scene, path)
+        jobs = require(scene, found.maps).jobs
+        try:
+            planned = plan_in_worker(path.name, scene_groups, {"scene": scene, "jobs": jobs}, path)
+            groups, warnings = run_groups(planned, rows, scene.budget.aim, runs, on_progress)
+        except ParadizeError as error:
+            raise error.renamed(found.inside) from None
         bars: list[dict[str, Any]] = []
         if player is not None:
             drawn = _PlayerMeasurements(path, scene, jobs, rows, scratch, tier, player, on_progress)
@@ -63,6 +67,7 @@ def measure_scene(
                     groups.append(group)
             except ParadizeError as error:  # the groups measured before stay
                 warnings.append(f"the rest of what the player draws was not measured: {error}")
+    warnings = [str(renamed(text, found.inside)) for text in warnings]
     return result(path, groups, warnings, time.monotonic() - start) | {"attribution": bars}
 
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 import io
 import json
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,8 +17,11 @@ from paradize.build.map_sets import find_map_sets
 from paradize.build.options import BuildOptions
 from paradize.build.work import files_read_by
 from paradize.errors import SourceError
+from paradize.explain.facts import explain
 from paradize.new.scene import new_scene
 from paradize.scene.settings import load_scene
+from paradize.tradeoff import scene as tradeoff_scene
+from paradize.tradeoff.curve import Group
 from paradize.watch.rebake import bake_again
 from tests.pipeline.readers.gltf.made import SQUARE, Made, shown, square
 
@@ -112,6 +117,25 @@ def test_a_warning_of_a_picture_inside_a_model_names_the_model(tmp_path: Path) -
     assert not report.errors
     assert any(f"{tmp_path}/s/model/Panel.glb: picture 'hollow'" in text for text in report.warnings)
     assert not any(str(tmp_path / "store") in text for text in report.warnings)
+
+
+def test_explain_and_measure_name_a_picture_inside_a_model_by_the_model(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scene = new_scene(tmp_path / "s", panel().glb(tmp_path / "Panel.glb")).scene
+    name = f"{tmp_path}/s/model/Panel.glb: picture 'image 0'"
+    (color,) = explain(scene, "panel_color").artifacts
+    assert color["sources"]["image"] == name
+
+    def broken(_: str, __: object, arguments: dict[str, Any], ___: Path) -> list[Group]:
+        job = next(job for job in arguments["jobs"] if job.name == "panel colour")
+        raise SourceError("is gone", file=job.sources["image"])
+
+    monkeypatch.setattr(tradeoff_scene, "bake", lambda *_: SimpleNamespace(errors=[], rows=[]))
+    monkeypatch.setattr(tradeoff_scene, "plan_in_worker", broken)
+    with pytest.raises(SourceError) as caught:
+        tradeoff_scene.measure_scene(scene)
+    assert caught.value.file == name
 
 
 def test_an_unlit_material_has_no_maps_made_of_its_colour_and_its_lost_vertex_colours_are_said(
