@@ -6,6 +6,7 @@ import ast
 import re
 import subprocess
 from collections import Counter
+from fnmatch import fnmatch
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
@@ -248,6 +249,13 @@ def test_locks_name_no_host_and_carry_hashes() -> None:
     package_lock = (ROOT / "tests/e2e/package-lock.json").read_text()
     assert "resolved" not in package_lock
     assert "integrity" in package_lock
+
+
+def test_no_folder_of_tests_is_left_out_of_a_run(pytestconfig: pytest.Config) -> None:
+    """By default pytest enters no folder named `build`."""
+    unread = pytestconfig.getini("norecursedirs")
+    folders = {path.parent.name for path in (ROOT / "tests").rglob("test_*.py")}
+    assert [name for name in sorted(folders) if any(fnmatch(name, pattern) for pattern in unread)] == []
 
 
 def test_tests_reach_the_corpus_through_its_fixture_alone() -> None:
