@@ -115,12 +115,18 @@ class Worker:
 
 @dataclass(eq=False)
 class WorkerPool:
-    """Workers and their queue of answers. A kept pool saves the start of interpreters. closed: failed jobs
-    are not tried again."""
+    """Workers and their queue of answers. A kept pool saves the start of interpreters; `with` ends its
+    workers. closed: failed jobs are not tried again."""
 
     workers: list[Worker] = field(default_factory=list)
     answers: queue.SimpleQueue[Answer] = field(default_factory=queue.SimpleQueue)
     closed: bool = False
+
+    def __enter__(self) -> WorkerPool:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self.stop()
 
     def stop(self) -> None:
         """Kills all workers."""

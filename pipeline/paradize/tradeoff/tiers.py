@@ -1,7 +1,8 @@
 """Runs every tier of every stage of a file, and returns time, error and bytes of each as tradeoff.json.
 
-Each tier runs in its own process, one at a time and on one core, so that no timing disturbs another. Errors
-come from the metrics, which share no code with the stages. formats/FORMAT.md describes the result.
+The tiers run one at a time and on one core, so that no timing disturbs another, in a worker process, so
+that one that crashes or hangs costs only itself. Errors come from the metrics, which share no code with the
+stages. formats/FORMAT.md describes the result.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ from typing import Any
 
 from paradize.data import rounded
 from paradize.errors import BakeError, GroupedError, ParadizeError, SourceError
-from paradize.jobs.pool import Job, run_jobs
+from paradize.jobs.pool import Job, WorkerPool, run_jobs
 from paradize.jobs.progress import OnProgress
 from paradize.scene.budget import METRICS
 from paradize.tradeoff.curve import Group, Point, inside, spread
@@ -84,25 +85,26 @@ def run_groups(
     groups: list[Group] = []
     warnings: list[str] = []
     errors: list[ParadizeError] = []
-    for group in planned:
-        results: list[tuple[Trial, TrialResult]] = []
-        for trial in group.trials:
-            if on_progress:
-                on_progress(f"{group.name}: {trial.tier}", done, total)
-            job = Job(f"{group.name}, {trial.tier}", trial.call, trial.arguments | {"runs": runs})
-            (outcome,) = run_jobs([job], 1, threads=1)
-            done += 1
-            if isinstance(outcome.error, SourceError):
-                raise outcome.error
-            if outcome.error:
-                errors.append(outcome.error)
-                warnings.append(f"{group.name}: {trial.tier} was not measured: {outcome.error}")
-            else:
-                results.append((trial, outcome.value))
-        if results:
-            measured, uneven = _group(group, results, rows.get(group.artifact, {}), budget)
-            groups.append(measured)
-            warnings += uneven + conclude(measured)
+    with WorkerPool() as pool:  # starting a process takes longer than most tiers
+        for group in planned:
+            results: list[tuple[Trial, TrialResult]] = []
+            for trial in group.trials:
+                if on_progress:
+                    on_progress(f"{group.name}: {trial.tier}", done, total)
+                job = Job(f"{group.name}, {trial.tier}", trial.call, trial.arguments | {"runs": runs})
+                (outcome,) = run_jobs([job], 1, threads=1, pool=pool)
+                done += 1
+                if isinstance(outcome.error, SourceError):
+                    raise outcome.error
+                if outcome.error:
+                    errors.append(outcome.error)
+                    warnings.append(f"{group.name}: {trial.tier} was not measured: {outcome.error}")
+                else:
+                    results.append((trial, outcome.value))
+            if results:
+                measured, uneven = _group(group, results, rows.get(group.artifact, {}), budget)
+                groups.append(measured)
+                warnings += uneven + conclude(measured)
     if on_progress:
         on_progress("done", total, total)
     if not groups:

@@ -65,7 +65,8 @@ def timed(work: Callable[[], Result], runs: int | None) -> tuple[list[float], Re
     """Runs `work` several times. Returns the seconds of each run, and the last result.
 
     runs: None for MOST_RUNS, or fewer if they take long. A quick `work` has a first run that does not count.
-    Afterwards native kernels use all cores again, for the metrics."""
+    Native kernels use one thread meanwhile, and all cores afterwards, for the metrics."""
+    os.environ[THREADS] = "1"
     seconds: list[float] = []
     total, warm = 0.0, False
     while True:
