@@ -208,7 +208,8 @@ class _Finder:
     ) -> tuple[MapSet, Any]:
         """Returns the set of a material without its name and users, and what tells it from others. authored:
         no bumps are made of its colour unless the scene gives their strength."""
-        palette = bool(facts and facts.palette and item.wrap == "auto" and material.maps.keys() <= _FLAT)
+        flat = material.maps.keys() <= _FLAT or is_unlit(material)
+        palette = bool(facts and facts.palette and item.wrap == "auto" and flat)
         wrap = item.wrap
         if wrap == "auto":
             tiled = facts is not None and (facts.outside if palette else facts.tiled)

@@ -58,8 +58,10 @@ def palette_job(glb: Path, maps: dict[str, Path], settings: dict[str, Any]) -> d
     """Calls flat_colors.measure_palette, in a worker."""
     from paradize.build.flat_colors import measure_palette
 
-    texture = read_artifact(maps["color"])
-    return dict(measure_palette(glb=read_artifact(glb), texture=texture, **settings))
+    mesh = read_artifact(glb)
+    return {
+        key: measure_palette(glb=mesh, texture=read_artifact(path), **settings) for key, path in maps.items()
+    }
 
 
 def measure_objects(
@@ -77,7 +79,7 @@ def measure_objects(
 
     Returns, by "gutters", "lod_normal_error" and "palettes" and then by (object, map set), what
     measure_gutters returns of sets with maps; {"levels": what measure_lod_normal_error returns} of those with
-    a normal map; what measure_palette returns of palettes; and the errors of what failed.
+    a normal map; what measure_palette returns of each map of palettes; and the errors of what failed.
     """
     measurements: list[_Measurement] = []
     found: dict[str, dict[tuple[str, str], dict[str, Any]]] = {kind: {} for kind in _SHAPES}
@@ -96,9 +98,9 @@ def measure_objects(
             if "normal" in textures:
                 settings = {"repeat": one.wrap == "repeat", "materials": materials}
                 kinds["lod_normal_error"] = settings, {"normal": textures["normal"]}
-            if one.palette and "color" in textures:
+            if one.palette and textures:
                 settings = {"repeat": one.wrap == "repeat", "materials": materials}
-                kinds["palettes"] = settings, {"color": textures["color"]}
+                kinds["palettes"] = settings, textures
             measurements += [
                 _measurement(kind, item, one, settings, data, sha256, names)
                 for kind, (settings, names) in kinds.items()

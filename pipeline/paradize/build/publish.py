@@ -211,11 +211,12 @@ def _measure_objects(
                     baked.artifacts[name], max_level=facts["max_level"], gutter=rest
                 )
     for (_, map_set), palette in measured["palettes"].items():
-        name = f"{map_set}_color"
-        before = baked.artifacts[name].max_level
-        last = palette["max_level"] if before is None else min(before, palette["max_level"])
-        baked.artifacts[name] = replace(baked.artifacts[name], max_level=last)
-        baked.palettes[name] = min(palette["level"], baked.palettes.get(name, palette["level"]))
+        for key, facts in palette.items():
+            name = f"{map_set}_{key}"
+            before = baked.artifacts[name].max_level
+            last = facts["max_level"] if before is None else min(before, facts["max_level"])
+            baked.artifacts[name] = replace(baked.artifacts[name], max_level=last)
+            baked.palettes[name] = min(facts["level"], baked.palettes.get(name, facts["level"]))
     normal_mapped: dict[str, list[list[dict[str, float]]]] = {}  # levels of each set, by mesh
     for (owner, _), found in measured["lod_normal_error"].items():
         normal_mapped.setdefault(f"{owner}_mesh", []).append(found["levels"])

@@ -124,7 +124,7 @@ def add_map_set(
             made = [key for key in made if key != "normal"]
         add_maps("maps", has["color"], "color", made, one.strength)
     if "emission" in inputs:
-        emission = ColorSettings(product="emission", **common)
+        emission = ColorSettings(product="emission", **plain)
         add("emission", "color", {"image": has["emission"]}, ["emission"], **asdict(emission))
 
 

@@ -18,6 +18,7 @@ from paradize.formats.ktx2.reader import decode_ktx2
 from paradize.metrics.texels import decode_texels
 from paradize.scene.settings import load_scene
 from tests.pipeline.material_scene import noise
+from tests.pipeline.readers.gltf.made import Made, shown
 from tests.pipeline.scenes import write_image
 
 SIDE, SWATCHES = 256, 8  # texels, swatches a side
@@ -120,3 +121,33 @@ def test_a_painted_picture_and_a_plain_one_are_no_palettes(tmp_path: Path) -> No
         assert not any(one.palette for one in found), name
     path = make_kit(tmp_path / "kit", swatches())
     assert all(one.palette for one in find_map_sets(load_scene(path), path).maps.sets)
+
+
+def test_the_palette_of_an_unlit_kit_is_one_small_texture_of_its_light(tmp_path: Path) -> None:
+    scene = make_kit(tmp_path / "kit", swatches())
+    for obj in scene.parent.glob("*.obj"):
+        lines = [line.split() for line in obj.read_text().splitlines()]
+        made = Made()
+        places, uvs = (
+            np.array([one[1:] for one in lines if one[0] == key], np.float32) for key in ("v", "vt")
+        )
+        quads = 4 * np.arange(len(places) // 4)[:, None] + [0, 1, 2, 0, 2, 3]
+        uvs[:, 1] = 1.0 - uvs[:, 1]
+        attributes = {"POSITION": made.array(places), "TEXCOORD_0": made.array(uvs)}
+        texture = made.add("textures", source=made.add("images", uri="colors.png"))
+        paint = made.add(
+            "materials",
+            pbrMetallicRoughness={"baseColorTexture": {"index": texture}},
+            extensions={"KHR_materials_unlit": {}},
+        )
+        indices = made.array(quads.reshape(-1).astype(np.uint16))
+        shown({"attributes": attributes, "indices": indices, "material": paint}, made)
+        made.glb(obj.with_suffix(".glb"))
+    scene.write_text(scene.read_text().replace(".obj", ".glb"))
+    textures, manifest = baked(scene, tmp_path / "out")
+    (name,) = (one for one in textures if one.endswith("_emission"))
+    entry = manifest["artifacts"][name]
+    texture = decode_ktx2((tmp_path / "out" / entry["file"]).read_bytes())
+    assert {one["materials"]["material_0"]["maps"]["emission"] for one in manifest["objects"]} == {name}
+    assert texture.format == "RGBA8_SRGB" and max(texture.width, texture.height) <= 4 * SWATCHES
+    assert entry["max_level"] is not None and entry["gutter"] is None
