@@ -99,7 +99,8 @@ void main() {
 
     float metalness = u_metalness.x * mix(1.0, occlusion.g, u_metalness.y);
     Surface s = matte_surface(v_position, world_normal, geometric, base.rgb * (1.0 - metalness));
-    s.f0 = mix(vec3(clamp(0.08 * gloss.r * u_specular_smoothness.x, 0.0, 1.0)), base.rgb, metalness);
+    s.coat = clamp(0.08 * gloss.r * u_specular_smoothness.x, 0.0, 1.0);
+    s.f0 = mix(vec3(s.coat), base.rgb, metalness);
     s.alpha = alpha;
     s.translucency = u_translucency;
     s.occlusion = 1.0 + u_occlusion_strength * (occlusion.r - 1.0);

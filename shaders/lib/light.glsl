@@ -38,6 +38,7 @@ struct Surface {
     vec3 geometric;     // unit, of the triangle's visible side
     vec3 albedo;        // linear
     vec3 f0;            // specular reflectance at normal incidence
+    float coat;         // the same of its share that is no metal: what that reflects does not reach the albedo
     float alpha;        // GGX roughness
     float translucency; // share of the light from behind that passes through
     float occlusion;    // share of the light from all around that arrives
@@ -45,7 +46,7 @@ struct Surface {
 
 // An opaque surface without specular reflection. Set the other members afterwards where they apply.
 Surface matte_surface(vec3 position, vec3 normal, vec3 geometric, vec3 albedo) {
-    return Surface(position, normal, geometric, albedo, vec3(0.0), 1.0, 0.0, 1.0);
+    return Surface(position, normal, geometric, albedo, vec3(0.0), 0.0, 1.0, 0.0, 1.0);
 }
 
 // Linear radiance towards the eye, without haze. Includes absorption and caustics under water.
@@ -81,10 +82,15 @@ vec3 shade(Surface s) {
     if (submerged) {
         sky *= exp(-min(water.rgb * depth * 1.2, vec3(60.0)));
     }
-    vec3 color = (s.albedo * direct + transmitted * transmission) * (1.0 / PI) * sun + s.albedo * sky +
-                 transmitted * ambient_transmission;
     // Surfaces under water have no specular reflection. It fades out over a few centimetres of depth.
     float above_water = submerged ? (1.0 - smoothstep(0.03, 0.10, depth)) * (1.0 - u_refracting) : 1.0;
+    if (s.coat > 0.0) {
+        float reflected = environment_reflectance(vec3(s.coat), dot(s.normal, v), s.alpha).r;
+        direct *= mix(1.0, sun_entering(s.normal, v, sun_direction.xyz, s.coat), above_water);
+        sky *= 1.0 - above_water * reflected;
+    }
+    vec3 color = (s.albedo * direct + transmitted * transmission) * (1.0 / PI) * sun + s.albedo * sky +
+                 transmitted * ambient_transmission;
     if (largest(s.f0) > 0.0 && above_water > 0.0) {
         color += above_water * unattenuated * specular_ggx(s.normal, v, sun_direction.xyz, s.f0, s.alpha, 16.0);
         color += above_water * sky_specular(s.normal, v, s.f0, s.alpha) *

@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable
 from dataclasses import replace
-from math import pi, tan
+from math import cos, pi, sin, tan
 from pathlib import Path
 from typing import Any
 
@@ -265,21 +265,38 @@ def test_uneven_scale_keeps_normals_upright_on_their_surface(render: Render, sca
     assert seen == pytest.approx([0.9 * normal[2] / np.linalg.norm(normal)] * 3, abs=STEP)
 
 
+def directional_albedo(n_v: F64, roughness: float) -> F64:
+    """(n, 2): what a rough surface reflects of light from all sides in one bounce, as factors of f0 and of 1.
+    The integral over half vectors h of GGX with height-correlated Smith and Schlick's Fresnel: B. Karis,
+    "Real Shading in Unreal Engine 4", 2013."""
+    many, squared = 96, roughness**4
+    u, azimuth = np.meshgrid((np.arange(many) + 0.5) / many, pi * (np.arange(many) + 0.5) / many)
+    n_h = np.sqrt((1 - u) / (1 + (squared - 1) * u))
+    found = []
+    for c in np.atleast_1d(n_v):
+        v_h = np.sqrt(1 - c * c) * np.sqrt(1 - n_h * n_h) * np.cos(azimuth) + c * n_h
+        n_l = np.maximum(2 * v_h * n_h - c, 0.0)
+        smith = n_l * np.sqrt(c * c * (1 - squared) + squared) + c * np.sqrt(
+            n_l * n_l * (1 - squared) + squared
+        )
+        once = np.where((n_l > 0) & (v_h > 0), 2 * n_l * v_h / np.maximum(smith * n_h, 1e-12), 0.0)
+        grazing = np.clip(1 - v_h, 0, 1) ** 5
+        found.append([(once * (1 - grazing)).mean(), (once * grazing).mean()])
+    return np.array(found)
+
+
 def reflectance(f0: F64, n_v: F64, roughness: float) -> F64:
-    """One bounce, and those that follow. roughness: the square root of GGX's alpha."""
-    return one_bounce(f0, n_v, roughness) * further_bounces(f0, n_v, roughness)
+    """All bounces of light from all sides: C. Fdez-Aguera, "A Multiple-Scattering Microfacet Model for
+    Real-Time Image-based Lighting", 2019. roughness: the square root of GGX's alpha."""
+    at = np.linspace(0.0, 1.0, 65)
+    table = directional_albedo(at, roughness)
+    scale, bias = (np.interp(n_v, at, table[:, k])[..., None] for k in (0, 1))
+    return np.asarray((f0 * scale + bias) / (1 - (f0 + (1 - f0) / 21) * (1 - scale - bias)))
 
 
-def further_bounces(f0: F64, n_v: F64, roughness: float) -> F64:
-    """E. Turquin, "Practical multiple scattering compensation for microfacet models", 2019."""
-    return 1 + f0 * (1 / one_bounce(np.ones(3), n_v, roughness) - 1)
-
-
-def one_bounce(f0: F64, n_v: F64, roughness: float) -> F64:
-    """B. Karis, "Physically Based Shading on Mobile", 2014."""
-    r = roughness * np.array([-1.0, -0.0275, -0.572, 0.022]) + [1.0, 0.0425, 1.04, -0.04]
-    a = np.minimum(r[0] ** 2, 2.0 ** (-9.28 * n_v)) * r[0] + r[1]
-    return np.asarray(f0 * (-1.04 * a + r[2])[..., None] + (1.04 * a + r[3])[..., None])
+def further_bounces(f0: float, n_v: float, roughness: float) -> float:
+    """Of the sun's light: E. Turquin, "Practical multiple scattering compensation for microfacet models"."""
+    return float(1 + f0 * (1 / directional_albedo(np.array([n_v]), roughness).sum() - 1))
 
 
 def test_a_metal_sphere_reflects_the_light_from_all_around_in_its_own_colour(render: Render) -> None:
@@ -304,6 +321,39 @@ def test_a_metal_sphere_reflects_the_light_from_all_around_in_its_own_colour(ren
     assert np.abs(seen - expected)[inside].max() <= 2.5 / 255.0
 
 
+@pytest.mark.parametrize("smoothness", [0.0, 0.3, 0.5, 0.9])
+@pytest.mark.parametrize("specular", [0.5, 1.0, 12.5])
+def test_a_white_surface_is_as_bright_as_light_from_all_sides(
+    render: Render, smoothness: float, specular: float
+) -> None:
+    """What a varnish reflects does not reach the white below it: together they reflect all light, whatever
+    the roughness and the reflectance, and no more than all (a white furnace)."""
+    one = thing("a", {"m": material(color=[1.0] * 3, specular=specular, smoothness=smoothness)})
+    for tilt in (0.0, 0.8, 1.2):
+        normal = (sin(tilt), 0.0, cos(tilt))
+        seen = middle(render([one], {"a": quad(normal)}, ambient=1.0))
+        straight = middle(render([thing("a", {"m": material(**WHITE)})], {"a": quad(normal)}, ambient=1.0))
+        assert seen == pytest.approx(straight, abs=0.02), tilt
+
+
+@pytest.mark.parametrize("smoothness", [0.0, 0.5, 0.8])
+@pytest.mark.parametrize("n_v", [0.3, 0.6, 1.0])
+def test_rough_metals_reflect_as_the_integral_says(render: Render, smoothness: float, n_v: float) -> None:
+    one = thing("a", {"m": material(color=[0.8, 0.4, 0.2], metalness=1.0, smoothness=smoothness)})
+    normal = ((1 - n_v * n_v) ** 0.5, 0.0, n_v)
+    seen = middle(render([one], {"a": quad(normal)}, ambient=1.0))
+    expected = reflectance(np.array([0.8, 0.4, 0.2]), np.array(n_v), 1.0 - smoothness)
+    assert seen == pytest.approx(0.75 * expected, abs=0.02)
+
+
+def test_the_light_that_a_varnish_reflects_of_the_sun_does_not_reach_the_colour_below(render: Render) -> None:
+    """glTF's mix by Fresnel: at f0 = 0.5, straight on, half of the light enters."""
+    sun = {"sun": ([0.0, 0.0, 1.0], 0.5 * pi)}
+    one = thing("a", {"m": material(color=[1.0] * 3, specular=6.25, smoothness=0.0)})
+    lobe = 0.5 * 0.5 * pi / (4 * pi) * further_bounces(0.5, 1.0, 1.0)
+    assert middle(render([one], {"a": quad()}, **sun)) == pytest.approx([0.5 * 0.5 + lobe] * 3, abs=2 * STEP)
+
+
 @pytest.mark.parametrize(
     "fmt, texels, factor", [("R8_UNORM", (128,), 1.0), ("RG8_UNORM", (128, 64), 64 / 255)]
 )
@@ -314,9 +364,8 @@ def test_occlusion_darkens_the_light_from_all_around_and_its_green_is_metalness(
     maps = {"map": texel(*texels, fmt=fmt)}
     sunny = middle(render([thing("a", {"m": one})], {"a": quad()}, maps, sun=([0.0, 0.0, 1.0], 0.5 * pi)))
     metalness = 0.5 * factor
-    f0 = np.full(3, metalness)
     lobe = metalness * 0.5 * pi / (4 * pi)  # GGX with alpha 1, straight on
-    lobe *= further_bounces(f0, np.ones(1), 1.0)[0, 0]
+    lobe *= further_bounces(metalness, 1.0, 1.0)
     assert sunny == pytest.approx([0.5 * (1 - metalness) + lobe] * 3, abs=STEP)
     shade = middle(render([thing("a", {"m": one})], {"a": quad()}, maps, ambient=1.0))
     open_share = 1 - 0.5 * (1 - 128 / 255)
