@@ -228,8 +228,21 @@ def test_an_exponent_becomes_the_roughness_whose_highlight_falls_off_alike() -> 
 
 
 def test_a_highlight_keeps_its_peak_where_the_exponent_rises() -> None:
-    assert specular_of((0.5,) * 3, 92.0, blender=False) == pytest.approx(1.0)
-    assert specular_of((0.04,) * 3, None, blender=False) == pytest.approx(1.0)
+    assert specular_of((0.5,) * 3, 92.0, kd=1.0) == pytest.approx(1.0)
+    assert specular_of((0.04,) * 3, None, kd=1.0) == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize("more", ["", "Ns 0", "Ns 5", "illum 2"])
+def test_a_highlight_of_phong_makes_no_mirror_of_a_coloured_surface(tmp_path: Path, more: str) -> None:
+    """Files of many programs say Ks 1 of wood, and Ns 0; glTF's light would have it reflect the whole sky."""
+    for color in ("Kd 0.8 0.2 0.1", "map_Kd a.png\nKd 0 0 0"):
+        material, _ = one(tmp_path, f"{color}\nKs 1 1 1\n{more}", "a.png")
+        assert material.specular == pytest.approx(0.08 / 0.04)
+
+
+def test_what_reflects_and_has_no_colour_is_a_metal_of_phong(tmp_path: Path) -> None:
+    assert one(tmp_path, "Kd 0 0 0\nKs 0.9 0.9 0.6")[0].specular == pytest.approx(0.8 / 0.04)
+    assert one(tmp_path, "Kd 0.8 0.8 0.8\nKs 0.5 0.5 0.5\nPr 0.2")[0].specular == pytest.approx(0.5 / 0.04)
 
 
 @pytest.mark.parametrize("roughness", [0.0, 0.3, 0.5, 1.0])

@@ -16,7 +16,12 @@ from dataclasses import dataclass, field
 from paradize.material import Channel, MapSource, Material, Picture
 from paradize.readers.mtl.bump import bump_of_file
 from paradize.readers.mtl.maps import MapStatement
-from paradize.readers.mtl.phong import roughness_of, specular_of
+from paradize.readers.mtl.phong import (
+    roughness_of,
+    specular_of,
+    specular_of_blender,
+    specular_of_reflectance,
+)
 from paradize.readers.uv_transform import UvTransform
 
 # The role of each map statement's picture. Where two statements have one role, the first one here counts.
@@ -57,8 +62,7 @@ def material_of(name: str, statements: Statements, warn: Warn) -> tuple[Material
     if illum in (0.0, 1.0):  # light without highlights
         specular = 0.0
     elif "ks" in statements.values:
-        # With Pr, a file is physically based, and Ks is the reflection at normal incidence.
-        specular = specular_of(statements.color("ks", 0.0), exponent if roughness is None else 0.0, blender)
+        specular = _specular(statements, colored="color" in roles)
     if roughness is None and exponent is not None:
         roughness = roughness_of(exponent, blender)
     if metalness is None and blender and illum in (3.0, 6.0):
@@ -81,6 +85,17 @@ def material_of(name: str, statements: Statements, warn: Warn) -> tuple[Material
         maps={role: _source(role, one, roles) for role, one in roles.items()},
     )
     return material, _transform(name, roles, warn)
+
+
+def _specular(statements: Statements, *, colored: bool) -> float:
+    """Material.specular of Ks. colored: the material has a colour map."""
+    ks = statements.color("ks", 0.0)
+    if statements.blender:
+        return specular_of_blender(ks)
+    if statements.number("pr") is not None:  # physically based
+        return specular_of_reflectance(ks)
+    kd = 1.0 if colored else max(statements.color("kd", 1.0))
+    return specular_of(ks, statements.number("ns"), kd=kd)
 
 
 def _unit(value: float | None) -> float | None:
