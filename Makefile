@@ -36,7 +36,7 @@ endef
 # Tests of one file run in one process, one after another: they share what the file prepares.
 beside := -n $(jobs) --dist loadfile --no-loadscope-reorder --durations=10
 
-.PHONY: help setup setup-test assets run wheel check test extremes bench deep fix clean lint types island cpp-tests cpp-sanitized
+.PHONY: help setup setup-test assets run wheel check test extremes bench sheets deep fix clean lint types island cpp-tests cpp-sanitized
 .DEFAULT_GOAL := help
 
 help: ## this list
@@ -68,6 +68,9 @@ extremes: setup-test ## what every stage and metric does with zero, NaN, 1e30 ..
 
 bench: setup-test $(stamps)/python-bench ## speed and error as ratios beside peers, measured in one run; topics=maps for some
 	@$(bin)/python tests/bench/bench.py $(topics)
+
+sheets: setup-test ## build/sheets: models as three.js and as the player show them, the worst first; models=FOLDER
+	@$(bin)/python -m tests.e2e.sheets $(models)
 
 deep: setup-test check cpp-sanitized ## everything: sanitizers, whole flight, whole corpus; hours
 	@$(alone) $(bin)/python -m pytest $(beside) --ctest=build/ctest.log

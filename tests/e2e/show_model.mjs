@@ -11,8 +11,10 @@ import {
     NoToneMapping,
     PerspectiveCamera,
     PMREMGenerator,
+    RepeatWrapping,
     Scene,
-
+    SRGBColorSpace,
+    TextureLoader,
     Vector3,
     WebGLRenderTarget,
     WebGLRenderer,
@@ -28,27 +30,76 @@ renderer.toneMapping = NoToneMapping;
 renderer.outputColorSpace = LinearSRGBColorSpace;
 const draco = new DRACOLoader().setDecoderPath("/three/examples/jsm/libs/draco/gltf/");
 
-// As Blender and Paradize read a Wavefront material: Kd is linear, and a colour map replaces it. Ns becomes a
-// roughness as in B. Walter et al., "Microfacet Models for Refraction through Rough Surfaces", 2007.
-function physical(material) {
-    const shine = material.specular ?? new Color(0, 0, 0);
-    const used = new MeshPhysicalMaterial({
-        name: material.name,
-        roughness: Math.pow(2 / ((material.shininess ?? 0) + 2), 0.25),
-        metalness: 0.0,
-        specularIntensity: Math.max(shine.r, shine.g, shine.b),
-    });
-    used.color = material.map ? new Color(1, 1, 1) : material.color.clone();
-    if (!material.map && used.color) {
-        used.color.convertLinearToSRGB(); // MTLLoader takes Kd for sRGB
+// As pipeline/paradize/readers/mtl reads a Wavefront material: Kd is linear, and a colour map replaces it; Pr, Pm,
+// Ke, norm and their maps are those of glTF; Ns and Ks become a roughness and a reflectance seen straight on.
+// info: statements of the MTL, of which MTLLoader leaves out the physical ones. picture(file): a texture or null.
+function physical(material, info, picture) {
+    const used = new MeshPhysicalMaterial({ name: material.name, vertexColors: material.vertexColors });
+    const exponent = info.ns === undefined ? null : Math.max(parseFloat(info.ns), 0);
+    const phong = info.pr === undefined;
+    if (!phong) {
+        used.roughness = parseFloat(info.pr);
+    } else if (exponent !== null) {
+        used.roughness = Math.pow(2 / (exponent + 2), 0.25);
+    } else {
+        used.roughness = 0.7;
     }
-    used.map = material.map ?? null;
-    used.alphaMap = material.alphaMap ?? null;
-    used.opacity = material.opacity;
-    used.transparent = material.opacity < 1.0;
-    used.alphaTest = material.alphaMap ? 0.5 : 0.0;
-    used.vertexColors = material.vertexColors;
+    used.metalness = parseFloat(info.pm ?? 0);
+    used.map = picture(info.map_kd);
+    if (used.map) {
+        used.map.colorSpace = SRGBColorSpace;
+    } else if (info.kd) {
+        used.color.setRGB(...info.kd, LinearSRGBColorSpace);
+    }
+    let reflectance = phong && exponent === null ? 0 : 0.04;
+    if (["0", "1"].includes(info.illum)) {
+        reflectance = 0;
+    } else if (info.ks) {
+        reflectance = Math.min((info.ks[0] + info.ks[1] + info.ks[2]) / 3, 1);
+        if (phong) {
+            reflectance *= 8 / ((exponent ?? 0) + 8);
+            const metal = !used.map && Math.max(...(info.kd ?? [1])) <= 0.04;
+            reflectance = metal ? reflectance : Math.min(reflectance, 0.08);
+        }
+    }
+    used.specularIntensity = reflectance > 0 ? 1 : 0;
+    used.ior = (1 + Math.sqrt(reflectance)) / (1 - Math.min(Math.sqrt(reflectance), 0.99));
+    used.emissiveMap = picture(info.map_ke);
+    if (used.emissiveMap) {
+        used.emissiveMap.colorSpace = SRGBColorSpace;
+        used.emissive.setRGB(1, 1, 1);
+    } else if (info.ke) {
+        used.emissive.setRGB(...info.ke, LinearSRGBColorSpace);
+    }
+    used.normalMap = picture(info.norm);
+    for (const [map, factor, file] of [
+        ["roughnessMap", "roughness", info.map_pr],
+        ["metalnessMap", "metalness", info.map_pm],
+    ]) {
+        used[map] = picture(file);
+        used[factor] = used[map] ? 1 : used[factor];
+    }
+    used.alphaMap = picture(info.map_d);
+    const clear = parseFloat(info.tr ?? 0);
+    used.opacity = used.alphaMap ? 1 : Math.min(Math.max(parseFloat(info.d ?? 1 - clear), 0), 1);
+    used.transparent = used.opacity < 1.0;
+    used.alphaTest = used.alphaMap ? 0.5 : 0.0;
     return used;
+}
+
+function within(seconds, promise) {
+    const late = (_, fail) => setTimeout(() => fail(new Error(`not loaded in ${seconds} s`)), 1000 * seconds);
+    return Promise.race([promise, new Promise(late)]);
+}
+
+// Frees a model's vertices and pictures. Its programs stay for the next model: to compile them costs seconds.
+function dispose(model) {
+    model.traverse((part) => {
+        part.geometry?.dispose();
+        for (const material of [part.material ?? []].flat()) {
+            Object.values(material).forEach((value) => value?.isTexture && value.dispose());
+        }
+    });
 }
 
 async function load(path) {
@@ -60,42 +111,66 @@ async function load(path) {
     const folder = url.slice(0, url.lastIndexOf("/") + 1);
     if (!/\.obj$/i.test(path)) {
         const loader = new GLTFLoader(manager).setDRACOLoader(draco).setMeshoptDecoder(MeshoptDecoder);
-        return [(await loader.loadAsync(url)).scene, missing];
+        const { scene } = await loader.loadAsync(url);
+        if (!scene) {
+            throw new Error("three.js shows no file without a scene");
+        }
+        return [scene, missing];
     }
     const text = await (await fetch(url)).text();
     const library = /^mtllib\s+(.+?)\s*$/m.exec(text);
     const loader = new OBJLoader(manager);
+    const pictures = new Map([[undefined, null]]);
+    let infos = {};
     if (library) {
         const answer = await fetch(folder + encodeURIComponent(library[1]));
         if (answer.ok) {
-            const materials = new MTLLoader(manager).setResourcePath(folder).parse(await answer.text(), folder);
-            materials.preload();
-            loader.setMaterials(materials);
-            if (Object.values(materials.materials).some((one) => one.map || one.alphaMap)) {
-                await loaded;
+            const materials = new MTLLoader(manager).parse(await answer.text(), folder);
+            infos = materials.materialsInfo;
+            const files = Object.values(infos).flatMap((info) =>
+                ["map_kd", "map_ke", "map_pr", "map_pm", "map_d", "norm"].map((key) => info[key]),
+            );
+            for (const file of new Set(files.filter((one) => one))) {
+                const loading = new TextureLoader(manager).loadAsync(folder + file.split(/\s+/).at(-1));
+                const texture = await loading.catch(() => null); // the manager says which are missing
+                if (texture) {
+                    texture.wrapS = texture.wrapT = RepeatWrapping;
+                }
+                pictures.set(file, texture);
             }
+            for (const name of Object.keys(infos)) {
+                materials.materials[name] = new MeshPhysicalMaterial({ name });
+            }
+            loader.setMaterials(materials);
         }
     }
     const object = loader.parse(text);
+    const used = (one) => physical(one, infos[one.name] ?? {}, (file) => pictures.get(file));
     object.traverse((part) => {
         if (part.isMesh) {
-            part.material = Array.isArray(part.material) ? part.material.map(physical) : physical(part.material);
+            part.material = Array.isArray(part.material) ? part.material.map(used) : used(part.material);
         }
     });
     return [object, missing];
 }
 
+const skies = new Map();
+
 function sky(color) {
+    if (skies.has(`${color}`)) {
+        return skies.get(`${color}`);
+    }
     const all = new Scene();
     all.background = new Color().setRGB(...color, LinearSRGBColorSpace);
     const made = new PMREMGenerator(renderer);
     const target = made.fromScene(all);
     made.dispose();
+    skies.set(`${color}`, target);
     return target;
 }
 
 window.show = async (path, { size, eye, target, fov_deg, near, far, position, scale, sun, radiance, ambient }) => {
-    const [model, missing] = await load(path);
+    const [model, missing] = await within(30, load(path));
     const around = sky(ambient);
     const scene = new Scene();
     scene.background = new Color().setRGB(...ambient, LinearSRGBColorSpace);
@@ -132,6 +207,6 @@ window.show = async (path, { size, eye, target, fov_deg, near, far, position, sc
     renderer.readRenderTargetPixels(picture, 0, 0, size, size, drawn);
     await fetch("/shown", { method: "POST", body: drawn });
     picture.dispose();
-    around.dispose();
+    dispose(model);
     return { triangles, missing, error: renderer.getContext().getError() };
 };
