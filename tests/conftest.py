@@ -18,7 +18,9 @@ from tests.made import make_sources
 from tests.places import CORPUS, ROOT
 from tests.processes import take_signals
 
-os.environ.setdefault("PARADIZE_REPORT", "")  # tests bake much: sheets are drawn where one asks for them
+# Tests bake much, beside each other: sheets are drawn and workers run side by side where one asks for it.
+os.environ.setdefault("PARADIZE_REPORT", "")
+os.environ.setdefault("PARADIZE_JOBS", "1")
 
 # Tests render as CI does: no display, no sound card, no newer OpenGL than the player asks for.
 RENDER_ENVIRONMENT = {

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from paradize.jobs.limits import default_jobs
 from paradize.jobs.pool import WorkerPool
 from paradize.scene.flight import Flight
 from paradize.scene.jobs import BakeJob
@@ -35,8 +35,8 @@ class JobObserver:
 
 @dataclass(frozen=True)
 class BuildOptions:
-    """jobs: worker processes (0: one per core); on a cluster, jobs at once (0: one per thread). tier: one
-    of tiers.TIER_OPTIONS; None: the scene's own. force: bake everything; read nothing from the store.
+    """jobs: worker processes (0: limits.default_jobs); on a cluster, jobs at once (0: one per thread). tier:
+    one of tiers.TIER_OPTIONS; None: the scene's own. force: bake everything; read nothing from the store.
     observer: of the jobs. tiers: tier by job or artifact name, where it differs from `tier`. pool: workers
     to reuse (jobs/pool.py). cluster: address of a Dask scheduler. store: URL of a shared store
     (store/shared.py). uncompressed: textures in their most exact format. whole: publish also what no view
@@ -60,8 +60,8 @@ class BuildOptions:
 
     @property
     def workers(self) -> int:
-        """Number of worker processes."""
-        return self.jobs or os.cpu_count() or 1
+        """Number of worker processes. Raises BakeError for an invalid $PARADIZE_JOBS."""
+        return self.jobs or default_jobs()
 
     def tier_of(self, job: BakeJob, scene: Scene) -> str:
         """Returns the tier of a job: by its name, else by the name of one of its artifacts, else `tier`."""

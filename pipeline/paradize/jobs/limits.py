@@ -1,8 +1,8 @@
-"""Limits of memory and time for jobs.
+"""Limits of memory and time for jobs, and how many run at once.
 
 Memory: $PARADIZE_MEMORY, else 80 % of the memory that is available on this machine or in the control group of
 this process. Known on Linux only; elsewhere there is no limit. Time: $PARADIZE_TIMEOUT, else half an hour,
-and more for large inputs.
+and more for large inputs. Number: $PARADIZE_JOBS, else one per core.
 """
 
 from __future__ import annotations
@@ -16,11 +16,13 @@ from paradize.errors import BakeError
 
 VARIABLE = "PARADIZE_MEMORY"
 TIME_VARIABLE = "PARADIZE_TIMEOUT"
+JOBS_VARIABLE = "PARADIZE_JOBS"
 _TIMEOUT_S = 1800.0
 SHARE = 0.8  # of the memory that is available
 _UNITS = {"": 1, "K": 10**3, "M": 10**6, "G": 10**9, "T": 10**12}
 _UNITS |= {f"{letter}i": 1024**power for power, letter in enumerate("KMGT", 1)}
 _LIMIT = re.compile(r"(\d+(?:\.\d+)?)(%|[KMGT]i?)?B?", re.ASCII)
+_COUNT = re.compile(r"[1-9]\d{0,3}", re.ASCII)
 _SECONDS = re.compile(r"\d{1,9}(?:\.\d+)?", re.ASCII)
 _RESIDENT = re.compile(rb"^Rss(?:Anon|Shmem):\s*(\d+) kB", re.MULTILINE)
 _GROUP_FILES = (  # limit and usage in control groups of version 2 and 1
@@ -59,6 +61,18 @@ def time_limit(expected_s: float = 0.0) -> float:
         what = f"is {text!r}; expected seconds above 0"
         raise BakeError(what, file=f"${TIME_VARIABLE}", mend="write a number of seconds, such as 3600")
     return float(text)
+
+
+def default_jobs() -> int:
+    """How many jobs run at once unless a command says it: $PARADIZE_JOBS, else the number of cores. Raises
+    BakeError where the variable is not a whole number from 1 to 9999."""
+    text = os.environ.get(JOBS_VARIABLE, "").strip()
+    if not text:
+        return cores()
+    if not _COUNT.fullmatch(text):
+        what = f"is {text!r}; expected a whole number from 1 to 9999"
+        raise BakeError(what, file=f"${JOBS_VARIABLE}", mend="write a number of worker processes, such as 2")
+    return int(text)
 
 
 def available() -> int | None:

@@ -19,7 +19,7 @@ from paradize.errors import BakeError
 from paradize.files import resolved
 from paradize.jobs.code import clear_caches, code_files
 from paradize.jobs.libraries import library_versions
-from paradize.jobs.limits import cores
+from paradize.jobs.limits import default_jobs
 from paradize.jobs.process import Answer, Job, Worker, start_worker
 from paradize.kinds import SCENE, require
 from paradize.store.local import Stamp, stamp
@@ -171,7 +171,7 @@ class Watch:
             first = not self._last and not self._baking and not self._restarted
             self._report(baked)
             if first and not self._due:
-                self._give(Job("warm up", warm_up, {"jobs": self.jobs or cores()}))
+                self._give(Job("warm up", warm_up, {"jobs": self.jobs or default_jobs()}))
         elif not self._due:
             self._failed = baked
 

@@ -58,7 +58,7 @@ def coast(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path, Path]:
     scene = make_coast(top / "scene")
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("PARADIZE_STORE", str(top / "store"))
-        assert not bake(scene, top / "out", BuildOptions(jobs=2)).errors
+        assert not bake(scene, top / "out", BuildOptions()).errors
     return scene, top / "out", top / "store"
 
 
@@ -71,7 +71,7 @@ def copied(
     shutil.copytree(store, tmp_path / "store")
     monkeypatch.setenv("PARADIZE_STORE", str(tmp_path / "store"))
     again = tmp_path / "scene" / scene.name
-    assert not bake(again, tmp_path / "out", BuildOptions(jobs=2)).errors
+    assert not bake(again, tmp_path / "out", BuildOptions()).errors
     return again, tmp_path / "out"
 
 
@@ -207,7 +207,7 @@ def test_only_tiles_with_patches_of_the_finest_level_claim_the_bound(coast: Any)
 def test_a_second_bake_reuses_every_tile(copied: tuple[Path, Path]) -> None:
     scene, out = copied
     before = {path.name: path.stat().st_mtime_ns for path in out.iterdir()}
-    report = bake(scene, out, BuildOptions(jobs=2))
+    report = bake(scene, out, BuildOptions())
     assert report.count("reused") == len(report.rows) == len(manifest_of(out)["artifacts"])
     assert {path.name: path.stat().st_mtime_ns for path in out.iterdir()} == before
 
@@ -219,7 +219,7 @@ def test_a_damaged_tile_in_the_store_is_baked_again(copied: tuple[Path, Path]) -
     blob = scene.parent.parent / "store" / "blobs" / sha256[:2] / sha256
     blob.write_bytes(blob.read_bytes()[:-1] + b"x")
     tiles_of(out)[2].unlink()
-    report = bake(scene, out, BuildOptions(jobs=2))
+    report = bake(scene, out, BuildOptions())
     assert not report.errors
     assert {row["name"] for row in report.rows if row["status"] == "baked"} == set(
         manifest["terrain"]["tiles"]
@@ -233,7 +233,7 @@ def test_a_missing_tile_is_published_again_without_a_bake(copied: tuple[Path, Pa
     lost = tiles_of(out)[1]
     was = lost.read_bytes()
     lost.unlink()
-    assert bake(scene, out, BuildOptions(jobs=2)).count("baked") == 0
+    assert bake(scene, out, BuildOptions()).count("baked") == 0
     assert lost.read_bytes() == was
 
 
@@ -241,7 +241,7 @@ def test_fewer_tiles_sweep_those_that_are_no_longer_there(copied: tuple[Path, Pa
     scene, out = copied
     old = tiles_of(out)
     scene.write_text(scene.read_text().replace("tile_mb = 0.05", "tile_mb = 64.0"))
-    assert not bake(scene, out, BuildOptions(jobs=2)).errors
+    assert not bake(scene, out, BuildOptions()).errors
     (tile,) = tiles_of(out)
     assert not any(file.exists() for file in old)
     assert len(decode_tile(tile.read_bytes())) == len(manifest_of(out)["terrain"]["patches"]["level"])
@@ -283,7 +283,7 @@ def test_a_scene_that_accepts_larger_errors_leaves_more_out(copied: tuple[Path, 
     scene, out = copied
     strict = manifest_of(out)["terrain"]["demand"]["left_out"]
     scene.write_text(scene.read_text().replace('name = "cove"', 'name = "cove"\nlod_error_px = 50.0', 1))
-    assert not bake(scene, out, BuildOptions(jobs=2)).errors
+    assert not bake(scene, out, BuildOptions()).errors
     assert manifest_of(out)["terrain"]["demand"]["left_out"] > strict
 
 

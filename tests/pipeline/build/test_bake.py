@@ -48,7 +48,7 @@ def baked(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Path, Path
     scene = make_cove(top / "scene")
     before = os.environ.get("PARADIZE_STORE")
     os.environ["PARADIZE_STORE"] = str(top / "store")
-    report = bake(scene, top / "out", BuildOptions(jobs=2))
+    report = bake(scene, top / "out", BuildOptions())
     assert not report.errors, report.errors
     if before is None:
         del os.environ["PARADIZE_STORE"]
@@ -124,7 +124,7 @@ def test_a_changed_colour_map_bakes_its_own_maps_and_sweeps_the_old(copied: tupl
     scene, out = copied
     old = manifest_of(out)["artifacts"]
     shutil.copy(scene.parent / "sand.png", scene.parent / "wood.png")
-    report = bake(scene, out, BuildOptions(jobs=2))
+    report = bake(scene, out, BuildOptions())
     assert baked_names(report) == {"post_color", "post_normal", "post_height", "post_gloss"}
     new = manifest_of(out)["artifacts"]
     assert new["post_color"]["sha256"] != old["post_color"]["sha256"]
@@ -156,7 +156,7 @@ def test_what_nothing_reads_is_not_baked(copied: tuple[Path, Path], taken_out: s
     text = scene.read_text()
     assert taken_out in text
     scene.write_text(text.replace(taken_out, ""))
-    report = bake(scene, out, BuildOptions(jobs=2))
+    report = bake(scene, out, BuildOptions())
     assert not report.errors
     assert before - set(manifest_of(out)["artifacts"]) == gone
 
@@ -167,7 +167,7 @@ def test_all_failures_are_told_and_the_old_scene_stays(copied: tuple[Path, Path]
     (scene.parent / "wood.png").write_bytes(b"\x89PNG\r\n\x1a\nbroken")
     (scene.parent / "sea.ogg").write_bytes(b"OggSilence")
     (scene.parent / "post.obj").write_text("v 0 0 0\nf 1 2 3\n")
-    report = bake(scene, out, BuildOptions(jobs=2))
+    report = bake(scene, out, BuildOptions())
     told = "\n".join(str(error) for error in report.errors)
     assert all(name in told for name in ("wood.png", "sea.ogg", "post.obj")), told
     assert {row["name"] for row in report.rows if row["status"] == "failed"} >= {"post_mesh", "sound"}
@@ -178,7 +178,7 @@ def test_a_scene_that_names_an_unknown_material_is_refused(copied: tuple[Path, P
     scene, out = copied
     before = state_of(out)
     scene.write_text(scene.read_text().replace("material.wood", "material.stone"))
-    report = bake(scene, out, BuildOptions(jobs=2))
+    report = bake(scene, out, BuildOptions())
     assert len(report.errors) == 1
     assert "material.stone" in str(report.errors[0]) and "wood" in str(report.errors[0])
     assert state_of(out) == before
@@ -222,7 +222,7 @@ def test_damaged_outputs_and_store_entries_are_mended(copied: tuple[Path, Path],
             data[len(data) // 2] ^= 1
             blob.write_bytes(data)
     shutil.rmtree(out)
-    assert len(baked_names(bake(scene, out, BuildOptions(jobs=2)))) == 14
+    assert len(baked_names(bake(scene, out, BuildOptions()))) == 14
     assert state_of(out) == before
 
 
@@ -354,7 +354,7 @@ def test_a_kill_at_any_moment_leaves_the_old_or_the_new_scene(
     new = state_of(out)
     sand = (scene.parent / "sand.png").read_bytes()
     shutil.copy(scene.parent / "wood.png", scene.parent / "sand.png")
-    assert not bake(scene, out, BuildOptions(jobs=2)).errors
+    assert not bake(scene, out, BuildOptions()).errors
     old = state_of(out)
     assert old != new
     (scene.parent / "sand.png").write_bytes(sand)
@@ -383,7 +383,7 @@ def test_a_kill_at_any_moment_leaves_the_old_or_the_new_scene(
             break
     else:
         raise AssertionError("scene.json is neither the old nor the new one")
-    assert not bake(scene, out, BuildOptions(jobs=2)).errors
+    assert not bake(scene, out, BuildOptions()).errors
     assert state_of(out) == new
 
 

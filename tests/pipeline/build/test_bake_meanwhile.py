@@ -30,9 +30,9 @@ def test_a_scene_edited_during_its_bake_is_baked_again(tmp_path: Path) -> None:
     scene, out = make_cove(tmp_path / "scene"), tmp_path / "out"
     edited = scene.read_text().replace("max_error_m = 0.05", "max_error_m = 0.5")
 
-    first = bake(scene, out, BuildOptions(jobs=2, observer=Ended(lambda: scene.write_text(edited))))
+    first = bake(scene, out, BuildOptions(observer=Ended(lambda: scene.write_text(edited))))
     assert not first.errors
-    again = bake(scene, out, BuildOptions(jobs=2))
+    again = bake(scene, out, BuildOptions())
     assert [row["name"] for row in again.rows if row["status"] == "baked"] == ["terrain_mesh"]
     assert bake(scene, out).count("reused") == 14
 
@@ -42,13 +42,13 @@ def test_a_source_edited_during_its_bake_spoils_that_artifact_and_not_the_store(
     before = (scene.parent / "wood.png").read_bytes()
     white = np.full((32, 32, 3), 255, np.uint8)
     observer = Ended(lambda: write_image(scene.parent / "wood.png", white))
-    report = bake(scene, out, BuildOptions(jobs=1, observer=observer))
+    report = bake(scene, out, BuildOptions(observer=observer))
     assert report.errors and all("changed while it was baked" in str(error) for error in report.errors)
     assert all("wood.png" in str(error) for error in report.errors) and not (out / "scene.json").exists()
     (scene.parent / "wood.png").write_bytes(before)
-    report = bake(scene, out, BuildOptions(jobs=2))
+    report = bake(scene, out, BuildOptions())
     assert not report.errors
-    anew = bake(scene, tmp_path / "anew", BuildOptions(jobs=2, force=True))
+    anew = bake(scene, tmp_path / "anew", BuildOptions(force=True))
     assert [row["sha256"] for row in report.rows] == [row["sha256"] for row in anew.rows]
 
 
@@ -58,21 +58,21 @@ def test_a_material_file_or_its_map_that_appears_later_is_noticed(tmp_path: Path
     scene.write_text(scene.read_text().replace('color = "wood.png"\n', ""))
     held = (scene.parent / late).read_bytes()
     (scene.parent / late).unlink()
-    first = bake(scene, out, BuildOptions(jobs=2))
+    first = bake(scene, out, BuildOptions())
     assert not first.errors and "post_color" not in {row["name"] for row in first.rows}
-    assert not bake(scene, out, BuildOptions(jobs=2)).count("baked")
+    assert not bake(scene, out, BuildOptions()).count("baked")
     (scene.parent / late).write_bytes(held)
-    second = bake(scene, out, BuildOptions(jobs=2))
+    second = bake(scene, out, BuildOptions())
     assert "post_color" in {row["name"] for row in second.rows}
 
 
 @pytest.mark.parametrize("decayed", [b"3", b"[]", b'{"mesh": 3, "color": {"sha256": "x"}}', b"{", b""])
 def test_products_that_decay_in_the_store_are_baked_again(tmp_path: Path, decayed: bytes) -> None:
     scene = make_cove(tmp_path / "scene")
-    assert not bake(scene, tmp_path / "out", BuildOptions(jobs=2)).errors
+    assert not bake(scene, tmp_path / "out", BuildOptions()).errors
     for path in (tmp_path / "store" / "products").glob("*/*"):
         path.write_bytes(decayed)
-    again = bake(scene, tmp_path / "anew", BuildOptions(jobs=2))
+    again = bake(scene, tmp_path / "anew", BuildOptions())
     assert not again.errors and again.count("baked") == 14
 
 
@@ -81,11 +81,11 @@ def test_a_link_that_leads_elsewhere_is_noticed(tmp_path: Path) -> None:
     wood = scene.parent / "wood.png"
     wood.rename(scene.parent / "oak.png")
     wood.symlink_to("oak.png")
-    bake(scene, out, BuildOptions(jobs=2))
-    assert bake(scene, out, BuildOptions(jobs=2)).count("reused") == 14
+    bake(scene, out, BuildOptions())
+    assert bake(scene, out, BuildOptions()).count("reused") == 14
     wood.unlink()
     wood.symlink_to("sand.png")
-    again = bake(scene, out, BuildOptions(jobs=2))
+    again = bake(scene, out, BuildOptions())
     assert not again.errors and "post_color" in {
         row["name"] for row in again.rows if row["status"] == "baked"
     }

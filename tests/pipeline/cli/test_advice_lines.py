@@ -116,6 +116,11 @@ LINES: dict[str, tuple[str, str, Callable[[str, str], str]]] = {
         "write a number of seconds, such as 3600",
         lambda line, said: line.replace("=0", "=60"),
     ),
+    "a number of jobs": (
+        "PARADIZE_JOBS=many bake cove.toml -o b",
+        "write a number of worker processes, such as 2",
+        lambda line, said: line.replace("many", said[-1]),
+    ),
     "a store that cannot be": (
         "PARADIZE_STORE=wood.png bake cove.toml -o b",
         "set PARADIZE_STORE to a folder that can",

@@ -253,6 +253,17 @@ def test_how_long_a_job_may_take_is_a_setting(monkeypatch: pytest.MonkeyPatch, t
             run_jobs([Job("a", double, {"value": 1})], 1)
 
 
+def test_how_many_jobs_run_at_once_is_a_setting(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("PARADIZE_JOBS", raising=False)
+    assert BuildOptions().workers == cores()
+    monkeypatch.setenv("PARADIZE_JOBS", "3")
+    assert (BuildOptions().workers, BuildOptions(jobs=2).workers) == (3, 2)
+    for said in ("0", "-1", "many", "1.5", "99999"):
+        monkeypatch.setenv("PARADIZE_JOBS", said)
+        with pytest.raises(BakeError, match="expected a whole number from 1 to 9999"):
+            _ = BuildOptions().workers
+
+
 def test_a_worker_that_stops_in_the_middle_of_an_answer_holds_up_nobody() -> None:
     (stopped,) = run_beside(Job("half", stop_in_an_answer, {}, 2.0), workers=1)
     assert "took longer than 2 s, twice" in str(stopped.error)

@@ -53,7 +53,7 @@ class Cove:
         (self.scene.parent / "sand.png").write_bytes(self.looks[look])
 
     def bake(self, **how: Any) -> BakeReport:
-        return bake(self.scene, self.out, BuildOptions(jobs=2, **how))
+        return bake(self.scene, self.out, BuildOptions(**how))
 
     def command(self, *words: str) -> list[str]:
         words = (str(self.scene), "-o", str(self.out), *words)
@@ -342,7 +342,7 @@ def test_two_bakes_at_once_many_times_leave_one_of_the_two_whole(cove: Cove, tim
     other = cove.scene.with_name("other.toml")
     shutil.copy(cove.scene.parent / "wood.png", cove.scene.with_name("planks.png"))
     other.write_text(cove.scene.read_text().replace("sand.png", "planks.png"))
-    assert not bake(other, cove.top / "other", BuildOptions(jobs=2)).errors
+    assert not bake(other, cove.top / "other", BuildOptions()).errors
     states = [cove.states[0], state_of(cove.top / "other")]
     for i in range(times):
         scenes = [str(cove.scene), str(cove.scene if i % 2 else other)]
@@ -385,7 +385,7 @@ def test_everything_is_flushed_before_it_is_named_and_the_scene_comes_last(
     out = cove.top / "anew"
     monkeypatch.setattr(os, "fsync", noted_fsync)
     monkeypatch.setattr(os, "replace", noted_replace)
-    assert not bake(cove.scene, out, BuildOptions(jobs=2)).errors
+    assert not bake(cove.scene, out, BuildOptions()).errors
     parts = [events[i : i + 2] for i in range(0, 28, 2)]
     assert all([what for what, _ in part] == ["flushed", "named"] for part in parts)
     assert {name for _, (_, name) in parts} == state_of(out).keys() - {"scene.json"}

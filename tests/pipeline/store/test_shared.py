@@ -55,7 +55,7 @@ def baked(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     top = tmp_path_factory.mktemp("cove")
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("PARADIZE_STORE", str(top / "store"))
-        assert not bake(make_cove(top / "scene"), top / "out", BuildOptions(jobs=2)).errors
+        assert not bake(make_cove(top / "scene"), top / "out", BuildOptions()).errors
     yield top
 
 
@@ -89,7 +89,7 @@ def is_of_a_model(product: bytes) -> bool:
 
 
 def bake_shared(baked: Path, url: str, out: Path, **more: Any) -> BakeReport:
-    report = bake(baked / "scene" / "cove.toml", out, BuildOptions(jobs=2, store=url, **more))
+    report = bake(baked / "scene" / "cove.toml", out, BuildOptions(store=url, **more))
     assert not report.errors and state_of(out) == state_of(baked / "out")
     return report
 
