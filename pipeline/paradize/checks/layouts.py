@@ -24,7 +24,7 @@ _SIDE = 512  # texels a side of the raster in which overlap is searched
 _EDGE = (
     16.0 / 255.0
 )  # difference of neighbouring texels that counts as an edge; a compressed gradient has less
-_PLAIN = 1e-4  # share of the area at edges, up to which a map counts as a palette
+_PLAIN = 0.05  # share of the area that shows edges, up to which a map counts as a palette
 # Inside the triangle: its corners may lie on the centres of texels, where nothing is mixed.
 _SAMPLES = np.array([[a, b, 10 - a - b] for a in range(11) for b in range(11 - a)], np.float64)
 _SAMPLES = (_SAMPLES + 1.0 / 3.0) / 11.0
@@ -49,12 +49,14 @@ def check_layouts(manifest: dict[str, Any], folder: Path) -> Iterator[Finding]:
             mesh = whole.of_materials(names)
             if mesh.uvs is not None:
                 picture = partial(read_entry, folder, manifest["artifacts"][material["maps"]["color"]])
-                yield from isolated(_layout(mesh, mesh.uvs, file, picture), file)
+                yield from isolated(check_layout(mesh, mesh.uvs, file, picture), file)
 
 
-def _layout(
+def check_layout(
     mesh: Mesh, uvs: npt.NDArray[np.float32], file: str, picture: Callable[[], bytes]
 ) -> Iterator[Finding]:
+    """The findings in the layout of one map set. mesh: its triangles, with these UVs. file: for messages.
+    picture: returns the KTX2 of its colour map."""
     used = np.unique(mesh.triangles)  # other materials of the model may repeat their maps
     outside = np.abs(uvs[used] - 0.5).max(axis=1) - 0.5
     bad = outside > _BEYOND
@@ -64,16 +66,19 @@ def _layout(
         yield Finding("PZ231", file, what, f"lod0 vertex {worst}", int(bad.sum()))
         return
     corners = np.clip(uvs[mesh.triangles].astype(np.float64), 0.0, 1.0)
-    if not _painted(mesh, corners, picture):
+    area = _areas(mesh.positions[mesh.triangles].astype(np.float64))
+    painted = _painted(corners, picture)
+    if area[painted].sum() <= _PLAIN * area.sum():
         return
+    shown, corners = mesh.triangles[painted], corners[painted]
     points = mesh.positions.astype(np.float64)
     places = np.unique(mesh.positions, axis=0, return_inverse=True)[1].reshape(-1)
     spread = np.zeros((int(places.max()) + 1, 3))
     spread[places] = points
     size = float(np.ptp(points, axis=0).max()) or 1.0
-    triangles = places[mesh.triangles].astype(np.uint32)
+    triangles = places[shown].astype(np.uint32)
     covered, twice, _ = layout_raster(
-        (points - points.min(axis=0)) / size, mesh.triangles, corners, resolution=_SIDE, gap=0
+        (points - points.min(axis=0)) / size, shown, corners, resolution=_SIDE, gap=0
     )
     if covered and twice > _OVERLAP * covered:
         what = f"{100.0 * twice / covered:.0f} % of the covered texels belong to several places"
@@ -81,27 +86,30 @@ def _layout(
     yield from _density(spread, triangles, corners, file)
 
 
-def _painted(mesh: Mesh, corners: npt.NDArray[np.float64], picture: Callable[[], bytes]) -> bool:
-    """Whether the colour map has edges under the triangles. Without edges, as in a palette, several places
-    may share texels, and density means nothing."""
+def _painted(corners: npt.NDArray[np.float64], picture: Callable[[], bytes]) -> npt.NDArray[np.bool_]:
+    """Which triangles show edges of the colour map. Those without, as on swatches and gradients of a palette,
+    may share texels, and their density means nothing. corners: (m, 3, 2) texture coordinates."""
     try:
         colors = decode_texels(decode_ktx2(picture()))[:, :, :3]
     except (OSError, ParadizeError):  # another rule reports it
-        return True
+        return np.ones(len(corners), np.bool_)
     # Between the centres of four texels their colours are mixed; cell (0, 0) ends at the first centre.
     around = np.pad(colors, ((1, 1), (1, 1), (0, 0)), mode="edge")
     across = np.abs(np.diff(around, axis=1)).max(axis=2) > _EDGE
     down = np.abs(np.diff(around, axis=0)).max(axis=2) > _EDGE
     edge = across[:-1] | across[1:] | down[:, :-1] | down[:, 1:]
-    a, b, c = (mesh.positions[mesh.triangles[:, k]].astype(np.float64) for k in range(3))
-    cross = np.cross(b - a, c - a)
-    area = np.sqrt((cross * cross).sum(axis=1))
-    seen = 0.0
+    found = np.zeros(len(corners), np.bool_)
     for weights in _SAMPLES:
         places = (corners * weights[None, :, None]).sum(axis=1) * np.array(colors.shape[1::-1]) + 0.5
         column, row = places.astype(np.int64).T
-        seen += float(area[edge[row, column]].sum()) / len(_SAMPLES)
-    return seen > _PLAIN * float(area.sum())
+        found |= edge[row, column]
+    return found
+
+
+def _areas(corners: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    """The areas of triangles, of their corners (m, 3, 3)."""
+    cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    return np.asarray(np.sqrt((cross * cross).sum(axis=1)))
 
 
 def _density(
@@ -111,9 +119,7 @@ def _density(
     file: str,
 ) -> Iterator[Finding]:
     """Compares the densest twentieth of the area that has texels with the sparsest."""
-    a, b, c = (points[triangles[:, k]] for k in range(3))
-    cross = np.cross(b - a, c - a)
-    area = np.sqrt((cross * cross).sum(axis=1))
+    area = _areas(points[triangles])
     (du, dv), (eu, ev) = ((corners[:, k] - corners[:, 0]).T for k in (1, 2))
     image = np.abs(du * ev - dv * eu)
     seen = (area > 0.0) & (image > 0.0)

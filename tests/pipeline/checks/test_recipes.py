@@ -124,18 +124,23 @@ def passes_as_a_scene(paradize: Run, model: Path, folder: Path) -> None:
     finds_no_fault(paradize, folder / "out")
 
 
-@pytest.mark.parametrize("kind", ["palette", "painted"])
+@pytest.mark.parametrize(
+    "kind", ["palette", pytest.param("gradients and a drawing", marks=pytest.mark.deep), "painted"]
+)
 def test_a_new_scene_of_a_kit_passes(
     paradize: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, kind: str
 ) -> None:
-    """Of a palette nothing is warned of either: that faces share its swatches harms nothing. What is painted
-    shows in several places."""
+    """Of a palette nothing is warned of either: that faces share its swatches, or gradients, harms nothing,
+    nor that a drawing is on few of them. What is painted shows in several places."""
     monkeypatch.setenv("PARADIZE_STORE", str(tmp_path / "store"))
     board = np.full((64, 64, 3), 90, np.uint8)
     board[:, 32:] = (200, 40, 40)
     if kind == "painted":
         board[20:24, 8:24] = 255
-    shared = [rect(4, 4, 28, 60), rect(4, 4, 28, 60), rect(36, 4, 60, 60), rect(36, 4, 40, 8)]
+    elif kind != "palette":
+        board[4:60] = 30 + 3 * np.arange(56, dtype=np.uint8)[:, None, None]
+        board[4:8, 38:40] = 255
+    shared = [rect(4, 4, 28, 60), rect(4, 4, 28, 60), rect(44, 4, 60, 60), rect(36, 4, 40, 8)]
     model = tmp_path / "kit.obj"
     model.write_text(cards(shared, 64).replace("post.mtl", "kit.mtl"))
     (tmp_path / "kit.mtl").write_text("newmtl wood\nmap_Kd kit.png\n")
