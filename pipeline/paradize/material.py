@@ -11,11 +11,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 AlphaMode = Literal["opaque", "mask", "blend"]
 Channel = Literal["rgb", "r", "g", "b", "a", "luminance"]
 Wrap = Literal["clamp", "repeat", "mirror"]
+WRAPS: tuple[Wrap, ...] = ("repeat", "clamp", "mirror")
+REPEATED: tuple[Wrap, Wrap] = ("repeat", "repeat")
 
 
 @dataclass(frozen=True)
@@ -37,14 +39,15 @@ class Picture:
 class MapSource:
     """The picture of one map and how it is read.
 
-    channel: which values count. wrap: along u and v; None: the format does not say. inverted: the value
-    counts as 1 - value. Offsets, scales and turns of texture coordinates are no field: readers apply them to
-    the mesh.
+    channel: which values count. wrap: what lies beyond the edges along u and v; None: the format does not
+    say. nearest: whether texels look like squares where they are enlarged. inverted: the value counts as 1 -
+    value. Offsets, scales and turns of texture coordinates are no field: readers apply them to the mesh.
     """
 
     picture: Picture
     channel: Channel = "rgb"
     wrap: tuple[Wrap, Wrap] | None = None
+    nearest: bool = False
     inverted: bool = False
 
 
@@ -81,10 +84,28 @@ class Material:
     maps: dict[str, MapSource] = field(default_factory=dict)
     vertex_colors: bool = True
 
+    @property
+    def leading(self) -> MapSource | None:
+        """The map whose sampler all maps get: of the colour, or the first; None without maps."""
+        return self.maps.get("color") or next(iter(self.maps.values()), None)
+
     def picture(self, role: str) -> Path | None:
         """The file of a map's picture; None without this map."""
         source = self.maps.get(role)
         return source.picture.file if source else None
+
+
+def texels_within(index: Any, size: int, wrap: Wrap) -> Any:
+    """The texels (0 to size - 1) that samplers read for indices beyond the edges. index: an array of whole
+    numbers, as floats where they may be large."""
+    if wrap == "clamp":
+        found = index.clip(0, size - 1)
+    elif wrap == "repeat":
+        found = index % size
+    else:
+        turned = index % (2 * size)
+        found = turned - (turned >= size) * (2 * (turned - size) + 1)
+    return found.astype("int64")
 
 
 def base_colors_of(materials: Mapping[str, Material]) -> dict[str, tuple[float, float, float]]:

@@ -14,7 +14,7 @@ namespace paradize::assets {
 
 namespace {
 
-constexpr long long scene_version = 4;
+constexpr long long scene_version = 5;
 
 class SceneReader {
   public:

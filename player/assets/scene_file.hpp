@@ -1,5 +1,5 @@
 #pragma once
-// scene.json, version 4, as plain values. Uses no GL. pipeline/paradize/formats/FORMAT.md describes the
+// scene.json, version 5, as plain values. Uses no GL. pipeline/paradize/formats/FORMAT.md describes the
 // members.
 
 #include "assets/object_maps.hpp"
@@ -126,11 +126,15 @@ struct Water {
 enum class AlphaMode { opaque, mask, blend };
 
 /// Factors multiply what their maps hold. Without the map they stand alone.
+/// What lies beyond the edges of a material's maps.
+enum class Wrap { repeat, clamp, mirror };
+
 struct Material {
     std::string name;
-    PerMap<std::string> maps; // artifacts; empty: none
-    bool repeat = true;       // true: the maps repeat; false: they are clamped
-    glm::vec3 color{1.0F};    // linear
+    PerMap<std::string> maps;                           // artifacts; empty: none
+    std::array<Wrap, 2> wrap{Wrap::clamp, Wrap::clamp}; // of u and v
+    bool nearest = false;                               // enlarged texels are squares
+    glm::vec3 color{1.0F};                              // linear
     float opacity = 1.0F;
     float metalness = 0.0F;
     glm::vec3 emission{0.0F}; // linear

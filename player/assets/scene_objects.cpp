@@ -26,6 +26,24 @@ AlphaMode alpha_mode(const JsonObject &from) {
     return AlphaMode::blend;
 }
 
+std::array<Wrap, 2> wraps(const JsonObject &from) {
+    std::array<Wrap, 2> found{};
+    const std::vector<std::string> words = from.texts("wrap", 2);
+    if (words.size() != 2) {
+        from.fail("wrap", "must be two words");
+    }
+    for (std::size_t axis = 0; axis < 2; ++axis) {
+        if (words[axis] == "clamp") {
+            found[axis] = Wrap::clamp;
+        } else if (words[axis] == "mirror") {
+            found[axis] = Wrap::mirror;
+        } else if (words[axis] != "repeat") {
+            from.fail("wrap", "\"" + words[axis] + "\" is not repeat, clamp or mirror");
+        }
+    }
+    return found;
+}
+
 Material material(const SceneFile &scene, const JsonObject &from, const std::string &name) {
     Material value;
     value.name = name;
@@ -35,7 +53,10 @@ Material material(const SceneFile &scene, const JsonObject &from, const std::str
         });
         maps->reject_unknown_keys();
     }
-    value.repeat = from.boolean_or("repeat", value.repeat);
+    if (from.has("wrap")) {
+        value.wrap = wraps(from);
+    }
+    value.nearest = from.boolean_or("nearest", value.nearest);
     value.color = triple(from, "color", 0.0, 1e4);
     value.opacity = real_or(from, "opacity", 0.0, 1.0, value.opacity);
     value.metalness = real_or(from, "metalness", 0.0, 1.0, value.metalness);

@@ -53,6 +53,13 @@ Texture allocate(unsigned internal_format, int width_px, int height_px, GLint fi
     return texture;
 }
 
+GLint edge_of(Wrap wrap) {
+    if (wrap == Wrap::repeat) {
+        return GL_REPEAT;
+    }
+    return wrap == Wrap::clamp ? GL_CLAMP_TO_EDGE : GL_MIRRORED_REPEAT;
+}
+
 } // namespace
 
 Texture make_target(unsigned internal_format, int width_px, int height_px) {
@@ -76,20 +83,24 @@ Renderbuffer make_renderbuffer(unsigned internal_format, int width_px, int heigh
     return buffer;
 }
 
-Sampler make_sampler(Wrap wrap, Filter filter, float anisotropy, std::optional<int> max_level,
+Sampler make_sampler(Wrap both, Filter filter, float anisotropy, std::optional<int> max_level,
                      float mip_bias) {
+    return make_sampler(Wraps{both, both}, filter, anisotropy, max_level, mip_bias);
+}
+
+Sampler make_sampler(Wraps wraps, Filter filter, float anisotropy, std::optional<int> max_level,
+                     float mip_bias, bool nearest) {
     Sampler sampler = Sampler::create();
     const unsigned name = sampler.name();
-    const GLint edge = wrap == Wrap::repeat ? GL_REPEAT : GL_CLAMP_TO_EDGE;
-    glSamplerParameteri(name, GL_TEXTURE_WRAP_S, edge);
-    glSamplerParameteri(name, GL_TEXTURE_WRAP_T, edge);
-    glSamplerParameteri(name, GL_TEXTURE_WRAP_R, edge);
+    glSamplerParameteri(name, GL_TEXTURE_WRAP_S, edge_of(wraps.across));
+    glSamplerParameteri(name, GL_TEXTURE_WRAP_T, edge_of(wraps.down));
     GLint smaller = GL_LINEAR_MIPMAP_LINEAR;
     if (filter != Filter::mipmapped) {
         smaller = filter == Filter::nearest ? GL_NEAREST : GL_LINEAR;
     }
     glSamplerParameteri(name, GL_TEXTURE_MIN_FILTER, smaller);
-    glSamplerParameteri(name, GL_TEXTURE_MAG_FILTER, filter == Filter::nearest ? GL_NEAREST : GL_LINEAR);
+    const bool squares = nearest || filter == Filter::nearest;
+    glSamplerParameteri(name, GL_TEXTURE_MAG_FILTER, squares ? GL_NEAREST : GL_LINEAR);
     if (anisotropy > 1.0F && (epoxy_has_gl_extension("GL_EXT_texture_filter_anisotropic") ||
                               epoxy_has_gl_extension("GL_ARB_texture_filter_anisotropic"))) {
         float limit = 1.0F;

@@ -18,11 +18,19 @@ Texture make_depth_comparison_target(int size_px);
 Renderbuffer make_renderbuffer(unsigned internal_format, int width_px, int height_px, int samples);
 
 /// Sampler settings. They override the settings of a texture.
-enum class Wrap { repeat, clamp };
+enum class Wrap { repeat, clamp, mirror };
 enum class Filter { nearest, linear, mipmapped };
-/// `anisotropy` is clamped to the device's limit; 1 is off. `max_level` is the coarsest mip to sample;
-/// without it all mips are sampled. `mip_bias` is added to the mip level; negative values are sharper.
-Sampler make_sampler(Wrap wrap, Filter filter, float anisotropy = 1.0F, std::optional<int> max_level = {},
+/// What a sampler reads beyond the edges, along u and v.
+struct Wraps {
+    Wrap across = Wrap::repeat, down = Wrap::repeat;
+    bool operator==(const Wraps &) const = default;
+};
+/// `nearest`: what is enlarged shows its texels as squares. `anisotropy` is clamped to the device's limit; 1
+/// is off. `max_level` is the coarsest mip to sample; without it all mips are sampled. `mip_bias` is added to
+/// the mip level; negative values are sharper.
+Sampler make_sampler(Wraps wraps, Filter filter, float anisotropy = 1.0F, std::optional<int> max_level = {},
+                     float mip_bias = 0.0F, bool nearest = false);
+Sampler make_sampler(Wrap both, Filter filter, float anisotropy = 1.0F, std::optional<int> max_level = {},
                      float mip_bias = 0.0F);
 
 /// Fills a colour target with RGBA floats, first row at the bottom.

@@ -24,6 +24,18 @@ unsigned unit_of(ObjectMap map) {
 /// Two-sided materials with holes are leaves. They transmit this share of the light from behind.
 constexpr float leaf_translucency = 0.55F;
 
+gl::Wrap wrap_of(assets::Wrap wrap) {
+    switch (wrap) {
+    case assets::Wrap::repeat:
+        return gl::Wrap::repeat;
+    case assets::Wrap::clamp:
+        return gl::Wrap::clamp;
+    case assets::Wrap::mirror:
+        break;
+    }
+    return gl::Wrap::mirror;
+}
+
 std::string define(std::string_view name, int value) {
     return std::string(name) + " " + std::to_string(value);
 }
@@ -80,11 +92,11 @@ ObjectsPass::ObjectsPass(const PassSetup &setup, DrawnMaterials drawn)
             if (draws_light && !depth_[variant]) {
                 depth_[variant].emplace(setup, values.alpha_mode, values.vertex_colors);
             }
-            const gl::Wrap wrap = values.repeat ? gl::Wrap::repeat : gl::Wrap::clamp;
+            const gl::Wraps wraps{wrap_of(values.wrap[0]), wrap_of(values.wrap[1])};
             assets::for_each_map([&](ObjectMap map, std::string_view) {
                 const assets::Artifact *artifact = setup.scene.file().find_artifact(values.maps[map]);
                 const std::optional<int> max_level = artifact != nullptr ? artifact->max_level : std::nullopt;
-                samplers_of_[material.id][map] = sampler(wrap, max_level, setup.settings);
+                samplers_of_[material.id][map] = sampler(wraps, values.nearest, max_level, setup.settings);
             });
         }
     }
@@ -94,15 +106,16 @@ std::size_t ObjectsPass::variant_of(const assets::Material &material) {
     return 2 * static_cast<std::size_t>(material.alpha_mode) + (material.vertex_colors ? 1U : 0U);
 }
 
-unsigned ObjectsPass::sampler(gl::Wrap wrap, std::optional<int> max_level, const RenderSettings &settings) {
+unsigned ObjectsPass::sampler(gl::Wraps wraps, bool nearest, std::optional<int> max_level,
+                              const RenderSettings &settings) {
     for (const CachedSampler &cached : samplers_) {
-        if (cached.wrap == wrap && cached.max_level == max_level) {
+        if (cached.wraps == wraps && cached.nearest == nearest && cached.max_level == max_level) {
             return cached.sampler.name();
         }
     }
-    samplers_.push_back(
-        {wrap, max_level,
-         gl::make_sampler(wrap, gl::Filter::mipmapped, settings.anisotropy, max_level, settings.mip_bias)});
+    samplers_.push_back({wraps, nearest, max_level,
+                         gl::make_sampler(wraps, gl::Filter::mipmapped, settings.anisotropy, max_level,
+                                          settings.mip_bias, nearest)});
     return samplers_.back().sampler.name();
 }
 

@@ -52,10 +52,12 @@ class ObjectsPass : public Pass {
     void draw_command(const DrawCommand &command, const View &view);
     /// Forgets what is bound, because other passes bind too.
     void forget_state();
-    unsigned sampler(gl::Wrap wrap, std::optional<int> max_level, const RenderSettings &settings);
+    unsigned sampler(gl::Wraps wraps, bool nearest, std::optional<int> max_level,
+                     const RenderSettings &settings);
 
     struct CachedSampler {
-        gl::Wrap wrap;
+        gl::Wraps wraps;
+        bool nearest;
         std::optional<int> max_level;
         gl::Sampler sampler;
     };

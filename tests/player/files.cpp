@@ -178,7 +178,7 @@ std::string SceneText::str() const {
  "center": [0, 0, 0], "radius_m": 1.5, "lods": [{"node": "lod0", "error_m": 0}, {"node": "lod1", "error_m": 0.1}],
  "materials": {"leaf": {"color": [1, 1, 1], "opacity": 0.5, "maps": {"color": )" +
            color + R"(, "normal": null, "height": null, "gloss": null, "occlusion": null, "emission": null},
-  "repeat": false, "metalness": 0.25, "emission": [1, 2, 3], "occlusion_strength": 0.75,
+  "wrap": ["clamp", "mirror"], "nearest": true, "metalness": 0.25, "emission": [1, 2, 3], "occlusion_strength": 0.75,
   "parallax_scale": 0, "parallax_bias": 0, "parallax_limit": 0.25, "specular": 0.5, "smoothness": 0.7,
   "two_sided": true, "alpha_mode": "mask", "alpha_cutoff": 0.5, "vertex_colors": true}},
  "instances": [{"position": [0, 0, 0], "rotation": [0, 0.6, 0, 0.8], "scale": [2, 2, -3]}]}],

@@ -172,7 +172,7 @@ def test_maps_that_do_not_repeat_are_clamped(
 
         def edit(scene: dict[str, Any], repeat: bool = repeat) -> None:
             for material in scene["objects"][0]["materials"].values():
-                material["repeat"] = repeat
+                material["wrap"] = ["repeat", "repeat"] if repeat else None
 
         pixels = picture(files=files, edit=edit, size="320x180")
         reds.append(int((pixels[..., 0] > pixels[..., 1] + 0.05).sum()))

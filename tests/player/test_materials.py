@@ -150,6 +150,49 @@ def test_emission_is_its_colour_times_its_map_in_linear_light(render: Render) ->
     assert seen == pytest.approx([0.2 * half, 0.4, 0.6 * half], abs=STEP)
 
 
+def wrapped(index: npt.NDArray[np.int64], way: str) -> npt.NDArray[np.int64]:
+    """Texels of a row of four, as OpenGL 3.3 (table 3.18) names them."""
+    if way == "clamp":
+        return np.clip(index, 0, 3)
+    if way == "repeat":
+        return index % 4
+    return np.minimum(index % 8, 7 - index % 8)
+
+
+@pytest.mark.parametrize("nearest", [False, True])
+@pytest.mark.parametrize("ways", [("repeat", "clamp"), ("clamp", "mirror"), ("mirror", "repeat")])
+def test_beyond_a_maps_edges_lies_what_its_material_says(
+    render: Render, ways: tuple[str, str], nearest: bool
+) -> None:
+    """A square of 4 m with texture coordinates from -1 to 2. Each texel of the map is its own colour."""
+    texels = np.zeros((4, 4, 4), np.uint8)
+    texels[..., 0], texels[..., 1] = np.arange(0, 256, 85), np.arange(0, 256, 85)[:, None]
+    texels[..., 3] = 255
+    square = quad(size=4.0)
+    assert square.uvs is not None
+    square = replace(square, uvs=3.0 * square.uvs - 1.0)
+    one = glow(1.0, 1.0, 1.0, emission_map="glow", wrap=list(ways), nearest=nearest)
+    seen = render([thing("a", {"m": one})], {"a": square}, {"glow": texture("RGBA8_UNORM", texels)})
+    step = 2.0 * AWAY_M * tan(0.5 * FOV_RAD) / HEIGHT
+    shown = np.arange(-20, 20)
+    at = 4.0 * (3.0 * ((shown + 0.5) * step / 4.0 + 0.5) - 1.0)  # in texels
+    for channel, way in enumerate(ways):
+        if nearest:
+            expected = wrapped(np.floor(at).astype(np.int64), way) / 3.0
+            known = np.abs(at - np.rint(at)) > 0.05
+        else:
+            left = np.floor(at - 0.5).astype(np.int64)
+            share = at - 0.5 - left
+            expected = ((1.0 - share) * wrapped(left, way) + share * wrapped(left + 1, way)) / 3.0
+            known = np.ones(len(at), np.bool_)
+        line = (
+            seen[HEIGHT // 2, WIDTH // 2 + shown, 0]
+            if channel == 0
+            else seen[HEIGHT // 2 + shown, WIDTH // 2, 1]
+        )
+        assert np.abs(line - expected)[known].max() <= 2.0 * STEP, (way, line, expected)
+
+
 def over(front: list[float], alpha: float, back: F64) -> F64:
     return alpha * np.array(front) + (1 - alpha) * back
 

@@ -40,7 +40,8 @@ TEST_CASE("scene.json: all values are read as written") {
     CHECK(scene.find_artifact("quad_color")->max_level == 3);
     CHECK_FALSE(scene.find_artifact("sky")->max_level.has_value());
     const assets::Material &leaf = scene.objects[0].materials[0];
-    CHECK_FALSE(leaf.repeat);
+    CHECK(leaf.wrap == std::array{assets::Wrap::clamp, assets::Wrap::mirror});
+    CHECK(leaf.nearest);
     CHECK(leaf.parallax_limit == 0.25F);
     CHECK(leaf.opacity == 0.5F);
     CHECK(leaf.metalness == 0.25F);

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from paradize.build.model_facts import MaterialFacts
-from paradize.material import MapSource, Material, Picture
+from paradize.material import MapSource, Material, Picture, Wrap
 from paradize.scene.map_sets import GLOSS_ROLES, DrawnMaterial
 from paradize.scene.settings import ObjectMaterial, SceneObject
 
@@ -105,7 +105,26 @@ def drawn(
         two_sided=bool(material.two_sided if table.two_sided is None else table.two_sided),
         alpha_mode=mode,
         alpha_cutoff=cutoff,
+        nearest=_is_nearest(material) if table.filter == "auto" else table.filter == "nearest",
     )
+
+
+def _is_nearest(material: Material) -> bool:
+    return material.leading is not None and material.leading.nearest
+
+
+def wrap_of(item: SceneObject, table: ObjectMaterial, material: Material) -> tuple[Wrap, Wrap] | None:
+    """Returns what lies beyond the edges of a material's maps along u and v, by the scene, else by the model;
+    None where nobody says it."""
+    words: Any = (table.wrap, table.wrap) if isinstance(table.wrap, str) else table.wrap
+    said = (material.leading.wrap if material.leading else None) or (None, None)
+    ways: list[Any] = [
+        word if word != "auto" else item.wrap if item.wrap != "auto" else by_model
+        for word, by_model in zip(words, said, strict=True)
+    ]
+    if ways == [None, None]:
+        return None
+    return ways[0] or "repeat", ways[1] or "repeat"
 
 
 def alpha_of(material: Material, table: ObjectMaterial, facts: MaterialFacts | None) -> tuple[Any, float]:

@@ -20,6 +20,7 @@ from paradize.data import Mesh
 from paradize.formats.glb.reader import decode_glb
 from paradize.formats.ktx2.reader import decode_ktx2
 from paradize.map_table import MAPS
+from paradize.material import REPEATED, Wrap, texels_within
 from paradize.stages.gutter import goes_around
 from paradize.visibility.finest_mip import flat_triangles
 
@@ -27,6 +28,7 @@ F32 = npt.NDArray[np.float32]
 F64 = npt.NDArray[np.float64]
 SHARE = 0.01  # of the surface
 OFF = 1.0 / 32.0  # of the range; of colour in square roots of linear light, of normals half the chord
+_INSIDE: tuple[Wrap, Wrap] = ("clamp", "clamp")
 SAME = 1.5 / 255.0  # a colour that changes by less is the same
 # Ten points of a triangle, as barycentric weights.
 _PLACES = np.array([(i, j, 3 - i - j) for i in range(4) for j in range(4 - i)], np.float64)
@@ -38,12 +40,12 @@ def measure_flat(
     glb: bytes,
     textures: Mapping[str, bytes],
     levels: Mapping[str, int],
-    repeat: bool,
+    wrap: tuple[Wrap, Wrap] | None,
     materials: Collection[str] | None = None,
 ) -> dict[str, int]:
     """Returns by map the coarsest level, at most that of `levels`, up to which flat triangles keep their
-    colours on all levels of detail. textures: KTX2 by map ("color", "normal", ...). repeat: whether they
-    tile. materials: those that the maps lie on; None: all."""
+    colours on all levels of detail. textures: KTX2 by map ("color", "normal", ...). wrap: of
+    their samplers; None: it does not matter. materials: those that the maps lie on; None: all."""
     meshes = [lod.mesh for lod in decode_glb(glb, name)]
     if materials is not None:
         meshes = [mesh.of_materials(materials) for mesh in meshes]
@@ -56,13 +58,13 @@ def measure_flat(
         unit = 0.5 if MAPS[key].kind == "normal" else 1.0
         size = (texture.width, texture.height)
         coarsest[key] = min(
-            _coarsest_level(mesh, size, chain, unit, repeat or goes_around(mesh)) for mesh in meshes
+            _coarsest_level(mesh, size, chain, unit, wrap or _of_layout(mesh)) for mesh in meshes
         )
     return coarsest
 
 
 def measure_palette(
-    name: str, glb: bytes, texture: bytes, repeat: bool, materials: Collection[str]
+    name: str, glb: bytes, texture: bytes, wrap: tuple[Wrap, Wrap] | None, materials: Collection[str]
 ) -> dict[str, int]:
     """Returns how coarse a palette may be: `level`, the coarsest mip with which no colour of any level of
     detail changes by more than SAME; `max_level`, the coarsest mip that may be sampled before swatches mix.
@@ -73,7 +75,7 @@ def measure_palette(
     meshes = [lod.mesh.of_materials(materials) for lod in decode_glb(glb, name)]
     level, last = (
         min(
-            _coarsest_level(mesh, size, chain, 1.0, repeat, off=off, share=share, flat=False)
+            _coarsest_level(mesh, size, chain, 1.0, wrap or _INSIDE, off=off, share=share, flat=False)
             for mesh in meshes
         )
         for off, share in ((SAME, 0.0), (OFF, SHARE))
@@ -86,7 +88,7 @@ def _coarsest_level(
     size: tuple[int, int],
     chain: Sequence[F32],
     unit: float,
-    repeat: bool,
+    wrap: tuple[Wrap, Wrap],
     *,
     off: float = OFF,
     share: float = SHARE,
@@ -106,26 +108,29 @@ def _coarsest_level(
     at = sum(_WEIGHTS[:, k, None, None] * uvs[None, :, k] for k in range(3)) + np.zeros((len(_WEIGHTS), 1, 1))
     shown = np.broadcast_to(area[chosen] / len(_WEIGHTS), at.shape[:2])
     accepted = share * math.fsum(area.tolist())
-    finest = _sampled(chain[0], at, repeat)
+    finest = _sampled(chain[0], at, wrap)
     level = 0
     while level + 1 < len(chain):
-        changed = unit * np.abs(_sampled(chain[level + 1], at, repeat) - finest).max(axis=-1)
+        changed = unit * np.abs(_sampled(chain[level + 1], at, wrap) - finest).max(axis=-1)
         if math.fsum(shown[changed > off].tolist()) > accepted:
             break
         level += 1
     return level
 
 
-def _sampled(level: F32, at: F64, repeat: bool) -> F64:
+def _of_layout(mesh: Mesh) -> tuple[Wrap, Wrap]:
+    """Returns how the player samples maps that follow a layout."""
+    return REPEATED if goes_around(mesh) else _INSIDE
+
+
+def _sampled(level: F32, at: F64, wrap: tuple[Wrap, Wrap]) -> F64:
     """Returns bilinear samples (..., c) at texture coordinates (..., 2)."""
     height, width, _ = level.shape
     x, y = at[..., 0] * width - 0.5, at[..., 1] * height - 0.5
     left, top = np.floor(x), np.floor(y)
 
     def texel(column: F64, row: F64) -> F64:
-        i, j = column.astype(np.int64), row.astype(np.int64)
-        i = i % width if repeat else i.clip(0, width - 1)
-        j = j % height if repeat else j.clip(0, height - 1)
+        i, j = texels_within(column, width, wrap[0]), texels_within(row, height, wrap[1])
         return np.asarray(level[j, i], np.float64)
 
     s, t = (x - left)[..., None], (y - top)[..., None]

@@ -21,19 +21,20 @@ if TYPE_CHECKING:
     import numpy.typing as npt
 
     from paradize.data import Texture
+    from paradize.material import Wrap
 
 MAPPED = ("mapped_mean_deg", "mapped_p99_deg", "mapped_max_deg")
 
 
 def measure_lod_normal_error(
-    glb: bytes, texture: bytes, *, name: str, repeat: bool, materials: Collection[str]
+    glb: bytes, texture: bytes, *, name: str, wrap: tuple[Wrap, Wrap] | None, materials: Collection[str]
 ) -> list[dict[str, float]]:
     """Returns mapped_mean_deg, mapped_p99_deg and mapped_max_deg of each level, the finest (0) first: degrees
     between the normals of the level and the finest one at the same point, both turned by the map in their own
     tangent frames.
 
-    texture: the normal map's KTX2. repeat: whether it tiles. materials: those that it lies on. name: of its
-    set, for messages. Raises FormatError for bytes that Paradize did not write.
+    texture: the normal map's KTX2. wrap: of its sampler; None: its UVs stay inside. materials: those that it
+    lies on. name: of its set, for messages. Raises FormatError for bytes that Paradize did not write.
     """
     finest, *coarser = decode_glb(glb, name)
     vectors = _vectors(decode_ktx2(texture, f"{name}_normal"))
@@ -50,7 +51,12 @@ def measure_lod_normal_error(
         whole = own is finest.mesh
         error_max = lod.error_max if whole else None
         errors = normal_error(
-            reference, mesh, SAMPLES, surface_error=error_max, normal_map=vectors, repeat=repeat
+            reference,
+            mesh,
+            SAMPLES,
+            surface_error=error_max,
+            normal_map=vectors,
+            wrap=wrap or ("clamp", "clamp"),
         )
         levels.append({key: errors[key] for key in MAPPED})
     return levels

@@ -11,9 +11,10 @@ from paradize.errors import FormatError
 from paradize.formats.glb.document import glb_document
 from paradize.formats.scene_manifest import FORMAT, MATERIAL_MAPS, VERSION
 from paradize.map_table import MAPS, maps_of
+from paradize.material import REPEATED
 from paradize.scene.finest_views import sun_direction
 from paradize.scene.flight import PI, Flight, Vec
-from paradize.scene.map_sets import DrawnMaterial, ObjectMaps, SceneMaps
+from paradize.scene.map_sets import DrawnMaterial, MapSet, ObjectMaps, SceneMaps
 from paradize.scene.placement import placed
 from paradize.scene.settings import Scene, SceneObject, Waiver
 from paradize.scene.sightings import ObjectSighting
@@ -253,9 +254,16 @@ def _material(
         drawn = _with_constants(drawn, {key: constants.get(f"{one.name}_{key}") for key in MATERIAL_MAPS})
     return _plain(drawn) | {
         "maps": {key: _present(f"{one.name}_{key}", entries) if one else None for key in MATERIAL_MAPS},
-        "repeat": measured["repeat"] if measured else True,
+        "wrap": _wrap(one, measured),
         "parallax_limit": measured["limits"][name] if measured else None,
     }
+
+
+def _wrap(one: MapSet | None, gutters: dict[str, Any] | None) -> list[str] | None:
+    """Returns a material's `wrap`. gutters: of the maps that follow a UV layout."""
+    if one and one.wrap:
+        return list(one.wrap)
+    return list(REPEATED) if gutters and gutters.get("repeat") else None
 
 
 def _with_constants(drawn: DrawnMaterial, constants: dict[str, list[float] | None]) -> DrawnMaterial:

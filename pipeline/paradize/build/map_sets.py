@@ -13,7 +13,15 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from paradize.build.drawn_materials import authored_fields, drawn, is_authored, is_guessed, is_unlit, joined
+from paradize.build.drawn_materials import (
+    authored_fields,
+    drawn,
+    is_authored,
+    is_guessed,
+    is_unlit,
+    joined,
+    wrap_of,
+)
 from paradize.build.model_facts import MaterialFacts, ModelFacts
 from paradize.build.model_reader import ModelReader
 from paradize.build.options import BuildOptions
@@ -21,7 +29,7 @@ from paradize.documents import toml_key
 from paradize.errors import GroupedError, ParadizeError, SceneError
 from paradize.files import resolved
 from paradize.kinds import is_gltf
-from paradize.material import Material, Picture
+from paradize.material import REPEATED, Material, Picture, Wrap
 from paradize.scene.map_sets import GLOSS_ROLES, DrawnMaterial, MapSet, ObjectMaps, SceneMaps
 from paradize.scene.settings import ObjectMaterial, Scene, SceneObject
 from paradize.store.file_hashes import FileHashCache
@@ -169,13 +177,16 @@ class _Finder:
             f"([object.material.{toml_key(name)}] alpha_mode says otherwise)"
         )
 
-    def _warn_of_wrap(self, item: SceneObject, material: Material) -> None:
-        """Warns of maps that the model holds or mirrors beyond their edges."""
-        said = {way for source in material.maps.values() for way in source.wrap or ()} - {"repeat"}
-        if said:
+    def _warn_of_samplers(self, item: SceneObject, material: Material) -> None:
+        """Warns of maps that the model wraps in another way than the material's leading map."""
+        leading = material.leading
+        ways = {role: source.wrap or REPEATED for role, source in material.maps.items()}
+        drawn_as = leading.wrap or REPEATED if leading else REPEATED
+        if others := sorted(role for role, way in ways.items() if way != drawn_as):
+            said = "; ".join(f"{role}: {', '.join(ways[role])}" for role in others)
             self.warnings.append(
-                f"{item.mesh}: material {material.name!r}: its UVs leave the maps, whose wrap mode is "
-                f"{' and '.join(sorted(said))}; drawn repeated"
+                f"{item.mesh}: material {material.name!r}: all its maps are wrapped as one "
+                f"({', '.join(drawn_as)} along u and v), but the model says otherwise of {said}"
             )
 
     def _refuse_udim(
@@ -208,15 +219,19 @@ class _Finder:
     ) -> tuple[MapSet, Any]:
         """Returns the set of a material without its name and users, and what tells it from others. authored:
         no bumps are made of its colour unless the scene gives their strength."""
+        given = item.wrap != "auto" or table.wrap != "auto"
         flat = material.maps.keys() <= _FLAT or is_unlit(material)
-        palette = bool(facts and facts.palette and item.wrap == "auto" and flat)
-        wrap = item.wrap
-        if wrap == "auto":
-            tiled = facts is not None and (facts.outside if palette else facts.tiled)
-            wrap = "repeat" if tiled else "clamp"
-            if wrap == "repeat":
-                self._warn_of_wrap(item, material)
-        layout = item.mesh if wrap == "clamp" and not palette else None
+        palette = bool(facts and facts.palette and not given and flat)
+        said = wrap_of(item, table, material)
+        wrap: tuple[Wrap, Wrap] | None = said or REPEATED
+        if not (given and wrap == REPEATED):
+            # UVs in one tile beside the map may be its layout, unless the tile would not be drawn
+            exact = palette or wrap != REPEATED
+            if facts is None or not (facts.outside if exact else facts.tiled):
+                wrap = None
+            elif not given:
+                self._warn_of_samplers(item, material)
+        layout = item.mesh if wrap is None and not palette else None
         strength = (0.0 if authored else 1.0) if item.strength is None else item.strength
         derived = {"normal": True, "gloss": table.specular is not None, "height": True}
         if palette or is_unlit(material):
@@ -227,7 +242,7 @@ class _Finder:
             materials={},
             pictures={role: source.picture.file for role, source in material.maps.items()},
             layout=layout,
-            wrap="clamp" if wrap == "clamp" else "repeat",
+            wrap=wrap,
             palette=palette,
             derived=tuple(key for key in ("normal", "height", "gloss") if derived.get(key)),
             relief=item.relief,

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from paradize.errors import ParadizeError
-from paradize.material import MapSource, Material, Picture
+from paradize.material import REPEATED, MapSource, Material, Picture, Wrap, texels_within
 
 if TYPE_CHECKING:
     import numpy as np
@@ -96,13 +96,14 @@ def read_model_facts(
             own.pop("alpha", None)
         own |= {role: Picture(file) for role, file in given.items()}
         palette, shrink, alpha = False, 0, "opaque"
+        wrap = (material.leading.wrap if material.leading else None) or REPEATED
         if "color" in own:
-            palette, shrink, alpha = _shown(mesh, own["color"], decoded)
+            palette, shrink, alpha = _shown(mesh, own["color"], decoded, wrap)
         if "alpha" in own:
             source = MapSource(own["alpha"], "luminance")
             if "alpha" in material.maps and "alpha" not in given:
                 source = material.maps["alpha"]
-            alpha = _shown(mesh, own["alpha"], decoded, alpha_map=source)[2]
+            alpha = _shown(mesh, own["alpha"], decoded, wrap, alpha_map=source)[2]
         sources = {}
         for role, by in material.maps.items():
             if by.picture.data is not None:
@@ -141,10 +142,16 @@ def _uv_tiles(mesh: Mesh) -> tuple[Any, float | None, tuple[tuple[int, int], ...
 
 
 def _shown(
-    mesh: Mesh, color: Picture, decoded: dict[Any, Any], *, alpha_map: MapSource | None = None
+    mesh: Mesh,
+    color: Picture,
+    decoded: dict[Any, Any],
+    wrap: tuple[Wrap, Wrap],
+    *,
+    alpha_map: MapSource | None = None,
 ) -> tuple[bool, int, str]:
     """Returns what triangles show of a colour map: MaterialFacts' palette, shrink and alpha. decoded:
-    pictures that were read before. alpha_map: it is this picture of alpha, read as ColorSettings says."""
+    pictures that were read before. wrap: of their sampler. alpha_map: it is this picture of alpha, read as
+    ColorSettings says."""
     import numpy as np
 
     key = color.file if color.data is None else id(color.data)
@@ -161,8 +168,8 @@ def _shown(
             weights = (np.array([i, j, 4 - i - j], np.float64) + 1e-3) / (4.0 + 3e-3)
             middle.append((corners * weights[None, :, None]).sum(axis=1))
             at = middle[-1] * [columns, rows]
-            x, y = (np.floor(at) % [columns, rows]).astype(np.int64).T
-            seen.append(pixels[y, x])
+            x, y = np.floor(at).T
+            seen.append(pixels[texels_within(y, rows, wrap[1]), texels_within(x, columns, wrap[0])])
     colors = np.stack(seen)  # (places, triangles, channels)
     places = np.concatenate(middle)
     area = _areas(mesh)
@@ -176,7 +183,7 @@ def _shown(
     if area.sum() > 0.0 and area[plain].sum() >= _PALETTE * area.sum():
         middles = colors[len(colors) // 2, :, :3]
         palette = bool((np.ptp(middles, axis=0) > PLAIN).any())
-    shrink = _shrink(pixels[:, :, :3], places) if palette else 0
+    shrink = _shrink(pixels[:, :, :3], places, wrap) if palette else 0
     own = channels in (2, 4) and bool((pixels[:, :, -1] < 1.0).any())
     if alpha_map is None and not own:
         return palette, shrink, "opaque"
@@ -196,7 +203,7 @@ def _shown(
     return palette, shrink, "mask" if between <= holes else "blend"
 
 
-def _shrink(pixels: npt.NDArray[np.float32], places: npt.NDArray[np.float64]) -> int:
+def _shrink(pixels: npt.NDArray[np.float32], places: npt.NDArray[np.float64], wrap: tuple[Wrap, Wrap]) -> int:
     """How often a picture can be halved without a change of its colours at places (n, 2), of its sides."""
     import numpy as np
 
@@ -205,8 +212,8 @@ def _shrink(pixels: npt.NDArray[np.float32], places: npt.NDArray[np.float64]) ->
         x, y = places[:, 0] * columns - 0.5, places[:, 1] * rows - 0.5
         left, top = np.floor(x), np.floor(y)
         s, t = (x - left)[:, None], (y - top)[:, None]
-        beside = [((left + i) % columns).astype(np.int64) for i in (0, 1)]
-        below = [((top + j) % rows).astype(np.int64) for j in (0, 1)]
+        beside = [texels_within(left + i, columns, wrap[0]) for i in (0, 1)]
+        below = [texels_within(top + j, rows, wrap[1]) for j in (0, 1)]
         corner = [level[j, i] for j in below for i in beside]
         upper, lower = (corner[k] * (1.0 - s) + corner[k + 1] * s for k in (0, 2))
         return np.asarray(upper * (1.0 - t) + lower * t)

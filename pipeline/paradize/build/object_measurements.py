@@ -91,15 +91,15 @@ def measure_objects(
             kinds: dict[str, tuple[dict[str, Any], dict[str, str]]] = {}
             if textures and one.layout is None:  # maps that tile have no borders to look at
                 free = {"limits": dict.fromkeys(sorted(parallax)), "maps": dict.fromkeys(textures)}
-                found["gutters"][item.name, one.name] = {"repeat": one.wrap == "repeat"} | free
+                found["gutters"][item.name, one.name] = free
             elif textures:
                 settings = {"parallax": parallax, "bleed": one.bleed, "repeat": False}
                 kinds["gutters"] = settings | {"pixel_m": sightings[item.name].pixel_m}, textures
             if "normal" in textures:
-                settings = {"repeat": one.wrap == "repeat", "materials": materials}
+                settings = {"wrap": one.wrap, "materials": materials}
                 kinds["lod_normal_error"] = settings, {"normal": textures["normal"]}
             if one.palette and textures:
-                settings = {"repeat": one.wrap == "repeat", "materials": materials}
+                settings = {"wrap": one.wrap, "materials": materials}
                 kinds["palettes"] = settings, textures
             measurements += [
                 _measurement(kind, item, one, settings, data, sha256, names)

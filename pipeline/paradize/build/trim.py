@@ -82,8 +82,7 @@ def find_required_detail(
             if not names:
                 continue
             levels = {key: detail[name]["others"]["level"] for key, name in names.items()}
-            settings = {"name": one.name, "levels": levels, "repeat": one.wrap == "repeat"}
-            settings["materials"] = materials
+            settings = {"name": one.name, "levels": levels, "wrap": one.wrap, "materials": materials}
             mesh = f"{item.name}_mesh"
             hashes = {name: sha256[name] for name in (mesh, *names.values())}
             textures = {key: data[name] for key, name in names.items()}

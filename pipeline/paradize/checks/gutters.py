@@ -18,7 +18,7 @@ from paradize.errors import ParadizeError
 from paradize.formats.glb.reader import decode_glb
 from paradize.formats.ktx2.layout import MAX_SIZE
 from paradize.formats.ktx2.reader import decode_ktx2
-from paradize.formats.scene_manifest import map_sets, read_entry
+from paradize.formats.scene_manifest import map_sets, read_entry, repeats
 from paradize.map_table import MAPS
 
 F32 = npt.NDArray[np.float32]
@@ -43,7 +43,7 @@ def _object(manifest: dict[str, Any], folder: Path, item: dict[str, Any]) -> Ite
         except ParadizeError:
             return
         reaches = {name: _reach(item["materials"][name]) for name in materials}
-        yield from _layout(manifest, folder, mesh.of_materials(materials), names, reaches, material["repeat"])
+        yield from _layout(manifest, folder, mesh.of_materials(materials), names, reaches, repeats(material))
 
 
 def _layout(

@@ -33,10 +33,10 @@ _UNEVEN = 8.0  # texels a metre: the densest twentieth of the area over the spar
 
 
 def check_layouts(manifest: dict[str, Any], folder: Path) -> Iterator[Finding]:
-    """The findings in the layouts of the objects whose maps do not repeat. Another rule reports meshes that
-    cannot be read."""
+    """The findings in the layouts of the objects whose UVs are said to stay inside their maps. Another rule
+    reports meshes that cannot be read."""
     for item in manifest["objects"]:
-        sets = [one for one in map_sets(item) if not one[0]["repeat"] and one[0]["maps"]["color"] is not None]
+        sets = [one for one in map_sets(item) if one[0]["wrap"] is None and one[0]["maps"]["color"]]
         if not sets:
             continue
         entry = manifest["artifacts"][item["mesh"]]

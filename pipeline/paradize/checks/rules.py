@@ -110,8 +110,8 @@ RULES: dict[str, Rule] = {
     "PZ231": Rule(
         "error",
         "texture coordinates out of range",
-        "an object whose maps do not repeat has coordinates outside 0 to 1: a border texel would smear",
-        'move them inside, or write wrap = "repeat" under its [[object]]',
+        "a material says that its coordinates stay inside 0 to 1, but some do not: border texels would smear",
+        "move them inside, or say with wrap under its [[object]] what lies beyond the edges of its maps",
     ),
     "PZ232": Rule(
         "warning",

@@ -124,7 +124,7 @@ class _Export:
         self.keys = flight_keys(self.manifest["flight"])
         self.bundle = Bundle(self.manifest["name"])
         self.triangles = 0
-        self._textures: dict[tuple[Any, ...], int] = {}  # by kind, artifacts, and whether it repeats
+        self._textures: dict[tuple[Any, ...], int] = {}  # by kind, artifacts, and sampler
         self.errors: dict[str, float] = {}
         self.notes: list[str] = []
 
@@ -140,7 +140,7 @@ class _Export:
         pngs = sky_pngs(self._texture(sky["cubemap"]), self.manifest["exposure"])
         half = 0.57 * self.manifest["flight"]["far_m"]  # so that its corners are nearer than the far plane
         for name, png, (right, down, ahead) in zip(SKY_FACES, pngs, SKY_FACES.values(), strict=True):
-            texture = {"index": self.bundle.texture(f"sky {name}", png, repeat=False)}
+            texture = {"index": self.bundle.texture(f"sky {name}", png, ("clamp", "clamp"))}
             look = {"baseColorTexture": texture, "metallicFactor": 0.0}
             material = self.bundle.material(
                 f"sky {name}", pbrMetallicRoughness=look, doubleSided=True, extensions={_UNLIT: {}}
@@ -170,7 +170,7 @@ class _Export:
         if water := self.manifest["water"]:
             light = under_water(light, heights, water)
         png = encode_png(to_srgb(light))
-        color = {"index": self.bundle.texture("ground colour", png, repeat=False), "texCoord": 1}
+        color = {"index": self.bundle.texture("ground colour", png, ("clamp", "clamp")), "texCoord": 1}
         look = {
             "baseColorTexture": color,
             "metallicFactor": 0.0,
@@ -179,7 +179,7 @@ class _Export:
         parts: dict[str, Any] = {"pbrMetallicRoughness": look}
         if terrain["effect_normal"]:
             png = normal_png(self._texture(terrain["effect_normal"]))
-            index = self.bundle.texture("ground normal", png, repeat=False)
+            index = self.bundle.texture("ground normal", png, ("clamp", "clamp"))
             parts["normalTexture"] = {"index": index, "texCoord": 1}
         parts["extensions"] = {_SPECULAR: {"specularFactor": min(1.0, terrain["specular"])}}
         material = self.bundle.material("ground", **parts)
@@ -210,7 +210,7 @@ class _Export:
             "roughnessFactor": max(0.02, 1.0 - water["smoothness"]),
         }
         png = normal_png(self._texture(water["normal"]))
-        normal = {"index": self.bundle.texture("waves", png, repeat=True), "scale": 0.3}
+        normal = {"index": self.bundle.texture("waves", png), "scale": 0.3}
         parts = {"alphaMode": "BLEND", "doubleSided": True, "normalTexture": normal}
         material = self.bundle.material("water", pbrMetallicRoughness=look, **parts)
         mesh = level_quad(water["level_m"], water["size_m"], float(water["tile"]))
@@ -293,12 +293,13 @@ class _Export:
         ]
         for kind, names, encode in wanted:
             if any(names):
-                key = kind, *names, material["repeat"]
+                sampler = material["wrap"] or ["clamp", "clamp"], material["nearest"]
+                key = kind, *names, str(sampler)
                 if key not in self._textures:
                     known = [name for name in names if name]
                     png = encode(*(self._texture(name) if name else None for name in names))
                     label = " ".join(known).replace("_", " ")
-                    self._textures[key] = self.bundle.texture(label, png, repeat=material["repeat"])
+                    self._textures[key] = self.bundle.texture(label, png, *sampler)
                     self._note_errors(known)
                 textures[kind] = self._textures[key]
         return textures

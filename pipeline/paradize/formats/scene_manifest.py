@@ -32,9 +32,10 @@ from paradize.formats.scene_fields import (
 )
 from paradize.formats.terrain_tables import check_tree
 from paradize.map_table import maps_of
+from paradize.material import REPEATED, WRAPS
 
 FORMAT = "paradize-scene"
-VERSION = 4
+VERSION = 5
 VIEWS = ("camera", "shadow", "reflection", "refraction")
 KINDS = ("mesh", "texture", "cubemap", "sound")
 ALPHA_MODES = ("opaque", "mask", "blend")
@@ -76,7 +77,8 @@ _material = table(
     color=_vec3,
     opacity=_share,
     maps=table(**dict.fromkeys(MATERIAL_MAPS, or_null(text))),
-    repeat=flag,
+    wrap=or_null(list_of(one_of(*WRAPS), size=2)),
+    nearest=flag,
     metalness=_share,
     emission=list_of(_positive, size=3),
     specular=_positive,
@@ -274,12 +276,17 @@ def references(manifest: dict[str, Any]) -> list[tuple[str, str, tuple[str, ...]
     return [(place, name, kinds) for place, name, kinds in entries if name is not None]
 
 
+def repeats(material: dict[str, Any]) -> bool:
+    """Whether the maps of a material repeat along both axes."""
+    return bool(material["wrap"] == list(REPEATED))
+
+
 def map_sets(item: dict[str, Any]) -> list[tuple[dict[str, Any], frozenset[str]]]:
     """The materials of an entry of `objects` that have the same maps, used alike: one of them, and the names
     of all."""
     sets: dict[tuple[Any, ...], tuple[dict[str, Any], frozenset[str]]] = {}
     for name, material in item["materials"].items():
-        key = (*material["maps"].values(), material["repeat"])
+        key = (*material["maps"].values(), *(material["wrap"] or ()))
         first, names = sets.get(key, (material, frozenset()))
         sets[key] = first, names | {name}
     return list(sets.values())

@@ -14,6 +14,7 @@ import numpy as np
 
 from paradize.data import Mesh
 from paradize.kernels.reference import Shading, Surface
+from paradize.material import REPEATED, Wrap
 from paradize.metrics.surface import Original
 
 if TYPE_CHECKING:
@@ -37,15 +38,16 @@ def normal_error(
     *,
     surface_error: float | None = None,
     normal_map: npt.NDArray[np.float32] | None = None,
-    repeat: bool = True,
+    wrap: tuple[Wrap, Wrap] = REPEATED,
 ) -> dict[str, float]:
     """normal_mean_deg, normal_p99_deg and normal_max_deg over the area, each the larger of both directions.
     With a normal map also mapped_mean_deg, mapped_p99_deg and mapped_max_deg of the mapped normals.
 
     original, level: meshes with normals. normal_map: (h, w, 3) unit vectors in tangent space, green up; a
-    mesh without tangents or UVs shows it flat. samples: approximate number in each direction; each triangle
-    has at least four. surface_error: the level's error_max, if known (default: measured). All 0 where a mesh
-    has no normals. The maximum is that of the samples, not a bound. Six digits.
+    mesh without tangents or UVs shows it flat. wrap: of its sampler, along u and v. samples: approximate
+    number in each direction; each triangle has at least four. surface_error: the level's error_max, if known
+    (default: measured). All 0 where a mesh has no normals. The maximum is that of the samples, not a bound.
+    Six digits.
     """
     reference = original if isinstance(original, Original) else Original(original)
     names = ("normal",) if normal_map is None else ("normal", "mapped")
@@ -57,7 +59,7 @@ def normal_error(
         surface_error = reference.distance(level, samples)["error_max"]
     near = (_MAX_OVERLAP + surface_error) * reference.diagonal_m
     both = [
-        a.angles_to(b, near=near, samples=samples, normal_map=normal_map, repeat=repeat)
+        a.angles_to(b, near=near, samples=samples, normal_map=normal_map, wrap=wrap)
         for a, b in ((level_shading, reference_shading), (reference_shading, level_shading))
     ]
     return {

@@ -8,13 +8,12 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
-from paradize.material import AlphaMode
+from paradize.material import AlphaMode, Wrap
 from paradize.scene.settings import Relief
 
 Vec3 = tuple[float, float, float]
-Wrap = Literal["clamp", "repeat"]
 # What the gloss map and the occlusion map are made of.
 GLOSS_ROLES = ("roughness", "smoothness", "specular")
 OCCLUSION_ROLES = ("occlusion", "metalness")
@@ -38,6 +37,7 @@ class DrawnMaterial:
     alpha_mode: AlphaMode = "opaque"
     alpha_cutoff: float = 0.0
     vertex_colors: bool = False
+    nearest: bool = False
 
 
 @dataclass(frozen=True)
@@ -46,7 +46,8 @@ class MapSet:
 
     name: its artifacts are `<name>_<map>`. materials: those that use it, by object name. pictures: files by
     role (material.Material.maps). layout: the model whose UV layout the maps follow, and its materials whose
-    triangles lie on them (none: all); None: the maps repeat, or show a palette. palette: the triangles show
+    triangles lie on them (none: all); None: UVs leave the maps, or show a palette. wrap: what samplers read
+    beyond the edges, along u and v; None: the UVs stay inside. palette: the triangles show
     swatches: points or lines of the colour map, or plain parts of it; tiny: it can be made so small without a
     change that blocks would cost more than they save.
     derived: the maps that may be made of the colour map. relief, strength, gloss_groups, bleed: as of the
@@ -60,7 +61,7 @@ class MapSet:
     pictures: Mapping[str, Path] = field(default_factory=dict)
     layout: Path | None = None
     layout_materials: tuple[str, ...] = ()
-    wrap: Wrap = "clamp"
+    wrap: tuple[Wrap, Wrap] | None = None
     palette: bool = False
     tiny: bool = False
     derived: tuple[str, ...] = ("normal", "height", "gloss")

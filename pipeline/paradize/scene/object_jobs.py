@@ -74,7 +74,7 @@ def add_map_set(
     shaded = tuple(view for view in drawn if view != "shadow")
     layout = {"layout": one.layout} if one.layout else {}
     has = one.pictures
-    common: dict[str, Any] = {"wrap": one.wrap, "layout_materials": list(one.layout_materials)}
+    common: dict[str, Any] = {"wrap": _filtered(one), "layout_materials": list(one.layout_materials)}
     plain = common | {"uncompressed": True} if one.tiny else common
 
     def add(what: str, baker: str, sources: dict[str, Path], keys: Iterable[str], **settings: Any) -> None:
@@ -126,6 +126,13 @@ def add_map_set(
     if "emission" in inputs:
         emission = ColorSettings(product="emission", **plain)
         add("emission", "color", {"image": has["emission"]}, ["emission"], **asdict(emission))
+
+
+def _filtered(one: MapSet) -> str | tuple[str, str]:
+    """Returns whether filters read the opposite edge of a set's maps, as bakers take it. They see a mirrored
+    map as clamped: beyond its edge lie the same texels again."""
+    u, v = ("repeat" if way == "repeat" else "clamp" for way in one.wrap or ("clamp", "clamp"))
+    return u if u == v else (u, v)
 
 
 def _fields(authored: Iterable[tuple[str, Any]], roles: Collection[str]) -> dict[str, Any]:

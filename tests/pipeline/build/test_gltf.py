@@ -16,9 +16,14 @@ from paradize.build.bake import bake
 from paradize.build.map_sets import find_map_sets
 from paradize.build.options import BuildOptions
 from paradize.build.work import files_read_by
+from paradize.checks import check_paths
 from paradize.errors import SourceError
 from paradize.explain.facts import explain
+from paradize.export.scene import export
+from paradize.formats.glb.document import glb_document
+from paradize.formats.scene_manifest import read_scene
 from paradize.new.scene import new_scene
+from paradize.scene.requirements import require
 from paradize.scene.settings import load_scene
 from paradize.tradeoff import scene as tradeoff_scene
 from paradize.tradeoff.curve import Group
@@ -77,17 +82,83 @@ def test_bumps_are_made_of_the_colour_of_a_glb_only_where_the_scene_gives_their_
     assert "panel_normal" in states(scene, tmp_path / "out")
 
 
-@pytest.mark.parametrize(("code", "said"), [(33071, "clamp"), (33648, "mirror"), (10497, "")])
-def test_a_wrap_mode_that_is_not_drawn_is_said(code: int, said: str, tmp_path: Path) -> None:
+def tiled_panel(folder: Path, **sampler: int) -> Path:
+    """The scene of a square that shows its colour map three times along each axis."""
     made = panel()
-    made.tree["samplers"] = [{"wrapS": code}]
+    made.tree["samplers"] = [sampler]
     made.tree["textures"][0]["sampler"] = 0
     paint = made.tree["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"]
     paint["extensions"] = {"KHR_texture_transform": {"scale": [3.0, 3.0]}}
     made.tree["extensionsUsed"] = ["KHR_texture_transform"]
+    folder.mkdir(exist_ok=True)
+    return new_scene(folder / "s", made.glb(folder / "Panel.glb")).scene
+
+
+CLAMP, MIRROR, REPEAT = 33071, 33648, 10497
+
+
+@pytest.mark.parametrize(
+    ("u", "v", "words", "wrap"),
+    [
+        (CLAMP, MIRROR, "", ["clamp", "mirror"]),
+        (REPEAT, CLAMP, "", ["repeat", "clamp"]),
+        (CLAMP, CLAMP, 'wrap = ["auto", "repeat"]', ["clamp", "repeat"]),
+        (REPEAT, REPEAT, 'wrap = "mirror"', ["mirror", "mirror"]),
+    ],
+)
+def test_beyond_the_edges_of_a_map_lies_what_its_sampler_or_the_scene_says(
+    u: int, v: int, words: str, wrap: list[str], tmp_path: Path
+) -> None:
+    scene = tiled_panel(tmp_path, wrapS=u, wrapT=v)
+    scene.write_text(
+        f"{scene.read_text()}\n[object.material.paint]\n{words}\n" if words else scene.read_text()
+    )
+    report = bake(scene, tmp_path / "out", BuildOptions(jobs=1))
+    assert not report.errors and not any("wrap" in text for text in report.warnings)
+    (item,) = read_scene(tmp_path / "out/scene.json")["objects"]
+    assert item["materials"]["paint"]["wrap"] == wrap
+    assert not [found for found in check_paths([tmp_path / "out"]) if found.code == "PZ231"]
+    export(tmp_path / "out", tmp_path / "out.glb")
+    tree = glb_document((tmp_path / "out.glb").read_bytes(), "out.glb")[0]
+    codes = {"clamp": CLAMP, "mirror": MIRROR, "repeat": REPEAT}
+    picture = next(k for k, one in enumerate(tree["images"]) if "panel" in one["name"])
+    used = next(one["sampler"] for one in tree["textures"] if one["source"] == picture)
+    assert [tree["samplers"][used][key] for key in ("wrapS", "wrapT")] == [codes[way] for way in wrap]
+
+
+def test_a_map_that_is_clamped_is_not_filtered_over_its_edge(tmp_path: Path) -> None:
+    sources = {}
+    for name, code in (("clamp", CLAMP), ("mirror", MIRROR), ("repeat", REPEAT)):
+        scene = tiled_panel(tmp_path / name, wrapS=code, wrapT=REPEAT)
+        required = require(load_scene(scene), find_map_sets(load_scene(scene), scene).maps)
+        sources[name] = next(job.settings["wrap"] for job in required.jobs if job.name == "panel colour")
+    assert sources == {"clamp": ("clamp", "repeat"), "mirror": ("clamp", "repeat"), "repeat": "repeat"}
+
+
+@pytest.mark.parametrize(
+    ("code", "words", "nearest"), [(9728, "", True), (9729, "", False), (9728, "linear", False)]
+)
+def test_enlarged_texels_are_squares_where_the_sampler_or_the_scene_says_so(
+    code: int, words: str, nearest: bool, tmp_path: Path
+) -> None:
+    scene = tiled_panel(tmp_path, magFilter=code)
+    if words:
+        scene.write_text(f'{scene.read_text()}\n[object.material.paint]\nfilter = "{words}"\n')
+    (drawn,) = find_map_sets(load_scene(scene), scene).maps.objects["panel"].drawn.values()
+    assert drawn.nearest is nearest
+
+
+def test_maps_that_a_model_wraps_in_another_way_than_the_first_are_named(tmp_path: Path) -> None:
+    made = panel()
+    made.tree["samplers"] = [{}, {"wrapS": CLAMP}]
+    made.tree["textures"] += [{"source": 0, "sampler": 1}]
+    paint = made.tree["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"]
+    paint["extensions"] = {"KHR_texture_transform": {"scale": [3.0, 3.0]}}
+    made.tree["materials"][0]["emissiveTexture"] = paint | {"index": 1}
+    made.tree["extensionsUsed"] = ["KHR_texture_transform"]
     scene = new_scene(tmp_path / "s", made.glb(tmp_path / "Panel.glb")).scene
-    found = find_map_sets(load_scene(scene), scene)
-    assert [f"wrap mode is {said};" in text for text in found.warnings] == ([True] if said else [])
+    (said,) = find_map_sets(load_scene(scene), scene).warnings
+    assert said.endswith("the model says otherwise of emission: clamp, repeat")
 
 
 def test_a_broken_picture_inside_a_model_is_named_by_the_model_and_not_by_the_store(tmp_path: Path) -> None:

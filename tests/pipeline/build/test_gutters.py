@@ -328,15 +328,15 @@ def test_a_scene_says_how_much_it_accepts(tmp_path: Path) -> None:
 def test_a_map_that_tiles_has_no_gutter(tmp_path: Path) -> None:
     scene = told(baked(tmp_path, *two_tone(2, RED, GREEN), wrap='"repeat"'))
     assert scene["artifacts"]["post_color"]["gutter"] is None
-    assert scene["objects"][0]["materials"]["wood"]["repeat"] is True
+    assert scene["objects"][0]["materials"]["wood"]["wrap"] == ["repeat", "repeat"]
 
 
 def test_maps_repeat_only_where_uvs_leave_the_picture(tmp_path: Path) -> None:
     _, picture = two_tone(8, RED, GREEN)
-    for name, left, repeat in (("inside", 4.0, False), ("outside", -4.0, True)):
+    for name, left, wrap in (("inside", 4.0, None), ("outside", -4.0, ["repeat", "repeat"])):
         obj = cards([rect(left, 4, 28, 60), rect(36, 4, 56, 60)])
-        item = told(baked(tmp_path / name, obj, picture))["objects"][0]
-        assert item["materials"]["wood"]["repeat"] is repeat
+        item = told(baked(tmp_path / name, obj, picture, wrap='"auto"'))["objects"][0]
+        assert item["materials"]["wood"]["wrap"] == wrap
 
 
 def test_parallax_beyond_the_gutter_is_limited_to_what_is_safe(tmp_path: Path) -> None:

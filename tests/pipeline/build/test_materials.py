@@ -153,7 +153,7 @@ def test_maps_without_a_layout_are_baked_once_for_all_objects(tmp_path: Path) ->
     textures = {one.name for one in report.artifacts if one.kind == "texture"}
     assert textures == PANELS | {"a_color", "a_normal"}
     walls = [item["materials"]["wall"] for item in manifest["objects"] if item["name"] in ("a", "b")]
-    assert all(wall["repeat"] and wall["maps"]["color"] == "a_color" for wall in walls)
+    assert all(wall["wrap"] == ["repeat", "repeat"] and wall["maps"]["color"] == "a_color" for wall in walls)
     assert not list(check_paths([tmp_path / "out"]))
 
 
@@ -194,7 +194,7 @@ def test_a_tiled_material_beside_one_with_a_layout_passes_check(tmp_path: Path) 
     (tmp_path / "s/panel.obj").write_text("\n".join(lines) + "\n")
     _, manifest = baked(scene, tmp_path / "out")
     (item,) = manifest["objects"]
-    assert [item["materials"][name]["repeat"] for name in ("leaf", "wood")] == [True, False]
+    assert [item["materials"][name]["wrap"] for name in ("leaf", "wood")] == [["repeat"] * 2, None]
     found = list(check_paths([tmp_path / "out"]))
     assert not found, found
 

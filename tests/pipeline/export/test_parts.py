@@ -166,8 +166,8 @@ def test_primitives_of_a_bundle_are_the_runs_of_their_materials_and_textures_wra
     bundle = Bundle("b")
     wood, tin = (bundle.material(name) for name in ("wood", "tin"))
     bundle.mesh("m", mesh, {"wood": wood, "tin": tin})
-    bundle.texture("tiled", b"png", repeat=True)
-    bundle.texture("edged", b"png", repeat=False)
+    bundle.texture("tiled", b"png")
+    bundle.texture("edged", b"png", ("clamp", "mirror"), nearest=True)
     glb = bundle.encoded({})
     length = struct.unpack_from("<I", glb, 12)[0]
     tree, binary = json.loads(glb[20 : 20 + length]), glb[28 + length :]
@@ -180,5 +180,7 @@ def test_primitives_of_a_bundle_are_the_runs_of_their_materials_and_textures_wra
     assert np.array_equal(np.concatenate(found), mesh.triangles.ravel())
     used = [primitive["material"] for primitive in tree["meshes"][0]["primitives"]]
     assert (used, [len(corners) for corners in found]) == ([wood, tin, wood], [9, 12, 15])
-    wraps = [tree["samplers"][texture["sampler"]]["wrapS"] for texture in tree["textures"]]
-    assert wraps == [10497, 33071]  # REPEAT, CLAMP_TO_EDGE
+    keys = "wrapS", "wrapT", "magFilter"
+    samplers = [[tree["samplers"][one["sampler"]][key] for key in keys] for one in tree["textures"]]
+    # REPEAT and LINEAR; CLAMP_TO_EDGE, MIRRORED_REPEAT and NEAREST
+    assert samplers == [[10497, 10497, 9729], [33071, 33648, 9728]]

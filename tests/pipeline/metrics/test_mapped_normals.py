@@ -15,6 +15,7 @@ from paradize.build.bake import bake
 from paradize.build.lod_normal_error import MAPPED, measure_lod_normal_error
 from paradize.data import Mesh
 from paradize.kernels.reference import Shading, Surface
+from paradize.material import REPEATED, Wrap
 from paradize.metrics.mapped_normal import normal_error
 from paradize.stages.tangents import tangent_frames
 from tests.pipeline.bakers.test_mesh_extremes import write
@@ -41,9 +42,7 @@ def turned_frames(mesh: Mesh, degrees: float) -> Mesh:
 def test_a_frame_that_is_turned_turns_what_the_map_leans(lean: float, turn: float) -> None:
     """Two normals that lean by a, turned by t apart, enclose 2 asin(sin a sin(t / 2))."""
     ground = tangent_frames(grid(6))
-    told = normal_error(
-        ground, turned_frames(ground, turn), normal_map=tilted(np.full((4, 4), lean)), repeat=True
-    )
+    told = normal_error(ground, turned_frames(ground, turn), normal_map=tilted(np.full((4, 4), lean)))
     known = np.degrees(2 * np.arcsin(np.sin(np.radians(lean)) * np.sin(np.radians(turn / 2))))
     for key in MAPPED:
         assert told[key] == pytest.approx(known, abs=1e-3), key
@@ -60,7 +59,7 @@ def test_a_texture_that_slid_shows_the_lean_of_another_place(slid: float) -> Non
     level = replace(ground, uvs=(inside + np.float32([slid, 0])).astype(np.float32))
     u = (np.arange(256) + 0.5) / 256
     leans = np.broadcast_to(40 * u, (4, 256))
-    told = normal_error(ground, level, normal_map=tilted(leans), repeat=False)
+    told = normal_error(ground, level, normal_map=tilted(leans), wrap=("clamp", "clamp"))
     assert told["mapped_mean_deg"] == pytest.approx(40 * slid, abs=0.01)
     assert told["mapped_max_deg"] == pytest.approx(40 * slid, abs=0.01)
 
@@ -90,20 +89,25 @@ def test_green_leans_up_the_image_whichever_way_a_frame_lies() -> None:
 
 
 @pytest.mark.parametrize(
-    ("place", "repeat", "share"),
+    ("place", "wrap", "share"),
     [
-        (0.375, False, 1.0),
-        (0.5, False, 0.5),
-        (0.25, True, 0.5),
-        (1.375, True, 1.0),
-        (-0.625, True, 1.0),
-        (1.375, False, 0.0),
-        (-0.625, False, 0.0),
+        (0.375, "clamp", 1.0),
+        (0.5, "clamp", 0.5),
+        (0.25, "repeat", 0.5),
+        (1.375, "repeat", 1.0),
+        (-0.625, "repeat", 1.0),
+        (1.375, "clamp", 0.0),
+        (-0.625, "clamp", 0.0),
+        (1.375, "mirror", 0.0),
+        (1.625, "mirror", 1.0),
+        (-0.375, "mirror", 1.0),
+        (-0.25, "mirror", 0.5),
+        (2.375, "mirror", 1.0),
     ],
 )
 @pytest.mark.parametrize("axis", [0, 1])
 def test_a_map_is_read_between_the_middles_of_its_texels(
-    axis: int, place: float, repeat: bool, share: float
+    axis: int, place: float, wrap: Wrap, share: float
 ) -> None:
     """Of four texels the second leans; between it and its neighbour the normal lies in their middle."""
     ground = tangent_frames(grid(2))
@@ -117,7 +121,7 @@ def test_a_map_is_read_between_the_middles_of_its_texels(
         replace(ground, uvs=uvs),
         replace(ground, uvs=flat),
         normal_map=line if axis == 0 else line.reshape(4, 1, 3),
-        repeat=repeat,
+        wrap=(wrap, "clamp") if axis == 0 else ("clamp", wrap),
     )
     assert told["mapped_max_deg"] == pytest.approx(30 * share, abs=1e-3)
 
@@ -206,7 +210,7 @@ def test_levels_are_judged_with_their_bumps_and_the_finest_has_no_error(tmp_path
         )
         used = {group.material for group in made.lods[0].mesh.groups}
         told[grain] = measure_lod_normal_error(
-            made.glb, maps["normal"].data, name="ball", repeat=True, materials=used
+            made.glb, maps["normal"].data, name="ball", wrap=REPEATED, materials=used
         )
     plain = made.report["lods"]
     assert len(plain) == 3 and [told[100][0][key] for key in MAPPED] == [0, 0, 0]

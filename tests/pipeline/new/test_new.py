@@ -12,6 +12,7 @@ from paradize.build.bake import bake
 from paradize.build.map_sets import find_map_sets
 from paradize.build.options import BuildOptions
 from paradize.errors import BakeError, SourceError
+from paradize.material import REPEATED
 from paradize.new.scene import new_scene
 from paradize.readers.obj import read_obj
 from paradize.scene.settings import Scene, load_scene
@@ -215,6 +216,6 @@ def test_maps_repeat_where_the_layout_is_wider_than_the_picture(tmp_path: Path) 
     wide = write_model(
         tmp_path / "w", obj.replace("vt 1.000000", "vt 2.5"), "newmtl wood\nmap_Kd a.png\n", "a.png"
     )
-    for name, model, wrap in (("s", source, "clamp"), ("t", wide, "repeat")):
+    for name, model, wrap in (("s", source, None), ("t", wide, REPEATED)):
         scene = new_scene(tmp_path / name, model).scene
         assert {one.wrap for one in find_map_sets(load_scene(scene), scene).maps.sets} == {wrap}

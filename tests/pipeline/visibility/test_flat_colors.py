@@ -12,6 +12,7 @@ from paradize.build.trim import with_flat_colors
 from paradize.data import Lod, Mesh, Texture
 from paradize.formats.glb.encode import encode_glb
 from paradize.formats.ktx2.encode import encode_ktx2
+from paradize.material import Wrap
 
 SIDE = 8
 
@@ -23,7 +24,7 @@ def kept(
     *,
     u: float = 0.5 / SIDE,
     share: float = 1.0,
-    repeat: bool = False,
+    wrap: tuple[Wrap, Wrap] | None = None,
 ) -> int:
     """The level up to which a triangle at (u, half a texel) keeps its colour. share: its own, of a surface
     whose rest shows all of the texture. levels: codes of each, spread over its columns."""
@@ -41,7 +42,7 @@ def kept(
     texture = Texture(fmt, SIDE, SIDE, tuple(plane.tobytes() for plane in planes))
     data = {key: encode_ktx2(texture)}
     glb = encode_glb((Lod(mesh, 0.0, 0.0),), "post")
-    return measure_flat("post", glb, data, {key: len(levels) - 1}, repeat)[key]
+    return measure_flat("post", glb, data, {key: len(levels) - 1}, wrap)[key]
 
 
 def test_a_level_counts_while_its_colour_is_off_by_no_more_than_is_accepted() -> None:
@@ -69,7 +70,12 @@ def test_colours_are_read_between_texels_as_the_player_reads_them() -> None:
     assert kept("height", "R8_UNORM", middle, u=2.5 / SIDE) == 1
     edge = [[100, 100, 0, 0, 0, 0, 0, 0], [100, 100, 100, 100]]
     assert kept("height", "R8_UNORM", edge, u=0.0) == 1
-    assert kept("height", "R8_UNORM", edge, u=0.0, repeat=True) == 0  # half of it lies on the other side
+    assert (
+        kept("height", "R8_UNORM", edge, u=0.0, wrap=("repeat", "clamp")) == 0
+    )  # half of it lies on the other side
+    beside = [[100, 100, 0, 0, 0, 0, 0, 0], [0, 0, 0, 0]]
+    for u, way, level in ((1.0, "clamp", 1), (1.0, "repeat", 0), (2.0, "mirror", 0), (1.0, "mirror", 1)):
+        assert kept("height", "R8_UNORM", beside, u=u, wrap=(way, "clamp")) == level
     around = [[0, 0, 100, 100, 0, 0, 0, 0], [0, 100, 100, 60]]
     assert kept("height", "R8_UNORM", around, u=1.0 + 3.0 / SIDE) == 1  # maps go around whatever is asked
 

@@ -7,6 +7,7 @@ and KHR_materials_unlit. Only the parts that our scenes need.
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -14,6 +15,7 @@ import numpy as np
 
 from paradize.formats.glb.layout import FLOAT
 from paradize.formats.glb.writer import Writer, join_chunks
+from paradize.material import REPEATED, Wrap
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -22,7 +24,8 @@ if TYPE_CHECKING:
 
     F32 = npt.NDArray[np.float32]
 
-_REPEAT, _CLAMP, _LINEAR, _LINEAR_MIPMAPS = 10497, 33071, 9729, 9987
+_WRAPS: dict[Wrap, int] = {"repeat": 10497, "clamp": 33071, "mirror": 33648}
+_NEAREST, _LINEAR, _LINEAR_MIPMAPS = 9728, 9729, 9987
 _LIGHTS = "KHR_lights_punctual"
 
 
@@ -34,6 +37,7 @@ class Bundle:
     writer: Writer = field(default_factory=Writer)
     images: list[dict[str, Any]] = field(default_factory=list)
     textures: list[dict[str, Any]] = field(default_factory=list)
+    samplers: list[dict[str, Any]] = field(default_factory=list)
     materials: list[dict[str, Any]] = field(default_factory=list)
     meshes: list[dict[str, Any]] = field(default_factory=list)
     nodes: list[dict[str, Any]] = field(default_factory=list)
@@ -42,11 +46,17 @@ class Bundle:
     animations: list[dict[str, Any]] = field(default_factory=list)
     extensions: set[str] = field(default_factory=set)
 
-    def texture(self, name: str, png: bytes, *, repeat: bool) -> int:
-        """Appends a PNG, sampled with mips; repeated or clamped to its edges."""
+    def texture(self, name: str, png: bytes, wrap: Sequence[Wrap] = REPEATED, nearest: bool = False) -> int:
+        """Appends a PNG, sampled with mips. wrap: what lies beyond its edges, along u and v. nearest: whether
+        enlarged texels are squares."""
+        u, v = (_WRAPS[way] for way in wrap)
+        sampler = {"magFilter": _NEAREST if nearest else _LINEAR, "minFilter": _LINEAR_MIPMAPS}
+        sampler |= {"wrapS": u, "wrapT": v}
+        if sampler not in self.samplers:
+            self.samplers.append(sampler)
         view = self._raw(np.frombuffer(png, np.uint8))
         self.images.append({"name": name, "mimeType": "image/png", "bufferView": view})
-        self.textures.append({"source": len(self.images) - 1, "sampler": 0 if repeat else 1})
+        self.textures.append({"source": len(self.images) - 1, "sampler": self.samplers.index(sampler)})
         return len(self.textures) - 1
 
     def material(self, name: str, **parts: Any) -> int:
@@ -110,11 +120,16 @@ class Bundle:
             document["extensionsUsed"] = sorted(self.extensions)
         if self.lights:
             document["extensions"] = {_LIGHTS: {"lights": self.lights}}
-        if self.textures:
-            filters = {"magFilter": _LINEAR, "minFilter": _LINEAR_MIPMAPS}
-            wraps = ({"wrapS": wrap, "wrapT": wrap} for wrap in (_REPEAT, _CLAMP))
-            document["samplers"] = [filters | wrap for wrap in wraps]
-        for key in ("nodes", "meshes", "materials", "textures", "images", "cameras", "animations"):
+        for key in (
+            "samplers",
+            "nodes",
+            "meshes",
+            "materials",
+            "textures",
+            "images",
+            "cameras",
+            "animations",
+        ):
             if items := getattr(self, key):
                 document[key] = items
         binary = self.writer.binary

@@ -10,6 +10,8 @@ import numpy.typing as npt
 import paradize.kernels.reference._reference as _reference
 from paradize.kernels.threads import default_threads
 
+_WRAPS = ("repeat", "clamp", "mirror")  # as places.hpp numbers them
+
 # Largest gap of the two bounds of a distance: relative to it, or to the first surface's diagonal.
 GAP, RESOLUTION = 0.001, 1e-7
 
@@ -116,7 +118,7 @@ class Shading:
         near: float,
         samples: int,
         normal_map: npt.ArrayLike | None = None,
-        repeat: bool = True,
+        wrap: tuple[str, str] = ("repeat", "repeat"),
         threads: int | None = None,
     ) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
         """(mean, p99, max) over this surface's area of the angles in degrees between the normals of both at
@@ -124,7 +126,7 @@ class Shading:
 
         near: how far, in the unit of the positions, a point that faces the same way may lie behind a nearer
         one that does not. normal_map: (h, w, 3) unit vectors, green up; without it, or without tangents or
-        UVs, both results are equal.
+        UVs, both results are equal. wrap: "repeat", "clamp" or "mirror" beyond its edges, along u and v.
         """
         vectors = None
         if normal_map is not None:
@@ -141,7 +143,7 @@ class Shading:
         workers = default_threads(8) if threads is None else max(1, threads)
         found = _reference.normal_angles(
             self.surface.tree, self.native, truth.surface.tree, truth.native,
-            vectors, repeat, near, samples, workers,
+            vectors, *(_WRAPS.index(way) for way in wrap), near, samples, workers,
         )  # fmt: skip
         plain, mapped = ((float(mean), float(p99), float(most)) for mean, p99, most in found)
         return plain, mapped

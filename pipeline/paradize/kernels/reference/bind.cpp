@@ -73,12 +73,13 @@ reference::Shading shading(Rows<std::uint32_t> triangles, Rows<float> normals, c
 
 // The arrays of both shadings and of the map are held by the caller.
 nb::tuple normal_angles(const Measured &from, const reference::Shading &seen, const Measured &to,
-                        const reference::Shading &truth, const nb::object &map, bool repeat, double near,
-                        std::uint64_t samples, unsigned threads) {
+                        const reference::Shading &truth, const nb::object &map, unsigned across,
+                        unsigned down, double near, std::uint64_t samples, unsigned threads) {
     reference::NormalMap vectors;
     if (!map.is_none()) {
         const auto array = nb::cast<Values>(map);
-        vectors = {flat(array), array.shape(0), array.shape(1), repeat};
+        vectors = {flat(array), array.shape(0), array.shape(1), static_cast<reference::Wrap>(across),
+                   static_cast<reference::Wrap>(down)};
     }
     reference::Angles found;
     {
@@ -328,7 +329,8 @@ NB_MODULE(_reference, m) {
     m.def("shading", &shading, nb::arg("triangles"), nb::arg("normals"), nb::arg("tangents").none(),
           nb::arg("uvs").none());
     m.def("normal_angles", &normal_angles, nb::arg("from"), nb::arg("seen"), nb::arg("to"), nb::arg("truth"),
-          nb::arg("map").none(), nb::arg("repeat"), nb::arg("near"), nb::arg("samples"), nb::arg("threads"));
+          nb::arg("map").none(), nb::arg("across"), nb::arg("down"), nb::arg("near"), nb::arg("samples"),
+          nb::arg("threads"));
     m.def("uv_shift", &uv_shift);
     m.def("terrain_error", &terrain_error);
     m.def("patch_error", &patch_error);

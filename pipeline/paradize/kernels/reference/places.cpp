@@ -66,25 +66,32 @@ std::int64_t below(double x) {
     return whole - (static_cast<double>(whole) > x ? 1 : 0);
 }
 
+// The texel, 0 to n - 1, that is read for i.
+std::int64_t texel_within(std::int64_t i, std::int64_t n, Wrap wrap) {
+    if (i >= 0 && i < n)
+        return i;
+    if (wrap == Wrap::clamp)
+        return std::clamp<std::int64_t>(i, 0, n - 1);
+    if (wrap == Wrap::repeat)
+        return (i % n + n) % n;
+    const std::int64_t turned = (i % (2 * n) + 2 * n) % (2 * n);
+    return std::min(turned, 2 * n - 1 - turned);
+}
+
 Point sampled(const NormalMap &map, double u, double v) {
-    const auto texels = [&](double share, std::size_t count) {
+    const auto texels = [&](double share, std::size_t count, Wrap wrap) {
         const auto n = static_cast<std::int64_t>(count);
         // Texture coordinates beyond 2^31 say nothing any more.
         const double x = std::clamp(share * static_cast<double>(count) - 0.5, -0x1p31, 0x1p31);
         const std::int64_t low = below(x);
         std::array<std::size_t, 2> at;
         for (std::int64_t k = 0; k < 2; ++k) {
-            std::int64_t i = low + k;
-            if (map.repeat)
-                i = i >= 0 && i < n ? i : (i % n + n) % n;
-            else
-                i = std::clamp<std::int64_t>(i, 0, n - 1);
-            at[static_cast<std::size_t>(k)] = static_cast<std::size_t>(i);
+            at[static_cast<std::size_t>(k)] = static_cast<std::size_t>(texel_within(low + k, n, wrap));
         }
         return std::pair(at, x - static_cast<double>(low));
     };
-    const auto [columns, right] = texels(u, map.columns);
-    const auto [rows, down] = texels(v, map.rows);
+    const auto [columns, right] = texels(u, map.columns, map.across);
+    const auto [rows, down] = texels(v, map.rows, map.down);
     Point out{};
     for (std::size_t j = 0; j < 2; ++j)
         for (std::size_t i = 0; i < 2; ++i) {

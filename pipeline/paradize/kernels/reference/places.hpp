@@ -18,11 +18,13 @@ struct Shading {
     std::span<const float> uvs;               // (n, 2), top-left origin, or empty
 };
 
+enum class Wrap { repeat, clamp, mirror };
+
 // A normal map: (rows, columns, 3) unit vectors, green up; sampled bilinearly at texel centres.
 struct NormalMap {
     std::span<const float> vectors;
     std::size_t rows = 0, columns = 0;
-    bool repeat = true;
+    Wrap across = Wrap::repeat, down = Wrap::repeat; // beyond its edges
 };
 
 struct Spread {

@@ -10,6 +10,7 @@ from paradize.readers.gltf.document import Document
 from paradize.readers.mtl import named_file
 
 _WRAPS: dict[int, Wrap] = {33071: "clamp", 33648: "mirror", 10497: "repeat"}
+_NEAREST = 9728
 _MAGIC = (b"\x89PNG\r\n\x1a\n", b"\xff\xd8\xff")
 # Pictures that only an extension allows, by the extension, and how those of them begin that are read.
 SOURCES = ("EXT_texture_webp", "EXT_texture_avif", "KHR_texture_basisu", "KHR_texture_ktx")
@@ -44,7 +45,8 @@ class Pictures:
         number = document.get(entry, place, "sampler", int, None)
         sampler = {} if number is None else document.item("samplers", number, f"{place}/sampler")
         u, v = (document.get(sampler, f"/samplers/{number}", key, int, 10497) for key in ("wrapS", "wrapT"))
-        return MapSource(picture, wrap=(_WRAPS.get(u, "repeat"), _WRAPS.get(v, "repeat")))
+        nearest = document.get(sampler, f"/samplers/{number}", "magFilter", int, 0) == _NEAREST
+        return MapSource(picture, wrap=(_WRAPS.get(u, "repeat"), _WRAPS.get(v, "repeat")), nearest=nearest)
 
     def _picture(self, index: int, where: str) -> Picture | None:
         document, place = self.document, f"/images/{index}"

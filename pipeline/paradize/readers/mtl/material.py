@@ -141,7 +141,7 @@ def _source(role: str, one: MapStatement, roles: Mapping[str, MapStatement]) -> 
     if role == "alpha" and not one.channel and "color" in roles and roles["color"].file == one.file:
         channel = "a"
     inverted = one.keyword == "map_tr" or (role == "height" and (one.height or 0.0) < 0.0)
-    return MapSource(Picture(one.file, name=one.file.name), channel, one.wrap, inverted)
+    return MapSource(Picture(one.file, name=one.file.name), channel, one.wrap, inverted=inverted)
 
 
 def _transform(name: str, roles: Mapping[str, MapStatement], warn: Warn) -> UvTransform | None:

@@ -23,16 +23,22 @@ def flag(default: Any = MISSING, *, meaning: str = "") -> Any:
     return declare(rule, default, "true, false", json={"type": "boolean"}, meaning=meaning)
 
 
-def choice(default: Any = MISSING, *, among: tuple[str, ...], meaning: str = "") -> Any:
-    """One of a few words."""
+def choice(default: Any = MISSING, *, among: tuple[str, ...], pair: str = "", meaning: str = "") -> Any:
+    """One of a few words; or two of them, if `pair` says what they stand for."""
+    allowed = ", ".join(among) + (f"; or two of them, {pair}" if pair else "")
 
-    def rule(value: object, place: str, faults: Faults) -> str | None:
+    def rule(value: object, place: str, faults: Faults) -> str | tuple[str, ...] | None:
+        if pair and isinstance(value, list) and len(value) == 2 and all(item in among for item in value):
+            return tuple(value)
         if value not in among:
-            faults.add(place, f"is {show(value)}", f"allowed: {', '.join(among)}")
+            faults.add(place, f"is {show(value)}", f"allowed: {allowed}")
             return None
         return str(value)
 
-    return declare(rule, default, ", ".join(among), json={"enum": list(among)}, meaning=meaning)
+    json: dict[str, Any] = {"enum": list(among)}
+    if pair:
+        json = {"anyOf": [json, {"type": "array", "items": json, "minItems": 2, "maxItems": 2}]}
+    return declare(rule, default, allowed, json=json, meaning=meaning)
 
 
 def choices(default: Any = MISSING, *, among: tuple[str, ...], meaning: str = "") -> Any:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from paradize.material import WRAPS
 from paradize.scene.schema import (
     FAR,
     choice,
@@ -56,6 +57,18 @@ class ObjectMaterial:
         "roughness and metalness, they are its red, green and blue",
     )
     emission: Path | None = source(None, meaning="colour map of the light that it gives off")
+    wrap: str | tuple[str, str] = choice(
+        "auto",
+        among=("auto", *WRAPS),
+        pair="along u and along v",
+        meaning="what lies beyond the edges of its maps: the map again, its last texels, or its mirror "
+        "image; auto: as the object or the model says, else repeat",
+    )
+    filter: str = choice(
+        "auto",
+        among=("auto", "linear", "nearest"),
+        meaning="enlarged texels are mixed, or are squares, as pixel art needs; auto: as the model says",
+    )
     parallax_scale: float = number(
         0.0,
         low=0.0,
@@ -162,8 +175,8 @@ class SceneObject:
     )
     wrap: str = choice(
         "auto",
-        among=("auto", "clamp", "repeat"),
-        meaning="whether its maps repeat; auto: those of materials whose UVs are wider than the map do",
+        among=("auto", *WRAPS),
+        meaning="what lies beyond the edges of its maps; auto: as its materials say",
     )
     strength: float | None = number(
         None,
