@@ -13,8 +13,8 @@ island := build/assets/island
 jobs ?= $(shell nproc)
 # Under -j ninja would look for the job server of make, which a recipe does not hand on, and complain.
 alone := MAKEFLAGS= MFLAGS=
-# Steps of setup run beside each other: packages are fetched while the player is compiled.
-MAKEFLAGS += -j2
+# Steps of setup run beside each other: packages are fetched while something is compiled.
+MAKEFLAGS += -j3
 step := setup/step.sh
 pip := $(bin)/pip --disable-pip-version-check
 wheels := $(pip) install --require-hashes --only-binary :all:
@@ -33,8 +33,9 @@ define cpp_tests
 	@$(bin)/ctest --preset $1 -j $(jobs) -V -Q -O build/ctest.log || { cat build/ctest.log; exit 1; }
 endef
 
-# Tests of one file run in one process, one after another: they share what the file prepares.
-beside := -n $(jobs) --dist loadfile --no-loadscope-reorder --durations=10
+# Tests of one file run in one process, one after another: they share what the file prepares. One process more
+# than cores, because some tests wait.
+beside := -n $(shell echo $$(($(jobs) + 1))) --dist loadfile --no-loadscope-reorder --durations=10
 
 .PHONY: help setup setup-test assets run wheel check test extremes bench sheets deep fix clean lint types island cpp-tests cpp-sanitized
 .DEFAULT_GOAL := help
@@ -84,7 +85,7 @@ fix: setup-test ## put formatting, simple lint and the page of scene fields righ
 clean: ## delete everything that was built
 	@rm -rf build
 
-# --- parts of check and test: make runs two of them beside each other, and beside what setup-test still fetches ---
+# --- parts of check and test: make runs three of them beside each other, and beside what setup-test still fetches ---
 
 lint: $(stamps)/python-test
 	@$(bin)/ruff check -q pipeline raw_assets tests player
@@ -98,7 +99,7 @@ island: setup
 	@$(paradize) bake $(scene) -o $(island) -j $(jobs) --json >/dev/null
 	@$(paradize) check $(island)
 
-cpp-tests: setup-test
+cpp-tests: setup $(stamps)/debian-test
 	$(call cpp_tests,test)
 
 cpp-sanitized: setup-test

@@ -110,5 +110,6 @@ def cases(words: list[str], places: list[str], kinds: list[str], base: Path, wor
 
 
 if __name__ == "__main__":
-    for line in cases(*json.loads(sys.argv[1]), Path(sys.argv[2]), Path(sys.argv[3])):
-        print(line, flush=True)
+    for words, places, kinds in json.loads(sys.argv[1]):
+        for line in cases(words, places, kinds, Path(sys.argv[2]), Path(sys.argv[3])):
+            print(line, flush=True)

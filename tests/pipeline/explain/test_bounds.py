@@ -107,7 +107,7 @@ def read_source(path: Path) -> F64:
     return np.asarray(triangles[area > 1e-9], np.float64)
 
 
-def spread(triangles: F64, parts: int = 5) -> F64:
+def spread(triangles: F64, parts: int = 3) -> F64:
     """Places all over triangles."""
     u, v = (grid.ravel() / parts for grid in np.mgrid[0 : parts + 1, 0 : parts + 1])
     u, v = u[u + v <= 1.0], v[u + v <= 1.0]

@@ -26,6 +26,7 @@ from paradize.report.poster import FILE, Poster, draw_poster
 from paradize.report.scene_page import _curves, scene_page
 from paradize.report.sheet import draw_sheet, error_lines
 from paradize.report.verdict import meaning_of, verdict_of
+from tests.pipeline.scenes import make_cove
 
 F32 = npt.NDArray[np.float32]
 NO_POSTER = Poster(None, "")
@@ -227,12 +228,15 @@ def test_draw_maps_tells_what_it_cannot_read(tmp_path: Path) -> None:
 
 
 @pytest.fixture
-def island_bake(
-    tmp_path: Path, root: Path, island: Path, paradize: Callable[..., subprocess.CompletedProcess[str]]
+def cove_bake(
+    tmp_path: Path, paradize: Callable[..., subprocess.CompletedProcess[str]]
 ) -> Callable[[str], dict[str, Any]]:
+    """Bakes the cove into the folder `out`, with a folder for its report."""
+    scene = make_cove(tmp_path / "scene")
+
     def bake(report: str) -> dict[str, Any]:
-        environment = {**os.environ, "PARADIZE_REPORT": report}
-        result = paradize("bake", root / "raw_assets/island.toml", "-o", island, "--json", env=environment)
+        own = {"PARADIZE_REPORT": report, "PARADIZE_STORE": str(tmp_path / "store")}
+        result = paradize("bake", scene, "-o", tmp_path / "out", "--json", env={**os.environ, **own})
         assert result.returncode == 0, result.stderr
         told: dict[str, Any] = json.loads(result.stdout)
         return told
@@ -241,25 +245,26 @@ def island_bake(
 
 
 def test_a_bake_leaves_sheets_beside_its_assets_and_draws_none_when_nothing_changed(
-    tmp_path: Path, island: Path, island_bake: Callable[[str], dict[str, Any]]
+    tmp_path: Path, cove_bake: Callable[[str], dict[str, Any]]
 ) -> None:
-    before = {path.name for path in island.iterdir()}
-    drawn = island_bake(str(tmp_path / "report"))["sheets"]
-    scene = json.loads((island / "scene.json").read_text())
+    out = tmp_path / "out"
+    assert cove_bake("")["sheets"] == []
+    before = {path.name for path in out.iterdir()}
+    drawn = cove_bake(str(tmp_path / "report"))["sheets"]
+    scene = json.loads((out / "scene.json").read_text())
     textures = {name.rpartition("_")[0] for name, e in scene["artifacts"].items() if e["kind"] == "texture"}
     meshes = {item["mesh"] for item in scene["objects"]}
     assert {Path(path).stem for path in drawn} == textures | meshes | {"sky"}
-    assert all(Path(path).parent == tmp_path / "report/island" for path in drawn)
-    assert {path.name for path in island.iterdir()} == before
-    assert island_bake(str(tmp_path / "report"))["sheets"] == []
-    assert island_bake("")["sheets"] == []
+    assert all(Path(path).parent == tmp_path / "report/out" for path in drawn)
+    assert {path.name for path in out.iterdir()} == before
+    assert cove_bake(str(tmp_path / "report"))["sheets"] == []
 
 
 def test_a_page_that_cannot_be_written_is_a_warning_and_the_bake_stands(
-    tmp_path: Path, island_bake: Callable[[str], dict[str, Any]]
+    tmp_path: Path, cove_bake: Callable[[str], dict[str, Any]]
 ) -> None:
     (tmp_path / "report").write_text("a file stands here")
-    warnings = island_bake(str(tmp_path / "report"))["warnings"]
+    warnings = cove_bake(str(tmp_path / "report"))["warnings"]
     assert any("no report" in text for text in warnings)
 
 

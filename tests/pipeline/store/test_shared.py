@@ -28,6 +28,7 @@ from paradize.store.shared import SharedStore
 from tests.pipeline.scenes import make_cove
 from tests.pipeline.ssh_server import Home, asyncssh_server, openssh_server, url_of
 from tests.processes import started
+from tests.sweeps import sweep
 
 KEYS = [f"{i:02x}" * 32 for i in range(6)]
 # Where a server dies, asyncssh leaves the file that it was writing to the garbage collector.
@@ -340,29 +341,29 @@ def test_blobs_go_before_the_product_that_names_them(tmp_path: Path, monkeypatch
     assert names == ["blobs"] * 4 + ["products"]
 
 
-def test_a_push_that_is_killed_leaves_nothing_that_misses_a_file(baked: Path, tmp_path: Path) -> None:
-    """Killed as the 1st, 4th, 9th ... file is written there; the next bake pushes the rest."""
+@pytest.mark.parametrize("count", sweep([1, 4, 9, 16, 25], test=[4, 16]))
+def test_a_push_that_is_killed_leaves_nothing_that_misses_a_file(
+    baked: Path, tmp_path: Path, count: int
+) -> None:
+    """Killed as so many files are written there; the next bake pushes the rest."""
     remote, url = tmp_path / "remote", str(tmp_path / "remote")
     command = [sys.executable, "-m", "paradize.cli.main", "bake", str(baked / "scene" / "cove.toml")]
-    for count in (1, 4, 9, 16, 25):
-        shutil.rmtree(remote, ignore_errors=True)
-        shutil.rmtree(tmp_path / "store", ignore_errors=True)
-        shutil.copytree(baked / "store", tmp_path / "store")
-        words = [*command, "-o", tmp_path / "out", "--store", url]
-        with started(words, stdout=subprocess.DEVNULL) as process:
-            while process.poll() is None and sum(path.is_file() for path in remote.rglob("*")) < count:
-                pass
-            process.kill()
-            process.wait()
-        products = [path for path in remote.glob("products/*/*") if PARTIAL not in path.name]
-        for path in products:
-            assert all(Store(remote).find(sha256) for sha256 in hashes_in(Store.read_entry(path)))
-        bake_shared(baked, url, tmp_path / "out")
-        own = state_of_all(baked / "store", "products")
-        shared = {name: data for name, data in own.items() if not is_of_a_model(data)}
-        assert len(shared) == len(own) - 1
-        assert state_of_all(remote, "products") == shared
-        assert state_of_all(remote, "blobs") == state_of_all(baked / "store", "blobs")
+    shutil.copytree(baked / "store", tmp_path / "store")
+    words = [*command, "-o", tmp_path / "out", "--store", url]
+    with started(words, stdout=subprocess.DEVNULL) as process:
+        while process.poll() is None and sum(path.is_file() for path in remote.rglob("*")) < count:
+            pass
+        process.kill()
+        process.wait()
+    products = [path for path in remote.glob("products/*/*") if PARTIAL not in path.name]
+    for path in products:
+        assert all(Store(remote).find(sha256) for sha256 in hashes_in(Store.read_entry(path)))
+    bake_shared(baked, url, tmp_path / "out")
+    own = state_of_all(baked / "store", "products")
+    shared = {name: data for name, data in own.items() if not is_of_a_model(data)}
+    assert len(shared) == len(own) - 1
+    assert state_of_all(remote, "products") == shared
+    assert state_of_all(remote, "blobs") == state_of_all(baked / "store", "blobs")
 
 
 def state_of_all(root: Path, kind: str) -> dict[str, bytes]:
