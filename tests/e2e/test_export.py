@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from tests.e2e.three import ThreePage, three_page
+from tests.e2e.three import ThreePage, camera, three_page
 from tests.pictures import save
 from tests.pipeline.material_scene import make_panels
 from tests.places import ROOT
@@ -57,21 +57,6 @@ def exported(
     return path, json.loads(done.stdout)
 
 
-def eye_and_look(manifest: dict[str, Any], second: float) -> tuple[npt.NDArray[np.float64], ...]:
-    """Place and unit direction of the camera, from scene.json alone, as FORMAT.md tells."""
-    flight = manifest["flight"]
-    rows = np.array(flight["time_table"])
-    k = min(int(np.searchsorted(rows[:, 0], second, side="right")) - 1, len(rows) - 2)
-    (t0, u0, d0), (t1, u1, d1) = rows[k], rows[k + 1]
-    x, h = (second - t0) / (t1 - t0), t1 - t0
-    u = (2 * x**3 - 3 * x**2 + 1) * u0 + (x**3 - 2 * x**2 + x) * h * d0
-    u += (3 * x**2 - 2 * x**3) * u1 + (x**3 - x**2) * h * d1
-    segment = flight["segments"][min(int(u), len(flight["segments"]) - 1)]
-    powers = (u - min(int(u), len(flight["segments"]) - 1)) ** np.arange(4)
-    eye, target = np.array(segment["eye"]) @ powers, np.array(segment["target"]) @ powers
-    return eye, (target - eye) / np.linalg.norm(target - eye)
-
-
 def test_khronos_validator_finds_nothing_in_an_exported_scene(
     exported: tuple[Path, dict[str, Any]], node: Callable[..., Any]
 ) -> None:
@@ -88,7 +73,8 @@ def test_three_flies_along_the_path_that_scene_json_tells(
     assert found["duration_s"] == pytest.approx(manifest["flight"]["duration_s"], abs=1e-3)
     assert found["triangles"] == told["triangles"]
     for second, pose in zip(SECONDS, found["poses"], strict=True):
-        eye, look = eye_and_look(manifest, second)
+        eye, target = camera(manifest, second)
+        look = (target - eye) / np.linalg.norm(target - eye)
         matrix = np.array(pose).reshape(4, 4).T
         # float32 places of some 100 m; the keys' own error is told.
         assert np.linalg.norm(matrix[:3, 3] - eye) < told["errors"]["path_export_m_max"] + 1e-4, second

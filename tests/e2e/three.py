@@ -8,10 +8,29 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeVar
 
+import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from tests.e2e.browser import Browser, find_browser, serve
 from tests.places import ROOT
+
+F64 = NDArray[np.float64]
+
+
+def camera(manifest: dict[str, Any], second: float) -> tuple[F64, F64]:
+    """Eye and target of the flight, from scene.json alone, as FORMAT.md tells."""
+    flight = manifest["flight"]
+    rows = np.array(flight["time_table"])
+    k = min(int(np.searchsorted(rows[:, 0], second, side="right")) - 1, len(rows) - 2)
+    (t0, u0, d0), (t1, u1, d1) = rows[k], rows[k + 1]
+    x, h = (second - t0) / (t1 - t0), t1 - t0
+    u = (2 * x**3 - 3 * x**2 + 1) * u0 + (x**3 - 2 * x**2 + x) * h * d0
+    u += (3 * x**2 - 2 * x**3) * u1 + (x**3 - x**2) * h * d1
+    at = min(int(u), len(flight["segments"]) - 1)
+    powers = (u - at) ** np.arange(4)
+    segment = flight["segments"][at]
+    return np.array(segment["eye"]) @ powers, np.array(segment["target"]) @ powers
 
 
 @dataclass
