@@ -88,7 +88,7 @@ def bake_color(
         light = linear_light(values[:1, :1], encoded=encoded)[0, 0]
         constant = tuple(float(value) for value in light)
         return constant_product(constant, columns, rows, tier, warnings)
-    cutoff = used.alpha_cutoff if values.shape[2] == 4 else None
+    cutoff = used.alpha_cutoff if values.shape[2] == 4 and used.alpha_cutoff > 0.0 else None
 
     formats, other, alpha_weight = color_formats(
         values, encoded=encoded, tier=TIERS[0] if used.uncompressed else tier

@@ -159,6 +159,7 @@ class _Finder:
         one = self.sets[key]
         users = [self.objects[name][0][material] for name, own in one.materials.items() for material in own]
         cutoffs = [by.alpha_cutoff for by in users if by.alpha_cutoff > 0.0]
+        blended = any(by.alpha_mode == "blend" for by in users)
         ((first, own),) = list(one.materials.items())[:1]
         whole = len(own) == len(self.objects[first][0])
         return replace(
@@ -167,7 +168,7 @@ class _Finder:
             layout_materials=own if one.layout and not whole else (),
             tiny=one.palette and self.shrinks[key] >= _WORTH,
             opaque=all(by.alpha_mode == "opaque" for by in users),
-            alpha_cutoff=min(cutoffs, default=one.alpha_cutoff),
+            alpha_cutoff=min(cutoffs, default=0.0 if blended else one.alpha_cutoff),
         )
 
     def _warn_of_alpha(self, item: SceneObject, name: str, one: DrawnMaterial) -> None:

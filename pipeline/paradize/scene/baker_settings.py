@@ -111,7 +111,8 @@ class MapSettings(TextureSettings, Relief):
 @dataclass(frozen=True, kw_only=True)
 class ColorSettings(TextureSettings):
     """What decides a colour texture, beside its pictures, their UV layout and the tier. product: "color", or
-    "emission", which has no alpha. alpha_cutoff: each mip keeps the share of texels that pass it, 0 to 1.
+    "emission", which has no alpha. alpha_cutoff: each mip keeps the share of texels that pass it, 0 to 1;
+    0: alpha is averaged.
     opaque: alpha does not count, and the texture has none. Of the picture of alpha: alpha_channel, what of it
     counts, as material.Channel ("luminance": its alpha where it has any, else its brightness);
     alpha_inverted: its values count as 1 - value. white: of the image only its size counts."""

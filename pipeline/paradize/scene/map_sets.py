@@ -53,7 +53,7 @@ class MapSet:
     derived: the maps that may be made of the colour map. relief, strength, gloss_groups, bleed: as of the
     object; height_strength: the strength of `height`, which is a picture. authored: fields of
     AuthoredSettings (scene/baker_settings.py), as pairs. opaque: no material reads alpha. alpha_cutoff: the
-    least of its materials.
+    least of its masks; 0: they are all blended or opaque.
     """
 
     name: str

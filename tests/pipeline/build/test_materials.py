@@ -235,6 +235,22 @@ def level_0(folder: Path, manifest: dict[str, Any], name: str) -> np.ndarray:
     return decode_texels(decode_ktx2(file.read_bytes()))
 
 
+@pytest.mark.parametrize("mode", ["blend", "mask"])
+def test_a_blended_material_is_as_opaque_from_far_away_as_from_near(tmp_path: Path, mode: str) -> None:
+    """A mask is not: it keeps the share of its texels, so that leaves do not become thin."""
+    scene = make_panels(tmp_path / "s")
+    panes = np.dstack([noise(6), np.kron([[90, 200], [220, 60]], np.ones((32, 32)))]).astype(np.uint8)
+    write_image(scene.parent / "leaf.png", panes)
+    table = f'[object.material.leaf]\nalpha_mode = "{mode}"\n[object.material.metal]'
+    _, manifest = baked(edited(scene, "[object.material.metal]", table), tmp_path / "out")
+    file = tmp_path / "out" / manifest["artifacts"]["panel_leaf_color"]["file"]
+    texture = decode_ktx2(file.read_bytes())
+    levels = [decode_texels(texture, k)[:, :, 3] for k in range(len(texture.levels))]
+    opacities = [float(level.mean()) for level in levels]
+    kept = opacities == pytest.approx([(90 + 200 + 220 + 60) / 4 / 255] * len(levels), abs=0.02)
+    assert kept == (mode == "blend"), opacities
+
+
 def test_an_opaque_material_shows_the_colours_under_transparent_texels_as_they_are(tmp_path: Path) -> None:
     scene = make_panels(tmp_path / "s")
     edited(scene, "[[object.instance]]", '[object.material.leaf]\nalpha_mode = "opaque"\n[[object.instance]]')
