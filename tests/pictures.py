@@ -10,6 +10,12 @@ import OpenImageIO as oiio
 from numpy.typing import NDArray
 
 TILE = 32
+# Of an approved picture. Who needs the slack: other CPUs. llvmpipe takes its reciprocals from the CPU (rcpps,
+# rsqrtps differ between makers), and older instruction sets move about 0.1 % of the pixels by one to three
+# steps of 255.
+MAX_OUTLIERS = 0.001
+MAX_FLIP = 0.01
+MAX_TILE_FLIP = 0.1
 
 
 def load(path: Path) -> NDArray[np.float32]:
@@ -45,6 +51,16 @@ def difference(reference: Path, test: Path) -> dict[str, float]:
     error = flip_map(a, b)
     outliers = (np.abs(a - b).max(axis=2) > 5.5 / 255.0).mean()
     return {"outliers": float(outliers), "flip": float(error.mean()), "tile": worst_tile(error)}
+
+
+def require_like(golden: Path, rendered: Path) -> None:
+    """Fails where a picture is not as a person approved it."""
+    assert golden.is_file(), f"no golden picture {golden}: look at {rendered} and copy it there"
+    error = difference(golden, rendered)
+    message = f"{rendered} differs from {golden}: {error}"
+    assert error["outliers"] <= MAX_OUTLIERS, message
+    assert error["flip"] <= MAX_FLIP, message
+    assert error["tile"] <= MAX_TILE_FLIP, message
 
 
 def changed(a: Path, b: Path, threshold: float = 8.5 / 255.0) -> NDArray[np.bool_]:

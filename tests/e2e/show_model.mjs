@@ -10,7 +10,6 @@ import {
     MeshPhysicalMaterial,
     NoToneMapping,
     PerspectiveCamera,
-    PMREMGenerator,
     RepeatWrapping,
     Scene,
     SRGBColorSpace,
@@ -24,6 +23,7 @@ import { GLTFLoader } from "three/addons/loaders/GLTFLoader.js";
 import { MTLLoader } from "three/addons/loaders/MTLLoader.js";
 import { OBJLoader } from "three/addons/loaders/OBJLoader.js";
 import { MeshoptDecoder } from "three/addons/libs/meshopt_decoder.module.js";
+import { sharpen, skyOf } from "./sky.mjs";
 
 const renderer = new WebGLRenderer();
 renderer.toneMapping = NoToneMapping;
@@ -154,24 +154,9 @@ async function load(path) {
     return [object, missing];
 }
 
-const skies = new Map();
-
-function sky(color) {
-    if (skies.has(`${color}`)) {
-        return skies.get(`${color}`);
-    }
-    const all = new Scene();
-    all.background = new Color().setRGB(...color, LinearSRGBColorSpace);
-    const made = new PMREMGenerator(renderer);
-    const target = made.fromScene(all);
-    made.dispose();
-    skies.set(`${color}`, target);
-    return target;
-}
-
 window.show = async (path, { size, eye, target, fov_deg, near, far, position, scale, sun, radiance, ambient }) => {
     const [model, missing] = await within(30, load(path));
-    const around = sky(ambient);
+    const around = skyOf(renderer, ambient);
     const scene = new Scene();
     scene.background = new Color().setRGB(...ambient, LinearSRGBColorSpace);
     scene.environment = around.texture;
@@ -185,11 +170,7 @@ window.show = async (path, { size, eye, target, fov_deg, near, far, position, sc
             const { index, attributes } = part.geometry;
             triangles += (index ?? attributes.position).count / 3;
             for (const material of [part.material].flat()) {
-                for (const map of [material.map, material.normalMap, material.roughnessMap, material.emissiveMap]) {
-                    if (map) {
-                        map.anisotropy = renderer.capabilities.getMaxAnisotropy();
-                    }
-                }
+                sharpen(renderer, material);
             }
         }
         if (part.isLight) {

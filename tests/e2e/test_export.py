@@ -8,40 +8,24 @@ from __future__ import annotations
 import json
 import subprocess
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 import pytest
 
-from tests.e2e.three import ThreePage, camera, three_page
+from tests.e2e.three import ExportPage, camera, three_page
 from tests.pictures import save
 from tests.pipeline.material_scene import make_panels
 from tests.places import ROOT
 
-WIDTH, HEIGHT = 640, 360
+SIZE = (640, 360)
 SECONDS = (0.0, 40.0, 113.0, 239.99)
 
 
-@dataclass
-class Page(ThreePage):
-    """What three.js drew, by second: (h, w, 4)."""
-
-    drawn: dict[float, npt.NDArray[np.uint8]] = field(default_factory=dict)
-
-    def take(self, query: dict[str, str], body: bytes) -> None:
-        self.drawn[float(query["second"])] = np.frombuffer(body, np.uint8).reshape(HEIGHT, WIDTH, 4)
-
-    def show(self, name: str, glb: bytes) -> dict[str, Any]:
-        asked = {"width": WIDTH, "height": HEIGHT, "seconds": SECONDS}
-        return self.run(f"{name}.glb", glb, f"window.show('{name}', {json.dumps(asked)})")
-
-
 @pytest.fixture(scope="module")
-def page(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Page]:
-    with three_page("show_export.html", Page, tmp_path_factory) as page:
+def page(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ExportPage]:
+    with three_page("show_export.html", ExportPage, tmp_path_factory) as page:
         yield page
 
 
@@ -65,10 +49,10 @@ def test_khronos_validator_finds_nothing_in_an_exported_scene(
 
 
 def test_three_flies_along_the_path_that_scene_json_tells(
-    exported: tuple[Path, dict[str, Any]], island: Path, page: Page
+    exported: tuple[Path, dict[str, Any]], island: Path, page: ExportPage
 ) -> None:
     path, told = exported
-    found = page.show("island", path.read_bytes())
+    found = page.show(path.read_bytes(), SECONDS, SIZE)
     manifest = json.loads((island / "scene.json").read_text())
     assert found["duration_s"] == pytest.approx(manifest["flight"]["duration_s"], abs=1e-3)
     assert found["triangles"] == told["triangles"]

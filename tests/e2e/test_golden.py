@@ -16,26 +16,11 @@ import pytest
 from PIL import Image
 
 from paradize.report.folder import draw_folder
-from tests.pictures import difference, load, save
+from tests.pictures import MAX_FLIP, MAX_OUTLIERS, MAX_TILE_FLIP, difference, load, require_like, save
 
 MOMENTS_S = (10, 62, 118, 165, 214)
 SIZE = "640x360"
 POSTER_SIZE = "1280x720"
-
-# Who needs the slack: other CPUs. llvmpipe takes its reciprocals from the CPU (rcpps, rsqrtps differ between
-# makers), and older instruction sets move about 0.1 % of the pixels by one to three steps of 255.
-MAX_OUTLIERS = 0.001
-MAX_FLIP = 0.01
-MAX_TILE_FLIP = 0.1
-
-
-def require_like(golden: Path, rendered: Path) -> None:
-    assert golden.is_file(), f"no golden picture {golden}: look at {rendered} and copy it there"
-    error = difference(golden, rendered)
-    message = f"{rendered} differs from {golden}: {error}"
-    assert error["outliers"] <= MAX_OUTLIERS, message
-    assert error["flip"] <= MAX_FLIP, message
-    assert error["tile"] <= MAX_TILE_FLIP, message
 
 
 def require_as_approved(

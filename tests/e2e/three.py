@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator
 from contextlib import closing, contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -51,6 +52,29 @@ class ThreePage:
         assert self.browser.complaints == []
         assert found["error"] == 0
         return found
+
+
+@dataclass
+class ExportPage(ThreePage):
+    """show_export.html. drawn: what three.js drew, by second: (h, w, 4) bytes, or linear floats under a
+    sky."""
+
+    size: tuple[int, int] = (640, 360)
+    drawn: dict[float, NDArray[Any]] = field(default_factory=dict)
+
+    def take(self, query: dict[str, str], body: bytes) -> None:
+        width, height = self.size
+        kind = np.uint8 if len(body) == 4 * width * height else np.float32
+        self.drawn[float(query["second"])] = np.frombuffer(body, kind).reshape(height, width, 4)
+
+    def show(
+        self, glb: bytes, seconds: tuple[float, ...], size: tuple[int, int], **more: object
+    ) -> dict[str, Any]:
+        """Draws an exported scene at each of the seconds. more: sky and hidden of show_export.mjs."""
+        self.size = size
+        self.drawn.clear()
+        asked = {"width": size[0], "height": size[1], "seconds": seconds, **more}
+        return self.run("scene.glb", glb, f"window.show('scene', {json.dumps(asked)})")
 
 
 P = TypeVar("P", bound=ThreePage)

@@ -10,12 +10,13 @@ from paradize.data import Texture
 from paradize.formats.png import encode_png
 from paradize.metrics.texels import decode_texels
 from paradize.preview.pictures import rebuilt, to_bytes
-from paradize.preview.shade import to_light, to_srgb
+from paradize.preview.shade import to_srgb
 
 if TYPE_CHECKING:
     import numpy.typing as npt
 
     F32 = npt.NDArray[np.float32]
+    F64 = npt.NDArray[np.float64]
 
 _ROWS = 256  # decoded at once
 _TOE, _CONTRAST, _SHOULDER = 0.22, 1.33, 0.532  # of shaders/lib/tonemap.glsl
@@ -31,10 +32,11 @@ def normal_png(texture: Texture) -> bytes:
     return encode_png(to_bytes(rebuilt(decode_texels(texture)[:, :, :2]) * 0.5 + 0.5))
 
 
-def gloss_png(gloss: Texture | None, occlusion: Texture | None = None) -> bytes:
+def gloss_png(gloss: Texture | None, occlusion: Texture | None = None, *, smoothness: float = 1.0) -> bytes:
     """G: glTF's roughness, 1 - smoothness (alpha is its square in both); B: metalness, channel G of
     `occlusion`; A: specular intensity; R is not used. Without gloss G and A are 1, without metalness B is.
-    The larger of both maps gives the size; of the smaller the nearest texel counts."""
+    smoothness: the material's, a factor on the map's. The larger of both maps gives the size; of the smaller
+    the nearest texel counts."""
     shine = None if gloss is None else decode_texels(gloss)
     metal = None if occlusion is None else decode_texels(occlusion)
     rows, columns = (
@@ -43,7 +45,8 @@ def gloss_png(gloss: Texture | None, occlusion: Texture | None = None) -> bytes:
     shown = np.ones((rows, columns, 4), np.float32)
     if shine is not None:
         nearest = _nearest(shine, rows, columns)
-        shown[:, :, 1], shown[:, :, 3] = 1.0 - nearest[:, :, 1], nearest[:, :, 0]
+        shown[:, :, 1] = 1.0 - np.float32(smoothness) * nearest[:, :, 1]
+        shown[:, :, 3] = nearest[:, :, 0]
     if metal is not None and metal.shape[2] > 1:
         shown[:, :, 2] = _nearest(metal, rows, columns)[:, :, 1]
     return encode_png(to_bytes(shown))
@@ -69,18 +72,28 @@ def sky_pngs(cube: Texture, exposure: float) -> list[bytes]:
 
 def ground_light(sand: F32, effect: F32 | None, share: F32, repeat: tuple[float, float]) -> F32:
     """The terrain's colour from above (h, w, 3), linear. share (h, w): of the sand; the rest is the effect
-    map. sand, effect: sRGB values of level 0; repeat: of the sand along x and z."""
+    map. sand, effect: level 0, linear; repeat: of the sand along x and z."""
     height, width = share.shape
-    rows, columns = (np.arange(n, dtype=np.float32) + 0.5 for n in share.shape)
-    light = to_light(_box(sand, (height / repeat[1], width / repeat[0])))
-    y = (rows / height * repeat[1] % 1.0 * light.shape[0]).astype(np.int64)
-    x = (columns / width * repeat[0] % 1.0 * light.shape[1]).astype(np.int64)
-    out: F32 = light[y[:, None], x[None, :]]
+    rows, columns = ((np.arange(n, dtype=np.float64) + 0.5) / n for n in share.shape)
+    light = _box(sand, (height / repeat[1], width / repeat[0]))
+    out = _sampled(light, rows * repeat[1] % 1.0, columns * repeat[0] % 1.0, wrap=True)
     if effect is not None:
-        v = (rows / height * effect.shape[0]).astype(np.int64)
-        u = (columns / width * effect.shape[1]).astype(np.int64)
-        out = to_light(effect[v[:, None], u[None, :]]) * (1.0 - share[..., None]) + out * share[..., None]
+        below = _sampled(effect, rows, columns, wrap=False)
+        out = below * (1.0 - share[..., None]) + out * share[..., None]
     return out
+
+
+def _sampled(values: F32, v: F64, u: F64, *, wrap: bool) -> F32:
+    """Interpolates between texels' centres, at all (v, u), each 0..1; beyond the border are the texels of the
+    other side, or the nearest."""
+    for axis, at in enumerate((v, u)):
+        size = values.shape[axis]
+        place = at * size - 0.5
+        low = np.floor(place).astype(np.int64)
+        weight = (place - low).astype(np.float32).reshape((-1, 1, 1) if axis == 0 else (-1, 1))
+        ends = [(low + k) % size if wrap else np.clip(low + k, 0, size - 1) for k in (0, 1)]
+        values = values.take(ends[0], axis) * (1.0 - weight) + values.take(ends[1], axis) * weight
+    return values
 
 
 def _box(values: F32, texels: tuple[float, float]) -> F32:

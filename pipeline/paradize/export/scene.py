@@ -19,6 +19,7 @@ from paradize.data import ORIGIN, Mesh, Texture, Vec3
 from paradize.documents import SCENE_FILE
 from paradize.errors import BakeError, SourceError
 from paradize.export.flight import flight_keys, quaternion
+from paradize.export.ground_shade import contrasted, tone_of, toned, wetted
 from paradize.export.heights import (
     GROUND_TEXELS,
     at_least,
@@ -34,20 +35,20 @@ from paradize.export.pictures import (
     occlusion_png,
     sky_pngs,
 )
-from paradize.export.shapes import SKY_FACES, joined, level_quad, quad
+from paradize.export.shapes import SKY_FACES, joined, level_quad, mirrored, quad
 from paradize.files import resolved
 from paradize.formats.glb.bundle import Bundle
 from paradize.formats.glb.reader import decode_glb
 from paradize.formats.glb.tiles import decode_tile
 from paradize.formats.ktx2.reader import decode_ktx2
 from paradize.formats.png import encode_png
-from paradize.formats.scene_manifest import map_sets, read_entry, read_scene
+from paradize.formats.scene_manifest import read_entry, read_scene
 from paradize.jobs.progress import OnProgress
 from paradize.kinds import BAKED, expecting, require_glb
 from paradize.map_table import MAPS
 from paradize.metrics.texels import decode_texels
 from paradize.placement import to_world
-from paradize.preview.shade import to_srgb
+from paradize.preview.shade import to_light, to_srgb
 from paradize.store.atomic import write_whole
 
 if TYPE_CHECKING:
@@ -67,6 +68,7 @@ _PLAIN = {  # a material that the scene does not name
     "specular": 0.0,
     "smoothness": 0.0,
     "alpha_mode": "opaque",
+    "vertex_colors": False,
 }
 _SEA_ALPHA = 0.35  # low, because the terrain's picture is already darkened by the depth
 
@@ -124,7 +126,7 @@ class _Export:
         self.keys = flight_keys(self.manifest["flight"])
         self.bundle = Bundle(self.manifest["name"])
         self.triangles = 0
-        self._textures: dict[tuple[Any, ...], int] = {}  # by kind, artifacts, and sampler
+        self._textures: dict[tuple[Any, ...], int] = {}  # by all that they show
         self.errors: dict[str, float] = {}
         self.notes: list[str] = []
 
@@ -163,11 +165,14 @@ class _Export:
         share = np.ones(shape, np.float32)
         if effect is not None:
             share = smoothstep(heights, terrain["mix_low_m"], terrain["mix_high_m"])
-        sand = decode_texels(self._texture(terrain["sand_color"]))
+        sand = contrasted(to_light(decode_texels(self._texture(terrain["sand_color"]))[:, :, :3]))
         size_x, size_z = terrain["size_m"]
         repeat = terrain["sand_repeat"], terrain["sand_repeat"] * size_z / size_x
-        light = ground_light(sand[:, :, :3], None if effect is None else effect[:, :, :3], share, repeat)
+        light = ground_light(sand, None if effect is None else to_light(effect[:, :, :3]), share, repeat)
+        tone = tone_of((size_x, size_z), shape)
+        light = toned(light, tone)
         if water := self.manifest["water"]:
+            light = wetted(light, tone, heights, terrain, water["level_m"])
             light = under_water(light, heights, water)
         png = encode_png(to_srgb(light))
         color = {"index": self.bundle.texture("ground colour", png, ("clamp", "clamp")), "texCoord": 1}
@@ -188,7 +193,7 @@ class _Export:
         if water:
             self._sea_floor(terrain["height_range_m"][0], water)
         self.notes.append(
-            "the ground is one picture: the sand's pattern is only as fine as its texels; wet sand looks dry"
+            "the ground is one picture: sand is only as fine as its texels, and wet sand does not shine"
         )
         self._note_errors(terrain["tiles"])
 
@@ -218,25 +223,32 @@ class _Export:
         self.notes.append("the sea is a plane: it neither moves, nor mirrors, nor bends light")
 
     def objects(self, item: dict[str, Any]) -> None:
-        materials: dict[str, int] = {}
-        for any_of_them, names in map_sets(item):
-            pictures = self._pictures(any_of_them)
-            materials |= {name: self._material(item, name, pictures) for name in names}
+        used = item["materials"]
+        materials = {
+            name: self._material(item, name, self._pictures(material)) for name, material in used.items()
+        }
         self._note_errors([item["mesh"]])
-        lod = decode_glb(self._read(item["mesh"]), item["mesh"])[0]
-        used = {group.material for group in lod.mesh.groups}
-        materials |= {name: self._material(item, name, {}) for name in used - materials.keys()}
-        mesh = self.bundle.mesh(item["name"], lod.mesh, materials)
+        mesh = decode_glb(self._read(item["mesh"]), item["mesh"])[0].mesh
+        for name in {group.material for group in mesh.groups} - materials.keys():
+            materials[name] = self._material(item, name, {})
+        plain = {name for name in materials if not used.get(name, _PLAIN)["vertex_colors"]}
+        shapes: dict[bool, int] = {}
         for k, instance in enumerate(item["instances"]):
+            x, y, z = instance["scale"]
+            if mirror := x * y * z < 0.0:  # viewers differ on the frames of mirrored nodes
+                x = -x
+            if mirror not in shapes:
+                shape = mirrored(mesh) if mirror else mesh
+                shapes[mirror] = self.bundle.mesh(item["name"], shape, materials, plain)
             name = item["name"] if len(item["instances"]) == 1 else f"{item['name']} {k + 1}"
             self.bundle.node(
                 name,
-                mesh=mesh,
-                translation=[float(value) for value in to_world(lod.mesh.origin, instance)],
+                mesh=shapes[mirror],
+                translation=[float(value) for value in to_world(mesh.origin, instance)],
                 rotation=instance["rotation"],
-                scale=instance["scale"],
+                scale=[x, y, z],
             )
-            self.triangles += len(lod.mesh.triangles)
+            self.triangles += len(mesh.triangles)
         if any(material["maps"]["height"] for material in item["materials"].values()):
             self.notes.append(f"{item['name']}: glTF has no parallax; its height map is left out")
 
@@ -280,26 +292,27 @@ class _Export:
 
     def _pictures(self, material: dict[str, Any]) -> dict[str, int]:
         """The textures of a material's maps, by kind: "gloss" holds metalness too."""
-        maps = material["maps"]
+        maps, smoothness = material["maps"], material["smoothness"]
         gloss, occlusion = maps["gloss"], maps["occlusion"]
         metal = occlusion if occlusion and _has_metal(self._texture(occlusion)) else None
-        textures = {}
         wanted: list[tuple[str, tuple[str | None, ...], Callable[..., bytes]]] = [
             ("color", (maps["color"],), color_png),
             ("normal", (maps["normal"],), normal_png),
-            ("gloss", (gloss, metal), gloss_png),
             ("occlusion", (occlusion,), occlusion_png),
             ("emission", (maps["emission"],), color_png),
         ]
+        if material["specular"] > 0.0 or material["metalness"] > 0.0:
+            wanted.append(("gloss", (gloss, metal), partial(gloss_png, smoothness=smoothness)))
+        textures = {}
         for kind, names, encode in wanted:
-            if any(names):
+            if known := [name for name in names if name]:
                 sampler = material["wrap"] or ["clamp", "clamp"], material["nearest"]
-                key = kind, *names, str(sampler)
+                key = kind, *names, str(sampler), smoothness if kind == "gloss" else None
                 if key not in self._textures:
-                    known = [name for name in names if name]
                     png = encode(*(self._texture(name) if name else None for name in names))
                     label = " ".join(known).replace("_", " ")
-                    self._textures[key] = self.bundle.texture(label, png, *sampler)
+                    mips = all(self.manifest["artifacts"][name]["max_level"] != 0 for name in known)
+                    self._textures[key] = self.bundle.texture(label, png, *sampler, mips=mips)
                     self._note_errors(known)
                 textures[kind] = self._textures[key]
         return textures
@@ -320,12 +333,10 @@ class _Export:
             parts["occlusionTexture"] = {"index": pictures["occlusion"], "strength": strength}
         # Seen straight on, ours reflects 0.08 of the specular intensity, glTF 0.04 of the factors.
         shine: dict[str, Any] = {"specularColorFactor": [2.0 * material["specular"]] * 3}
-        if "gloss" in pictures and (material["specular"] > 0.0 or material["metalness"] > 0.0):
+        if "gloss" in pictures:
             look["metallicRoughnessTexture"] = {"index": pictures["gloss"]}
-            if item["materials"][name]["maps"]["gloss"]:
-                shine["specularTexture"] = {"index": pictures["gloss"]}
-            else:
-                look["roughnessFactor"] = 1.0 - material["smoothness"]
+        if "gloss" in pictures and material["maps"]["gloss"]:
+            shine["specularTexture"] = {"index": pictures["gloss"]}
         else:
             look["roughnessFactor"] = 1.0 - material["smoothness"]
         parts["extensions"] = {_SPECULAR: shine} | _emission(parts, material["emission"], pictures)

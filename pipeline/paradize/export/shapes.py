@@ -1,7 +1,8 @@
-"""Quads, the faces of the sky, and joined patches of an exported scene."""
+"""Quads, the faces of the sky, mirrored meshes and joined patches of an exported scene."""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -45,6 +46,19 @@ def level_quad(height_m: float, size_m: float, tiles: float = 1.0) -> Mesh:
     half = np.float32(0.5 * size_m)
     middle = np.array([0.0, height_m, 0.0], np.float32)
     return quad(middle, np.array([half, 0, 0], np.float32), np.array([0, 0, half], np.float32), tiles)
+
+
+def mirrored(mesh: Mesh) -> Mesh:
+    """The mesh with x negated, relative to its origin; its outside stays outside, its maps stay as they
+    are."""
+    turn = np.array([-1, 1, 1, -1], np.float32)  # w too: B = w * cross(N, T)
+    return replace(
+        mesh,
+        positions=mesh.positions * turn[:3],
+        triangles=np.ascontiguousarray(mesh.triangles[:, ::-1]),
+        normals=None if mesh.normals is None else mesh.normals * turn[:3],
+        tangents=None if mesh.tangents is None else mesh.tangents * turn,
+    )
 
 
 def joined(meshes: list[Mesh]) -> Mesh:

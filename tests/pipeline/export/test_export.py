@@ -95,6 +95,50 @@ def test_metal_occlusion_emission_and_blending_are_written_as_gltf_has_them(
     assert "KHR_materials_emissive_strength" in tree["extensionsUsed"]  # type: ignore[operator]
 
 
+def test_each_material_keeps_its_smoothness_where_two_share_a_gloss_map(baked: Path, tmp_path: Path) -> None:
+    """And one that does not shine has no such picture."""
+
+    def edit(tree: dict[str, Any]) -> None:
+        item = tree["objects"][0]
+        (name,) = item["materials"]
+        wood = item["materials"][name]
+        assert wood["maps"]["gloss"] and wood["specular"] > 0.0
+        item["materials"] |= {"tin": wood | {"smoothness": 0.8}, "felt": wood | {"specular": 0.0}}
+        item["materials"]["twin"] = wood
+
+    folder = edited(baked, tmp_path / "in", edit)
+    tree, binary = tree_of(export(folder, tmp_path / "a.glb").file.read_bytes())
+    made: Any = tree
+    looks = {one["name"]: one["pbrMetallicRoughness"] for one in made["materials"]}
+    assert "metallicRoughnessTexture" not in looks["post felt"]
+    used = [looks[f"post {name}"]["metallicRoughnessTexture"]["index"] for name in ("wood", "twin", "tin")]
+    assert used[0] == used[1] != used[2]
+    means = []
+    for index in used[1:]:
+        view = made["bufferViews"][made["images"][made["textures"][index]["source"]]["bufferView"]]
+        path = tmp_path / "map.png"
+        path.write_bytes(binary[view["byteOffset"] : view["byteOffset"] + view["byteLength"]])
+        means.append(1.0 - decode_png(path)[:, :, 1].mean() / 255.0)
+    materials = json.loads((folder / "scene.json").read_text())["objects"][0]["materials"]
+    assert means[1] / means[0] == pytest.approx(0.8 / materials["wood"]["smoothness"], rel=0.03)
+
+
+def test_a_map_without_smaller_mips_has_none_in_other_programs(baked: Path, tmp_path: Path) -> None:
+    """Swatches of a palette that is as small as it can be would run into each other."""
+
+    def edit(tree: dict[str, Any]) -> None:
+        for name, artifact in tree["artifacts"].items():
+            artifact["max_level"] = 0 if name == "post_color" else artifact["max_level"]
+
+    tree, _ = tree_of(export(edited(baked, tmp_path / "in", edit), tmp_path / "a.glb").file.read_bytes())
+    made: Any = tree
+    filters = {
+        made["images"][one["source"]]["name"]: made["samplers"][one["sampler"]]["minFilter"]
+        for one in made["textures"]
+    }
+    assert filters["post color"] == 9729 and filters["post normal"] == 9987  # LINEAR, and with mips
+
+
 def rotation(quaternion: Sequence[float]) -> np.ndarray:
     """Of glTF's x, y, z, w."""
     x, y, z, w = quaternion
@@ -139,7 +183,13 @@ def test_instances_sun_camera_and_sea_floor_stand_as_the_scene_says(
         for number, stand in enumerate(stands, 1):
             node = nodes[f"post {number}"]
             assert np.allclose(rotation(node["rotation"]), rotation(stand["rotation"]), atol=1e-12)
-            assert (node["translation"], node["scale"]) == (stand["position"], stand["scale"])
+            mirror = -1.0 if np.prod(stand["scale"]) < 0.0 else 1.0
+            assert node["translation"] == stand["position"]
+            assert node["scale"] == [mirror * stand["scale"][0], *stand["scale"][1:]]
+        meshes = [tree["meshes"][nodes[f"post {n}"]["mesh"]]["primitives"][0] for n in (1, 2)]  # type: ignore[index]
+        lows = [tree["accessors"][one["attributes"]["POSITION"]]["min"] for one in meshes]  # type: ignore[index]
+        highs = [tree["accessors"][one["attributes"]["POSITION"]]["max"] for one in meshes]  # type: ignore[index]
+        assert lows[1] == [-highs[0][0], *lows[0][1:]]
         assert np.allclose(rotation(nodes["sun"]["rotation"]) @ [0, 0, 1], direction, atol=1e-12)
         assert np.linalg.det(rotation(nodes["sun"]["rotation"])) == pytest.approx(1.0)
         (camera,) = tree["cameras"]  # type: ignore[misc]

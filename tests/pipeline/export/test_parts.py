@@ -16,7 +16,7 @@ from paradize.data import Group, Texture
 from paradize.export.flight import flight_keys
 from paradize.export.heights import smoothstep, under_water
 from paradize.export.pictures import gloss_png, ground_light, normal_png, occlusion_png
-from paradize.export.shapes import SKY_FACES, joined, level_quad
+from paradize.export.shapes import SKY_FACES, joined, level_quad, mirrored
 from paradize.formats.glb.bundle import Bundle
 from paradize.formats.png import decode_png
 from paradize.scene.flight import plan_flight
@@ -104,19 +104,13 @@ def test_the_ground_s_picture_repeats_sand_and_lays_the_effect_once() -> None:
     """Linear light; a texel of the picture for each of the sand's, twice along x and once along z."""
     sand = np.linspace(0.2, 0.9, 4 * 8 * 3, dtype=np.float32).reshape(4, 8, 3)
     effect = np.linspace(0.9, 0.1, 4 * 16 * 3, dtype=np.float32).reshape(4, 16, 3)
-
-    def light(values: npt.NDArray[np.float32]) -> F64:
-        return np.asarray(((values.astype(float) + 0.055) / 1.055) ** 2.4)
-
-    tiled = np.concatenate([light(sand), light(sand)], axis=1)
-    for share, expected in (
-        (1.0, tiled),
-        (0.0, light(effect)),
-        (0.25, 0.25 * tiled + 0.75 * light(effect)),
-    ):
+    tiled = np.concatenate([sand, sand], axis=1)
+    for share, expected in ((1.0, tiled), (0.0, effect), (0.25, 0.25 * tiled + 0.75 * effect)):
         found = ground_light(sand, effect, np.full((4, 16), share, np.float32), (2.0, 1.0))
         assert np.allclose(found, expected, atol=1e-6)
-    assert np.allclose(ground_light(sand, None, np.ones((4, 16), np.float32), (2.0, 1.0)), tiled, atol=1e-6)
+    alone = ground_light(sand, None, np.ones((8, 16), np.float32), (2.0, 1.0))
+    between = 0.75 * tiled + 0.25 * np.roll(tiled, -1, axis=0)  # of rows twice as fine, and round the edge
+    assert np.allclose(alone[1::2], between, atol=1e-6)
 
 
 def test_gloss_and_normals_stand_in_the_channels_that_gltf_reads(tmp_path: Path) -> None:
@@ -140,6 +134,8 @@ def test_metalness_stands_beside_roughness_and_occlusion_in_a_picture_of_its_own
     assert decode_png(path)[:, 0, 1].tolist() == [51, 255]
     path.write_bytes(gloss_png(None, hidden))
     assert decode_png(path)[0].tolist() == [[255, 255, 30, 255], [255, 255, 90, 255]]
+    path.write_bytes(gloss_png(gloss, smoothness=0.5))
+    assert decode_png(path)[:, 0, 1].tolist() == [153, 255]  # 1 - 0.5 * 204 / 255
     path.write_bytes(occlusion_png(hidden))
     assert decode_png(path)[0, :, 0].tolist() == [102, 153]
 
@@ -157,6 +153,39 @@ def test_joined_patches_keep_every_triangle_where_it_was() -> None:
     assert np.ptp(square.positions[:, [0, 2]], axis=0).tolist() == [10.0, 10.0]
     a, b, c = square.positions[square.triangles[0]].astype(float)
     assert np.cross(b - a, c - a)[1] > 0.0
+
+
+def test_a_mirrored_mesh_is_the_mesh_in_a_mirror() -> None:
+    """Outsides stay outside, and bitangents are mirrored as all else is."""
+    mesh = sphere(6)
+    tangents = np.random.default_rng(2).normal(size=(len(mesh.positions), 4)).astype(np.float32)
+    tangents[:, 3] = np.where(tangents[:, 3] < 0, -1, 1)
+    mesh = replace(mesh, tangents=tangents)
+    found = mirrored(mesh)
+    assert mesh.normals is not None and found.normals is not None and found.tangents is not None
+    mirror = np.array([-1, 1, 1], np.float32)
+    assert np.array_equal(found.positions, mesh.positions * mirror)
+    before, after = (one.positions[one.triangles].astype(np.float64) for one in (mesh, found))
+    outside = [np.cross(c[:, 1] - c[:, 0], c[:, 2] - c[:, 0]) for c in (before, after)]
+    assert np.allclose(outside[1], outside[0] * mirror)
+    bitangents = [
+        one[:, 3:] * np.cross(normals, one[:, :3])
+        for one, normals in ((tangents, mesh.normals), (found.tangents, found.normals))
+    ]
+    assert np.array_equal(bitangents[1], bitangents[0] * mirror)
+    bare = mirrored(replace(mesh, normals=None, tangents=None))
+    assert bare.normals is None and bare.tangents is None
+
+
+def test_vertex_colours_reach_only_materials_that_they_multiply() -> None:
+    colors = np.full((len(cube().positions), 4), 0.5, np.float32)
+    mesh = replace(cube(), colors=colors, groups=(Group("a", "wood", 0, 6), Group("b", "lamp", 6, 6)))
+    bundle = Bundle("b")
+    used = {name: bundle.material(name) for name in ("wood", "lamp")}
+    bundle.mesh("m", mesh, used, {"lamp"})
+    wood, lamp = bundle.meshes[0]["primitives"]
+    assert "COLOR_0" in wood["attributes"] and "COLOR_0" not in lamp["attributes"]
+    assert wood["attributes"]["POSITION"] == lamp["attributes"]["POSITION"]
 
 
 def test_primitives_of_a_bundle_are_the_runs_of_their_materials_and_textures_wrap_as_asked() -> None:

@@ -7,7 +7,7 @@ and KHR_materials_unlit. Only the parts that our scenes need.
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -46,11 +46,22 @@ class Bundle:
     animations: list[dict[str, Any]] = field(default_factory=list)
     extensions: set[str] = field(default_factory=set)
 
-    def texture(self, name: str, png: bytes, wrap: Sequence[Wrap] = REPEATED, nearest: bool = False) -> int:
-        """Appends a PNG, sampled with mips. wrap: what lies beyond its edges, along u and v. nearest: whether
-        enlarged texels are squares."""
+    def texture(
+        self,
+        name: str,
+        png: bytes,
+        wrap: Sequence[Wrap] = REPEATED,
+        nearest: bool = False,
+        *,
+        mips: bool = True,
+    ) -> int:
+        """Appends a PNG. wrap: what lies beyond its edges, along u and v. nearest: whether enlarged texels
+        are squares. mips: whether it is sampled with them."""
         u, v = (_WRAPS[way] for way in wrap)
-        sampler = {"magFilter": _NEAREST if nearest else _LINEAR, "minFilter": _LINEAR_MIPMAPS}
+        sampler = {
+            "magFilter": _NEAREST if nearest else _LINEAR,
+            "minFilter": _LINEAR_MIPMAPS if mips else _LINEAR,
+        }
         sampler |= {"wrapS": u, "wrapT": v}
         if sampler not in self.samplers:
             self.samplers.append(sampler)
@@ -65,9 +76,11 @@ class Bundle:
         self.materials.append({"name": name, **parts})
         return len(self.materials) - 1
 
-    def mesh(self, name: str, mesh: Mesh, materials: dict[str, int]) -> int:
+    def mesh(
+        self, name: str, mesh: Mesh, materials: dict[str, int], plain: Collection[str] = frozenset()
+    ) -> int:
         """Appends a mesh with one primitive per group. materials: index by material name, or one for all as
-        ""."""
+        "". plain: materials that the mesh's vertex colours do not reach."""
         attributes = self.writer.vertices(mesh)
         view, component, width = self.writer.indices(mesh)
         runs = [(group.material, 3 * group.first, 3 * group.count) for group in mesh.groups]
@@ -75,7 +88,8 @@ class Bundle:
         for material, first, count in runs or [("", 0, mesh.triangles.size)]:
             corners = self.writer.accessor(view, component, count, "SCALAR", byteOffset=width * first)
             used = materials[material] if material in materials else materials[""]
-            primitives.append({"attributes": attributes, "indices": corners, "material": used})
+            drawn = {key: at for key, at in attributes.items() if key != "COLOR_0" or material not in plain}
+            primitives.append({"attributes": drawn, "indices": corners, "material": used})
         self.meshes.append({"name": name, "primitives": primitives})
         return len(self.meshes) - 1
 
