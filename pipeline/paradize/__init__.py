@@ -18,12 +18,14 @@ __all__ = [
     "Finding",
     "MapSettings",
     "MeshSettings",
+    "OcclusionSettings",
     "TerrainSettings",
     "bake",
     "check",
     "maps",
     "measure",
     "mesh",
+    "occlusion",
     "terrain",
 ]
 

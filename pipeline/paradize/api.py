@@ -26,7 +26,7 @@ from paradize.build.single_file import BakedFiles, bake_single
 from paradize.checks import CheckOptions, Finding, check_paths
 from paradize.errors import GroupedError
 from paradize.jobs.progress import OnProgress
-from paradize.scene.baker_settings import MapSettings, MeshSettings, TerrainSettings
+from paradize.scene.baker_settings import MapSettings, MeshSettings, OcclusionSettings, TerrainSettings
 from paradize.store.atomic import write_whole
 from paradize.tradeoff.plan import FileOptions
 
@@ -47,12 +47,14 @@ __all__ = [
     "Finding",
     "MapSettings",
     "MeshSettings",
+    "OcclusionSettings",
     "TerrainSettings",
     "bake",
     "check",
     "maps",
     "measure",
     "mesh",
+    "occlusion",
     "terrain",
 ]
 
@@ -142,6 +144,20 @@ def maps(
     used = MapSettings() if settings is None else settings
     layout = None if uv is None else Path(uv)
     made = bake_single("maps", Path(source), used, tier=tier, budget=dict(budget or {}), uv=layout)
+    return BakedMaps(made.files, made.report, made.rows, made.errors)
+
+
+def occlusion(
+    source: AnyPath,
+    settings: OcclusionSettings | None = None,
+    *,
+    tier: str = "balanced",
+    budget: Mapping[str, float] | None = None,
+) -> BakedMaps:
+    """Casts a map of ambient occlusion from a model, in its UV layout. tier: as of `mesh`: 64, 256 or 1024
+    rays of each texel."""
+    used = OcclusionSettings() if settings is None else settings
+    made = bake_single("occlusion", Path(source), used, tier=tier, budget=dict(budget or {}))
     return BakedMaps(made.files, made.report, made.rows, made.errors)
 
 

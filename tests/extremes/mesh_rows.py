@@ -14,6 +14,7 @@ from scipy.spatial import cKDTree
 
 from paradize.data import Mesh, QuantizedValues
 from paradize.metrics.atlas import atlas_quality
+from paradize.metrics.occlusion import cast_errors
 from paradize.metrics.surface import Original, surface_distance
 from paradize.metrics.tangent import frame_errors, frame_faults
 from paradize.stages.atlas import make_atlas
@@ -21,6 +22,7 @@ from paradize.stages.lod import simplify
 from paradize.stages.lod.meshoptimizer import meshopt_simplify
 from paradize.stages.lod.surface import joined_vertices, normalised, used_only
 from paradize.stages.normals import complete_normals
+from paradize.stages.occlusion import mesh_occlusion
 from paradize.stages.order import draw_order
 from paradize.stages.quantise import mesh_grid, quantise
 from paradize.stages.refine import fit_normals, fit_positions
@@ -29,7 +31,7 @@ from paradize.stages.split import split_by
 from paradize.stages.tangents import tangent_frames
 from paradize.stages.validate import Report, validate_mesh
 from paradize.stages.weld import Welding, weld
-from tests.extremes.shapes import MESHES, angles_deg, areas, side_of, unit
+from tests.extremes.shapes import MESHES, angles_deg, areas, side_of, turned_over, unit
 from tests.extremes.table import Row
 
 NOT_FINITE = {"nan": "not finite", "inf": "not finite"}
@@ -268,6 +270,19 @@ def _layout_faults(mesh: Mesh, made: Mesh) -> float:
     return float(wrong.sum() + found["overlap"] + found["near"])
 
 
+def _inside_out(mesh: Mesh) -> tuple[Mesh, Any]:
+    """Seen from inside, where round surfaces are dark at a flat angle: the wall there is within reach."""
+    mesh = turned_over(sound(mesh))
+    made = mesh_occlusion(mesh, mesh.triangles, mesh.triangles, height=32, width=64, reach=0.3, rays=256)
+    return mesh, made
+
+
+def _occlusion_error(mesh: Mesh, made: tuple[Mesh, Any]) -> float:
+    inside, found = made
+    on = inside.triangles
+    return cast_errors(found.values, inside, on, on, reach=0.3, samples=128).get("cast_mean", 0.0)
+
+
 def _row(module: str, run: Any, error: Any, unit: str, limit: float, **more: Any) -> Row:
     inputs: Mapping[str, Any] = more.pop("inputs", MESHES)
     return Row(f"stages.{module}", inputs, run, error, unit, limit, **more)
@@ -284,6 +299,7 @@ ROWS = [
         refused=NOT_FINITE,
     ),
     _row("normals", _bare, _away_from_weighted, "degrees", 1e-4, refused=GUARDED),
+    _row("occlusion", _inside_out, _occlusion_error, "of the range", 0.01, refused=GUARDED),
     _row("split", _split, _changed_corners, "corners", 0, refused=NOT_FINITE),
     *[
         _row(

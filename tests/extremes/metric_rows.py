@@ -14,6 +14,7 @@ from paradize.metrics.draw import draw_costs
 from paradize.metrics.filters import taps
 from paradize.metrics.flight import flight_error
 from paradize.metrics.mapped_normal import normal_error, uv_shift
+from paradize.metrics.occlusion import cast_errors
 from paradize.metrics.quantised import quantised_errors
 from paradize.metrics.seen import seen_difference, seen_mesh
 from paradize.metrics.surface import diagonal, surface_distance
@@ -31,6 +32,19 @@ from tests.extremes.table import Row
 
 _SHIFT = 2.0**-4  # of the longest side: exact on any float32 grid of that size
 _TILT = 3.0  # degrees
+
+_GREY = 0.25
+
+
+def _cast(mesh: Mesh) -> dict[str, float]:
+    """Of a grey map. All of these surfaces are flat, or round seen from outside: lit all over."""
+    mesh = sound(mesh)
+    grey = np.full((32, 64), _GREY, np.float32)
+    return cast_errors(grey, mesh, mesh.triangles, mesh.triangles, reach=0.05, samples=128)
+
+
+def _cast_error(mesh: Mesh, made: dict[str, float]) -> float:
+    return max((abs(value - (1.0 - _GREY)) for value in made.values()), default=0.0)
 
 
 def _shifted(mesh: Mesh) -> Mesh:
@@ -255,6 +269,7 @@ def _row(module: str, run: Any, error: Any, unit: str, limit: float, **more: Any
 
 
 ROWS = [
+    Row("metrics.occlusion", MESHES, _cast, _cast_error, "of the range", 1e-6, refused=GUARDED),
     _row("surface", _distance, _distance_error, "diagonals", 2e-6, refused=BARE),
     _row(
         "mapped_normal",

@@ -56,3 +56,24 @@ def cube() -> Mesh:
     quads = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
     faces = [t for a, b, c, d in quads for t in ((a, b, c), (a, c, d))]
     return soup(points, faces)
+
+
+# A floor and a wall on its edge, beside each other on the map: what is dark lies where they meet.
+CORNER_OBJ = """usemtl stone
+v 0 0 0
+v 0 0 1
+v 1 0 1
+v 1 0 0
+v 0 1 0
+v 0 1 1
+vt 0.05 0.9
+vt 0.05 0.1
+vt 0.45 0.1
+vt 0.45 0.9
+vt 0.55 0.9
+vt 0.55 0.1
+vt 0.95 0.1
+vt 0.95 0.9
+f 1/1 2/2 3/3 4/4
+f 1/5 5/8 6/7 2/6
+"""

@@ -19,6 +19,7 @@ from paradize.formats.png import encode_png
 from paradize.new.scene import new_scene
 from tests.made.models import kit
 from tests.made.pictures import field, photograph
+from tests.pipeline.shapes import CORNER_OBJ
 from tests.places import ROOT
 
 PAGE = ROOT / "pipeline/LIBRARY.md"
@@ -29,6 +30,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with the sources that the page names."""
     folder = tmp_path_factory.mktemp("library")
     (folder / "rock.obj").write_text(next(iter(kit().values())))
+    (folder / "nook.obj").write_text(CORNER_OBJ)
     (folder / "sand.png").write_bytes(encode_png(photograph(64, 64, 3)))
     heights = field(65, 65, 2)
     span = (heights - heights.min()) / (heights.max() - heights.min())

@@ -114,7 +114,7 @@ def check_budget_metrics(scene: Scene, jobs: list[BakeJob], path: Path) -> None:
     measures."""
     known = {"folder_mb", "gpu_mb"}  # check sums them up
     for job in jobs:
-        settings = job.settings if job.baker == "mesh" else {}  # tiles of terrain do not tell of codes
+        settings = {} if job.baker == "terrain" else job.settings  # tiles of terrain do not tell of codes
         known |= measured_by(job.baker, [output.product for output in job.outputs], settings)
     unused, mend = unmeasured((*scene.budget.hard, *scene.budget.soft), known)
     problem = "nothing in this scene measures it, so that it cannot be kept"

@@ -13,10 +13,14 @@ _OWNERS = {
     "mesh": ("surface", "load", "lod", "uv_shift", "tangent"),
     "terrain": ("terrain",),
     "cubemap": ("sky",),
+    "occlusion": ("occlusion",),
     "flight": ("path",),
 }
 # Of normals that are derived from heights alone.
 _OF_SLOPES = {metric for metric in METRICS if metric.startswith(("normal_filter_", "normal_open_"))}
+
+# Of occlusion that is cast from a mesh alone.
+_OF_RAYS = {metric for metric in METRICS if metric.startswith("occlusion_cast_")}
 
 
 def measured_by(baker: str, products: Iterable[str], settings: Mapping[str, Any]) -> set[str]:
@@ -26,7 +30,11 @@ def measured_by(baker: str, products: Iterable[str], settings: Mapping[str, Any]
     if settings.get("quantise") not in (None, False):
         owners.append("quantise")
     known = {metric for metric in METRICS if metric.startswith(tuple(f"{owner}_" for owner in owners))}
-    return known - _OF_SLOPES if baker == "authored" else known
+    if baker == "authored":
+        known -= _OF_SLOPES
+        if not settings.get("occlusion_cast"):
+            known -= _OF_RAYS
+    return known
 
 
 def of_single_files(metrics: Collection[str]) -> set[str]:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
 from paradize.build.model_facts import MaterialFacts
 from paradize.material import MapSource, Material, Picture, Wrap
+from paradize.scene.baker_settings import CastSettings
 from paradize.scene.map_sets import GLOSS_ROLES, DrawnMaterial
 from paradize.scene.settings import ObjectMaterial, SceneObject
 
@@ -172,3 +173,17 @@ def authored_fields(material: Material) -> tuple[tuple[str, Any], ...]:
     if "occlusion" in maps:
         found["occlusion_strength"] = material.occlusion_strength
     return tuple(found.items())
+
+
+def cast_fields(
+    item: SceneObject, material: Material, facts: MaterialFacts | None, see_through: tuple[str, ...]
+) -> dict[str, Any]:
+    """Returns the fields of AuthoredSettings (scene/baker_settings.py) of a material whose occlusion is to be
+    cast from the mesh; none where it brings its own, no light falls on it, or it has no UVs. see_through:
+    materials of the object that hold back no light."""
+    if item.occlusion != "mesh" or facts is None or facts.uvs is None:
+        return {}
+    if "occlusion" in material.maps or is_unlit(material):
+        return {}
+    cast = asdict(CastSettings.of(item, see_through=see_through))
+    return {"occlusion_cast": True, **cast}

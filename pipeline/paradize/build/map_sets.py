@@ -8,13 +8,14 @@ layout are shared between objects, too; pictures are compared by their bytes.
 from __future__ import annotations
 
 import re
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 from paradize.build.drawn_materials import (
     authored_fields,
+    cast_fields,
     drawn,
     is_authored,
     is_guessed,
@@ -137,16 +138,22 @@ class _Finder:
                 )
             if one.alpha_mode != "opaque" and material.maps and is_guessed(material, table):
                 self._warn_of_alpha(item, name, one)
-            if not material.maps:
+        see_through = tuple(name for name, one in drawn_materials.items() if one.alpha_mode != "opaque")
+        for name, material in materials.items():
+            table = item.materials.get(name, ObjectMaterial())
+            cast = cast_fields(item, material, known.get(name), see_through)
+            if not material.maps and not cast:
                 continue
             self._refuse_udim(index, item, name, material, known.get(name))
-            made, key = self._set(item, material, table, known.get(name), authored=authored)
+            made, key = self._set(item, material, table, known.get(name), authored=authored, cast=cast)
             shrink = known[name].shrink if name in known else 0
             self.shrinks[key] = min(shrink, self.shrinks.get(key, shrink))
             before = self.sets.get(key, made)
             users = {item.name: (*before.materials.get(item.name, ()), name)}
             self.sets[key] = replace(before, materials={**before.materials, **users})
             keys[name] = key
+        if item.occlusion == "mesh":
+            self._warn_of_occlusion(item, materials, known, keys)
         self.objects[item.name] = drawn_materials, keys
         own = list(dict.fromkeys(keys.values()))
         for key in own:
@@ -177,6 +184,26 @@ class _Finder:
             f"{item.mesh}: material {name!r}: nothing says what its alpha does; taken as {how} "
             f"([object.material.{toml_key(name)}] alpha_mode says otherwise)"
         )
+
+    def _warn_of_occlusion(
+        self,
+        item: SceneObject,
+        materials: Mapping[str, Material],
+        known: Mapping[str, MaterialFacts],
+        keys: Mapping[str, Any],
+    ) -> None:
+        """Warns of materials that get no occlusion cast from the mesh."""
+        for name, material in materials.items():
+            if not known or "occlusion" in material.maps or is_unlit(material):
+                continue
+            if name in keys and self.sets[keys[name]].casts_occlusion:
+                continue
+            why = "its UVs repeat, so that a texel has no place of its own"
+            if name in known and known[name].uvs is None:
+                why = "it has no texture coordinates; `paradize mesh --atlas` makes a GLB with some"
+            elif name in keys and self.sets[keys[name]].palette:
+                why = "its UVs show swatches of a palette, so that a texel has no place of its own"
+            self.warnings.append(f"{item.mesh}: material {name!r}: no occlusion is cast: {why}")
 
     def _warn_of_samplers(self, item: SceneObject, material: Material) -> None:
         """Warns of maps that the model wraps in another way than the material's leading map."""
@@ -217,9 +244,10 @@ class _Finder:
         facts: MaterialFacts | None,
         *,
         authored: bool,
+        cast: dict[str, Any],
     ) -> tuple[MapSet, Any]:
         """Returns the set of a material without its name and users, and what tells it from others. authored:
-        no bumps are made of its colour unless the scene gives their strength."""
+        no bumps are made of its colour unless the scene gives their strength. cast: of cast_fields."""
         given = item.wrap != "auto" or table.wrap != "auto"
         flat = material.maps.keys() <= _FLAT or is_unlit(material)
         palette = bool(facts and facts.palette and not given and flat)
@@ -251,7 +279,7 @@ class _Finder:
             height_strength=100.0 * bump_m / width_m if bump_m is not None and width_m else 1.0,
             gloss_groups=item.gloss_groups if layout else (),
             bleed=item.bleed,
-            authored=authored_fields(material),
+            authored=authored_fields(material) + (tuple(cast.items()) if layout else ()),
         )
         content = tuple(
             (role, self.hash_cache.sha256(source.picture.file), source.channel, source.inverted)

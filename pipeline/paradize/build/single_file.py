@@ -12,7 +12,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from paradize.scene.baker_settings import BakerSettings, MapSettings, MeshSettings, TerrainSettings
+    from paradize.bakers.product import MapProduct
+    from paradize.scene.baker_settings import (
+        BakerSettings,
+        MapSettings,
+        MeshSettings,
+        OcclusionSettings,
+        TerrainSettings,
+    )
 
 
 @dataclass(frozen=True)
@@ -35,9 +42,10 @@ def bake_single(
     budget: dict[str, float],
     **sources: Path | None,
 ) -> BakedFiles:
-    """Bakes one input by the baker of its kind ("mesh", "maps", "terrain"). tier: "auto" takes the cheapest
-    whose measured errors are inside the budget (metric -> worst value). sources: others than `path`, by the
-    name of the baker's argument. Settings of another kind raise TypeError, an unknown tier BakeError.
+    """Bakes one input by the baker of its kind ("mesh", "maps", "occlusion", "terrain"). tier: "auto" takes
+    the cheapest whose measured errors are inside the budget (metric -> worst value). sources: others than
+    `path`, by the name of the baker's argument. Settings of another kind raise TypeError, an unknown tier
+    BakeError.
 
     Errors beyond the budget are warnings; of "auto" they are a BakeError (several: GroupedError) that says by
     how much. A budget of what is not measured raises BakeError too, before anything is baked if that is
@@ -45,12 +53,13 @@ def bake_single(
     """
     from paradize.build.budget_metrics import measured_by, of_single_files
     from paradize.errors import BakeError
-    from paradize.scene.baker_settings import MapSettings, MeshSettings, TerrainSettings
+    from paradize.scene.baker_settings import MapSettings, MeshSettings, OcclusionSettings, TerrainSettings
     from paradize.scene.budget import excesses
     from paradize.scene.schema import Limits
     from paradize.tiers import AUTO, TIER_OPTIONS
 
-    wanted = {"mesh": MeshSettings, "maps": MapSettings, "terrain": TerrainSettings}[kind]
+    kinds = {"mesh": MeshSettings, "maps": MapSettings, "occlusion": OcclusionSettings}
+    wanted = {**kinds, "terrain": TerrainSettings}[kind]
     if not isinstance(settings, wanted):
         raise TypeError(f"settings is a {type(settings).__name__}, expected {wanted.__name__}")
     if tier not in TIER_OPTIONS:
@@ -85,7 +94,7 @@ def _bake(
     if isinstance(settings, TextureSettings):
         settings = replace(settings, budget=budget)
     bakers: dict[str, Callable[..., BakedFiles]]
-    bakers = {"mesh": mesh_files, "maps": map_files, "terrain": terrain_files}
+    bakers = {"mesh": mesh_files, "maps": map_files, "occlusion": occlusion_files, "terrain": terrain_files}
     return bakers[kind](path, settings, tier=tier, **sources)
 
 
@@ -198,17 +207,7 @@ def map_files(path: Path, settings: MapSettings, *, tier: str, uv: Path | None =
         product = made[name]
         file = f"{path.stem}_{name}.{settings.fmt}"
         files[file] = product.data
-        maps[name] = {
-            "file": file,
-            "width": product.width,
-            "height": product.height,
-            "format": product.format,
-            "error": product.error,
-            "metric": product.metric,
-            "errors": product.errors,
-            "levels": product.levels,
-            "filter": product.filter,
-        }
+        maps[name] = _map_row(file, product)
         errors = {} if product.metric is None else {product.metric: product.error}
         rows.append((file, product.tier, errors, len(product.data)))
         warnings += product.warnings
@@ -220,3 +219,56 @@ def map_files(path: Path, settings: MapSettings, *, tier: str, uv: Path | None =
         "warnings": list(dict.fromkeys(warnings)),
     }
     return BakedFiles(files, report, rows, {name: made[name].errors for name in settings.only})
+
+
+def _map_row(file: str, product: MapProduct) -> dict[str, Any]:
+    """What --json prints of a map."""
+    return {
+        "file": file,
+        "width": product.width,
+        "height": product.height,
+        "format": product.format,
+        "error": product.error,
+        "metric": product.metric,
+        "errors": product.errors,
+        "levels": product.levels,
+        "filter": product.filter,
+    }
+
+
+def occlusion_files(path: Path, settings: OcclusionSettings, *, tier: str) -> BakedFiles:
+    """`paradize maps --only occlusion`: the file `<stem>_occlusion.<fmt>`, cast from the model's mesh. Raises
+    BakeError for a model on which no place is darker than another, for which a map would be of no use."""
+    from paradize.bakers.authored.bake import bake_authored
+    from paradize.errors import BakeError
+    from paradize.kinds import MODEL, require
+    from paradize.scene.baker_settings import AuthoredSettings
+
+    require(MODEL, path)
+    used = AuthoredSettings.of(settings, only=["occlusion"], occlusion_cast=True)
+    picture = settings.fmt == "png"
+    product = bake_authored({}, used, uv=path, tier=tier, fmt="R8_UNORM" if picture else None)["occlusion"]
+    if product.constant:
+        what = f"is nowhere darker than anywhere else: its occlusion is {product.constant[0]:g}"
+        raise BakeError(what, file=path, mend="leave its occlusion out")
+    if picture:
+        product = _as_png(product)
+    file = f"{path.stem}_occlusion.{settings.fmt}"
+    report = {"maps": {"occlusion": _map_row(file, product)}, "from": "mesh", "warnings": product.warnings}
+    shown = {name: product.errors[name] for name in ("occlusion_cast_p99",) if name in product.errors}
+    if product.metric:
+        shown[product.metric] = product.error
+    rows = [(file, product.tier, shown, len(product.data))]
+    return BakedFiles({file: product.data}, report, rows, {"occlusion": product.errors})
+
+
+def _as_png(product: MapProduct) -> MapProduct:
+    """A map of one channel of 8 bits: its level 0 as a PNG."""
+    import numpy as np
+
+    from paradize.formats.ktx2.reader import decode_ktx2
+    from paradize.formats.png import encode_png
+
+    texture = decode_ktx2(product.data, "occlusion")
+    codes = np.frombuffer(texture.levels[0], np.uint8).reshape(texture.height, texture.width, 1)
+    return replace(product, data=encode_png(codes), format="PNG8", levels=product.levels[:1])

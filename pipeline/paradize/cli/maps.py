@@ -1,4 +1,5 @@
-"""`paradize maps`: bakes a colour or height map into normal, height, gloss and du/dv maps."""
+"""`paradize maps`: bakes a colour or height map into normal, height, gloss and du/dv maps; or casts the
+occlusion map of a model."""
 
 from __future__ import annotations
 
@@ -9,15 +10,22 @@ from paradize.cli.single_file import add_common, add_nodata, bake_file
 from paradize.cli.values import number, whole
 from paradize.errors import BakeError
 from paradize.map_table import DERIVED
-from paradize.scene.baker_settings import MapSettings
+from paradize.scene.baker_settings import MapSettings, OcclusionSettings
 from paradize.scene.settings import FILTERS
+
+_CAST = "occlusion"
 
 
 def _maps(text: str) -> list[str]:
     names = [name.strip() for name in text.split(",")]
+    if names == [_CAST]:
+        return names
+    if _CAST in names:
+        raise argparse.ArgumentTypeError(f"{_CAST} is cast from a model, by itself: --only {_CAST}")
     for name in names:
         if name not in DERIVED:
-            raise argparse.ArgumentTypeError(f"{name!r} is no map; known: {', '.join(DERIVED)}")
+            known = ", ".join((*DERIVED, _CAST))
+            raise argparse.ArgumentTypeError(f"{name!r} is no map; known: {known}")
     return [name for name in DERIVED if name in names]
 
 
@@ -30,9 +38,15 @@ def _names(text: str) -> list[str]:
 
 def add(sub: argparse.ArgumentParser) -> None:
     """Declares the options of `paradize maps`."""
-    sub.add_argument("input", type=Path, metavar="IN.png")
+    sub.add_argument("input", type=Path, metavar="IN.png|obj|glb")
     sub.add_argument("-o", "--out", type=Path, metavar="DIR", required=True)
-    sub.add_argument("--only", type=_maps, default=list(DERIVED), metavar="A,B", help=", ".join(DERIVED))
+    sub.add_argument(
+        "--only",
+        type=_maps,
+        default=list(DERIVED),
+        metavar="A,B",
+        help=f"{', '.join(DERIVED)}; or {_CAST}: cast from the mesh of a model, IN",
+    )
     sub.add_argument(
         "--from",
         dest="source",
@@ -68,6 +82,27 @@ def add(sub: argparse.ArgumentParser) -> None:
         metavar="A,B",
         help="only these groups or materials of that model shine",
     )
+    sub.add_argument(
+        "--occlusion-px",
+        type=whole(16, 8192),
+        default=512,
+        metavar="N",
+        help="side of the occlusion map, texels (512)",
+    )
+    sub.add_argument(
+        "--occlusion-reach",
+        type=number(0.001, 1.0),
+        default=0.25,
+        metavar="X",
+        help="what lies farther holds back no light, of the model's diagonal (0.25)",
+    )
+    sub.add_argument(
+        "--see-through",
+        type=_names,
+        default=(),
+        metavar="A,B",
+        help="materials that hold back no light in the occlusion map",
+    )
     sub.add_argument("--report", type=Path, metavar="DIR", help="also draw a contact sheet, DIR/<IN>.png")
     sub.add_argument(
         "--filter", choices=FILTERS, default="auto", help="how slopes are taken (auto: looks at the heights)"
@@ -100,4 +135,6 @@ def run(arguments: argparse.Namespace) -> int:
     """Runs the command; returns the exit code."""
     if arguments.report and arguments.fmt != "ktx2":
         raise BakeError("a contact sheet needs KTX2 maps", mend="leave out --format png or --report")
+    if arguments.only == [_CAST]:
+        return bake_file(arguments, "occlusion", OcclusionSettings.of(arguments))
     return bake_file(arguments, "maps", MapSettings.of(arguments), uv=arguments.uv)

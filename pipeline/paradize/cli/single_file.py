@@ -104,7 +104,7 @@ def bake_file(
     else:
         require_glb(out)
     calls: dict[str, Callable[..., BakedFiles]]
-    calls = {"mesh": api.mesh, "maps": api.maps, "terrain": api.terrain}
+    calls = {"mesh": api.mesh, "maps": api.maps, "terrain": api.terrain, "occlusion": api.occlusion}
     given = {"source": arguments.input, "settings": settings, **sources}
     given |= {"tier": arguments.tier, "budget": arguments.budget}
     job = Job(arguments.input.name, calls[kind], given, file=arguments.input)

@@ -126,7 +126,29 @@ class ColorSettings(TextureSettings):
 
 
 @dataclass(frozen=True, kw_only=True)
-class AuthoredSettings(TextureSettings):
+class CastSettings(BakerSettings):
+    """What decides occlusion that is cast from a mesh, beside the mesh and the tier, which is the number of
+    rays.
+
+    occlusion_px: side of its map, texels, 16 to 8192. occlusion_reach: what lies farther from a place holds
+    back no light, of the bounding box's diagonal, above 0, up to 1. see_through: materials whose triangles
+    hold back no light.
+    """
+
+    occlusion_px: int = 512
+    occlusion_reach: float = 0.25
+    see_through: Sequence[str] = ()
+
+
+@dataclass(frozen=True, kw_only=True)
+class OcclusionSettings(TextureSettings, CastSettings):
+    """What decides the occlusion map of a model by itself. fmt: "ktx2", with all mips, or "png"."""
+
+    fmt: str = "ktx2"
+
+
+@dataclass(frozen=True, kw_only=True)
+class AuthoredSettings(TextureSettings, CastSettings):
     """What decides the maps that somebody drew, beside the pictures by role, their UV layout and the tier.
     Roles: "normal", "height", "roughness", "smoothness", "specular", "metalness", "occlusion".
 
@@ -136,7 +158,8 @@ class AuthoredSettings(TextureSettings):
     whose values count as 1 - value.
     green_down: whether green points down in the normal map; None: as its slopes say, with a warning. Factors
     of the material, which are baked in where the map has a picture: normal_scale, of x and y; roughness,
-    metalness, specular, 0 to 1; occlusion_strength, 0 to 1.
+    metalness, specular, 0 to 1; occlusion_strength, 0 to 1. occlusion_cast: the occlusion is cast from the UV
+    layout's model.
     """
 
     only: Sequence[str] = AUTHORED
@@ -148,6 +171,7 @@ class AuthoredSettings(TextureSettings):
     metalness: float = 1.0
     specular: float = 1.0
     occlusion_strength: float = 1.0
+    occlusion_cast: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -82,6 +82,15 @@ METRICS = {
         for name, one in MAPS.items()
         if not one.is_direction
     },
+    "occlusion_cast_mean": Limit(
+        "of the range", True, 1.0, "mean error of occlusion that is cast from the mesh, before it is stored"
+    ),
+    "occlusion_cast_p99": Limit(
+        "of the range",
+        True,
+        1.0,
+        "error of occlusion that is cast from the mesh, for 99 of 100 texels, before it is stored",
+    ),
     "alpha_psnr_db": Limit("dB", False, 1000.0, "PSNR of the alpha against its source"),
     "gloss_width_p99_deg": Limit(
         "degrees", True, 33.0, "error of a highlight's half-width, for 99 of 100 texels"
@@ -106,6 +115,10 @@ REPORTED = {
         for name, one in MAPS.items()
         if not one.is_direction
     },
+    "occlusion_cast_max": (
+        "of the range",
+        "largest error of occlusion that is cast from the mesh, before it is stored",
+    ),
     "normal_encoding_deg": ("degrees", "mean angle that storing the normals in this format adds"),
     "normal_encoding_p99_deg": (
         "degrees",

@@ -74,6 +74,11 @@ class MapSet:
     opaque: bool = False
     alpha_cutoff: float = 0.5
 
+    @property
+    def casts_occlusion(self) -> bool:
+        """Whether its occlusion is cast from the mesh."""
+        return bool(dict(self.authored).get("occlusion_cast"))
+
 
 @dataclass(frozen=True)
 class ObjectMaps:

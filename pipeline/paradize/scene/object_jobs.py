@@ -3,12 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, fields
 from pathlib import Path
 from typing import Any
 
 from paradize.map_table import AUTHORED, DERIVED
-from paradize.scene.baker_settings import AuthoredSettings, ColorSettings, MapSettings, MeshSettings
+from paradize.scene.baker_settings import (
+    AuthoredSettings,
+    CastSettings,
+    ColorSettings,
+    MapSettings,
+    MeshSettings,
+)
 from paradize.scene.jobs import Output, Requirements
 from paradize.scene.map_sets import MapSet, ObjectMaps, SceneMaps
 from paradize.scene.pass_inputs import MADE_OF, map_inputs, mesh_inputs
@@ -112,11 +118,12 @@ def add_map_set(
         add_maps("bumps", has["height"], "height", ["normal"], one.height_strength)
     elif "normal" in roles:
         roles["normal"] = ["normal"] if "normal" in has else []
-    drawn_maps = [key for key, own in roles.items() if own]
+    cast = one.casts_occlusion and "occlusion" in roles
+    drawn_maps = [key for key, own in roles.items() if own or (cast and key == "occlusion")]
     if drawn_maps:
         own = [role for key in drawn_maps for role in roles[key]]
         own += ["normal"] if "gloss" in drawn_maps and "normal" in has and "normal" not in own else []
-        authored = AuthoredSettings(only=drawn_maps, **_fields(one.authored, own), **common)
+        authored = AuthoredSettings(only=drawn_maps, **_fields(one.authored, own, cast=cast), **common)
         add("drawn maps", "authored", {role: has[role] for role in own}, drawn_maps, **asdict(authored))
     if "color" in inputs and "color" in has:
         made = [key for key in DERIVED if key in inputs and key in one.derived and not roles.get(key)]
@@ -135,9 +142,15 @@ def _filtered(one: MapSet) -> str | tuple[str, str]:
     return u if u == v else (u, v)
 
 
-def _fields(authored: Iterable[tuple[str, Any]], roles: Collection[str]) -> dict[str, Any]:
-    """Returns fields of AuthoredSettings for pictures of these roles."""
-    fields = dict(authored)
-    fields["channels"] = {role: channel for role, channel in fields.get("channels", ()) if role in roles}
-    fields["inverted"] = [role for role in fields.get("inverted", ()) if role in roles]
-    return fields
+def _fields(
+    authored: Iterable[tuple[str, Any]], roles: Collection[str], *, cast: bool = False
+) -> dict[str, Any]:
+    """Returns fields of AuthoredSettings for pictures of these roles. cast: with those of occlusion that is
+    cast from the mesh."""
+    kept = {key: value for key, value in authored if cast or key not in _CAST}
+    kept["channels"] = {role: channel for role, channel in kept.get("channels", ()) if role in roles}
+    kept["inverted"] = [role for role in kept.get("inverted", ()) if role in roles]
+    return kept
+
+
+_CAST = {"occlusion_cast", *(one.name for one in fields(CastSettings))}

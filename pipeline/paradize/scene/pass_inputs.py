@@ -74,7 +74,11 @@ def map_inputs(
         inputs["height"] = f"parallax of {deep}"
     if (set(GLOSS_ROLES) & has or "gloss" in derived) and (shiny := having("specular", "metalness")):
         inputs["gloss"] = f"highlights on {shiny}"
-    if ("occlusion" in has and having("occlusion_strength")) or ("metalness" in has and having("metalness")):
+    metal = "metalness" in has and having("metalness")
+    if one.casts_occlusion and having("occlusion_strength"):
+        beside = " and metal" if metal else ""
+        inputs["occlusion"] = f"light from around{beside} on {of}; the occlusion is cast from the mesh"
+    elif ("occlusion" in has and having("occlusion_strength")) or metal:
         inputs["occlusion"] = f"light from around and metal on {of}"
     if "emission" in has and (bright := having("emission")):
         inputs["emission"] = f"light that {bright} give off"

@@ -9,18 +9,21 @@ from typing import Any
 
 import pytest
 
-from paradize.build.single_file import BakedFiles, map_files, mesh_files, terrain_files
+from paradize.build.single_file import BakedFiles, map_files, mesh_files, occlusion_files, terrain_files
 from paradize.cli import main as cli
 from paradize.jobs.pool import Job, Outcome, run_jobs
 from paradize.kernels import maps
 from paradize.kernels.threads import VARIABLE, default_threads
-from paradize.scene.baker_settings import MapSettings, MeshSettings, TerrainSettings
+from paradize.scene.baker_settings import MapSettings, MeshSettings, OcclusionSettings, TerrainSettings
 from tests.pipeline.scenes import make_cove
+from tests.pipeline.shapes import CORNER_OBJ
 
 
 @pytest.fixture(scope="module")
 def sources(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return make_cove(tmp_path_factory.mktemp("cove")).parent
+    folder = make_cove(tmp_path_factory.mktemp("cove")).parent
+    (folder / "corner.obj").write_text(CORNER_OBJ)
+    return folder
 
 
 def threads_of_kernels() -> list[int]:
@@ -63,6 +66,15 @@ def test_the_same_bytes_and_measures_with_any_number_of_threads(sources: Path) -
                     "settings": MapSettings(source="color", strength=5.0, wrap="repeat"),
                     "tier": "balanced",
                     "uv": sources / "post.obj",
+                },
+            ),
+            Job(
+                "occlusion",
+                occlusion_files,
+                {
+                    "path": sources / "corner.obj",
+                    "settings": OcclusionSettings(occlusion_px=64),
+                    "tier": "balanced",
                 },
             ),
             Job(

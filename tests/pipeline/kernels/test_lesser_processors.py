@@ -24,6 +24,7 @@ from paradize.kernels.normals import widths
 from tests.pipeline.heights import normals, waves
 from tests.pipeline.own_package import kernels
 from tests.pipeline.scenes import ball, make_cove, write_image
+from tests.pipeline.shapes import CORNER_OBJ
 from tests.places import ROOT
 
 LESSER = {
@@ -71,14 +72,17 @@ for tier in ("fast", "balanced", "exact"):
     drawn = {role: folder / f"{name}.png" for role, name in files.items()}
     drawn = bake_authored(drawn, tier=tier, uv=folder / "post.obj", normal_scale=1.7)
     made |= {f"drawn {name}": map for name, map in drawn.items()}
+    cast = bake_authored({}, tier=tier, uv=folder / "corner.obj", occlusion_cast=True, occlusion_px=64)
+    made["cast"] = cast["occlusion"]
     for name, map in made.items():
-        told[f"{name} {tier}"] = map.data, [map.filter if name == "normal" else "", map.levels, map.warnings]
+        rest = [map.errors if name == "cast" else {}, map.levels, map.warnings]
+        told[f"{name} {tier}"] = map.data, [map.filter if name == "normal" else "", *rest]
 unwrappers = [name for name in UNWRAPPERS if name == "paradize" or unwrapper_version(name)]
 for name in unwrappers:
     bare = bake_mesh(folder / "bare.obj", atlas=True, lods=2, unwrapper=name)
     bare.report.pop("seconds", None)
     told[f"atlas {name}"] = bare.glb, bare.report
-assert len(told) == 3 * (2 + 4 + 4 + 1 + 3) + len(unwrappers)
+assert len(told) == 3 * (2 + 4 + 4 + 1 + 3 + 1) + len(unwrappers)
 print(json.dumps({k: [hashlib.sha256(data).hexdigest(), rest] for k, (data, rest) in told.items()}))
 """
 SCENE = """
@@ -149,6 +153,7 @@ def sources(tmp_path: Path) -> Path:
     text = ball(24)
     (folder / "post.obj").write_text(text)
     bare = [line for line in text.splitlines() if not line.startswith("vt ")]
+    (folder / "corner.obj").write_text(CORNER_OBJ)
     (folder / "bare.obj").write_text("\n".join(re.sub(r"/\d+", "", line) for line in bare) + "\n")
     return folder
 

@@ -18,6 +18,7 @@ from paradize.build.single_file import bake_single
 from paradize.scene.budget import METRICS
 from tests.pipeline.build.test_budget_measured import MAPS, MESH, TERRAIN
 from tests.pipeline.scenes import make_cove, write_image
+from tests.pipeline.shapes import CORNER_OBJ
 from tests.places import ROOT
 
 ALPHA = {"occlusion": "a", "roughness": "a"}
@@ -54,11 +55,13 @@ def written(tmp_path_factory: pytest.TempPathFactory) -> set[str]:
     leaf = np.full((16, 16, 4), 200, np.uint8)
     leaf[::2, :, 3] = 90
     write_image(top / "leaf.png", leaf)
+    (top / "corner.obj").write_text(CORNER_OBJ)
     drawn = bake_authored({"occlusion": top / "leaf.png", "roughness": top / "leaf.png"}, channels=ALPHA)
     for made in (
         bake_color(top / "leaf.png"),
         bake_color(scene.parent / "wood.png", product="emission"),
         *drawn.values(),
+        *bake_authored({}, uv=top / "corner.obj", occlusion_cast=True, occlusion_px=32).values(),
     ):
         names |= set(made.errors).union(*made.levels)
     for fmt in ("ktx2", "png"):

@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 
+from paradize.bakers.authored.cast import CastMap, cast_occlusion
 from paradize.bakers.authored.normals import normal_coding
 from paradize.bakers.authored.pictures import Drawn, read_drawn
 from paradize.bakers.authored.rows import F64, Channel, Layouts, NormalRows, ValueRows
@@ -60,7 +61,8 @@ def bake_authored(
     fmt: str | None = None,
     **changes: Any,
 ) -> dict[str, MapProduct]:
-    """The maps of the pictures by role, by name: those of `settings.only` that have a picture.
+    """The maps of the pictures by role, by name: those of `settings.only` that have a picture. With
+    `occlusion_cast` there is no picture of occlusion: it is cast from the model `uv`.
 
     settings: None: as they are by themselves; changes: fields of them that are others. uv: a model whose UV
     layout the pictures follow; its gutters are filled. Where there is a normal map, the mips of gloss are
@@ -74,13 +76,30 @@ def bake_authored(
     roles = [role for name in names for role in ROLES[name]]
     roles += ["normal"] if "gloss" in names and "normal" not in roles else []
     drawn = read_drawn(sources, roles, used.channels)
+    cast = None
+    if used.occlusion_cast and "occlusion" in names:
+        cast = _cast(uv, used, tier, measure)
+        drawn["occlusion"] = cast.drawn
     wrap = wraps_of(used.wrap)
     materials = used.layout_materials
     layouts: Layouts = cache(
         lambda size: None if uv is None else read_layout(uv, size[0], size[1], wrap, materials=materials)
     )
     maps = _Maps(drawn, used, layouts, wrap, measure)
-    return {name: _product(name, maps, used, tier, fmt) for name in names}
+    made = {name: _product(name, maps, used, tier, fmt) for name in names}
+    return made if cast is None else made | {"occlusion": _with_cast(made["occlusion"], cast)}
+
+
+def _cast(uv: Path | None, settings: AuthoredSettings, tier: str, measure: bool) -> CastMap:
+    if uv is None:
+        mend = "name a model with a UV layout of its own, or give a picture of the occlusion"
+        raise BakeError("occlusion is cast from a mesh, and its UVs say where to", mend=mend)
+    return cast_occlusion(uv, settings, tuple(settings.layout_materials), tier, measure=measure)
+
+
+def _with_cast(product: MapProduct, cast: CastMap) -> MapProduct:
+    errors = product.errors if product.constant else product.errors | cast.errors
+    return replace(product, errors=errors, warnings=[*product.warnings, *cast.warnings])
 
 
 def _names(sources: Mapping[str, Path], settings: AuthoredSettings, tier: str) -> list[str]:
@@ -97,6 +116,11 @@ def _names(sources: Mapping[str, Path], settings: AuthoredSettings, tier: str) -
     if "roughness" in sources and "smoothness" in sources:
         mend = "leave one of them out"
         raise BakeError("a roughness and a smoothness map of one material", mend=mend)
+    if settings.occlusion_cast:
+        if "occlusion" in sources:
+            mend = "leave one of them out"
+            raise BakeError("a picture of occlusion, and occlusion cast from the mesh", mend=mend)
+        sources = {**sources, "occlusion": Path()}
     return [name for name in AUTHORED if name in settings.only and any(r in sources for r in ROLES[name])]
 
 
@@ -221,7 +245,7 @@ def _enlarged(channels: list[Channel], size: tuple[int, int]) -> list[str]:
         f"{one.drawn.path}: {one.drawn.size[1]} x {one.drawn.size[0]} texels are enlarged to {size[1]} x "
         f"{size[0]}, the size of the picture beside it in the same map"
         for one in channels
-        if one.drawn is not None and one.drawn.size != size
+        if one.drawn is not None and not one.drawn.cast and one.drawn.size != size
     ]
 
 

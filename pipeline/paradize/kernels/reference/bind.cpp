@@ -16,6 +16,7 @@
 #include "reference/frames.hpp"
 #include "reference/loading.hpp"
 #include "reference/maps/maps.hpp"
+#include "reference/occlusion.hpp"
 #include "reference/places.hpp"
 #include "reference/terrain.hpp"
 
@@ -316,6 +317,17 @@ nb::list color_levels(const Texture &texture, Any pixels, bool encoded, double c
     return as_list(found);
 }
 
+nb::object open_shares(Rows<double> points, Rows<double> normals, Rows<double> faces, Rows<double> corners,
+                       double reach, std::size_t cells, int threads) {
+    std::vector<double> shares(points.shape(0));
+    {
+        nb::gil_scoped_release unlocked;
+        reference::open_shares(flat(points), flat(normals), flat(faces), flat(corners), reach, cells, shares,
+                               threads);
+    }
+    return give(std::move(shares));
+}
+
 } // namespace
 
 NB_MODULE(_reference, m) {
@@ -323,6 +335,7 @@ NB_MODULE(_reference, m) {
     nb::class_<Measured>(m, "Surface")
         .def(nb::init<Rows<float>, Rows<std::uint32_t>>(), nb::keep_alive<1, 2>(), nb::keep_alive<1, 3>(),
              nb::call_guard<nb::gil_scoped_release>());
+    m.def("open_shares", &open_shares);
     m.def("surface_distance", &surface_distance);
     m.def("two_sided", &two_sided);
     nb::class_<reference::Shading>(m, "Shading");

@@ -194,6 +194,20 @@ class SceneObject:
         meaning="how much neighbours in the UV layout may bleed into a sample",
     )
     relief: Relief = table(Relief, Relief, meaning="How the picture becomes heights.")
+    occlusion: str = choice(
+        "none",
+        among=("none", "mesh"),
+        meaning="mesh: materials without a map of ambient occlusion get one that is cast from the mesh; "
+        "materials with holes, and blended ones, hold back no light",
+    )
+    occlusion_px: int = whole(512, low=16, high=8192, unit="texels", meaning="side of the map that is cast")
+    occlusion_reach: float = number(
+        0.25,
+        low=0.001,
+        high=1.0,
+        unit="of the diagonal",
+        meaning="what lies farther than this holds back no light",
+    )
     gloss_groups: tuple[str, ...] = texts((), meaning="groups or materials that shine; empty: all")
     materials: dict[str, ObjectMaterial] = named_tables(
         ObjectMaterial, key="material", meaning="A material of the model, by its name."

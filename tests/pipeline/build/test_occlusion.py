@@ -1,0 +1,139 @@
+"""`occlusion = "mesh"`: who asks for it gets a map that is cast from the mesh, and nobody else."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from paradize.build.bake import bake
+from paradize.build.options import BuildOptions
+from paradize.build.provenance import BakeReport
+from paradize.checks import check_paths
+from paradize.explain.facts import explain
+from paradize.formats.ktx2.reader import decode_ktx2
+from paradize.metrics.texels import decode_texels
+from tests.pipeline.material_scene import make_panels, noise
+from tests.pipeline.scenes import write_image
+from tests.pipeline.shapes import CORNER_OBJ
+
+SCENE = """
+[scene]
+name = "corner"
+[[object]]
+name = "nook"
+mesh = "corner.obj"
+lods = 1
+occlusion = "mesh"
+occlusion_px = 64
+[[object.instance]]
+position = [0.0, 0.0, 0.0]
+[flight]
+duration_s = 4.0
+eye = [{ position = [3, 1, 4] }, { position = [2, 1, 4] }, { position = [4, 2, 5] }]
+target = [{ position = [0, 0.5, 0] }, { position = [0, 0.5, 0] }, { position = [0, 0.5, 0] }]
+"""
+
+
+@pytest.fixture(autouse=True)
+def store(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("PARADIZE_STORE", str(tmp_path / "store"))
+
+
+def make(folder: Path, *changes: tuple[str, str], obj: str = CORNER_OBJ) -> Path:
+    folder.mkdir(exist_ok=True)
+    (folder / "corner.obj").write_text(obj)
+    text = SCENE
+    for old, new in changes:
+        assert old in text
+        text = text.replace(old, new)
+    (folder / "corner.toml").write_text(text)
+    return folder / "corner.toml"
+
+
+def baked(scene: Path, out: Path, tier: str | None = None) -> tuple[BakeReport, dict[str, Any]]:
+    report = bake(scene, out, BuildOptions(jobs=1, tier=tier))
+    assert not report.errors, report.errors
+    return report, json.loads((out / "scene.json").read_text())
+
+
+def texels(out: Path, manifest: dict[str, Any], name: str) -> np.ndarray:
+    file = out / manifest["artifacts"][name]["file"]
+    return decode_texels(decode_ktx2(file.read_bytes(), file))
+
+
+def test_a_model_without_any_picture_gets_its_occlusion(tmp_path: Path) -> None:
+    scene = make(tmp_path / "s")
+    _, manifest = baked(scene, tmp_path / "out")
+    (item,) = manifest["objects"]
+    assert {k: v for k, v in item["materials"]["stone"]["maps"].items() if v} == {
+        "occlusion": "nook_occlusion"
+    }
+    artifact = manifest["artifacts"]["nook_occlusion"]
+    assert 0.0 < artifact["errors"]["occlusion_cast_p99"] < 0.03
+    shown = texels(tmp_path / "out", manifest, "nook_occlusion")
+    assert shown.shape == (64, 64, 1)  # metalness takes no room
+    assert shown.min() < 0.6 and shown.max() > 0.85
+    assert not [one for one in check_paths([tmp_path / "out"]) if one.fails]
+    (told,) = explain(scene, "nook_occlusion").artifacts
+    assert "cast from the mesh" in told["reason"]
+
+
+def test_who_does_not_ask_gets_none(tmp_path: Path) -> None:
+    report, _ = baked(make(tmp_path / "s", ('occlusion = "mesh"\n', "")), tmp_path / "out")
+    assert "nook_occlusion" not in {one.name for one in report.artifacts}
+
+
+def test_what_no_pass_reads_is_not_baked(tmp_path: Path) -> None:
+    """An object that casts shadows alone."""
+    shadow = ("[flight]", "[shadow]\nextent_m = 20.0\n[flight]")
+    scene = make(tmp_path / "s", ("lods = 1", 'lods = 1\nviews = ["shadow"]'), shadow)
+    report, _ = baked(scene, tmp_path / "out")
+    assert "nook_occlusion" not in {one.name for one in report.artifacts}
+
+
+def test_metalness_stands_beside_the_occlusion(tmp_path: Path) -> None:
+    metal = ("[[object.instance]]", '[object.material.stone]\nmetalness = "metal.png"\n[[object.instance]]')
+    scene = make(tmp_path / "s", metal)
+    write_image(scene.parent / "metal.png", noise(3, 1, 128))
+    _, manifest = baked(scene, tmp_path / "out")
+    shown = texels(tmp_path / "out", manifest, "nook_occlusion")
+    assert shown.shape == (128, 128, 2) and np.ptp(shown[:, :, 1]) > 0.3 and shown[:, :, 0].min() < 0.6
+
+
+def test_a_drawn_occlusion_stays_and_others_get_theirs(tmp_path: Path) -> None:
+    """wood and leaf of the panels bring none; metal does. The leaf has holes, and holds back no light."""
+    scene = make_panels(tmp_path / "s")
+    scene.write_text(scene.read_text().replace("lods = 2", 'lods = 2\nocclusion = "mesh"\nocclusion_px = 64'))
+    _, manifest = baked(scene, tmp_path / "out")
+    artifacts = manifest["artifacts"]
+    assert "occlusion_cast_p99" not in artifacts["panel_metal_occlusion"]["errors"]
+    assert "occlusion_cast_p99" in artifacts["panel_wood_occlusion"]["errors"]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "why"),
+    [("vt 0.95", "vt 3.95", "its UVs repeat"), ("vt ", "# ", "it has no texture coordinates")],
+)
+def test_without_a_place_for_each_texel_there_is_none_and_a_warning_says_why(
+    tmp_path: Path, old: str, new: str, why: str
+) -> None:
+    obj = CORNER_OBJ.replace(old, new)
+    if new == "# ":
+        obj = "\n".join(" ".join(word.split("/")[0] for word in line.split()) for line in obj.splitlines())
+    report, _ = baked(make(tmp_path / "s", obj=obj), tmp_path / "out")
+    assert "nook_occlusion" not in {one.name for one in report.artifacts}
+    assert any("no occlusion is cast" in text and why in text for text in report.warnings)
+
+
+def test_auto_takes_the_cheapest_tier_inside_the_budget(tmp_path: Path) -> None:
+    tiers = {}
+    for limit in (0.2, 0.012):
+        budget = ("[flight]", f"[budget]\nocclusion_cast_p99 = {limit}\n[flight]")
+        scene = make(tmp_path / f"s{limit}", budget)
+        _, manifest = baked(scene, tmp_path / f"out{limit}", "auto")
+        tiers[limit] = manifest["artifacts"]["nook_occlusion"]["tier"]
+    assert tiers == {0.2: "fast", 0.012: "exact"}
