@@ -14,6 +14,7 @@ constexpr int max_px = 16384;
 constexpr double max_s = 1e9;
 constexpr int max_samples = 65536;
 constexpr double max_fps = 1000.0;
+constexpr double max_mb = 1e9;
 
 template <typename Number>
 std::optional<Number> parse_number(std::string_view text) {
@@ -174,6 +175,13 @@ Options parse_options(std::span<const char *const> arguments, std::span<const st
             if (!out.fps || !(*out.fps > 0.0) || *out.fps > max_fps) {
                 refuse(name, text, "must be frames a second, above 0 and up to 1000");
             }
+        } else if (name == "--vram" || name == "--ram") {
+            const std::string_view text = value();
+            const auto megabytes = parse_number<double>(text);
+            if (!megabytes || !(*megabytes >= 1.0) || *megabytes > max_mb) {
+                refuse(name, text, "must be megabytes, 1 to 1e9");
+            }
+            (name == "--vram" ? out.vram_mb : out.ram_mb) = megabytes;
         } else if (name == "--disable") {
             parse_passes(value(), passes, out);
         } else if (name.starts_with("-") && name.size() > 1) {
@@ -213,8 +221,8 @@ Options parse_options(std::span<const char *const> arguments, std::span<const st
 std::string usage(std::span<const std::string_view> passes) {
     return "paradize-player DIR [--headless] [--time S] [--frames N] [--size WxH] [--screenshot F.png]\n"
            "                    [--quality T|FEATURE=T,...] [--reference N] [--fps N] [--disable PASS,...]\n"
-           "                    [--wait-resident] [--interactive] [--bench] [--json] [--mute] [--debug]\n"
-           "                    [--check-finite]\n"
+           "                    [--vram MB] [--ram MB] [--wait-resident] [--interactive] [--bench] [--json]\n"
+           "                    [--mute] [--debug] [--check-finite]\n"
            "\n"
            "Plays a baked scene. Any key ends playback.\n"
            "  --headless         no window and no sound; draws one frame, or --frames\n"
@@ -236,6 +244,10 @@ std::string usage(std::span<const std::string_view> passes) {
            "  --disable PASS,... leave passes out: " +
            listed(passes) +
            "\n"
+           "  --vram MB          memory for meshes and textures on the device; what the picture needs least "
+           "is\n"
+           "                     left out (default: the scene's vram_mb, or no limit)\n"
+           "  --ram MB           memory for files that wait for upload (default: 268)\n"
            "  --wait-resident    upload everything before the first frame\n"
            "  --interactive      fly yourself: W A S D Q E, mouse, Z X roll, Shift is faster, Space pauses,\n"
            "                     M mutes, - and + volume, Escape ends\n"

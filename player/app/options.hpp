@@ -27,8 +27,9 @@ struct Options {
     std::filesystem::path screenshot;       // empty: no screenshot
     std::vector<std::string> disabled;
     Quality quality = all_at(Tier::balanced);
-    std::optional<int> reference; // number of frames averaged per picture
-    std::optional<double> fps;    // target frame rate
+    std::optional<int> reference;          // number of frames averaged per picture
+    std::optional<double> fps;             // target frame rate
+    std::optional<double> vram_mb, ram_mb; // limits of memory, 10^6 bytes
     bool wait_resident = false;
     bool interactive = false;
     bool bench = false;

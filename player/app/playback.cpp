@@ -63,6 +63,15 @@ Device device() {
     return out;
 }
 
+MemoryLimits memory_limits(const Options &options) {
+    MemoryLimits out;
+    out.vram_bytes = static_cast<std::uint64_t>(options.vram_mb.value_or(0.0) * 1e6);
+    if (options.ram_mb) {
+        out.ram_bytes = static_cast<std::uint64_t>(*options.ram_mb * 1e6);
+    }
+    return out;
+}
+
 RenderSettings chosen_settings(const Options &options, const assets::SceneFile &file) {
     return options.reference ? reference_settings(file, *options.reference, device())
                              : render_settings(file, options.quality, device());
@@ -100,12 +109,13 @@ class Playback {
     Playback(const Options &options, PendingScene pending, const RendererOptions &renderer_options,
              assets::SceneWatcher *watcher)
         : options_(options), renderer_options_(renderer_options),
-          scenes_(std::move(pending), options.folder, watcher), shaders_(gl::ShaderLibrary::find()),
+          scenes_(std::move(pending), options.folder, memory_limits(options), watcher),
+          shaders_(gl::ShaderLibrary::find()),
           renderer_(std::make_unique<Renderer>(scenes_.current().scene, shaders_, renderer_options)) {
         warn_of_terrain_size();
         if (options.wait_resident || options.bench || options.fps ||
             (!options.screenshot.empty() && !options.frames)) {
-            scenes_.upload_all();
+            scenes_.upload_all(flight_outlook(options.time_s));
         }
         if (options.reference) {
             samples_ = reference_samples(*options.reference);
@@ -155,14 +165,40 @@ class Playback {
         }
     }
 
-    void frame(double elapsed_s, const Pose &pose, gl::DebugLog &log) {
+    /// Where the flight leads from this time on.
+    Outlook flight_outlook(double elapsed_s) const {
+        Outlook out{renderer_options_.settings,
+                    renderer_->width_px(),
+                    renderer_->height_px(),
+                    flight_pose(file().flight, elapsed_s),
+                    {}};
+        for (std::size_t i = 0; i < horizons_s.size(); ++i) {
+            out.soon[i] = flight_pose(file().flight, elapsed_s + horizons_s[i]);
+        }
+        return out;
+    }
+
+    /// Where a steered camera heads, if it goes on as since the last frame.
+    Outlook steered_outlook(const Pose &pose, const Pose &before, double delta_s) const {
+        Outlook out{renderer_options_.settings, renderer_->width_px(), renderer_->height_px(), pose, {}};
+        for (std::size_t i = 0; i < horizons_s.size(); ++i) {
+            const double steps = delta_s > 0.0 ? horizons_s[i] / delta_s : 0.0;
+            out.soon[i] = pose;
+            out.soon[i].eye += (pose.eye - before.eye) * steps;
+            out.soon[i].target += (pose.eye - before.eye) * steps;
+        }
+        return out;
+    }
+
+    void frame(double elapsed_s, const Outlook &outlook, gl::DebugLog &log) {
+        const Pose &pose = outlook.now;
         // Headless frames wait for data, so that they do not depend on timing. Frames in a window do not
         // wait.
         log_unless_empty(bake_limits_->check_size(renderer_->width_px(), renderer_->height_px()));
         const UploadBudget budget =
             options_.headless ? UploadBudget{.bytes = upload_bytes_per_frame}
                               : UploadBudget{upload_bytes_per_frame, upload_ms_per_frame, NotReady::skip};
-        if (LoadedScene *next = scenes_.upload(budget)) {
+        if (LoadedScene *next = scenes_.upload(outlook, budget)) {
             activate(*next, elapsed_s);
         }
         if (samples_.empty()) {
@@ -207,9 +243,7 @@ class Playback {
                                 governor_->current().ms, median(recent_ms_.empty() ? frame_ms_ : recent_ms_),
                                 governor_->changes(),    calibration_.table};
         }
-        out.resident_bytes = scenes_.current().streamer.resident_bytes();
-        out.total_bytes = scenes_.current().streamer.total_bytes();
-        out.terrain_bytes = scenes_.current().streamer.terrain_bytes();
+        out.streaming = scenes_.current().streamer.counts();
         out.draw_calls = renderer_->draw_calls();
         out.terrain = renderer_->terrain_counts();
         out.renderer = gl::renderer_name();
@@ -248,12 +282,14 @@ class Playback {
     }
 
     void warn_of_terrain_size() const {
-        log_unless_empty(terrain_warning(scenes_.current().streamer.terrain_bytes()));
+        if (!options_.vram_mb && !file().vram_mb) {
+            log_unless_empty(terrain_warning(scenes_.current().streamer.counts().terrain_bytes));
+        }
     }
 
     /// Replaces the scene by `next`. Playback time and camera stay.
     void activate(LoadedScene &next, double elapsed_s) {
-        const std::uint64_t terrain_bytes = scenes_.current().streamer.terrain_bytes();
+        const std::uint64_t terrain_bytes = scenes_.current().streamer.counts().terrain_bytes;
         renderer_options_.width_px = renderer_->width_px();
         renderer_options_.height_px = renderer_->height_px();
         renderer_options_.settings = governor_
@@ -270,7 +306,7 @@ class Playback {
             scenes_.refuse(error.what());
             return;
         }
-        if (scenes_.current().streamer.terrain_bytes() > terrain_bytes) {
+        if (scenes_.current().streamer.counts().terrain_bytes > terrain_bytes) {
             warn_of_terrain_size();
         }
         const std::size_t all = file().artifacts.size();
@@ -317,7 +353,7 @@ void play_frames(Playback &playback, const Options &options, gl::DebugLog &log, 
             glFinish(); // finishes the window's previous frame
         }
         const double start = now_ms();
-        playback.frame(elapsed_s, flight_pose(playback.file().flight, elapsed_s), log);
+        playback.frame(elapsed_s, playback.flight_outlook(elapsed_s), log);
         glFinish();
         if (i >= before) {
             playback.record_frame_time(now_ms() - start);
@@ -385,6 +421,7 @@ void play_window(Playback &playback, const Options &options, gl::DebugLog &log, 
         const double now_s = window.seconds();
         const double delta_s = std::clamp(now_s - last_s, 0.0, max_delta_s);
         last_s = now_s;
+        const Pose before = camera.pose();
         if (options.interactive) {
             camera.move(input, delta_s);
             playback.check_free_camera(camera.pose().eye);
@@ -411,7 +448,8 @@ void play_window(Playback &playback, const Options &options, gl::DebugLog &log, 
         const double start = now_ms();
         const assets::SceneFile *shown = &playback.file();
         playback.frame(elapsed_s,
-                       options.interactive ? camera.pose() : flight_pose(playback.file().flight, elapsed_s),
+                       options.interactive ? playback.steered_outlook(camera.pose(), before, delta_s)
+                                           : playback.flight_outlook(elapsed_s),
                        log);
         gl::blit_color(playback.renderer().output(), playback.renderer().width_px(),
                        playback.renderer().height_px(), 0, width, height);
@@ -439,7 +477,7 @@ int run(const Options &options) {
         watcher.emplace(options.folder / "scene.json");
     }
     // Threads read the files while the GL context is created.
-    PendingScene pending(load_scene(options.folder), options.folder);
+    PendingScene pending(load_scene(options.folder), options.folder, memory_limits(options));
     const assets::SceneFile &file = *pending.file;
     RendererOptions renderer_options;
     renderer_options.width_px = options.width_px.value_or(file.width_px);

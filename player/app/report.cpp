@@ -156,8 +156,8 @@ std::string to_json(const Report &report) {
         "{\"frames\": %zu, \"width\": %d, \"height\": %d, \"frame_ms\": %.3f, \"resident_bytes\": %llu, "
         "\"total_bytes\": %llu, \"peak_rss_bytes\": %llu",
         report.frame_ms.size(), report.width_px, report.height_px, median(report.frame_ms),
-        static_cast<unsigned long long>(report.resident_bytes),
-        static_cast<unsigned long long>(report.total_bytes),
+        static_cast<unsigned long long>(report.streaming.resident_bytes),
+        static_cast<unsigned long long>(report.streaming.total_bytes),
         static_cast<unsigned long long>(peak_rss_bytes()));
     std::string out = numbers;
     if (report.bench) {
@@ -179,6 +179,14 @@ std::string to_json(const Report &report) {
         }
         out += "]}";
     }
+    std::snprintf(numbers, sizeof numbers,
+                  ", \"streaming\": {\"needed_bytes\": %llu, \"peak_bytes\": %llu, \"evictions\": %llu, "
+                  "\"worst_error\": %.3f}",
+                  static_cast<unsigned long long>(report.streaming.needed_bytes),
+                  static_cast<unsigned long long>(report.streaming.peak_bytes),
+                  static_cast<unsigned long long>(report.streaming.evictions),
+                  static_cast<double>(report.streaming.worst_error));
+    out += numbers;
     std::vector<std::string> features;
     for (const QualityFeature feature : report.features) {
         features.emplace_back(feature_names[static_cast<std::size_t>(feature)]);
@@ -198,7 +206,7 @@ std::string to_json(const Report &report) {
                ", \"cut_triangles\": " + std::to_string(terrain.cut_triangles) +
                ", \"arrived\": " + std::to_string(terrain.resident_patches) +
                ", \"baked\": " + std::to_string(terrain.total_patches) +
-               ", \"bytes\": " + std::to_string(report.terrain_bytes) + "}";
+               ", \"bytes\": " + std::to_string(report.streaming.terrain_bytes) + "}";
     }
     out += ", \"draw_calls\": " + std::to_string(report.draw_calls) +
            ", \"program_bytes\": " + std::to_string(program_bytes()) +

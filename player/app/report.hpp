@@ -2,6 +2,7 @@
 // The data and the text of --json, --bench and --fps.
 
 #include "app/frame_rate.hpp"
+#include "streaming/streamer.hpp"
 #include "streaming/terrain_tiles.hpp"
 
 #include <cstdint>
@@ -32,9 +33,7 @@ struct Report {
     std::optional<int> reference;         // number of frames averaged per picture
     std::optional<FrameRate> fps;
     std::uint64_t draw_calls = 0; // of the last frame, in all views
-    std::uint64_t resident_bytes = 0;
-    std::uint64_t total_bytes = 0;
-    std::uint64_t terrain_bytes = 0;      // part of total_bytes
+    StreamingCounts streaming;
     std::optional<TerrainCounts> terrain; // of the last frame
     std::string renderer, version;
     std::vector<std::string> screenshots;

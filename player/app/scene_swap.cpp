@@ -10,16 +10,37 @@
 
 namespace paradize {
 
+namespace {
+
+MemoryLimits limits_for(const assets::SceneFile &file, MemoryLimits limits) {
+    if (limits.vram_bytes == 0 && file.vram_mb) {
+        limits.vram_bytes = static_cast<std::uint64_t>(*file.vram_mb * 1e6);
+    }
+    return limits;
+}
+
+bool upload_needed(LoadedScene &scene, const Outlook &outlook, const UploadBudget &budget) {
+    if (!scene.streamer.settled()) {
+        scene.demand.update(outlook);
+        scene.streamer.set_needs(scene.demand.needs());
+    }
+    return scene.streamer.upload(budget);
+}
+
+} // namespace
+
 PendingScene::PendingScene(assets::SceneFile scene_file, const std::filesystem::path &folder,
-                           const Streamer *before)
-    : file(std::make_unique<const assets::SceneFile>(std::move(scene_file))), load(*file, folder, before) {}
+                           MemoryLimits limits, const Streamer *before)
+    : file(std::make_unique<const assets::SceneFile>(std::move(scene_file))),
+      load(*file, folder, before, limits_for(*file, limits)) {}
 
 LoadedScene::LoadedScene(PendingScene pending)
     : owned_file(std::move(pending.file)), file(*owned_file), streamer(file, std::move(pending.load)),
-      scene(file, streamer) {}
+      scene(file, streamer), demand(scene, streamer) {}
 
-SceneSwap::SceneSwap(PendingScene first, std::filesystem::path folder, assets::SceneWatcher *watcher)
-    : folder_(std::move(folder)), watcher_(watcher),
+SceneSwap::SceneSwap(PendingScene first, std::filesystem::path folder, const MemoryLimits &limits,
+                     assets::SceneWatcher *watcher)
+    : folder_(std::move(folder)), limits_(limits), watcher_(watcher),
       current_(std::make_unique<LoadedScene>(std::move(first))) {}
 
 void SceneSwap::refuse(const char *error) {
@@ -42,7 +63,7 @@ void SceneSwap::poll(NotReady not_ready) {
                 return;
             }
             next_.reset();
-            pending_.emplace(std::move(update->file), folder_, &current_->streamer);
+            pending_.emplace(std::move(update->file), folder_, limits_, &current_->streamer);
         }
         if (pending_ && (not_ready == NotReady::wait || pending_->load.ready())) {
             next_ = std::make_unique<LoadedScene>(std::move(*pending_));
@@ -60,22 +81,22 @@ void SceneSwap::log_failures() {
     }
 }
 
-void SceneSwap::upload_all() {
-    current_->streamer.upload({});
+void SceneSwap::upload_all(const Outlook &outlook) {
+    upload_needed(*current_, outlook, {});
     log_failures();
 }
 
-LoadedScene *SceneSwap::upload(const UploadBudget &budget) {
+LoadedScene *SceneSwap::upload(const Outlook &outlook, const UploadBudget &budget) {
     if (watcher_ != nullptr) {
         poll(budget.not_ready);
     }
     if (!next_) {
-        current_->streamer.upload(budget);
+        upload_needed(*current_, outlook, budget);
         log_failures();
         return nullptr;
     }
     try {
-        const bool complete = next_->streamer.upload(budget);
+        const bool complete = upload_needed(*next_, outlook, budget);
         if (!next_->streamer.failures().empty()) {
             throw Error(next_->streamer.failures().front());
         }

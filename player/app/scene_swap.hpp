@@ -3,6 +3,7 @@
 
 #include "assets/scene_file.hpp"
 #include "assets/watcher.hpp"
+#include "streaming/demand.hpp"
 #include "streaming/scene.hpp"
 #include "streaming/streamer.hpp"
 
@@ -15,8 +16,9 @@ namespace paradize {
 
 /// A scene.json whose files are being read and checked by threads.
 struct PendingScene {
-    /// Artifacts that are unchanged in `before` are reused.
-    PendingScene(assets::SceneFile scene_file, const std::filesystem::path &folder,
+    /// Artifacts that are unchanged in `before` are reused. Without a limit of device memory that of the
+    /// scene holds.
+    PendingScene(assets::SceneFile scene_file, const std::filesystem::path &folder, MemoryLimits limits = {},
                  const Streamer *before = nullptr);
 
     std::unique_ptr<const assets::SceneFile> file;
@@ -32,13 +34,15 @@ struct LoadedScene {
     const assets::SceneFile &file;
     Streamer streamer;
     Scene scene;
+    Demand demand;
 };
 
 class SceneSwap {
   public:
     /// `watcher` supplies new scenes and must outlive this object. nullptr: there are no new scenes. Throws
     /// Error.
-    SceneSwap(PendingScene first, std::filesystem::path folder, assets::SceneWatcher *watcher);
+    SceneSwap(PendingScene first, std::filesystem::path folder, const MemoryLimits &limits,
+              assets::SceneWatcher *watcher);
 
     LoadedScene &current() { return *current_; }
     const LoadedScene &current() const { return *current_; }
@@ -46,9 +50,9 @@ class SceneSwap {
     /// next scene once it is resident; call activate() then. Otherwise returns nullptr. An error of the next
     /// scene is logged once and that scene is dropped. A file of the current scene that cannot be read any
     /// more is logged once. Throws Error if the current scene fails.
-    LoadedScene *upload(const UploadBudget &budget);
-    /// Uploads all of the current scene.
-    void upload_all();
+    LoadedScene *upload(const Outlook &outlook, const UploadBudget &budget);
+    /// Uploads all of the current scene, or all that is needed and fits the limit.
+    void upload_all(const Outlook &outlook);
     /// Makes the next scene the current one. Returns the previous scene; keep it until nothing refers to it.
     std::unique_ptr<LoadedScene> activate();
     /// Drops the next scene and logs `error`.
@@ -59,6 +63,7 @@ class SceneSwap {
     void log_failures();
 
     std::filesystem::path folder_;
+    MemoryLimits limits_;
     assets::SceneWatcher *watcher_;
     std::unique_ptr<LoadedScene> current_, next_;
     std::optional<PendingScene> pending_;

@@ -212,6 +212,7 @@ LoadedArtifact load_artifact(const SceneFile &scene, std::uint32_t index, const 
     } else if (artifact.kind == ArtifactKind::mesh) {
         out.glb = read_glb(out.file.bytes(), out.path);
         check_mesh(out.glb, out.path);
+        out.materials = measure_materials(out.glb);
         out.plan = plan_mesh(out.glb);
     } else if (artifact.kind == ArtifactKind::sound) {
         out.file.release(); // read again when the sound is played
@@ -224,6 +225,10 @@ LoadedArtifact load_artifact(const SceneFile &scene, std::uint32_t index, const 
         }
         check_texels(out.ktx, out.path);
         out.plan = plan_texture(out.ktx);
+    }
+    if (!artifact.drawn) {
+        out.file.release();
+        out.plan = {};
     }
     return out;
 }

@@ -5,6 +5,7 @@
 #include "assets/glb.hpp"
 #include "assets/inflate.hpp"
 #include "assets/ktx2.hpp"
+#include "assets/mesh_measures.hpp"
 #include "assets/scene_file.hpp"
 #include "assets/upload_plan.hpp"
 
@@ -21,11 +22,12 @@ namespace paradize::assets {
 
 struct LoadedArtifact {
     std::string path;
-    std::string sha256;                // from scene.json
-    FileBytes file;                    // the other members point into it; released for a sound
-    Ktx2 ktx;                          // of a texture or cube map
-    Glb glb;                           // of a mesh or tile
-    std::optional<std::uint32_t> tile; // index into Terrain::tiles
+    std::string sha256;                     // from scene.json
+    FileBytes file;                         // the other members point into it; released for a sound
+    Ktx2 ktx;                               // of a texture or cube map
+    Glb glb;                                // of a mesh or tile
+    std::vector<MaterialMeasure> materials; // of a mesh that is not a tile
+    std::optional<std::uint32_t> tile;      // index into Terrain::tiles
     UploadPlan plan;
 };
 

@@ -38,12 +38,41 @@ class SceneReader {
         read_particles(root_, out_);
         read_sound(root_, out_);
         read_flight(root_, out_);
+        mark_drawn();
         root_.ignore({"budget", "check"}); // for `paradize check`
         root_.reject_unknown_keys();
     }
 
   private:
+    /// Finds the artifacts that something refers to.
+    void mark_drawn() {
+        std::vector<std::string_view> names{out_.sky};
+        if (out_.terrain) {
+            const Terrain &terrain = *out_.terrain;
+            names.insert(names.end(), terrain.tiles.begin(), terrain.tiles.end());
+            names.insert(names.end(), {terrain.sand_color, terrain.effect_color, terrain.effect_normal,
+                                       terrain.sand_normal});
+        }
+        if (out_.water) {
+            names.insert(names.end(), {out_.water->normal, out_.water->dudv});
+        }
+        for (const Object &object : out_.objects) {
+            names.emplace_back(object.mesh);
+            for (const Material &material : object.materials) {
+                for_each_map(
+                    [&](ObjectMap map, std::string_view) { names.emplace_back(material.maps[map]); });
+            }
+        }
+        std::ranges::sort(names);
+        for (Artifact &artifact : out_.artifacts) {
+            artifact.drawn = std::ranges::binary_search(names, std::string_view(artifact.name));
+        }
+    }
+
     void head() {
+        if (root_.has("vram_mb")) {
+            out_.vram_mb = root_.number("vram_mb", 1.0, 1e9);
+        }
         out_.name = root_.text("name");
         out_.exposure = real_or(root_, "exposure", 1e-6, 1e6, 1.0F);
         if (root_.has("viewport")) {

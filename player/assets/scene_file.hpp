@@ -29,6 +29,7 @@ struct Artifact {
     std::string sha256; // of the file, 64 hex digits
     std::uint64_t bytes = 0;
     double first_needed_s = 0.0;
+    bool drawn = true;            // false: nothing in the scene refers to this mesh or texture
     std::optional<int> max_level; // coarsest mip to sample; coarser mips mix neighbouring charts
     // finer mips or LODs that the bake left out, because no view of the flight needs them
     int trimmed_levels = 0;
@@ -222,6 +223,7 @@ struct SceneFile {
     int largest_height_px = 720;
     std::optional<FreeCameraBox> free_camera;
     float lod_error_px = 1.0F;
+    std::optional<double> vram_mb; // limit of device memory for meshes and textures, 10^6 bytes
     double poster_s = 0.0;
     std::vector<Artifact> artifacts;      // sorted by name
     std::vector<std::uint32_t> streaming; // indices of artifacts in upload order

@@ -142,24 +142,12 @@ void Renderer::step_to(double elapsed_s) {
 
 void Renderer::set_views(const Pose &pose, const Sample &sample) {
     const assets::SceneFile &file = scene_.file();
-    const auto set_view = [&](const View &view) {
-        frame_.views_[static_cast<std::size_t>(view.kind)] = view;
-    };
     const RenderSettings &settings = frame_.settings;
-    View main = main_view(pose, file.flight, width_px_, height_px_);
-    jitter(main, sample.pixel);
-    const double level = file.water ? file.water->level_m : 0.0;
-    set_view(main);
-    set_view(mirror_view(main, level, settings.reflection_scale));
-    set_view(refraction_view(main, level, settings.refraction_scale));
-    assets::Shadow shadow = file.shadow.value_or(assets::Shadow());
-    shadow.size_px = settings.shadow_size_px;
     frame_.to_sun = sample.sun == glm::vec2(0.0F)
                         ? file.sun.direction
                         : sun_direction(file.sun.direction, 0.5F * file.sun.angular_diameter_rad, sample.sun);
-    View light = light_view(shadow, frame_.to_sun, main.anchor);
-    jitter(light, sample.pixel);
-    set_view(light);
+    frame_.views_ = frame_views(file, settings, pose, width_px_, height_px_, frame_.to_sun, sample.pixel);
+    const View &main = frame_.view(ViewKind::main);
     if (frame_.terrain_) {
         frame_.terrain_->update(main, settings.lod_error_px);
     }

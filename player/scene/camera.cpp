@@ -120,6 +120,25 @@ void jitter(View &view, const glm::vec2 &pixels) {
     finish_view(view);
 }
 
+std::array<View, view_kinds> frame_views(const assets::SceneFile &file, const RenderSettings &settings,
+                                         const Pose &pose, int width_px, int height_px,
+                                         const glm::vec3 &to_sun, const glm::vec2 &pixel) {
+    std::array<View, view_kinds> views;
+    const auto set = [&](const View &view) { views[static_cast<std::size_t>(view.kind)] = view; };
+    View main = main_view(pose, file.flight, width_px, height_px);
+    jitter(main, pixel);
+    const double level_m = file.water ? file.water->level_m : 0.0;
+    set(main);
+    set(mirror_view(main, level_m, settings.reflection_scale));
+    set(refraction_view(main, level_m, settings.refraction_scale));
+    assets::Shadow shadow = file.shadow.value_or(assets::Shadow());
+    shadow.size_px = settings.shadow_size_px;
+    View light = light_view(shadow, to_sun, main.anchor);
+    jitter(light, pixel);
+    set(light);
+    return views;
+}
+
 glm::mat4 texture_from_clip() {
     return glm::scale(glm::translate(glm::mat4(1.0F), glm::vec3(0.5F)), glm::vec3(0.5F));
 }

@@ -3,9 +3,12 @@
 
 #include "assets/scene_file.hpp"
 #include "scene/flight.hpp"
+#include "scene/quality.hpp"
 #include "scene/view.hpp"
 
 #include <glm/vec2.hpp>
+
+#include <array>
 
 namespace paradize {
 
@@ -27,6 +30,12 @@ View refraction_view(const View &main, double level_m, float scale);
 /// Orthographic view from the sun over the square of the shadow map.
 View light_view(const assets::Shadow &shadow, const glm::vec3 &to_sun,
                 const glm::dvec3 &anchor = glm::dvec3(0.0));
+
+/// Returns the views of a frame, at the index of their kind. `pixel` shifts the main and the light view by a
+/// fraction of their pixels.
+std::array<View, view_kinds> frame_views(const assets::SceneFile &file, const RenderSettings &settings,
+                                         const Pose &pose, int width_px, int height_px,
+                                         const glm::vec3 &to_sun, const glm::vec2 &pixel = glm::vec2(0.0F));
 
 /// Maps the light's clip space to [0,1]^3 of the shadow map.
 glm::mat4 texture_from_clip();

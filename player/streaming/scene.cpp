@@ -28,8 +28,6 @@ glm::vec2 parallax_of(const assets::Material &material) {
     return reach > limit ? asked * (limit / reach) : asked;
 }
 
-namespace {
-
 bool drawn_in(const assets::Object &object, ViewKind view) {
     switch (view) {
     case ViewKind::light:
@@ -43,8 +41,6 @@ bool drawn_in(const assets::Object &object, ViewKind view) {
     }
     return object.camera;
 }
-
-} // namespace
 
 Scene::Scene(const assets::SceneFile &file, const Streamer &streamer) : file_(file), streamer_(streamer) {
     objects_.reserve(file_.objects.size());
@@ -68,7 +64,7 @@ Scene::Scene(const assets::SceneFile &file, const Streamer &streamer) : file_(fi
                 material.maps[map] = texture(material.values.maps[map]);
             });
             material.id = id_of(material.values);
-            material.center = object.mesh->center(m);
+            material.center = object.mesh->measure(m).center;
         }
         for (const assets::Placement &placement : entry.instances) {
             Instance &instance = object.instances.emplace_back();

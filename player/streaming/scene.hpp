@@ -81,6 +81,9 @@ class Scene {
     std::size_t instance_count_ = 0;
 };
 
+/// True if the object is drawn in views of this kind.
+bool drawn_in(const assets::Object &object, ViewKind view);
+
 /// Returns the scale and bias of a material's parallax. Both are reduced if the largest displacement, scale /
 /// 2 + |bias|, exceeds the material's limit.
 glm::vec2 parallax_of(const assets::Material &material);

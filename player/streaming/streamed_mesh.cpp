@@ -8,52 +8,13 @@
 
 #include <algorithm>
 #include <array>
-#include <cstring>
-#include <limits>
+#include <utility>
 
 namespace paradize {
 
 namespace {
 
 constexpr std::array<int, assets::mesh_attributes> components{3, 3, 4, 2, 2, 4};
-
-/// Returns the value of a component as the shader gets it.
-float component_at(const std::byte *at, std::uint32_t type) {
-    const auto read = [&]<typename T>(T value) {
-        std::memcpy(&value, at, sizeof value);
-        return static_cast<float>(value);
-    };
-    return type == GL_FLOAT ? read(float{}) : read(std::uint16_t{}); // all that positions may have
-}
-
-/// Returns the middle of the box of each material's triangles. The coarsest level is always in memory.
-std::vector<glm::vec3> material_centers(const assets::Glb &glb) {
-    std::vector<glm::vec3> low(glb.materials.size(), glm::vec3(std::numeric_limits<float>::max()));
-    std::vector<glm::vec3> high(glb.materials.size(), glm::vec3(std::numeric_limits<float>::lowest()));
-    const assets::GlbLevel &level = glb.levels.back();
-    const assets::GlbFormat &format = level.formats[gl::attribute_position];
-    const std::size_t component_bytes = format.component == GL_FLOAT ? 4 : 2;
-    for (const assets::GlbPrimitive &primitive : level.primitives) {
-        for (std::size_t i = 0; i < primitive.count; ++i) {
-            std::uint32_t vertex = 0;
-            std::memcpy(&vertex, primitive.indices.data() + i * level.index_bytes, level.index_bytes);
-            const std::byte *const at = level.positions.data() + std::size_t{vertex} * format.stride;
-            glm::vec3 place;
-            for (int axis = 0; axis < 3; ++axis) {
-                place[axis] =
-                    component_at(at + static_cast<std::size_t>(axis) * component_bytes, format.component);
-            }
-            low[primitive.material] = glm::min(low[primitive.material], place);
-            high[primitive.material] = glm::max(high[primitive.material], place);
-        }
-    }
-    std::vector<glm::vec3> centers;
-    for (std::size_t i = 0; i < low.size(); ++i) {
-        const bool used = low[i].x <= high[i].x;
-        centers.push_back(used ? 0.5F * low[i] + 0.5F * high[i] : glm::vec3(0.0F));
-    }
-    return centers;
-}
 
 } // namespace
 
@@ -76,8 +37,8 @@ std::size_t attribute_end(std::size_t offset_bytes, std::size_t bytes) {
     return (offset_bytes + bytes + 15) & ~std::size_t{15};
 }
 
-StreamedMesh::StreamedMesh(const assets::Glb &glb)
-    : materials_(glb.materials), centers_(material_centers(glb)), grid_(glb.grid) {
+StreamedMesh::StreamedMesh(const assets::Glb &glb, std::vector<assets::MaterialMeasure> measures)
+    : materials_(glb.materials), measures_(std::move(measures)), grid_(glb.grid) {
     for (const assets::GlbLevel &level : glb.levels) {
         MeshLevel &made = levels_.emplace_back();
         std::vector<std::size_t> &offsets = offsets_.emplace_back();

@@ -2,11 +2,11 @@
 // An object's mesh on the GPU: one vertex array per level of detail.
 
 #include "assets/glb.hpp"
+#include "assets/mesh_measures.hpp"
 #include "assets/upload_plan.hpp"
 #include "gl/handle.hpp"
 
 #include <glm/mat4x4.hpp>
-#include <glm/vec3.hpp>
 
 #include <cstddef>
 #include <cstdint>
@@ -37,7 +37,7 @@ class StreamedMesh {
   public:
     StreamedMesh() = default;
     /// Creates no buffers yet.
-    explicit StreamedMesh(const assets::Glb &glb);
+    StreamedMesh(const assets::Glb &glb, std::vector<assets::MaterialMeasure> measures);
 
     std::span<const MeshLevel> levels() const { return levels_; } // level 0, the finest, comes first
     std::span<const std::string> materials() const { return materials_; }
@@ -45,8 +45,7 @@ class StreamedMesh {
     const assets::QuantizationGrid &grid() const { return grid_; }
     /// Returns the resident level nearest to `wanted`; coarser levels are preferred. -1 if none is resident.
     int best_level(int wanted) const;
-    /// The middle of a material's triangles, in the positions' own units: of its box in the coarsest level.
-    const glm::vec3 &center(std::size_t material) const { return centers_[material]; }
+    const assets::MaterialMeasure &measure(std::size_t material) const { return measures_[material]; }
     /// Binds a level whose instances start at entry `first` of `instances`: rows of 3 x vec4 each.
     void bind(int level, const gl::Buffer &instances, std::size_t first) const;
     /// Draws all primitives of a material in the level that is bound.
@@ -62,7 +61,7 @@ class StreamedMesh {
   private:
     std::vector<MeshLevel> levels_;
     std::vector<std::string> materials_;
-    std::vector<glm::vec3> centers_; // one per material
+    std::vector<assets::MaterialMeasure> measures_; // one per material
     assets::QuantizationGrid grid_;
     std::vector<std::vector<std::size_t>> offsets_; // per level and part, offset in its buffer in bytes
 };

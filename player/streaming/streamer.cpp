@@ -12,6 +12,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <iterator>
 #include <optional>
 #include <utility>
 
@@ -31,8 +32,7 @@ struct StreamItem {
     assets::ArtifactKind kind = assets::ArtifactKind::sound;
     std::string sha256;
     std::size_t pieces_left = 0;
-    std::uint64_t bytes = 0; // of all its pieces
-    bool failed = false;     // its file cannot be read any more
+    bool drawn = true; // something in its scene refers to it
 
     /// Creates the GPU objects of a piece.
     void begin(std::uint32_t piece_index) {
@@ -72,9 +72,24 @@ struct StreamItem {
             texture.texture_ = std::move(finer);
             texture.finest_ = static_cast<int>(piece.first_level);
         }
-        if (--pieces_left == 0) {
-            loaded.file.release();
+        --pieces_left;
+    }
+
+    void evict(std::uint32_t piece_index) {
+        const assets::Piece &piece = loaded.plan.pieces[piece_index];
+        if (loaded.tile) {
+            tile.evict(piece_index);
+        } else if (kind == assets::ArtifactKind::mesh) {
+            mesh.evict(piece.first_level);
+        } else {
+            const std::uint32_t coarser = piece.first_level + piece.levels;
+            gl::Texture left = allocate_texture(loaded.ktx, coarser, best_storage());
+            copy_levels(loaded.ktx, {texture.texture_, piece.first_level}, {left, coarser});
+            make_sampled(loaded.ktx, left);
+            texture.texture_ = std::move(left);
+            texture.finest_ = static_cast<int>(coarser);
         }
+        ++pieces_left;
     }
 };
 
@@ -95,16 +110,18 @@ struct Streamer::Impl {
     std::vector<std::shared_ptr<StreamItem>> items; // one per artifact, same order
     std::vector<std::uint32_t> tiles;               // items that are terrain tiles
     std::vector<ScenePiece> pieces;
-    std::vector<std::uint32_t> order; // pieces that are not resident yet, the first one first
-    std::uint64_t resident = 0;
-    std::uint64_t total = 0;
-    std::uint64_t terrain = 0;
+    std::vector<std::uint32_t> first_piece; // per artifact
+    std::optional<Schedule> schedule;
+    std::vector<Need> needs;          // one per piece
+    std::vector<std::uint32_t> queue; // loads of the last plan that have not begun
+    std::size_t pieces_left = 0;      // that are not resident
+    StreamingCounts counts;
     std::size_t reused = 0; // items taken over from the previous scene
     std::vector<std::string> failures;
 
     /// The piece that is being uploaded.
     struct Current {
-        std::uint32_t piece = 0;
+        std::uint32_t piece = 0; // of the scene
         std::uint32_t chunks_done = 0;
         std::uint64_t bytes_done = 0;
         std::unique_ptr<std::byte[]> staged; // nullptr: the chunks are in memory
@@ -136,19 +153,93 @@ struct Streamer::Impl {
         item.kind = scene.artifacts[index].kind;
         item.sha256 = scene.artifacts[index].sha256;
         item.loaded = std::move(loaded);
+        item.drawn = scene.artifacts[index].drawn;
         const std::vector<assets::Piece> &plan = item.loaded.plan.pieces;
+        if (!item.drawn) {
+            return;
+        }
         if (item.loaded.tile) {
             item.tile = StreamedTile(item.loaded.glb, plan, item.loaded.path);
         } else if (item.kind == assets::ArtifactKind::mesh) {
-            item.mesh = StreamedMesh(item.loaded.glb);
+            item.mesh = StreamedMesh(item.loaded.glb, item.loaded.materials);
         } else if (item.kind != assets::ArtifactKind::sound) {
             make_texture(item);
         }
         item.pieces_left = plan.size();
-        for (std::uint32_t i = 0; i < plan.size(); ++i) {
-            item.bytes += plan[i].bytes;
-            order.push_back(static_cast<std::uint32_t>(pieces.size()));
+    }
+
+    /// Adds the pieces of an artifact to those of the scene.
+    void add_pieces(std::uint32_t index) {
+        first_piece[index] = static_cast<std::uint32_t>(pieces.size());
+        const StreamItem &item = *items[index];
+        for (std::uint32_t i = 0; i < item.loaded.plan.pieces.size(); ++i) {
             pieces.push_back({index, i});
+            counts.total_bytes += item.loaded.plan.pieces[i].bytes;
+            counts.terrain_bytes += item.loaded.tile ? item.loaded.plan.pieces[i].bytes : 0;
+        }
+    }
+
+    /// Creates the schedule of all pieces. A piece's parent is the next coarser one. Those of terrain patches
+    /// are the patches that they replace.
+    void make_schedule(std::uint64_t vram_bytes) {
+        std::vector<ScheduledPiece> scheduled(pieces.size());
+        for (std::uint32_t i = 0; i < pieces.size(); ++i) {
+            const StreamItem &item = item_of(i);
+            scheduled[i].bytes = plan_of(i).bytes;
+            scheduled[i].coarse = plan_of(i).coarse;
+            if (pieces[i].index != 0 && !item.loaded.tile) {
+                scheduled[i].parents = {i - 1};
+            }
+            if (item.kind != assets::ArtifactKind::mesh) { // the coarser mips are copied
+                for (std::uint32_t coarser = i - pieces[i].index; coarser < i; ++coarser) {
+                    scheduled[i].working_bytes += plan_of(coarser).bytes;
+                }
+            }
+        }
+        if (scene.terrain) {
+            add_terrain_parents(scheduled);
+        }
+        schedule.emplace(std::move(scheduled), vram_bytes);
+        for (std::uint32_t i = 0; i < pieces.size(); ++i) {
+            if (item_of(i).pieces_left == 0) { // reused
+                schedule->set_loading(i);
+                schedule->set_resident(i);
+                counts.resident_bytes += plan_of(i).bytes;
+            } else {
+                ++pieces_left;
+            }
+        }
+        needs.resize(pieces.size());
+        queue.reserve(pieces.size());
+        ahead.reserve(pieces.size());
+    }
+
+    void add_terrain_parents(std::vector<ScheduledPiece> &scheduled) const {
+        const assets::TerrainPatches &patches = scene.terrain->patches;
+        std::vector<std::uint32_t> piece_of;
+        for (const std::uint32_t tile : tiles) {
+            const std::vector<assets::Piece> &plan = items[tile]->loaded.plan.pieces;
+            for (std::uint32_t i = 0; i < plan.size(); ++i) {
+                piece_of.insert(piece_of.end(), plan[i].levels, first_piece[tile] + i);
+            }
+        }
+        std::vector<std::vector<std::uint32_t>> replaced(scene.terrain->diamonds.size()); // pieces by diamond
+        for (std::size_t patch = 0; patch < patches.size(); ++patch) {
+            if (patches.diamond[patch] >= 0) {
+                replaced[static_cast<std::size_t>(patches.diamond[patch])].push_back(piece_of[patch]);
+            }
+        }
+        for (std::size_t patch = 0; patch < patches.size(); ++patch) {
+            if (patches.parent_diamond[patch] < 0) {
+                continue;
+            }
+            std::vector<std::uint32_t> &parents = scheduled[piece_of[patch]].parents;
+            for (const std::uint32_t parent :
+                 replaced[static_cast<std::size_t>(patches.parent_diamond[patch])]) {
+                if (parent != piece_of[patch] && std::ranges::find(parents, parent) == parents.end()) {
+                    parents.push_back(parent);
+                }
+            }
         }
     }
 
@@ -158,7 +249,7 @@ struct Streamer::Impl {
         const std::optional<std::uint32_t> tile = tile_of(other, artifact);
         const auto same = std::ranges::find_if(items, [&](const std::shared_ptr<StreamItem> &item) {
             return item->sha256 == artifact.sha256 && item->kind == artifact.kind && item->pieces_left == 0 &&
-                   item->loaded.tile.has_value() == tile.has_value() &&
+                   item->drawn == artifact.drawn && item->loaded.tile.has_value() == tile.has_value() &&
                    (!tile || fits_tile(item->loaded.glb, *other.terrain, *tile));
         });
         return same == items.end() ? nullptr : *same;
@@ -177,29 +268,32 @@ struct Streamer::Impl {
         out.fallback_ = neutral_texture(ktx);
     }
 
-    /// Lets the loader stage the next pieces.
-    void order_ahead() {
-        ahead.clear();
-        std::uint64_t bytes = 0;
-        for (std::size_t i = 0; i < order.size() && (bytes == 0 || bytes < ahead_bytes); ++i) {
-            if (needs_staging(order[i])) {
-                ahead.push_back(order[i]);
-                bytes += plan_of(order[i]).bytes;
-            }
+    /// Plans, evicts, and lets the loader stage the next pieces.
+    void plan() {
+        schedule->plan(needs, ahead_bytes);
+        for (const std::uint32_t piece : schedule->evictions()) {
+            item_of(piece).evict(pieces[piece].index);
+            schedule->set_absent(piece);
+            counts.resident_bytes -= plan_of(piece).bytes;
+            ++counts.evictions;
+            ++pieces_left;
         }
+        queue.assign(schedule->loads().begin(), schedule->loads().end());
+        ahead.clear();
+        std::ranges::copy_if(queue, std::back_inserter(ahead),
+                             [&](std::uint32_t piece) { return needs_staging(piece); });
         loader->order(ahead);
+        counts.needed_bytes = schedule->needed_bytes();
+        counts.worst_error = schedule->worst_error();
     }
 
-    /// Returns the place in `order` of the piece to upload next, or nothing if none is ready.
+    /// Returns the place in the queue of the piece to upload next, or nothing if none is ready. Its parents
+    /// come first.
     std::optional<std::size_t> next_piece(NotReady not_ready) const {
-        if (order.empty()) {
-            return std::nullopt;
-        }
-        if (not_ready == NotReady::wait || !needs_staging(order.front())) {
-            return 0;
-        }
-        for (std::size_t i = 0; i < order.size() && i <= ahead.size(); ++i) {
-            if (!needs_staging(order[i]) || loader->ready(order[i])) {
+        for (std::size_t i = 0; i < queue.size(); ++i) {
+            const bool is_ready =
+                not_ready == NotReady::wait || !needs_staging(queue[i]) || loader->ready(queue[i]);
+            if (is_ready && schedule->can_load(queue[i])) {
                 return i;
             }
         }
@@ -208,16 +302,17 @@ struct Streamer::Impl {
 
     /// Drops all pieces of an artifact whose file cannot be read any more.
     void give_up(std::uint32_t artifact, std::string error) {
-        items[artifact]->failed = true;
         failures.push_back(std::move(error));
-        std::erase_if(order, [&](std::uint32_t piece) { return pieces[piece].artifact == artifact; });
-        order_ahead();
+        for (std::uint32_t i = 0; i < items[artifact]->loaded.plan.pieces.size(); ++i) {
+            pieces_left -= schedule->give_up(first_piece[artifact] + i) ? 1 : 0;
+        }
+        plan();
     }
 
-    /// Begins the piece at this place of `order`.
+    /// Begins the piece at this place of the queue.
     void begin(std::size_t place) {
         Current next;
-        next.piece = order[place];
+        next.piece = queue[place];
         if (needs_staging(next.piece)) {
             assets::StagedPiece staged = loader->take(next.piece);
             if (staged.file_failed) {
@@ -229,8 +324,10 @@ struct Streamer::Impl {
             }
             next.staged = std::move(staged.bytes);
         }
-        order.erase(order.begin() + static_cast<std::ptrdiff_t>(place));
-        order_ahead();
+        queue.erase(queue.begin() + static_cast<std::ptrdiff_t>(place));
+        schedule->set_loading(next.piece);
+        counts.peak_bytes =
+            std::max(counts.peak_bytes, schedule->used_bytes() + schedule->working_bytes(next.piece));
         item_of(next.piece).begin(pieces[next.piece].index);
         current = std::move(next);
     }
@@ -246,17 +343,22 @@ struct Streamer::Impl {
         item.upload(piece, chunk,
                     current->staged ? current->staged.get() + current->bytes_done : chunk.bytes.data());
         current->bytes_done += chunk.bytes.size();
-        resident += chunk.bytes.size();
+        counts.resident_bytes += chunk.bytes.size();
         if (++current->chunks_done == piece.chunks) {
             item.finish(pieces[current->piece].index);
+            schedule->set_resident(current->piece);
+            --pieces_left;
+            if (item.pieces_left == 0 && schedule->budget_bytes() == 0) {
+                item.loaded.file.release(); // nothing is evicted
+            }
             current.reset();
         }
     }
 };
 
 SceneLoad::SceneLoad(const assets::SceneFile &file, const std::filesystem::path &folder,
-                     const Streamer *before, std::uint64_t max_waiting)
-    : reused_(file.artifacts.size()) {
+                     const Streamer *before, const MemoryLimits &limits)
+    : reused_(file.artifacts.size()), limits_(limits) {
     std::vector<std::uint32_t> order = file.streaming; // then all artifacts that it does not name
     for (std::uint32_t i = 0; i < file.artifacts.size(); ++i) {
         order.push_back(i);
@@ -268,14 +370,14 @@ SceneLoad::SceneLoad(const assets::SceneFile &file, const std::filesystem::path 
             continue;
         }
         seen[index] = true;
-        if (before != nullptr) {
+        if (before != nullptr && limits.vram_bytes == 0) { // else one scene would evict what both draw
             reused_[index] = before->impl_->find_reusable(file, file.artifacts[index]);
         }
         if (!reused_[index]) {
             wanted.push_back(index);
         }
     }
-    loader_ = std::make_unique<assets::ArtifactLoader>(file, folder, std::move(wanted), max_waiting);
+    loader_ = std::make_unique<assets::ArtifactLoader>(file, folder, std::move(wanted), limits.ram_bytes);
 }
 
 SceneLoad::SceneLoad(SceneLoad &&) noexcept = default;
@@ -296,25 +398,25 @@ Streamer::Streamer(const assets::SceneFile &file, SceneLoad load) : impl_(std::m
     glVertexAttrib4f(gl::attribute_tangent, 1.0F, 0.0F, 0.0F, 1.0F);
     glVertexAttrib4f(gl::attribute_color, 1.0F, 1.0F, 1.0F, 1.0F);
     impl_->items = std::move(load.reused_);
-    for (const std::shared_ptr<StreamItem> &item : impl_->items) {
-        impl_->reused += item ? 1 : 0;
-        impl_->resident += item ? item->bytes : 0;
+    impl_->first_piece.resize(impl_->items.size());
+    std::vector<std::uint32_t> order = load.loader_->wanted();
+    for (std::uint32_t i = 0; i < impl_->items.size(); ++i) {
+        if (impl_->items[i]) {
+            ++impl_->reused;
+            order.push_back(i);
+        }
     }
     for (std::size_t i = 0; i < loaded.size(); ++i) {
         impl_->add(load.loader_->wanted()[i], std::move(loaded[i]));
     }
-    std::ranges::stable_partition(impl_->order,
-                                  [&](std::uint32_t piece) { return impl_->plan_of(piece).coarse; });
-    for (const std::shared_ptr<StreamItem> &item : impl_->items) {
-        impl_->total += item->bytes;
-        impl_->terrain += item->loaded.tile ? item->bytes : 0;
+    for (const std::uint32_t index : order) {
+        impl_->add_pieces(index);
     }
-    impl_->ahead.reserve(impl_->pieces.size());
+    impl_->make_schedule(load.limits_.vram_bytes);
     impl_->loader = std::make_unique<assets::PieceLoader>(
         impl_->pieces.size(), [impl = impl_.get()](std::uint32_t piece, assets::Inflater &inflater) {
             return assets::stage(impl->item_of(piece).loaded, impl->plan_of(piece), inflater);
         });
-    impl_->order_ahead();
 }
 
 Streamer::~Streamer() = default;
@@ -337,11 +439,40 @@ const StreamedTile &Streamer::tile(std::size_t index) const {
     return impl_->items[impl_->tiles[index]]->tile;
 }
 
+std::size_t Streamer::piece_count() const {
+    return impl_->pieces.size();
+}
+
+const assets::Piece &Streamer::piece(std::uint32_t index) const {
+    return impl_->plan_of(index);
+}
+
+std::pair<std::uint32_t, std::uint32_t> Streamer::pieces_of(std::string_view artifact) const {
+    const assets::Artifact *found = impl_->scene.find_artifact(artifact);
+    if (found == nullptr) {
+        return {0, 0};
+    }
+    const auto index = static_cast<std::size_t>(found - impl_->scene.artifacts.data());
+    return {impl_->first_piece[index],
+            static_cast<std::uint32_t>(impl_->items[index]->loaded.plan.pieces.size())};
+}
+
+void Streamer::set_needs(std::span<const Need> needs) {
+    std::ranges::copy(needs, impl_->needs.begin());
+}
+
 bool Streamer::upload(const UploadBudget &budget) {
     using Clock = std::chrono::steady_clock;
     const auto start = Clock::now();
+    if (settled()) {
+        return true;
+    }
+    impl_->plan();
     std::size_t used = 0;
     while (true) {
+        if (!impl_->current && impl_->queue.empty()) {
+            impl_->plan();
+        }
         if (!impl_->current) {
             const std::optional<std::size_t> place = impl_->next_piece(budget.not_ready);
             if (!place) {
@@ -358,31 +489,27 @@ bool Streamer::upload(const UploadBudget &budget) {
         used += bytes;
         impl_->upload_next();
     }
-    return complete();
+    return !impl_->current && impl_->queue.empty();
 }
 
 bool Streamer::complete() const {
-    return impl_->order.empty() && !impl_->current;
+    return impl_->pieces_left == 0;
+}
+
+bool Streamer::settled() const {
+    return complete() && impl_->schedule->budget_bytes() == 0;
+}
+
+const StreamingCounts &Streamer::counts() const {
+    return impl_->counts;
 }
 
 std::span<const std::string> Streamer::failures() const {
     return impl_->failures;
 }
 
-std::uint64_t Streamer::resident_bytes() const {
-    return impl_->resident;
-}
-
-std::uint64_t Streamer::total_bytes() const {
-    return impl_->total;
-}
-
 std::size_t Streamer::reused() const {
     return impl_->reused;
-}
-
-std::uint64_t Streamer::terrain_bytes() const {
-    return impl_->terrain;
 }
 
 } // namespace paradize

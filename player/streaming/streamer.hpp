@@ -1,9 +1,11 @@
 #pragma once
-// Uploads baked files to the GPU. Threads read and check the files; each frame uploads chunks within a byte
-// budget, coarse data first.
+// Uploads baked files to the GPU and evicts what is not needed. Threads read and check the files; each frame
+// uploads chunks within a budget, in the order of the Schedule.
 
 #include "assets/scene_file.hpp"
+#include "assets/upload_plan.hpp"
 #include "gl/handle.hpp"
+#include "streaming/schedule.hpp"
 #include "streaming/streamed_mesh.hpp"
 #include "streaming/streamed_tile.hpp"
 
@@ -15,6 +17,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 namespace paradize::assets {
@@ -64,8 +67,21 @@ struct UploadBudget {
 
 class Streamer;
 
-/// Limit of file bytes that wait in memory for upload. Beyond it, files are read again piece by piece.
-inline constexpr std::uint64_t max_waiting_bytes = std::uint64_t{256} << 20U;
+struct MemoryLimits {
+    std::uint64_t vram_bytes = 0; // of meshes and textures on the device; 0: no limit
+    // File bytes that wait in memory. Beyond it, files are read again piece by piece.
+    std::uint64_t ram_bytes = std::uint64_t{256} << 20U;
+};
+
+struct StreamingCounts {
+    std::uint64_t resident_bytes = 0;
+    std::uint64_t total_bytes = 0;   // of all that the scene refers to
+    std::uint64_t terrain_bytes = 0; // part of total_bytes
+    std::uint64_t needed_bytes = 0;  // needed by the last frame, resident or not
+    std::uint64_t peak_bytes = 0;    // largest so far, with the copies that uploads need
+    std::uint64_t evictions = 0;     // pieces
+    float worst_error = 0.0F; // on screen, relative to the accepted error; 0: all that is needed is there
+};
 
 /// Reads and checks a scene's files on threads. Artifacts that are complete in `before` and have the same
 /// SHA-256 are reused.
@@ -73,7 +89,7 @@ class SceneLoad {
   public:
     /// `file` must outlive this object.
     SceneLoad(const assets::SceneFile &file, const std::filesystem::path &folder,
-              const Streamer *before = nullptr, std::uint64_t max_waiting = max_waiting_bytes);
+              const Streamer *before = nullptr, const MemoryLimits &limits = {});
     SceneLoad(SceneLoad &&) noexcept;
     SceneLoad &operator=(SceneLoad &&) = delete;
     ~SceneLoad();
@@ -85,11 +101,12 @@ class SceneLoad {
     // one per artifact; nullptr: the artifact is read from its file
     std::vector<std::shared_ptr<StreamItem>> reused_;
     std::unique_ptr<assets::ArtifactLoader> loader_;
+    MemoryLimits limits_;
 };
 
 class Streamer {
   public:
-    /// Waits for `load`, which must belong to `file`, and creates the GPU objects of all artifacts. Reused
+    /// Waits for `load`, which must belong to `file`. Reused
     /// artifacts share their GPU objects with the previous streamer; the two may be destroyed in any order.
     /// Throws Error with file and place.
     Streamer(const assets::SceneFile &file, SceneLoad load);
@@ -103,13 +120,24 @@ class Streamer {
     const StreamedMesh *mesh(std::string_view artifact) const; // empty for a terrain tile
     const StreamedTile &tile(std::size_t index) const;         // index into Terrain::tiles
 
-    /// Uploads within the budget. Returns true if everything is resident. Throws Error if a level is broken.
+    /// The pieces of all artifacts; those of an artifact follow one another, coarse before fine.
+    std::size_t piece_count() const;
+    const assets::Piece &piece(std::uint32_t index) const;
+    /// Returns the first piece and the number of pieces. {0, 0} for an unknown name.
+    std::pair<std::uint32_t, std::uint32_t> pieces_of(std::string_view artifact) const;
+
+    /// Says how much each piece is needed. Without it all are needed alike.
+    void set_needs(std::span<const Need> needs);
+    /// Evicts and uploads within the budget. Returns true if there is nothing left to upload: everything is
+    /// resident, or all that is needed and fits the limit of device memory. Throws Error if a level is
+    /// broken.
     bool upload(const UploadBudget &budget);
+    /// True if everything is resident.
     bool complete() const;
-    std::uint64_t resident_bytes() const;
-    std::uint64_t total_bytes() const;
-    std::uint64_t terrain_bytes() const; // part of total_bytes
-    std::size_t reused() const;          // artifacts taken over from the previous scene
+    /// True if everything is resident and nothing will be evicted: needs have no effect.
+    bool settled() const;
+    const StreamingCounts &counts() const;
+    std::size_t reused() const; // artifacts taken over from the previous scene
     /// One message for each file that could not be read again. What was resident of it stays.
     std::span<const std::string> failures() const;
 

@@ -48,6 +48,8 @@ def test_frames_of_every_pass_allocate_nothing(player: Player, counter: Path, tm
     assert few > 100  # the counter works: loading allocates,
     assert allocations(16, "--check-finite") >= few + 16  # and so does the check of each picture
     assert allocations(26) == few  # twenty more frames, no more allocations
+    # Under a limit of device memory each frame plans anew.
+    assert allocations(26, "--vram", "50") == allocations(6, "--vram", "50")
 
 
 def large_scene(folder: Path) -> Path:

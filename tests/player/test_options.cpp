@@ -22,6 +22,10 @@ TEST_CASE("command line: all documented options are accepted") {
                "a.png", "--disable", "sky,water", "--wait-resident", "--json", "--mute"});
     CHECK_FALSE(o.bench);
     CHECK(parse({"scene", "--bench"}).bench);
+    const Options limits = parse({"scene", "--vram", "256", "--ram=64.5"});
+    CHECK(limits.vram_mb == 256.0);
+    CHECK(limits.ram_mb == 64.5);
+    CHECK_FALSE(o.vram_mb);
     CHECK(o.folder == "scene");
     CHECK(o.headless);
     CHECK(o.time_s == 12.5);
@@ -52,6 +56,8 @@ TEST_CASE("command line: wrong usage is an error") {
     CHECK_THROWS_AS(parse({"a", "--size", "0x4"}), UsageError);
     CHECK_THROWS_AS(parse({"a", "--screenshot", "a.jpg"}), UsageError);
     CHECK_THROWS_AS(parse({"a", "--headless=1"}), UsageError);
+    CHECK_THROWS_AS(parse({"a", "--vram", "0"}), UsageError);
+    CHECK_THROWS_AS(parse({"a", "--ram", "nan"}), UsageError);
     CHECK_THROWS_AS(parse({"a", "--headless", "--interactive"}), UsageError);
     CHECK_THROWS_AS(parse({"a", "--frames", "3", "--interactive"}), UsageError);
     CHECK_THROWS_WITH_AS(parse({"a", "--disable", "sky,wter"}),

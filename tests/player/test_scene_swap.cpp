@@ -63,10 +63,12 @@ std::unique_ptr<assets::SceneUpdate> wait_for(assets::SceneWatcher &watcher) {
     return found;
 }
 
+const Outlook outlook{.width_px = 64, .height_px = 64};
+
 /// Uploads until a new scene is resident.
 LoadedScene *wait_for(SceneSwap &scenes) {
     LoadedScene *next = nullptr;
-    while ((next = scenes.upload({})) == nullptr) {
+    while ((next = scenes.upload(outlook, {})) == nullptr) {
         std::this_thread::yield();
     }
     return next;
@@ -123,9 +125,9 @@ TEST_CASE("scene swap: a new scene reuses unchanged artifacts and is shown when 
     BakedFolder baked;
     assets::SceneWatcher watcher(baked.scene_json());
     SceneSwap scenes(PendingScene(assets::read_scene(baked.scene_json()), baked.folder.path()),
-                     baked.folder.path(), &watcher);
+                     baked.folder.path(), {}, &watcher);
     while (!scenes.current().streamer.complete()) {
-        CHECK(scenes.upload({}) == nullptr);
+        CHECK(scenes.upload(outlook, {}) == nullptr);
     }
     const StreamedMesh *mesh = scenes.current().streamer.mesh("quad_mesh");
     const StreamedTexture *sky = scenes.current().streamer.texture("sky");
@@ -135,7 +137,7 @@ TEST_CASE("scene swap: a new scene reuses unchanged artifacts and is shown when 
     CHECK(scenes.current().streamer.texture("quad_color") == color);
     CHECK(next->streamer.reused() == 2);
     CHECK(next->streamer.complete());
-    CHECK(next->streamer.resident_bytes() == next->streamer.total_bytes());
+    CHECK(next->streamer.counts().resident_bytes == next->streamer.counts().total_bytes);
     { const std::unique_ptr<LoadedScene> before = scenes.activate(); }
     CHECK(&scenes.current() == next);
     CHECK(scenes.current().streamer.mesh("quad_mesh") == mesh);
@@ -153,7 +155,7 @@ TEST_CASE("scene swap: a broken scene leaves the previous one, and a later scene
     BakedFolder baked;
     assets::SceneWatcher watcher(baked.scene_json());
     SceneSwap scenes(PendingScene(assets::read_scene(baked.scene_json()), baked.folder.path()),
-                     baked.folder.path(), &watcher);
+                     baked.folder.path(), {}, &watcher);
     const LoadedScene *first = &scenes.current();
     std::string text = baked.scene().str();
     text.replace(text.find("quad_color-1.ktx2"), 17, "quad_color-0.ktx2"); // a file that does not exist
@@ -181,14 +183,14 @@ TEST_CASE("scene swap: fifty scenes leave no GL object behind") {
     {
         assets::SceneWatcher watcher(baked.scene_json());
         SceneSwap scenes(PendingScene(assets::read_scene(baked.scene_json()), baked.folder.path()),
-                         baked.folder.path(), &watcher);
+                         baked.folder.path(), {}, &watcher);
         auto renderer = std::make_unique<Renderer>(scenes.current().scene, shaders, options);
         while (!scenes.current().streamer.complete()) {
-            scenes.upload({});
+            scenes.upload(outlook, {});
         }
         renderer->draw(0.0, flight_pose(scenes.current().file.flight, 0.0));
         const std::array<int, 7> first = objects();
-        const std::uint64_t bytes = scenes.current().streamer.resident_bytes();
+        const std::uint64_t bytes = scenes.current().streamer.counts().resident_bytes;
         for (int i = 0; i < 50; ++i) {
             baked.bake();
             const LoadedScene *next = wait_for(scenes);
@@ -198,7 +200,7 @@ TEST_CASE("scene swap: fifty scenes leave no GL object behind") {
             renderer->draw(0.1 * i, flight_pose(scenes.current().file.flight, 0.1 * i));
         }
         CHECK(objects() == first);
-        CHECK(scenes.current().streamer.resident_bytes() == bytes); // the size is unchanged
+        CHECK(scenes.current().streamer.counts().resident_bytes == bytes); // the size is unchanged
     }
     glUseProgram(0); // a program in use is deleted only then
     CHECK(objects() == none);

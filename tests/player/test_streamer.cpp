@@ -86,19 +86,19 @@ TEST_CASE("streamer: coarse data first, within the budget, complete in the end")
     CHECK(color->resident());        // mips up to 64 x 64 are resident
     CHECK_FALSE(color->complete());  // 256 x 256 is not
     CHECK(mesh->best_level(0) == 0); // the small mesh fits
-    CHECK(streamer.resident_bytes() <= budget);
+    CHECK(streamer.counts().resident_bytes <= budget);
     int frames = 1;
     while (!streamer.complete()) {
-        before = streamer.resident_bytes();
+        before = streamer.counts().resident_bytes;
         streamer.upload({.bytes = budget});
-        CHECK(streamer.resident_bytes() > before);
+        CHECK(streamer.counts().resident_bytes > before);
         ++frames;
         REQUIRE(frames < 100);
     }
     CHECK(color->complete());
     CHECK(mesh->best_level(0) == 0);
     CHECK(mesh->best_level(1) == 1);
-    CHECK(streamer.resident_bytes() == streamer.total_bytes());
+    CHECK(streamer.counts().resident_bytes == streamer.counts().total_bytes);
     test::throw_on_error();
 }
 
@@ -148,14 +148,14 @@ TEST_CASE(
         if (compressed) {
             scene.put("quad_color", test::zstd_ktx2_file(assets::PixelFormat::rgba8_srgb, 256, 256));
         }
-        Streamer streamer(scene.file, SceneLoad(scene.file, scene.folder.path(), nullptr, 0));
+        Streamer streamer(scene.file, SceneLoad(scene.file, scene.folder.path(), nullptr, {.ram_bytes = 0}));
         for (const assets::Artifact &artifact : scene.file.artifacts) {
             std::filesystem::remove(scene.folder.path() / artifact.file);
         }
         while (!streamer.upload({.bytes = 30000})) {
         }
         CHECK(wrong_bytes(streamer) == 0);
-        CHECK(streamer.resident_bytes() == streamer.total_bytes());
+        CHECK(streamer.counts().resident_bytes == streamer.counts().total_bytes);
         test::write_scene(scene.folder);
     }
     test::throw_on_error();
@@ -169,7 +169,7 @@ TEST_CASE(
     const SmallScene scene;
     const std::filesystem::path color = scene.folder.path() / "quad_color.ktx2";
     for (const bool shrinks : {false, true}) {
-        Streamer streamer(scene.file, SceneLoad(scene.file, scene.folder.path(), nullptr, 0));
+        Streamer streamer(scene.file, SceneLoad(scene.file, scene.folder.path(), nullptr, {.ram_bytes = 0}));
         streamer.upload({.bytes = 30000}); // the coarse mips
         CHECK(streamer.failures().empty());
         // The loader may have staged level 0 already; a new level 0 is staged after the change.
@@ -204,7 +204,7 @@ TEST_CASE("streamer: a file that was changed before its first piece is read agai
     const SmallScene scene;
     const std::filesystem::path color = scene.folder.path() / "quad_color.ktx2";
     for (const bool shrinks : {false, true}) {
-        SceneLoad load(scene.file, scene.folder.path(), nullptr, 0);
+        SceneLoad load(scene.file, scene.folder.path(), nullptr, {.ram_bytes = 0});
         while (!load.ready()) { // nothing is read again before there is a streamer
             std::this_thread::yield();
         }
@@ -245,11 +245,104 @@ TEST_CASE("streamer: a compressed texture gives the same texels, and its memory 
             std::this_thread::yield();
         }
         CHECK(frames >= 1); // 350 kB in steps of 100 kB or one chunk
-        CHECK(streamer.resident_bytes() == streamer.total_bytes());
-        CHECK(streamer.total_bytes() > 256 * 256 * 4);
+        CHECK(streamer.counts().resident_bytes == streamer.counts().total_bytes);
+        CHECK(streamer.counts().total_bytes > 256 * 256 * 4);
         CHECK(wrong_bytes(streamer) == 0);
     }
     test::throw_on_error();
+}
+
+TEST_CASE(
+    "streamer: under a limit of device memory finer pieces go and come back, and the coarse ones stay") {
+    if (!test::have_context()) {
+        return;
+    }
+    SmallScene scene;
+    for (const bool from_disk : {false, true}) {
+        MemoryLimits limits{.vram_bytes = 500000};
+        limits.ram_bytes = from_disk ? 0 : limits.ram_bytes;
+        Streamer streamer(scene.file, SceneLoad(scene.file, scene.folder.path(), nullptr, limits));
+        const StreamedTexture *color = streamer.texture("quad_color");
+        const auto [first, count] = streamer.pieces_of("quad_color");
+        REQUIRE(count == 3); // 64 x 64 and coarser, 128 x 128, 256 x 256
+        std::vector<Need> needs(streamer.piece_count());
+        for (int round = 0; round < 3; ++round) {
+            std::ranges::fill(needs, Need{2.0F, 0.0F});
+            streamer.set_needs(needs);
+            REQUIRE(streamer.upload({}));
+            CHECK(color->complete());
+            CHECK(wrong_bytes(streamer) == 0);
+            CHECK(streamer.counts().worst_error == 0.0F);
+            // Nothing is needed any more, but nothing else needs the memory either.
+            std::ranges::fill(needs, Need{});
+            streamer.set_needs(needs);
+            streamer.upload({});
+            CHECK(color->complete());
+        }
+        CHECK(streamer.counts().evictions == 0);
+        CHECK(streamer.counts().peak_bytes <= 500000);
+        test::throw_on_error();
+    }
+    // A limit that the finest mip exceeds: the rest is drawn, and the error is told.
+    Streamer small(scene.file, SceneLoad(scene.file, scene.folder.path(), nullptr, {.vram_bytes = 150000}));
+    const std::vector<Need> all(small.piece_count(), Need{3.0F, 0.0F});
+    small.set_needs(all);
+    while (!small.upload({.bytes = 30000})) {
+    }
+    CHECK(small.texture("quad_color")->resident());
+    CHECK_FALSE(small.texture("quad_color")->complete());
+    CHECK(small.counts().worst_error == 3.0F);
+    CHECK(small.counts().resident_bytes <= 150000);
+    CHECK(small.counts().needed_bytes == small.counts().total_bytes);
+    test::throw_on_error();
+}
+
+TEST_CASE(
+    "streamer: what a camera needs evicts what it needs no more, and texels are right when they return") {
+    if (!test::have_context()) {
+        return;
+    }
+    SmallScene scene;
+    scene.put("sky", test::ktx2_file(assets::PixelFormat::rgba8_unorm, 128, 128, 6)); // 393 kB and coarser
+    Streamer streamer(scene.file,
+                      SceneLoad(scene.file, scene.folder.path(), nullptr, {.vram_bytes = 750000}));
+    const auto need = [&](std::string_view artifact) {
+        std::vector<Need> needs(streamer.piece_count());
+        const auto [first, count] = streamer.pieces_of(artifact);
+        std::fill_n(needs.begin() + first, count, Need{2.0F, 0.0F});
+        streamer.set_needs(needs);
+        while (!streamer.upload({.bytes = 30000})) {
+        }
+        CHECK(streamer.texture(artifact)->complete());
+        CHECK(streamer.counts().peak_bytes <= 750000);
+    };
+    for (int round = 0; round < 3; ++round) {
+        need("quad_color");
+        CHECK(wrong_bytes(streamer) == 0);
+        need("sky");
+        CHECK(streamer.texture("quad_color")->resident());
+        CHECK_FALSE(streamer.texture("quad_color")->complete());
+    }
+    CHECK(streamer.counts().evictions >= 5);
+    test::throw_on_error();
+}
+
+TEST_CASE("streamer: what nothing refers to is checked and never loaded") {
+    if (!test::have_context()) {
+        return;
+    }
+    test::SceneText text;
+    text.color = "null";
+    SmallScene scene;
+    scene.file = assets::parse_scene(text.str(), "scene.json");
+    Streamer streamer = scene.streamer();
+    while (!streamer.upload({})) {
+    }
+    CHECK(streamer.complete());
+    CHECK_FALSE(streamer.texture("quad_color")->resident());
+    CHECK(streamer.counts().total_bytes < 256 * 256 * 4);
+    std::filesystem::resize_file(scene.folder.path() / "quad_color.ktx2", 100);
+    CHECK_THROWS_AS(scene.streamer(), Error);
 }
 
 TEST_CASE("streamer: a level that does not decompress is reported by file and level and ends playback") {

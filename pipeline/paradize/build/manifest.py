@@ -100,7 +100,8 @@ def build_manifest(
         levels = _with_pixel_errors(one.levels, facts[name], pixels[seen[0]]) if seen else one.levels
         entries[name] = replace(one, first_needed_s=first_s, levels=levels).to_json(PUBLISHED)
     head = scene.head
-    return {
+    limits = {} if head.vram_mb is None else {"vram_mb": head.vram_mb}
+    return limits | {
         "format": FORMAT,
         "version": VERSION,
         "name": head.name,

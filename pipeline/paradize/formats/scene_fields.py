@@ -3,7 +3,7 @@ message."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from datetime import date
 from typing import Any
 
@@ -97,18 +97,23 @@ def map_of(item: Check) -> Check:
     return check
 
 
-def table(**keys: Check) -> Check:
+def table(optional: Mapping[str, Check] | None = None, /, **keys: Check) -> Check:
+    """Exactly these keys, and any of the `optional` ones."""
+    spare = optional or {}
+
     def check(value: Any, place: str) -> None:
         if not isinstance(value, dict):
             raise Wrong(place, "is not an object")
         dotted = f"{place}." if place else ""
         for key in value:
-            if key not in keys:
+            if key not in keys and key not in spare:
                 raise Wrong(f"{dotted}{key}", "is not a known key")
         for key, item in keys.items():
             if key not in value:
                 raise Wrong(f"{dotted}{key}", "is missing")
             item(value[key], f"{dotted}{key}")
+        for key in spare.keys() & value.keys():
+            spare[key](value[key], f"{dotted}{key}")
 
     return check
 

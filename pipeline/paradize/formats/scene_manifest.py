@@ -131,6 +131,7 @@ check_artifact = table(  # the fields of paradize.artifact.PUBLISHED
 )
 
 _manifest = table(
+    {"vram_mb": number(1.0, 1e9)},
     format=text,
     version=whole(1, 1 << 30),
     name=text,

@@ -61,6 +61,7 @@ def box(tree: dict[str, Any]) -> dict[str, Any]:
         (lambda m: box(m).update(scale=[1.0, 0.0, 1.0]), "objects[0].instances[0].scale[1]"),
         (lambda m: box(m).update(scale=2.0), "objects[0].instances[0].scale"),
         (lambda m: box(m).update(yaw_rad=0.0), "objects[0].instances[0].yaw_rad"),
+        (lambda m: m.update(vram_mb=0.5), "vram_mb"),
     ],
 )
 def test_a_bad_material_or_instance_is_refused_by_its_place(
@@ -68,6 +69,11 @@ def test_a_bad_material_or_instance_is_refused_by_its_place(
 ) -> None:
     change(manifest)
     assert place in refusal(manifest)
+
+
+def test_a_limit_of_device_memory_may_stand_in_the_manifest_or_not(manifest: dict[str, Any]) -> None:
+    assert "vram_mb" not in decode_scene(json.dumps(manifest).encode())
+    assert decode_scene(json.dumps(manifest | {"vram_mb": 256.0}).encode())["vram_mb"] == 256.0
 
 
 def test_a_mirrored_instance_and_thousands_of_them_are_read(manifest: dict[str, Any]) -> None:

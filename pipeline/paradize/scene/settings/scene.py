@@ -67,6 +67,13 @@ class Head:
         unit="pixels",
         meaning="largest error in the picture that a level of detail may show",
     )
+    vram_mb: float | None = number(
+        None,
+        low=1.0,
+        high=1e6,
+        unit="MB",
+        meaning="device memory for meshes and textures in the player; without it: no limit",
+    )
     tier: str = choice(
         "balanced",
         among=TIER_OPTIONS,

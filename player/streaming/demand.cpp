@@ -1,0 +1,225 @@
+#include "streaming/demand.hpp"
+
+#include "scene/camera.hpp"
+
+#include <glm/geometric.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace paradize {
+
+namespace {
+
+// What a look ahead has seen fades with each further look, because a glimpse may fall between two looks.
+constexpr float fading = 0.9F;
+constexpr float certain = 1e6F; // error of what must always be there: the terrain's roots
+
+void raise(float &error, float to) {
+    error = std::max(error, to);
+}
+
+} // namespace
+
+Demand::Demand(const Scene &scene, const Streamer &streamer) : scene_(scene), streamer_(streamer) {
+    const assets::SceneFile &file = scene.file();
+    const auto range = [&](std::string_view name) {
+        const auto [first, count] = streamer.pieces_of(name);
+        return Range{first, count};
+    };
+    sky_ = range(file.sky);
+    for (const Object &object : scene.objects()) {
+        ObjectUse &use = objects_.emplace_back();
+        use.mesh = range(object.file->mesh);
+        for (std::size_t m = 0; m < object.materials.size(); ++m) {
+            const assets::Material &values = object.materials[m].values;
+            assets::for_each_map([&](assets::ObjectMap map, std::string_view) {
+                if (!values.maps[map].empty()) {
+                    use.maps.push_back(map_use(values.maps[map], object.mesh->measure(m).uv_per_m));
+                }
+            });
+        }
+    }
+    if (file.water) {
+        for (const std::string &name : {file.water->normal, file.water->dudv}) {
+            water_maps_.push_back(map_use(name, file.water->tile / file.water->size_m));
+        }
+    }
+    if (file.terrain) {
+        const assets::Terrain &terrain = *file.terrain;
+        const float edge_m = std::max(terrain.size_m.x, terrain.size_m.y);
+        for (const std::string &name : {terrain.sand_color, terrain.sand_normal}) {
+            terrain_maps_.push_back(map_use(name, terrain.sand_repeat / edge_m));
+        }
+        for (const std::string &name : {terrain.effect_color, terrain.effect_normal}) {
+            terrain_maps_.push_back(map_use(name, 1.0F / edge_m));
+        }
+        for (const std::string &name : terrain.tiles) {
+            const Range pieces = range(name);
+            for (std::uint32_t i = pieces.first; i < pieces.first + pieces.count; ++i) {
+                piece_of_patch_.insert(piece_of_patch_.end(), streamer.piece(i).levels, i);
+            }
+        }
+        diamond_errors_.resize(terrain.diamonds.size());
+    }
+    now_.resize(streamer.piece_count());
+    for (std::vector<float> &errors : soon_) {
+        errors.resize(now_.size());
+    }
+    needs_.resize(now_.size());
+}
+
+Demand::MapUse Demand::map_use(std::string_view artifact, float uv_per_m) const {
+    const StreamedTexture *texture = streamer_.texture(artifact);
+    if (texture == nullptr) {
+        return {};
+    }
+    const auto [first, count] = streamer_.pieces_of(artifact);
+    return {{first, count},
+            uv_per_m * static_cast<float>(std::min(texture->width_px(), texture->height_px()))};
+}
+
+void Demand::update(const Outlook &outlook) {
+    std::ranges::fill(now_, 0.0F);
+    look(outlook.now, outlook, now_);
+    for (std::size_t i = 0; i < horizons_s.size(); ++i) {
+        if (first_ || i == turn_) {
+            std::ranges::transform(soon_[i], soon_[i].begin(), [](float error) { return fading * error; });
+            look(outlook.soon[i], outlook, soon_[i]);
+        }
+    }
+    first_ = false;
+    turn_ = (turn_ + 1) % horizons_s.size();
+    for (std::size_t piece = 0; piece < needs_.size(); ++piece) {
+        needs_[piece] = {now_[piece], 0.0F};
+        for (std::size_t i = 0; i < horizons_s.size(); ++i) {
+            if (soon_[i][piece] > 1.0F) { // what is accepted then is not needed; what is not, remains needed
+                const auto later = static_cast<float>(1.0 / (1.0 + horizons_s[i]));
+                raise(needs_[piece].soon, 1.0F + (soon_[i][piece] - 1.0F) * later);
+            }
+        }
+    }
+}
+
+void Demand::look(const Pose &pose, const Outlook &outlook, std::vector<float> &errors) {
+    const assets::SceneFile &file = scene_.file();
+    const Views views =
+        frame_views(file, outlook.settings, pose, outlook.width_px, outlook.height_px, file.sun.direction);
+    const View &main = views[static_cast<std::size_t>(ViewKind::main)];
+    add_objects(views, outlook.settings, errors);
+    add_surfaces(main, errors);
+    add_terrain(main, outlook.settings.lod_error_px, errors);
+}
+
+Demand::Nearest Demand::nearest(const Object &object, const Views &views, float error_px) const {
+    constexpr std::size_t max_levels = 64;
+    const assets::SceneFile &file = scene_.file();
+    const View &main = views[static_cast<std::size_t>(ViewKind::main)];
+    const std::size_t levels = std::min(object.file->lods.size(), max_levels);
+    std::array<float, max_levels> errors_m{};
+    Nearest out{0.0F, static_cast<int>(levels)};
+    for (const View &view : views) {
+        const bool is_light = view.kind == ViewKind::light;
+        const bool is_used =
+            is_light ? file.shadow.has_value() : view.kind == ViewKind::main || file.water.has_value();
+        if (!is_used || !drawn_in(*object.file, view.kind)) {
+            continue;
+        }
+        const glm::vec3 eye = is_light ? main.eye : view.eye;
+        const float pixels_at_1m = is_light ? main.pixels_at_1m : view.pixels_at_1m;
+        for (const Instance &instance : object.instances) {
+            const glm::vec3 center = view.local(instance.center);
+            if (!view.sees(center, instance.radius_m)) {
+                continue;
+            }
+            const float distance_m = glm::distance(eye, center) - instance.radius_m;
+            for (std::size_t i = 0; i < levels; ++i) {
+                errors_m[i] = object.file->lods[i].error_m * instance.scale;
+            }
+            out.lod =
+                std::min(out.lod, choose_lod({errors_m.data(), levels}, distance_m, pixels_at_1m, error_px));
+            raise(out.pixels_per_m, pixels_at_1m * instance.scale / std::max(distance_m, main.near_m));
+        }
+    }
+    return out;
+}
+
+void Demand::add_objects(const Views &views, const RenderSettings &settings,
+                         std::vector<float> &errors) const {
+    const float accepted_px = std::max(settings.lod_error_px, 1e-3F);
+    for (std::size_t i = 0; i < objects_.size(); ++i) {
+        const Object &object = scene_.objects()[i];
+        const Nearest seen = nearest(object, views, settings.lod_error_px);
+        if (seen.pixels_per_m == 0.0F) {
+            continue;
+        }
+        const Range &mesh = objects_[i].mesh;
+        for (std::uint32_t piece = mesh.first; piece < mesh.first + mesh.count; ++piece) {
+            const std::uint32_t level = streamer_.piece(piece).first_level;
+            // Without the coarsest level the whole object is missing.
+            const float error_m = level + 1 < object.file->lods.size() ? object.file->lods[level + 1].error_m
+                                                                       : object.file->radius_m;
+            raise(errors[piece], error_m * seen.pixels_per_m / accepted_px);
+            if (seen.lod <= static_cast<int>(level)) {
+                raise(errors[piece], std::nextafter(1.0F, 2.0F)); // it is drawn, or replaces what is
+            }
+        }
+        for (const MapUse &map : objects_[i].maps) {
+            add_map(map, seen.pixels_per_m * std::exp2(-settings.mip_bias), errors);
+        }
+    }
+}
+
+/// The error of an absent mip is the size of the next coarser texel in pixels: above 1 the mip is sampled.
+void Demand::add_map(const MapUse &map, float pixels_per_m, std::vector<float> &errors) const {
+    for (std::uint32_t i = map.pieces.first; i < map.pieces.first + map.pieces.count; ++i) {
+        const assets::Piece &piece = streamer_.piece(i);
+        const auto coarser = static_cast<int>(piece.first_level + piece.levels);
+        const float texels_per_m = std::max(map.texels_per_m, 1e-6F);
+        raise(errors[i], std::min(std::ldexp(pixels_per_m / texels_per_m, coarser), certain));
+    }
+}
+
+void Demand::add_surfaces(const View &main, std::vector<float> &errors) const {
+    const assets::SceneFile &file = scene_.file();
+    const double eye_m = static_cast<double>(main.eye.y) + main.anchor.y;
+    const auto pixels_at = [&](double distance_m) {
+        return main.pixels_at_1m / std::max(static_cast<float>(distance_m), main.near_m);
+    };
+    for (const MapUse &map : water_maps_) {
+        add_map(map, pixels_at(std::abs(eye_m - static_cast<double>(file.water->level_m))), errors);
+    }
+    for (const MapUse &map : terrain_maps_) {
+        add_map(map, pixels_at(eye_m - static_cast<double>(file.terrain->height_range_m.y)), errors);
+    }
+    if (sky_.count != 0) { // a face covers a right angle
+        const auto edge_px = static_cast<float>(streamer_.texture(file.sky)->width_px());
+        const float texels_per_rad = edge_px / (0.5F * std::numbers::pi_v<float>);
+        add_map({sky_, texels_per_rad}, main.pixels_at_1m, errors);
+    }
+}
+
+/// As in TerrainCut: a patch is needed if the diamond whose split shows it wants to be split.
+void Demand::add_terrain(const View &main, float error_px, std::vector<float> &errors) {
+    if (!scene_.file().terrain) {
+        return;
+    }
+    const assets::TerrainPatches &patches = scene_.file().terrain->patches;
+    const assets::TerrainDiamonds &diamonds = scene_.file().terrain->diamonds;
+    const glm::vec3 eye(glm::dvec3(main.eye) + main.anchor);
+    const float accepted_px = std::max(error_px, 1e-3F);
+    for (std::size_t d = 0; d < diamonds.size(); ++d) {
+        const float distance_m = glm::distance(eye, diamonds.center[d]) - diamonds.radius_m[d];
+        diamond_errors_[d] = std::min(diamonds.error_m[d] * main.pixels_at_1m /
+                                          (accepted_px * std::max(main.near_m, distance_m)),
+                                      certain);
+    }
+    for (std::size_t patch = 0; patch < patches.size(); ++patch) {
+        const std::int32_t parent = patches.parent_diamond[patch];
+        raise(errors[piece_of_patch_[patch]],
+              parent < 0 ? certain : diamond_errors_[static_cast<std::size_t>(parent)]);
+    }
+}
+
+} // namespace paradize

@@ -1,0 +1,82 @@
+#pragma once
+// How much each piece of a scene is needed: the error on screen while it is absent, now and along the way in
+// the seconds to come. Uses no GL.
+
+#include "scene/flight.hpp"
+#include "scene/quality.hpp"
+#include "streaming/scene.hpp"
+#include "streaming/schedule.hpp"
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+namespace paradize {
+
+/// Seconds ahead that the demand looks at.
+inline constexpr std::array<double, 4> horizons_s{1.0, 2.0, 4.0, 8.0};
+
+/// Where the camera is and will be.
+struct Outlook {
+    RenderSettings settings{};
+    int width_px = 0, height_px = 0;
+    Pose now{};
+    std::array<Pose, horizons_s.size()> soon{}; // after horizons_s
+};
+
+class Demand {
+  public:
+    /// Both must outlive this object.
+    Demand(const Scene &scene, const Streamer &streamer);
+
+    /// Looks at the pose of now and at one of the later poses in turn; the first call looks at all. An error
+    /// after s seconds counts 1 / (1 + s). Allocates nothing.
+    void update(const Outlook &outlook);
+    /// One entry per piece of the streamer.
+    std::span<const Need> needs() const { return needs_; }
+
+  private:
+    struct Range {
+        std::uint32_t first = 0, count = 0; // pieces of an artifact
+    };
+    struct MapUse {
+        Range pieces;
+        float texels_per_m = 0.0F; // of mip 0, where they are stretched
+    };
+    struct ObjectUse {
+        Range mesh;
+        std::vector<MapUse> maps;
+    };
+    /// A pixel's size on an object where it is nearest to the eye, and the level of detail chosen there.
+    struct Nearest {
+        float pixels_per_m = 0.0F; // of the mesh
+        int lod = 0;
+    };
+    using Views = std::array<View, view_kinds>;
+
+    MapUse map_use(std::string_view artifact, float uv_per_m) const;
+    /// Raises `errors` to those that the pose sees.
+    void look(const Pose &pose, const Outlook &outlook, std::vector<float> &errors);
+    Nearest nearest(const Object &object, const Views &views, float error_px) const;
+    void add_objects(const Views &views, const RenderSettings &settings, std::vector<float> &errors) const;
+    void add_map(const MapUse &map, float pixels_per_m, std::vector<float> &errors) const;
+    void add_surfaces(const View &main, std::vector<float> &errors) const;
+    void add_terrain(const View &main, float error_px, std::vector<float> &errors);
+
+    const Scene &scene_;
+    const Streamer &streamer_;
+    std::vector<ObjectUse> objects_; // as in the scene
+    std::vector<MapUse> terrain_maps_, water_maps_;
+    Range sky_;
+    std::vector<std::uint32_t> piece_of_patch_; // of the terrain
+    std::vector<float> diamond_errors_;
+    std::vector<float> now_;
+    std::array<std::vector<float>, horizons_s.size()> soon_;
+    std::vector<Need> needs_;
+    std::size_t turn_ = 0;
+    bool first_ = true;
+};
+
+} // namespace paradize

@@ -1,0 +1,163 @@
+#include "streaming/schedule.hpp"
+
+#include <algorithm>
+#include <utility>
+
+namespace paradize {
+
+namespace {
+
+/// The groups of Schedule::plan(), first to last.
+enum Group { seen_coarse, needed, coarse, unneeded };
+
+} // namespace
+
+Schedule::Schedule(std::vector<ScheduledPiece> pieces, std::uint64_t budget_bytes)
+    : pieces_(std::move(pieces)), budget_bytes_(budget_bytes), states_(pieces_.size()),
+      children_(pieces_.size()), ranks_(pieces_.size()), planned_(pieces_.size()), evicted_(pieces_.size()) {
+    for (std::vector<std::uint32_t> *list : {&loads_, &evictions_, &candidates_, &victims_}) {
+        list->reserve(pieces_.size());
+    }
+    kept_children_.reserve(pieces_.size());
+}
+
+Schedule::Rank Schedule::rank(std::uint32_t piece, const Need &need) const {
+    const float error = std::max(need.now > 1.0F ? need.now : 0.0F, need.soon > 1.0F ? need.soon : 0.0F);
+    if (pieces_[piece].coarse) {
+        return {need.now > 1.0F ? seen_coarse : error > 0.0F ? needed : coarse, error};
+    }
+    return {error > 0.0F ? needed : unneeded, error};
+}
+
+void Schedule::count_needs(std::span<const Need> needs) {
+    needed_bytes_ = 0;
+    worst_error_ = 0.0F;
+    for (std::size_t i = 0; i < pieces_.size(); ++i) {
+        if (needs[i].now > 1.0F) {
+            needed_bytes_ += pieces_[i].bytes;
+            worst_error_ = std::max(worst_error_, states_[i] == State::resident ? 0.0F : needs[i].now);
+        }
+    }
+}
+
+void Schedule::plan(std::span<const Need> needs, std::uint64_t ahead_bytes) {
+    count_needs(needs);
+    candidates_.clear();
+    victims_.clear();
+    for (std::uint32_t i = 0; i < pieces_.size(); ++i) {
+        ranks_[i] = rank(i, needs[i]);
+        if (states_[i] == State::absent && (ranks_[i].group != unneeded || budget_bytes_ == 0)) {
+            candidates_.push_back(i);
+        } else if (states_[i] == State::resident && !pieces_[i].coarse && needs[i].now <= 1.0F) {
+            victims_.push_back(i);
+        }
+    }
+    const auto before = [&](std::uint32_t a, std::uint32_t b) {
+        if (ranks_[a].group != ranks_[b].group) {
+            return ranks_[a].group < ranks_[b].group;
+        }
+        return ranks_[a].error != ranks_[b].error ? ranks_[a].error > ranks_[b].error : a < b;
+    };
+    std::ranges::sort(candidates_, before);
+    std::ranges::sort(victims_, [&](std::uint32_t a, std::uint32_t b) { return before(b, a); });
+    loads_.clear();
+    evictions_.clear();
+    planned_.assign(pieces_.size(), false);
+    evicted_.assign(pieces_.size(), false);
+    kept_children_.assign(children_.begin(), children_.end());
+    std::uint64_t used = used_bytes_;
+    std::uint64_t ahead = 0;
+    for (const std::uint32_t piece : candidates_) {
+        if (ahead != 0 && ahead + pieces_[piece].bytes > ahead_bytes) {
+            break;
+        }
+        const bool possible = std::ranges::all_of(pieces_[piece].parents, [&](std::uint32_t parent) {
+            return (states_[parent] == State::resident || states_[parent] == State::loading ||
+                    planned_[parent]) &&
+                   !evicted_[parent];
+        });
+        if (!possible || !make_room(piece, needs, used)) {
+            continue;
+        }
+        for (const std::uint32_t parent : pieces_[piece].parents) {
+            ++kept_children_[parent];
+        }
+        planned_[piece] = true;
+        loads_.push_back(piece);
+        used += pieces_[piece].bytes;
+        ahead += pieces_[piece].bytes;
+    }
+}
+
+/// Chooses pieces to evict until `piece` fits. False, and chooses none, if it does not fit.
+bool Schedule::make_room(std::uint32_t piece, std::span<const Need> needs, std::uint64_t &used) {
+    const auto fits = [&] {
+        return budget_bytes_ == 0 ||
+               used + pieces_[piece].bytes + pieces_[piece].working_bytes <= budget_bytes_;
+    };
+    const std::size_t first = evictions_.size();
+    for (const std::uint32_t victim : victims_) {
+        const float error = ranks_[victim].error;
+        if (fits() || !(error < ranks_[piece].error || (error == 0.0F && pieces_[piece].coarse))) {
+            break;
+        }
+        if (evicted_[victim] || kept_children_[victim] != 0 ||
+            std::ranges::find(pieces_[piece].parents, victim) != pieces_[piece].parents.end()) {
+            continue;
+        }
+        evicted_[victim] = true;
+        evictions_.push_back(victim);
+        used -= pieces_[victim].bytes;
+        for (const std::uint32_t parent : pieces_[victim].parents) {
+            --kept_children_[parent];
+        }
+    }
+    // A coarse piece that is seen is loaded even beyond the budget: without it there is nothing to see.
+    if (fits() || (pieces_[piece].coarse && needs[piece].now > 1.0F)) {
+        return true;
+    }
+    for (; evictions_.size() > first; evictions_.pop_back()) {
+        const std::uint32_t victim = evictions_.back();
+        evicted_[victim] = false;
+        used += pieces_[victim].bytes;
+        for (const std::uint32_t parent : pieces_[victim].parents) {
+            ++kept_children_[parent];
+        }
+    }
+    return false;
+}
+
+void Schedule::set_loading(std::uint32_t piece) {
+    states_[piece] = State::loading;
+    used_bytes_ += pieces_[piece].bytes;
+    for (const std::uint32_t parent : pieces_[piece].parents) {
+        ++children_[parent];
+    }
+}
+
+void Schedule::set_resident(std::uint32_t piece) {
+    states_[piece] = State::resident;
+}
+
+void Schedule::set_absent(std::uint32_t piece) {
+    states_[piece] = State::absent;
+    used_bytes_ -= pieces_[piece].bytes;
+    for (const std::uint32_t parent : pieces_[piece].parents) {
+        --children_[parent];
+    }
+}
+
+bool Schedule::give_up(std::uint32_t piece) {
+    if (states_[piece] != State::absent) {
+        return false;
+    }
+    states_[piece] = State::given_up;
+    return true;
+}
+
+bool Schedule::can_load(std::uint32_t piece) const {
+    return std::ranges::all_of(pieces_[piece].parents,
+                               [&](std::uint32_t parent) { return states_[parent] == State::resident; });
+}
+
+} // namespace paradize

@@ -1,0 +1,82 @@
+#pragma once
+// Decides which pieces to load and which to evict. Uses no GL, no files and no clock.
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace paradize {
+
+struct ScheduledPiece {
+    std::uint64_t bytes = 0;         // on the device
+    std::uint64_t working_bytes = 0; // more while it is uploaded
+    bool coarse = false;             // loaded before all finer pieces of what is seen, never evicted
+    // Pieces that must be resident before this one, and as long as it is. They come earlier in the list, and
+    // are needed at least as much.
+    std::vector<std::uint32_t> parents;
+};
+
+/// The error on screen while a piece is absent, relative to the accepted error: above 1 the piece is needed.
+struct Need {
+    float now = 0.0F;
+    float soon = 0.0F; // along the flight, less the later it is
+};
+
+class Schedule {
+  public:
+    /// `budget_bytes` 0: no limit, everything is loaded in the end.
+    Schedule(std::vector<ScheduledPiece> pieces, std::uint64_t budget_bytes);
+
+    /// Finds what to load next and what to evict first. A piece that is needed now is never evicted. Loads
+    /// come in this order: coarse pieces that are needed now, the largest error first; then the other pieces
+    /// that are needed, the largest error first; coarse pieces; without a limit all others. Another piece is
+    /// evicted only for one that is needed more. `ahead_bytes` limits the loads, but not the first one.
+    /// Allocates nothing.
+    void plan(std::span<const Need> needs, std::uint64_t ahead_bytes);
+    std::span<const std::uint32_t> loads() const { return loads_; }
+    std::span<const std::uint32_t> evictions() const { return evictions_; } // children before parents
+
+    /// Report what was done. A loading piece counts as used memory.
+    void set_loading(std::uint32_t piece);
+    void set_resident(std::uint32_t piece);
+    void set_absent(std::uint32_t piece);
+    /// The piece cannot be loaded any more. False if it is resident, or was given up before.
+    bool give_up(std::uint32_t piece);
+
+    /// True if all parents are resident.
+    bool can_load(std::uint32_t piece) const;
+    std::uint64_t working_bytes(std::uint32_t piece) const { return pieces_[piece].working_bytes; }
+
+    bool resident(std::uint32_t piece) const { return states_[piece] == State::resident; }
+    std::uint64_t budget_bytes() const { return budget_bytes_; }
+    std::uint64_t used_bytes() const { return used_bytes_; }
+    /// Of the last plan: bytes of all pieces that are needed now, and the largest error of those that are
+    /// not resident (0: none).
+    std::uint64_t needed_bytes() const { return needed_bytes_; }
+    float worst_error() const { return worst_error_; }
+
+  private:
+    enum class State : std::uint8_t { absent, loading, resident, given_up };
+    struct Rank {
+        int group = 0; // smaller comes first
+        float error = 0.0F;
+    };
+    Rank rank(std::uint32_t piece, const Need &need) const;
+    bool make_room(std::uint32_t piece, std::span<const Need> needs, std::uint64_t &used);
+    void count_needs(std::span<const Need> needs);
+
+    std::vector<ScheduledPiece> pieces_;
+    std::uint64_t budget_bytes_ = 0;
+    std::uint64_t used_bytes_ = 0, needed_bytes_ = 0;
+    float worst_error_ = 0.0F;
+    std::vector<State> states_;
+    std::vector<std::uint32_t> children_; // per piece: loading and resident children
+    // Of one plan.
+    std::vector<std::uint32_t> loads_, evictions_;
+    std::vector<std::uint32_t> candidates_, victims_; // victims: the least needed first
+    std::vector<std::uint32_t> kept_children_;
+    std::vector<Rank> ranks_;
+    std::vector<bool> planned_, evicted_;
+};
+
+} // namespace paradize

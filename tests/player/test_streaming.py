@@ -1,0 +1,145 @@
+"""Scenes larger than the limit of device memory: what is kept, what is loaded, what is told."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tests.pictures import load
+from tests.player.synthetic import identity, instance, material, texture, write_scene
+
+Player = Callable[..., "subprocess.CompletedProcess[str]"]
+BOXES = 6
+EDGE = 512
+MAP_BYTES = EDGE * EDGE * 4 * 4 // 3
+
+
+def row_of_boxes(folder: Path, *, unused: int = 0) -> Path:
+    """Boxes 30 m apart, each with its own colour map, and a flight that passes close by them in six seconds.
+    `unused`: cube maps that nothing refers to."""
+    scene = write_scene(folder, bare=True)
+    manifest: dict[str, Any] = json.loads((scene / "scene.json").read_text())
+    entry = manifest["artifacts"]["box_color"]
+    box = manifest["objects"][0]
+    manifest["objects"] = []
+    del manifest["artifacts"]["box_color"]
+    random = np.random.default_rng(5)
+    for i in range(BOXES):
+        pixels = random.integers(0, 255, (EDGE, EDGE, 4), dtype=np.uint8)
+        pixels[..., 3] = 255
+        data = texture("RGBA8_SRGB", pixels)
+        (scene / f"color{i}.ktx2").write_bytes(data)
+        manifest["artifacts"][f"color{i}"] = entry | {"file": f"color{i}.ktx2"} | identity(data)
+        wood = material(f"color{i}")
+        manifest["objects"].append(
+            box
+            | {
+                "name": f"box{i}",
+                "materials": {"wood": wood, "leaf": wood | {"two_sided": True}},
+                "instances": [instance([30.0 * i, 0.0, 0.0], 0.4)],
+            }
+        )
+    cube = texture("RGBA16F", np.ones((6, 256, 256, 4), np.float16))
+    for i in range(unused):
+        (scene / f"unused{i}.ktx2").write_bytes(cube)
+        manifest["artifacts"][f"unused{i}"] = (
+            entry | {"file": f"unused{i}.ktx2", "kind": "cubemap"} | identity(cube)
+        )
+    reach = 30.0 * (BOXES - 1)
+    along = [0.0, reach, 0.0, 0.0]
+    manifest["flight"] |= {
+        "duration_s": 6.0,
+        "fov_rad": 0.06,
+        "segments": [
+            {
+                "eye": [along, [1.0, 0.0, 0.0, 0.0], [5.0, 0.0, 0.0, 0.0]],
+                "target": [along, [1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 0.0, 0.0]],
+                "roll": [0.0, 0.0, 0.0, 0.0],
+            }
+        ],
+        "time_table": [[0.0, 0.0, 1 / 6.0], [6.0, 1.0, 1 / 6.0]],
+    }
+    manifest["artifacts"] = dict(sorted(manifest["artifacts"].items()))
+    manifest["streaming"] = sorted(manifest["artifacts"])
+    (scene / "scene.json").write_text(json.dumps(manifest))
+    return scene
+
+
+def report(result: subprocess.CompletedProcess[str]) -> dict[str, Any]:
+    assert result.returncode == 0, result.stderr
+    out: dict[str, Any] = json.loads(result.stdout)
+    return out
+
+
+def test_a_scene_above_the_limit_plays_within_it_and_looks_the_same(player: Player, tmp_path: Path) -> None:
+    scene = row_of_boxes(tmp_path / "scene")
+    assert BOXES * MAP_BYTES > 8e6
+    # Five seconds and a half of the flight. Each box is passed with the finest mip of its map.
+    told = report(player(scene, "--frames", 165, "--vram", 4, "--json", "--debug"))
+    assert told["total_bytes"] > 8e6
+    streaming = told["streaming"]
+    assert streaming["peak_bytes"] <= 4.4e6
+    assert streaming["evictions"] >= BOXES // 2
+    assert streaming["worst_error"] == 0.0
+    # A picture between the boxes' passing, with and without the limit.
+    whole, limited = tmp_path / "whole.png", tmp_path / "limited.png"
+    for second in (0.0, 2.4, 4.8):
+        report(player(scene, "--time", second, "--screenshot", whole, "--json"))
+        report(player(scene, "--time", second, "--screenshot", limited, "--vram", 4, "--json"))
+        assert whole.read_bytes() == limited.read_bytes()
+    # The scene's own limit counts where the command line names none.
+    manifest = json.loads((scene / "scene.json").read_text())
+    (scene / "scene.json").write_text(json.dumps(manifest | {"vram_mb": 1}))
+    assert report(player(scene, "--wait-resident", "--json"))["streaming"]["worst_error"] > 1.0
+    more = report(player(scene, "--wait-resident", "--json", "--vram", 4))
+    assert more["streaming"]["worst_error"] == 0.0
+
+
+def test_the_second_that_playback_starts_at_is_loaded_first(player: Player, tmp_path: Path) -> None:
+    scene = row_of_boxes(tmp_path / "scene")
+    picture, first = tmp_path / "picture.png", tmp_path / "first.png"
+    for second in (0.0, 4.8):
+        report(player(scene, "--time", second, "--screenshot", picture, "--json"))
+        report(player(scene, "--time", second, "--frames", 1, "--screenshot", first, "--json"))
+        assert picture.read_bytes() == (tmp_path / "first_0000.png").read_bytes()
+
+
+def test_what_nothing_refers_to_takes_no_device_memory(player: Player, tmp_path: Path) -> None:
+    plain = report(player(row_of_boxes(tmp_path / "plain"), "--wait-resident", "--json"))
+    more = report(player(row_of_boxes(tmp_path / "more", unused=20), "--wait-resident", "--json"))
+    assert more["resident_bytes"] == more["total_bytes"] == plain["total_bytes"]
+    assert more["streaming"]["peak_bytes"] == plain["streaming"]["peak_bytes"]
+
+
+def test_an_impossible_limit_shows_something_of_everything_and_says_what_is_missing(
+    player: Player, tmp_path: Path
+) -> None:
+    scene = row_of_boxes(tmp_path / "scene")
+    told = report(player(scene, "--wait-resident", "--json", "--vram", 1, "--check-finite"))
+    assert told["streaming"]["worst_error"] > 1.0
+    assert told["resident_bytes"] <= 1e6
+    assert told["streaming"]["needed_bytes"] > 1e6
+
+
+@pytest.mark.parametrize("option", ["--vram", "--ram"])
+def test_limits_are_megabytes(player: Player, tmp_path: Path, option: str) -> None:
+    result = player(tmp_path, option, "lots")
+    assert result.returncode == 2
+    assert f"{option} lots: must be megabytes, 1 to 1e9" in result.stderr
+
+
+def test_little_memory_for_files_gives_the_same_picture(player: Player, tmp_path: Path) -> None:
+    scene = row_of_boxes(tmp_path / "scene")
+    pictures = []
+    for name, limits in (("plenty", []), ("little", ["--ram", 1]), ("both", ["--ram", 1, "--vram", 4])):
+        path = tmp_path / f"{name}.png"
+        report(player(scene, "--time", 2.4, "--screenshot", path, "--json", *limits))
+        pictures.append(load(path))
+    assert np.array_equal(pictures[0], pictures[1])
+    assert np.array_equal(pictures[0], pictures[2])
