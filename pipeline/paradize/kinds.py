@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
 HEAD_BYTES = 1 << 16
-MODEL_SUFFIXES = (".obj", ".glb", ".gltf", ".stl")
+MODEL_SUFFIXES = (".obj", ".glb", ".gltf", ".ply", ".stl")
 _CHECK = "`paradize check {file}` takes it"
 _MAPS = "`paradize maps {file} -o {stem}-maps` takes it"
 _TERRAIN = "`paradize terrain {file} -o {stem}.glb --size 111000 111000 --height 1` takes it"
@@ -39,9 +39,10 @@ class Kind:
 
 OBJ = Kind("an OBJ model", _MESH)
 GLTF = Kind("a glTF model", _MESH)
+PLY = Kind("a PLY model", _MESH)
 STL = Kind("an STL model", _MESH)
 GLB = Kind("a GLB model", f"{_MESH.replace('-o {stem}.glb', '-o {stem}-baked.glb')}; a baked one: {_CHECK}")
-MODEL = Kind("an OBJ, glTF or STL model")  # as it is wanted; a file is one of these
+MODEL = Kind("an OBJ, glTF, PLY or STL model")  # as it is wanted; a file is one of these
 PICTURE = Kind("a picture", _MAPS)
 HEIGHTS = Kind("a heightmap", _TERRAIN)
 SCENE = Kind("a scene TOML", "`paradize bake {file}` takes it")
@@ -67,12 +68,14 @@ _MAGIC: tuple[tuple[bytes, Kind], ...] = (
     (b"8BPS", Kind("a PSD picture", _MAPS)),
     (b"\xabKTX 20\xbb\r\n\x1a\n", TEXTURE),
     (b"glTF", GLB),
+    (b"ply\n", PLY),
+    (b"ply\r", PLY),
     (b"OggS", SOUND),
     (b"\xff\xfe", TEXT),  # UTF-16
     (b"\xfe\xff", TEXT),
 )
 _SUFFIXES = dict.fromkeys((".tga", ".bmp", ".webp", ".pgm", ".ppm", ".pnm", ".pfm", ".jp2"), PICTURE)
-_SUFFIXES |= {".hgt": HEIGHTS, ".stl": STL}
+_SUFFIXES |= {".hgt": HEIGHTS, ".ply": PLY, ".stl": STL}
 _STATEMENT = re.compile(rb"^[ \t]*(?:v|vn|vt|f)[ \t]+[-+.\d]|^[ \t]*mtllib[ \t]", re.M)
 _MATERIAL = re.compile(rb"^[ \t]*newmtl[ \t]", re.M)
 _TABLE = re.compile(
@@ -108,6 +111,14 @@ def is_gltf(path: Path) -> bool:
     return kind in _UNSPECIFIC and path.suffix.lower() in (".glb", ".gltf")
 
 
+def is_ply(path: Path) -> bool:
+    """Whether a file is a PLY by its first bytes or its name. False for what cannot be opened."""
+    try:
+        return kind_of(path) is PLY
+    except OSError:
+        return False
+
+
 def _kind_of_text(head: bytes) -> Kind:
     if _STATEMENT.search(head):
         return OBJ
@@ -126,12 +137,12 @@ def _accepted(actual: Kind, wanted: Kind) -> bool:
     if wanted in (PICTURE, HEIGHTS):
         return picture or actual in (HEIGHTS, UNKNOWN, EMPTY)
     if wanted is MODEL:
-        return actual in (OBJ, GLTF, GLB, STL, TEXT)
+        return actual in (OBJ, GLTF, GLB, PLY, STL, TEXT)
     return actual is wanted or (actual is TEXT and wanted is SCENE)
 
 
 _HINTS = {  # for files whose own kind suggests nothing
-    MODEL: "name an OBJ, GLB, glTF or STL file",
+    MODEL: "name an OBJ, GLB, glTF, PLY or STL file",
     PICTURE: "name a PNG, TIFF or OpenEXR file",
     HEIGHTS: "name a picture of one grey channel, or an .hgt tile",
     SCENE: "`paradize new DIR` makes one to start from",

@@ -73,7 +73,7 @@ def add(sub: argparse.ArgumentParser) -> None:
     )
     sub.add_argument("--format", dest="fmt", choices=("ktx2", "png"), default="ktx2")
     sub.add_argument(
-        "--uv", type=Path, metavar="IN.obj|glb|gltf|stl", help="the model whose UVs the map is for"
+        "--uv", type=Path, metavar="IN.obj|glb|gltf|ply|stl", help="the model whose UVs the map is for"
     )
     sub.add_argument(
         "--gloss-groups",

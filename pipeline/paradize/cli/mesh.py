@@ -13,7 +13,7 @@ from paradize.scene.settings import SIMPLIFIERS, UNWRAPPERS
 
 def add(sub: argparse.ArgumentParser) -> None:
     """Declares the options of `paradize mesh`."""
-    sub.add_argument("input", type=Path, metavar="IN.obj|glb|gltf|stl")
+    sub.add_argument("input", type=Path, metavar="IN.obj|glb|gltf|ply|stl")
     sub.add_argument("-o", "--out", type=Path, metavar="OUT.glb", required=True)
     sub.add_argument(
         "--lods", type=whole(1, 8), default=4, metavar="N", help="number of levels, the source included (4)"

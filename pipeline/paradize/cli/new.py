@@ -22,7 +22,7 @@ def add(sub: argparse.ArgumentParser) -> None:
         "--from",
         dest="model",
         type=Path,
-        metavar="IN.obj|glb|gltf|stl",
+        metavar="IN.obj|glb|gltf|ply|stl",
         help="the model (default: a vase)",
     )
     add_json(sub)

@@ -1,10 +1,10 @@
-"""Reads a model of any format that Paradize knows: OBJ, glTF (`.glb`, `.gltf`), STL."""
+"""Reads a model of any format that Paradize knows: OBJ, glTF (`.glb`, `.gltf`), PLY, STL."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
-from paradize.kinds import MODEL, expecting, is_gltf
+from paradize.kinds import MODEL, expecting, is_gltf, is_ply
 from paradize.readers.obj import read_obj
 from paradize.readers.record import UNKNOWN_SMOOTHING, Model
 
@@ -23,6 +23,11 @@ def read_model(path: Path, root: Path | None = None, on_library: list[Path] | No
 
         with expecting(MODEL, path):
             return read_gltf(path, root, on_library)
+    if is_ply(path):
+        from paradize.readers.ply import read_ply
+
+        with expecting(MODEL, path):
+            return read_ply(path)
     if path.suffix.lower() == ".stl":
         from paradize.readers.stl import read_stl
 

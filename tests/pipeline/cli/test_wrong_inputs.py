@@ -169,4 +169,4 @@ def test_a_picture_that_an_object_names_as_its_mesh_is_told_as_such(
     scene = make_cove(tmp_path)
     scene.write_text(scene.read_text().replace('mesh = "post.obj"', 'mesh = "wood.png"'))
     code, _, err = run("bake", str(scene), "-o", str(tmp_path / "out"))
-    assert code == 1 and "is a PNG picture, not an OBJ, glTF or STL model" in err and len(err) < 2000
+    assert code == 1 and "is a PNG picture, not an OBJ, glTF, PLY or STL model" in err and len(err) < 2000

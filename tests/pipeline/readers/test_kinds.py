@@ -63,7 +63,7 @@ def test_text_is_left_to_the_readers_of_text_and_what_is_unknown_to_those_of_pic
 
 def test_a_folder_is_no_file_and_one_without_its_scene_no_bake(tmp_path: Path) -> None:
     for wanted, words in (
-        (MODEL, "is a folder, not an OBJ, glTF or STL model"),
+        (MODEL, "is a folder, not an OBJ, glTF, PLY or STL model"),
         (BAKED, "holds no scene.json"),
     ):
         found = refusal(wanted, tmp_path)

@@ -319,10 +319,10 @@ def test_a_file_without_faces_is_refused(tmp_path: Path, text: str) -> None:
 def test_what_is_not_a_readable_file_is_refused(tmp_path: Path) -> None:
     with pytest.raises(SourceError, match=r"missing\.obj"):
         read_obj(tmp_path / "missing.obj")
-    with pytest.raises(SourceError, match="is a folder, not an OBJ, glTF or STL model"):
+    with pytest.raises(SourceError, match="is a folder, not an OBJ, glTF, PLY or STL model"):
         read_obj(tmp_path)
     for data, kind in ((b"", "an empty file"), (b"\0\0\0", "a binary file"), (b"OggS\0", "an Ogg sound")):
-        with pytest.raises(SourceError, match=f"is {kind}.*, not an OBJ, glTF or STL model"):
+        with pytest.raises(SourceError, match=f"is {kind}.*, not an OBJ, glTF, PLY or STL model"):
             read(tmp_path, data)
     os.mkfifo(tmp_path / "pipe.obj")
     with pytest.raises(SourceError, match="is not a regular file"):

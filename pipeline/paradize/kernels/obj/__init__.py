@@ -107,6 +107,25 @@ def origin_of(
     return _obj.origin_of(positions, triangles)  # type: ignore[no-any-return]
 
 
+def cut_polygons(
+    positions: npt.NDArray[np.float64],
+    corners: npt.NDArray[np.uint32],
+    counts: npt.NDArray[np.uint32],
+    *,
+    ear_tests: int = 400_000_000,
+) -> tuple[npt.NDArray[np.uint32], int]:
+    """Cuts polygons into triangles, as those of an OBJ are. Returns their places in `corners` (m, 3), and how
+    many outlines may cross themselves. positions: (n, 3) finite. corners: (c,), positions of all polygons,
+    one after the other. counts: (f,), corners of each polygon, at least 3."""
+    positions = np.ascontiguousarray(positions, np.float64)
+    corners, counts = (np.ascontiguousarray(array, np.uint32) for array in (corners, counts))
+    if positions.shape[1:] != (3,) or int(counts.sum(dtype=np.int64)) != len(corners):
+        raise ValueError(f"positions {positions.shape}, {len(corners)} corners of {len(counts)} polygons")
+    if len(corners) and (int(corners.max()) >= len(positions) or int(counts.min()) < 3):
+        raise ValueError(f"index {int(corners.max())} of {len(positions)}, {int(counts.min())} corners")
+    return _obj.cut_polygons(positions, corners, counts, ear_tests)  # type: ignore[no-any-return]
+
+
 def _parsed(raw: dict[str, Any]) -> ParsedObj:
     names = [decode_name(name) for name in raw["names"]]
 

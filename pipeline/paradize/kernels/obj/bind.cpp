@@ -8,6 +8,7 @@
 #include "bind.hpp"
 #include "obj/origin.hpp"
 #include "obj/parse.hpp"
+#include "obj/triangulate.hpp"
 
 namespace nb = nanobind;
 using namespace paradize;
@@ -101,11 +102,40 @@ nb::tuple origin_of(const Rows<double> &positions, const Rows<std::uint32_t> &tr
     return nb::make_tuple(origin[0], origin[1], origin[2]);
 }
 
+// positions: (n, 3). corners: of all polygons, one after the other. counts: of each polygon, at least 3. The
+// Python face checks all. Returns corner numbers of triangles (m, 3), and how many outlines cross themselves.
+nb::tuple cut_polygons(const Rows<double> &positions, const Column<std::uint32_t> &corners,
+                       const Column<std::uint32_t> &counts, std::uint64_t ear_tests) {
+    std::vector<std::uint32_t> triangles, cuts;
+    std::uint64_t crossing = 0;
+    {
+        nb::gil_scoped_release unlocked;
+        obj::Triangulator triangulator;
+        std::vector<std::array<double, 3>> outline;
+        std::uint32_t first = 0;
+        for (const std::uint32_t count : flat(counts)) {
+            outline.resize(count);
+            for (std::size_t i = 0; i < count; ++i)
+                for (std::size_t k = 0; k < 3; ++k)
+                    outline[i][k] = positions.data()[corners.data()[first + i] * std::size_t{3} + k];
+            cuts.clear();
+            const obj::Cut cut = triangulator.cut(outline, ear_tests, cuts);
+            crossing += cut == obj::Cut::crossing || cut == obj::Cut::unchecked;
+            for (const std::uint32_t corner : cuts)
+                triangles.push_back(first + corner);
+            first += count;
+        }
+    }
+    return nb::make_tuple(give(std::move(triangles), 3), crossing);
+}
+
 } // namespace
 
 NB_MODULE(_obj, m) {
     m.doc() = "Reads Wavefront OBJ text.";
     m.def("parse", &parse_text, nb::arg("text"), nb::arg("elements"), nb::arg("ear_tests"));
     m.def("parse_file", &parse_file, nb::arg("descriptor"), nb::arg("elements"), nb::arg("ear_tests"));
+    m.def("cut_polygons", &cut_polygons, nb::arg("positions"), nb::arg("corners"), nb::arg("counts"),
+          nb::arg("ear_tests"));
     m.def("origin_of", &origin_of, nb::arg("positions"), nb::arg("triangles"));
 }

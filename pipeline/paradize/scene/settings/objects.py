@@ -121,7 +121,7 @@ class Instance:
 @dataclass(frozen=True, kw_only=True)
 class SceneObject:
     name: str = identifier(meaning="names the object's artifacts")
-    mesh: Path = source(meaning="OBJ, GLB, glTF or STL file")
+    mesh: Path = source(meaning="OBJ, GLB, glTF, PLY or STL file")
     color: Path | None = source(
         None, meaning="colour map of all materials; without it each has that of the model"
     )

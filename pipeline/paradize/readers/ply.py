@@ -1,0 +1,165 @@
+"""Reads PLY, text and binary: polygons with normals, texture coordinates and colours.
+
+Polygons are cut into triangles as those of an OBJ are. Texture coordinates are flipped once to the top-left
+origin. Colours are sRGB, as the programs that write them (Blender, MeshLab) have them.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from paradize.data import Group, Mesh, SourcePositions
+from paradize.errors import SourceError
+from paradize.files import read_file
+from paradize.kernels.math import srgb_to_linear
+from paradize.kernels.mesh import number_rows
+from paradize.kernels.obj import cut_polygons, origin_of
+from paradize.readers.ply_elements import Lists, Ply, read_elements
+from paradize.readers.record import DEFAULT_NAME, UNKNOWN_SMOOTHING, Model
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+
+    from paradize.data import F64
+
+_UVS = (("s", "t"), ("u", "v"), ("texture_u", "texture_v"), ("texture_s", "texture_t"))
+_COLORS = (
+    ("red", "green", "blue", "alpha"),
+    ("diffuse_red", "diffuse_green", "diffuse_blue", "diffuse_alpha"),
+)
+_FACES = ("vertex_indices", "vertex_index")
+_READ = {"x", "y", "z", "nx", "ny", "nz", *(name for names in (*_UVS, *_COLORS) for name in names)}
+_LARGEST = 3.4e38  # float32
+_MEND = "export the model again"
+
+
+def read_ply(path: Path) -> Model:
+    """Reads a PLY. Raises SourceError for a file that is cut, without faces, or with an index or a number
+    that cannot be meant."""
+    try:
+        data = read_file(path)
+    except OSError as error:
+        raise SourceError(f"cannot be read: {error.strerror or error}", file=path) from None
+    ply = read_elements(data, path)
+    columns = ply.columns.get("vertex", {})
+    if not {"x", "y", "z"} <= columns.keys():
+        raise SourceError("has no vertices with x, y and z", file=path, mend=_MEND)
+    places = _finite(path, columns, ("x", "y", "z"))
+    warnings: list[str] = []
+    faces, corner_uvs = _faces(ply, path, len(places), warnings)
+    corners = faces.values.astype(np.uint32)
+    cut, crossing = cut_polygons(places, corners, faces.counts.astype(np.uint32))
+    if crossing:
+        warnings.append(f"{path}: {crossing} polygons whose outline crosses itself; triangles may overlap")
+    triangles = corners[cut]
+    origin = origin_of(places, triangles)
+    arrays = {"positions": (places - origin).astype(np.float32), **_attributes(ply, path)}
+    if corner_uvs is not None:  # a vertex for each corner
+        arrays = {name: rows[corners] for name, rows in arrays.items()} | {"uvs": corner_uvs}
+        places, triangles = places[corners], cut
+    _warn(ply, path, warnings)
+    arrays = {name: rows + np.float32(0) for name, rows in arrays.items()}  # -0 becomes 0
+    used, place = np.unique(triangles, return_inverse=True)
+    ids, first = number_rows(np.concatenate([rows[used] for rows in arrays.values()], axis=1))
+    kept, total = used[first], len(triangles)
+    mesh = Mesh(
+        triangles=np.ascontiguousarray(ids[place.reshape(-1, 3)]),
+        groups=(Group(DEFAULT_NAME, DEFAULT_NAME, 0, total),),
+        origin=origin,
+        **{name: np.ascontiguousarray(rows[kept]) for name, rows in arrays.items()},
+    )
+    in_file = len(columns["x"])
+    counts = {"faces": len(faces.counts), "triangles": total, "vertices": len(kept)}
+    counts |= {"positions_in_file": in_file, "positions_unused": in_file - len(np.unique(corners))}
+    smoothing = np.full(total, UNKNOWN_SMOOTHING, np.uint32)
+    return Model(mesh, SourcePositions(places[kept]), {}, warnings, counts, smoothing)
+
+
+def _finite(path: Path, columns: dict[str, npt.NDArray[Any]], names: tuple[str, ...]) -> F64:
+    """Some columns of the vertices (n, k). Raises SourceError for what is no number, or beyond float32."""
+    rows = np.stack([columns[name] for name in names], axis=1).astype(np.float64)
+    sound = (np.abs(rows) <= _LARGEST).all(axis=1)
+    if not sound.all():
+        at = int(sound.argmin())
+        shown = " ".join(f"{value:g}" for value in rows[at])
+        raise SourceError(f"{' '.join(names)} are {shown}", file=path, place=f"vertex {at}", mend=_MEND)
+    return rows
+
+
+def _faces(
+    ply: Ply, path: Path, vertices: int, warnings: list[str]
+) -> tuple[Lists, npt.NDArray[np.float32] | None]:
+    """The polygons, and the texture coordinates of their corners where faces have their own."""
+    own = ply.lists.get("face", {})
+    faces = next((own[name] for name in _FACES if name in own), None)
+    if faces is None or not (faces.counts >= 3).any():
+        mend = "export the model with its faces, as polygons"
+        raise SourceError("holds no faces", file=path, mend=mend)
+    whole = np.repeat(faces.counts >= 3, faces.counts)
+    corners = faces.values[whole]
+    bad = ~((corners >= 0) & (corners < vertices) & (corners == np.floor(corners)))
+    if bad.any():
+        at = int(bad.argmax())
+        face = int(np.searchsorted(np.cumsum(faces.counts[faces.counts >= 3]), at, side="right"))
+        what = f"names vertex {corners[at]:g} of {vertices}"
+        raise SourceError(what, file=path, place=f"face {face}", mend=_MEND)
+    short = int((faces.counts < 3).sum())
+    if short:
+        warnings.append(f"{path}: {short} faces with fewer than three corners skipped")
+    kept = Lists(faces.counts[faces.counts >= 3], corners)
+    texcoord = own.get("texcoord")
+    if texcoord is None or not (texcoord.counts == 2 * faces.counts).all():
+        if texcoord is not None and texcoord.counts.any():
+            warnings.append(f"{path}: texcoord does not fit all faces; left out")
+        return kept, None
+    uvs = texcoord.values.reshape(-1, 2)[whole].astype(np.float64)
+    if not np.isfinite(uvs).all():
+        warnings.append(f"{path}: texcoord holds what is no number; left out")
+        return kept, None
+    return kept, _flipped(uvs)
+
+
+def _flipped(uvs: F64) -> npt.NDArray[np.float32]:
+    return np.stack([uvs[:, 0], 1.0 - uvs[:, 1]], axis=1).astype(np.float32)
+
+
+def _attributes(ply: Ply, path: Path) -> dict[str, npt.NDArray[np.float32]]:
+    """Normals, texture coordinates and colours of the vertices, as a Mesh has them."""
+    columns, kinds = ply.columns["vertex"], ply.kinds["vertex"]
+    found: dict[str, npt.NDArray[np.float32]] = {}
+    if {"nx", "ny", "nz"} <= columns.keys():
+        normals = np.stack([columns[name] for name in ("nx", "ny", "nz")], axis=1).astype(np.float64)
+        normals[~np.isfinite(normals).all(axis=1)] = 0.0
+        length = np.sqrt(np.square(normals / (top := max(float(np.abs(normals).max()), 1e-300))).sum(axis=1))
+        normals = normals / top / np.where(length > 0.0, length, 1.0)[:, None]
+        found["normals"] = normals.astype(np.float32)
+    for pair in _UVS:
+        if set(pair) <= columns.keys() and "uvs" not in found:
+            found["uvs"] = _flipped(_finite(path, columns, pair))
+    for names in _COLORS:
+        if set(names[:3]) <= columns.keys() and "colors" not in found:
+            held = [name for name in names if name in columns]
+            rows = _finite(path, columns, tuple(held))
+            tops = [float(np.iinfo(kinds[name]).max) if kinds[name][0] in "iu" else 1.0 for name in held]
+            rows = np.clip(rows / tops, 0.0, 1.0)
+            colors = np.ones((len(rows), 4), np.float32)
+            colors[:, : len(held)] = rows
+            colors[:, :3] = srgb_to_linear(colors[:, :3])
+            found["colors"] = colors
+    return found
+
+
+def _warn(ply: Ply, path: Path, warnings: list[str]) -> None:
+    """Adds warnings of what is not read."""
+    others = sorted(ply.kinds["vertex"].keys() - _READ)
+    if others:
+        warnings.append(f"{path}: properties of vertices are not read: {', '.join(others)[:200]}")
+    if {"red", "green", "blue"} <= ply.columns["face"].keys():
+        warnings.append(f"{path}: the colours of its faces are not read; give them to the vertices")
+    for comment in ply.comments:
+        if comment.startswith("TextureFile"):
+            what = f"the picture {comment[len('TextureFile') :].strip()[:200]!r} is not read"
+            warnings.append(f"{path}: {what}; name it as color = in the scene, or with maps")

@@ -1,0 +1,260 @@
+"""Reads the elements of a PLY, text and binary, into columns.
+
+Source: G. Turk, "The PLY Polygon File Format", 1994. Every count is compared with the bytes that are there
+before memory is taken for it.
+"""
+
+from __future__ import annotations
+
+import re
+import warnings
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from paradize.errors import SourceError
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+
+    from paradize.data import F64
+
+_MOST_HEADER = 1 << 20  # bytes
+_TYPES = {
+    "char": "i1", "int8": "i1", "uchar": "u1", "uint8": "u1", "short": "i2", "int16": "i2", "ushort": "u2",
+    "uint16": "u2", "int": "i4", "int32": "i4", "uint": "u4", "uint32": "u4", "float": "f4", "float32": "f4",
+    "double": "f8", "float64": "f8",
+}  # fmt: skip
+_FORMATS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
+_END = re.compile(rb"^end_header[ \t]*(\r\n|\n|\r)", re.M)
+_MEND = "export the model again"
+
+
+@dataclass(frozen=True)
+class Lists:
+    """A property that is a list in each row. counts: (n,), their lengths. values: all of them,
+    one after the other."""
+
+    counts: npt.NDArray[np.int64]
+    values: npt.NDArray[Any]
+
+
+@dataclass(frozen=True)
+class Property:
+    """kind: of its values, as numpy's code; of its length too where it is a list, else None."""
+
+    name: str
+    kind: str
+    length: str | None = None
+
+
+@dataclass(frozen=True)
+class Element:
+    """An element of the header. count: its rows."""
+
+    name: str
+    count: int
+    properties: list[Property]
+
+
+@dataclass
+class Ply:
+    """columns: by element and property, (n,) each. kinds: the numpy code of a property, in the same way."""
+
+    columns: dict[str, dict[str, npt.NDArray[Any]]]
+    lists: dict[str, dict[str, Lists]]
+    kinds: dict[str, dict[str, str]]
+    comments: list[str]
+
+
+def read_elements(data: bytes, path: Path) -> Ply:
+    """Returns all elements. Raises SourceError for a broken header and for a file that is cut."""
+    end = _END.search(data[:_MOST_HEADER])
+    if end is None:
+        raise SourceError("its header has no end", file=path, mend=_MEND)
+    order, elements, comments = _header(data[: end.start()], path)
+    source = _Text(data[end.end() :]) if order is None else _Binary(data, end.end(), order)
+    ply = Ply({}, {}, {}, comments)
+    for element in elements:
+        ply.kinds[element.name] = {one.name: one.kind for one in element.properties}
+        try:
+            ply.columns[element.name], ply.lists[element.name] = _rows(source, element)
+        except (ValueError, OverflowError):
+            what = f"cut, or holds what is no number: {element.count} rows do not fit"
+            raise SourceError(what, file=path, place=f"element {element.name}", mend=_MEND) from None
+    return ply
+
+
+def _header(head: bytes, path: Path) -> tuple[str | None, list[Element], list[str]]:
+    """The byte order (None: text), the elements in their order, and the comments."""
+    order: str | None = None
+    elements: list[Element] = []
+    comments: list[str] = []
+    known = False
+    for number, line in enumerate(head.decode("latin-1").splitlines()[1:], 2):
+        words = line.split()
+        match words:
+            case [] | ["obj_info", *_]:
+                pass
+            case ["comment", *_]:
+                comments.append(line.strip()[len("comment") :].strip())
+            case ["format", form, _] if form in _FORMATS:
+                order, known = _FORMATS[form] or None, True
+            case ["element", name, count] if count.isdecimal() and count.isascii() and len(count) < 19:
+                elements.append(Element(name, int(count), []))
+            case ["property", "list", length, kind, name] if (
+                elements and kind in _TYPES and _TYPES.get(length, "f")[0] in "iu"
+            ):
+                elements[-1].properties.append(Property(name, _TYPES[kind], _TYPES[length]))
+            case ["property", kind, name] if elements and kind in _TYPES:
+                elements[-1].properties.append(Property(name, _TYPES[kind]))
+            case _:
+                raise SourceError(
+                    f"{line[:80]!r} is no statement of PLY", file=path, place=f"line {number}", mend=_MEND
+                )
+    names = [element.name for element in elements]
+    if not known or len(set(names)) < len(names):
+        what = "an element twice" if known else "no format"
+        raise SourceError(f"its header has {what}", file=path, mend=_MEND)
+    return order, elements, comments
+
+
+class _Text:
+    """The numbers of a text. at: how many are taken."""
+
+    def __init__(self, body: bytes) -> None:
+        self.numbers: F64 = np.zeros(0)  # every element is then cut
+        self.at = 0
+        with warnings.catch_warnings(), suppress(DeprecationWarning, ValueError):
+            warnings.simplefilter("error")
+            self.numbers = np.fromstring(body.strip(), np.float64, sep=" ") if body.strip() else self.numbers
+
+    def left(self) -> int:
+        return len(self.numbers) - self.at
+
+    def size(self, kind: str) -> int:
+        del kind
+        return 1
+
+    def take(self, kind: str, count: int) -> npt.NDArray[Any]:
+        del kind
+        if count > self.left():
+            raise ValueError
+        self.at += count
+        return self.numbers[self.at - count : self.at]
+
+    def table(self, fields: list[tuple[str, str, int]], count: int) -> dict[str, npt.NDArray[Any]]:
+        """Takes rows of (name, kind, length) fields."""
+        width = sum(length for _, _, length in fields)
+        rows = self.take("", width * count).reshape(count, width)
+        starts = np.cumsum([0, *(length for _, _, length in fields)])
+        return {
+            name: rows[:, at : at + length] for (name, _, length), at in zip(fields, starts, strict=False)
+        }
+
+
+class _Binary:
+    """The same of bytes. order: "<" or ">"."""
+
+    def __init__(self, data: bytes, at: int, order: str) -> None:
+        self.data, self.at, self.order = data, at, order
+
+    def left(self) -> int:
+        return len(self.data) - self.at
+
+    def size(self, kind: str) -> int:
+        return int(kind[1])
+
+    def take(self, kind: str, count: int) -> npt.NDArray[Any]:
+        if count * self.size(kind) > self.left():
+            raise ValueError
+        found = np.frombuffer(self.data, self.order + kind, count, self.at)
+        self.at += found.nbytes
+        return found
+
+    def table(self, fields: list[tuple[str, str, int]], count: int) -> dict[str, npt.NDArray[Any]]:
+        row = np.dtype([(name, self.order + kind, (length,)) for name, kind, length in fields])
+        if row.itemsize * count > self.left():
+            raise ValueError
+        rows = np.frombuffer(self.data, row, count, self.at)
+        self.at += rows.nbytes
+        return {name: rows[name] for name, _, _ in fields}
+
+
+def _rows(source: _Text | _Binary, element: Element) -> tuple[dict[str, npt.NDArray[Any]], dict[str, Lists]]:
+    """Takes the rows of an element. Raises ValueError where they are not there."""
+    least = sum(source.size(one.length or one.kind) for one in element.properties)
+    if least * element.count > source.left():
+        raise ValueError
+    if not element.properties or not element.count:
+        return {one.name: np.zeros(0) for one in element.properties if one.length is None}, {}
+    start = source.at
+    lengths = []
+    for one in element.properties:  # of the first row
+        length = 1
+        if one.length is not None:
+            length = _length(source.take(one.length, 1))
+        source.take(one.kind, length)
+        lengths.append(length)
+    source.at = start
+    equal = _equal_rows(source, element, lengths)
+    if equal is not None:
+        return equal
+    source.at = start
+    return _rows_one_by_one(source, element)
+
+
+def _length(number: npt.NDArray[Any]) -> int:
+    length = int(number[0])
+    if length < 0 or length != number[0]:
+        raise ValueError
+    return length
+
+
+def _equal_rows(
+    source: _Text | _Binary, element: Element, lengths: list[int]
+) -> tuple[dict[str, npt.NDArray[Any]], dict[str, Lists]] | None:
+    """The same if the lists of all rows are as long as those of the first; else None."""
+    fields: list[tuple[str, str, int]] = []
+    for k, (one, length) in enumerate(zip(element.properties, lengths, strict=True)):
+        fields += [(f"length {k}", one.length, 1)] if one.length is not None else []
+        fields += [(f"value {k}", one.kind, length)]
+    try:
+        table = source.table(fields, element.count)
+    except ValueError:
+        return None
+    columns: dict[str, npt.NDArray[Any]] = {}
+    lists: dict[str, Lists] = {}
+    for k, (one, length) in enumerate(zip(element.properties, lengths, strict=True)):
+        values = table[f"value {k}"]
+        if one.length is None:
+            columns[one.name] = values[:, 0]
+        elif (table[f"length {k}"] != length).any():
+            return None
+        else:
+            counts = np.full(element.count, length, np.int64)
+            lists[one.name] = Lists(counts, np.ascontiguousarray(values).reshape(-1))
+    return columns, lists
+
+
+def _rows_one_by_one(
+    source: _Text | _Binary, element: Element
+) -> tuple[dict[str, npt.NDArray[Any]], dict[str, Lists]]:
+    found: dict[str, list[npt.NDArray[Any]]] = {one.name: [] for one in element.properties}
+    for _ in range(element.count):
+        for one in element.properties:
+            length = 1 if one.length is None else _length(source.take(one.length, 1))
+            found[one.name].append(source.take(one.kind, length))
+    columns: dict[str, npt.NDArray[Any]] = {}
+    lists: dict[str, Lists] = {}
+    for one in element.properties:
+        values = np.concatenate(found[one.name])
+        if one.length is None:
+            columns[one.name] = values
+        else:
+            counts = np.fromiter((len(row) for row in found[one.name]), np.int64, element.count)
+            lists[one.name] = Lists(counts, values)
+    return columns, lists

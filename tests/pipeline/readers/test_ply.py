@@ -1,0 +1,145 @@
+"""PLY arrives whole, text and binary of either byte order, or is refused in one line."""
+
+from __future__ import annotations
+
+import struct
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import trimesh
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from paradize.bakers.mesh.bake import bake_mesh
+from paradize.errors import SourceError
+from paradize.readers.model import read_model
+
+CODES = {"float": "f", "double": "d", "uchar": "B", "int": "i", "ushort": "H"}
+ORDERS = {"binary_little_endian": "<", "binary_big_endian": ">"}
+FORMS = ["ascii", *ORDERS]
+PLACES = np.array([[0, 0, 0], [2, 0, 0], [2, 2, 0], [1, 0.5, 0], [0, 2, 0]], np.float32)
+
+
+def ply(
+    form: str, vertex: dict[str, tuple[str, Any]], faces: list[list[int]], extra: str = "", uvs: Any = None
+) -> bytes:
+    """A PLY. vertex: type and values by property. uvs: of each face's corners, as a list `texcoord`."""
+    count = len(next(iter(vertex.values()))[1])
+    head = f"ply\r\nformat {form} 1.0\ncomment made\n{extra}element vertex {count}\n"
+    head += "".join(f"property {kind} {name}\n" for name, (kind, _) in vertex.items())
+    head += f"element face {len(faces)}\nproperty list uchar int vertex_indices\n"
+    head += "property list uchar float texcoord\n" if uvs is not None else ""
+    rows: list[list[tuple[str, Any]]] = [
+        [(kind, values[i]) for kind, values in vertex.values()] for i in range(count)
+    ]
+    for i, face in enumerate(faces):
+        row: list[tuple[str, Any]] = [("uchar", len(face)), *(("int", one) for one in face)]
+        if uvs is not None:
+            flat = np.ravel(uvs[i])
+            row += [("uchar", len(flat)), *(("float", one) for one in flat)]
+        rows.append(row)
+    if form == "ascii":
+        body = "\n".join(
+            " ".join(repr(float(one)) if kind in "float double" else str(int(one)) for kind, one in row)
+            for row in rows
+        )
+        return (head + "end_header\n" + body + "\n").encode()
+    order = ORDERS[form]
+    packed = b"".join(struct.pack(order + CODES[kind], one) for row in rows for kind, one in row)
+    return (head + "end_header\n").encode() + packed
+
+
+def columns(kind: str, names: str, values: Any) -> dict[str, tuple[str, Any]]:
+    return {name: (kind, np.asarray(values)[:, k]) for k, name in enumerate(names.split())}
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_a_concave_polygon_arrives_with_normals_uvs_and_colours(form: str, tmp_path: Path) -> None:
+    vertex = columns("float", "x y z", PLACES) | columns("double", "nx ny nz", [[0, 0, 4]] * 5)
+    vertex |= columns("float", "s t", PLACES[:, :2] / 4)
+    vertex |= columns("uchar", "red green blue alpha", [[255, 0, 188, 128]] * 5)
+    (tmp_path / "a.PLY").write_bytes(ply(form, vertex, [[0, 1, 2, 3, 4]], "obj_info any\n"))
+    model = read_model(tmp_path / "a.PLY")
+    mesh = model.mesh
+    assert mesh.normals is not None and mesh.uvs is not None and mesh.colors is not None
+    assert model.counts["faces"] == 1 and model.counts["triangles"] == 3 and not model.warnings
+    assert np.array_equal(np.unique(mesh.positions, axis=0), np.unique(PLACES, axis=0))
+    a, b, c = (mesh.positions[mesh.triangles[:, k], :2] for k in range(3))
+    twice = np.cross(np.c_[b - a, np.zeros(3)], np.c_[c - a, np.zeros(3)])[:, 2]
+    assert (twice > 0).all() and twice.sum() == 2 * 2.5, "an ear at the dent would overlap"
+    assert (mesh.normals == [0, 0, 1]).all()
+    assert np.allclose(mesh.uvs, np.c_[mesh.positions[:, 0] / 4, 1 - mesh.positions[:, 1] / 4])
+    assert np.allclose(mesh.colors, [1, 0, 0.503, 128 / 255], atol=1e-3)
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_polygons_of_different_sizes_and_uvs_of_their_corners(form: str, tmp_path: Path) -> None:
+    faces = [[0, 1, 2], [0, 2, 3, 4], [0, 1]]
+    uvs = [[[0, 0], [1, 0], [1, 1]], [[0.5, 0], [1, 1], [0, 1], [0, 0.25]], [[0, 0], [0, 0]]]
+    data = ply(form, columns("double", "x y z", PLACES), faces, "comment TextureFile bark.png\n", uvs)
+    (tmp_path / "a.ply").write_bytes(data)
+    model = read_model(tmp_path / "a.ply")
+    assert model.mesh.uvs is not None
+    assert model.counts["triangles"] == 3 and len(model.mesh.positions) == 6
+    corner = {tuple(row) for row in np.c_[model.mesh.positions[:, :2], model.mesh.uvs].tolist()}
+    assert (0.0, 0.0, 0.0, 1.0) in corner and (0.0, 0.0, 0.5, 1.0) in corner
+    assert any("1 faces with fewer than three" in text for text in model.warnings)
+    assert any("'bark.png' is not read" in text for text in model.warnings)
+
+
+@settings(max_examples=20, deadline=None)
+@given(seed=st.integers(0, 2**32 - 1), count=st.integers(1, 40), form=st.sampled_from(FORMS))
+def test_any_triangles_are_read_back_equal(
+    seed: int, count: int, form: str, tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    rng = np.random.default_rng(seed)
+    places = rng.normal(size=(12, 3)).astype(np.float32)
+    faces = [rng.permutation(12)[:3].tolist() for _ in range(count)]
+    path = tmp_path_factory.mktemp("ply") / "a.ply"
+    path.write_bytes(ply(form, columns("float", "x y z", places), faces))
+    mesh = read_model(path).mesh
+    assert np.array_equal(mesh.positions[mesh.triangles], places[np.array(faces)])
+
+
+@pytest.mark.parametrize("encoding", ["ascii", "binary"])
+def test_a_box_of_another_program_is_baked(encoding: str, tmp_path: Path) -> None:
+    (tmp_path / "a.ply").write_bytes(trimesh.creation.box().export(file_type="ply", encoding=encoding))
+    report = bake_mesh(tmp_path / "a.ply", lods=1).report
+    assert report["closed"] and report["vertices"] == 24, "edges of a box are sharp"
+
+
+def test_a_broken_ply_is_refused_in_one_line(tmp_path: Path) -> None:
+    vertex = columns("float", "x y z", PLACES[:3])
+    little, text = (ply(form, vertex, [[0, 1, 2]]) for form in ("binary_little_endian", "ascii"))
+    infinite = columns("float", "x y z", [[0, 0, 0], [1, 0, 0], [0, np.inf, 0]])
+    for data, words in (
+        (little[:-1], "element face: cut"),
+        (text[:-4], "element face: cut"),
+        (text.replace(b"2.0", b"two"), "element vertex: cut, or holds what is no number"),
+        (text.replace(b"vertex 3", b"vertex 999999999999999999"), "element vertex: cut"),
+        (little.replace(b"face 1", b"face 888888888888"), "element face: cut"),
+        (little.replace(b"vertex 3", b"vertex 99999999999999999999"), "line 4: 'element vertex 9+' is no"),
+        (little.replace(b"float x", b"quad x"), "line 5: 'property quad x' is no statement"),
+        (little.replace(b"end_header", b"end"), "its header has no end"),
+        (little.replace(b"format", b"comment"), "its header has no format"),
+        (little.replace(b"property float x\n", b"property float w\n"), "no vertices with x, y and z"),
+        (ply("ascii", vertex, [[0, 1, 3]]), "face 0: names vertex 3 of 3"),
+        (ply("binary_big_endian", vertex, [[0, -1, 2]]), "face 0: names vertex -1 of 3"),
+        (ply("ascii", infinite, [[0, 1, 2]]), "vertex 2: x y z are 0 inf 0"),
+        (ply("ascii", vertex, []), "holds no faces"),
+        (ply("ascii", vertex, [[0, 1]]), "holds no faces"),
+        (b"", "is an empty file"),
+        (b"ply\n", "its header has no end"),
+    ):
+        (tmp_path / "a.ply").write_bytes(data)
+        with pytest.raises(SourceError, match=words) as caught:
+            read_model(tmp_path / "a.ply")
+        assert "\n" not in str(caught.value) and "a.ply" in str(caught.value)
+
+
+def test_a_ply_of_another_name_is_read_as_one(tmp_path: Path) -> None:
+    data = ply("ascii", columns("float", "x y z", PLACES), [[0, 1, 2]])
+    (tmp_path / "scan.obj").write_bytes(data)
+    assert read_model(tmp_path / "scan.obj").counts["triangles"] == 1
