@@ -129,7 +129,9 @@ def _copy_model(source: Path, aside: Path) -> _Model:
         what = f"it lies {away:g} from the origin, limit {limit:g} of a radius of {model.radius:g}"
         raise SourceError(what, file=source, mend="move the model nearer to the origin")
     if not read.libraries and not is_gltf(source):
-        model.notes.append(_white(source))
+        model.notes.append(
+            _white(source, "in its vertex colours" if read.mesh.colors is not None else "white")
+        )
     stem = _identifier(source.stem, "model")
     model.name = f"{stem}_model"[:40] if stem in RESERVED else stem
     model.mesh = f"model/{source.name}"
@@ -143,12 +145,12 @@ def _is_cut(material: Material | None) -> bool:
     return material is not None and "alpha" in material.maps and material.two_sided is None
 
 
-def _white(source: Path) -> str:
-    """Says that a model without a material file is white, and which picture may be its colour map."""
+def _white(source: Path, shown: str) -> str:
+    """Says how a model without a material file is shown, and which picture may be its colour map."""
     near = sorted(source.parent.glob(f"{glob.escape(source.stem)}*"))
     picture = next((path.name for path in near if path.suffix.lower() in PICTURES), "PICTURE")
     write = f"copy {picture} beside scene.toml and write color = {toml_text(picture)} under [[object]]"
-    return f"{source}: has no material file, so it is drawn white; for a colour map {write}"
+    return f"{source}: has no material file, so it is drawn {shown}; for a colour map {write}"
 
 
 def _pictures_of(material: Material) -> list[Path]:
