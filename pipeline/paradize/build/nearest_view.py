@@ -1,32 +1,42 @@
 """Measures how near a scene's flight comes to a mesh, for the pixels that an error of a level of detail
-covers.
+covers, and when it sees it.
 
 A bounding sphere is no use where the camera flies through it. Distances are to about a thousand points of the
 mesh or more, spread over its triangles, at sampled times of the flight: good enough to report, not a bound.
-Does not import numpy.
+What is stored is read without numpy.
 """
 
 from __future__ import annotations
 
 import struct
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import asdict, replace
 from math import sqrt
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from paradize.build.artifacts import read_artifact
-from paradize.build.entries import PIXELS, fits
+from paradize.build.entries import PIXELS, SIGHTINGS, fits
 from paradize.errors import FormatError
 from paradize.formats.glb.document import glb_document
 from paradize.jobs.code import code_digest
 from paradize.placement import largest_scale, to_world
 from paradize.scene.flight import Flight, Vec, sine_cosine
 from paradize.scene.placement import placed
-from paradize.scene.settings import Scene
+from paradize.scene.settings import Scene, SceneObject
+from paradize.scene.sightings import ObjectSighting, object_sightings
 from paradize.store.local import Store, key_of
+
+if TYPE_CHECKING:
+    import numpy as np
+    import numpy.typing as npt
+
+    F64 = npt.NDArray[np.float64]
 
 _POINTS = 2000
 _STEP_S = 0.25
+_ROUNDING = 1e-9  # relative, of bounds
+_AT_ONCE = 256  # instances
 _GOLDEN = 2654435769  # of 2^32
 _TYPES = {5121: "B", 5123: "H", 5125: "I", 5126: "f"}  # glTF's component types
 _COUNTS = {"SCALAR": 1, "VEC3": 3}
@@ -101,19 +111,32 @@ def nearest_pixel_m(scene: Scene, flight: Flight, points: Mapping[str, Sequence[
     """Returns by object the metres that one pixel covers at the flight's nearest view, per metre of its
     mesh: the least over its instances. Objects that never come into view are left out. No view is nearer
     than the camera's near plane. points: by object name, from sample_points, at least one."""
+    import numpy as np
+
     width, height = scene.head.viewport
     sine, cosine = sine_cosine(0.5 * scene.flight.fov_deg)
     pixel_m: dict[str, float] = {}
     count = max(1, round(flight.duration_s / _STEP_S))
     views = [flight.view(flight.duration_s * i / count) for i in range(count)]
+    cone = _Cone(views, sine / cosine, width / height)
     for item in scene.objects:
-        for instance in map(placed, item.instances):
-            world = [to_world(point, instance) for point in points[item.name]]
-            near_m = _nearest(views, world, sine / cosine, width / height)
+        places = np.array(points[item.name], np.float64).T
+        scales = [largest_scale(placed(instance)) for instance in item.instances]
+
+        def pixel(near_m: float, scale: float) -> float:
+            return 2.0 * max(near_m, scene.flight.near_m) * (sine / cosine) / height / scale
+
+        # Those that may be nearest come first, so that most need no second look.
+        bounds = [pixel(near, scale) for near, scale in zip(cone.bounds(places, item), scales, strict=True)]
+        best = float("inf")
+        for k in sorted(range(len(bounds)), key=bounds.__getitem__):
+            if bounds[k] * (1.0 - _ROUNDING) >= best:
+                break
+            near_m = cone.nearest(np.stack(to_world(places, placed(item.instances[k]))))
             if near_m is not None:
-                pixel = 2.0 * max(near_m, scene.flight.near_m) * (sine / cosine) / height
-                pixel /= largest_scale(instance)
-                pixel_m[item.name] = min(pixel_m.get(item.name, pixel), pixel)
+                best = min(best, pixel(near_m, scales[k]))
+        if best < float("inf"):
+            pixel_m[item.name] = best
     return pixel_m
 
 
@@ -147,36 +170,83 @@ def stored_pixels(
     return pixel_m
 
 
-def _nearest(
-    views: Sequence[tuple[Vec, Vec]], points: Sequence[Vec], tangent: float, aspect: float
-) -> float | None:
-    """Returns the least distance from an eye to a point inside its view cone; None if there is none. The
-    cone contains the whole picture. tangent: of half the vertical field of view. aspect: width / height."""
-    low, high = (tuple(pick(point[k] for point in points) for k in range(3)) for pick in (min, max))
-    middle = tuple(0.5 * (a + b) for a, b in zip(low, high, strict=True))
-    radius = 0.5 * _length(tuple(b - a for a, b in zip(low, high, strict=True)))
-    # A point is in the cone if its depth is at least this share of its distance, both squared.
-    share = 1.0 / (1.0 + tangent * tangent * (1.0 + aspect * aspect))
-    best: float | None = None  # squared
-    for eye, target in views:
-        away = _length(tuple(b - a for a, b in zip(eye, middle, strict=True))) - radius
-        if best is not None and away > 0 and away * away >= best:
-            continue
-        ahead = tuple(b - a for a, b in zip(eye, target, strict=True))
-        length = _length(ahead) or 1.0
-        fx, fy, fz = (part / length for part in ahead)
-        ex, ey, ez = eye
-        for px, py, pz in points:
-            x, y, z = px - ex, py - ey, pz - ez
+def stored_sightings(
+    store: Store, scene: Scene, flight: Flight, bounds: dict[str, tuple[Vec, float]], *, force: bool = False
+) -> dict[str, ObjectSighting]:
+    """Returns object_sightings, from the store where it is known. force: read nothing from the store."""
+    views = [asdict(view) for view in (scene.reflection, scene.refraction) if view and scene.water]
+    frame = [flight.as_json(), scene.head.viewport, scene.flight.fov_deg, views]
+    stands = {item.name: [placed(instance) for instance in item.instances] for item in scene.objects}
+    key = key_of(__name__, code_digest(__name__), frame, bounds, stands)
+    stored = None if force else store.get_product(key)
+    if not fits(stored, SIGHTINGS):
+        found = object_sightings(scene, flight, bounds)
+        stored = {name: asdict(one) for name, one in found.items()}
+        store.put_product(key, stored)
+    return {name: ObjectSighting(**one) for name, one in stored.items()}
+
+
+class _Cone:
+    """The view cones of a flight's views. Each contains the whole picture. eyes, ahead: three (m,), metres
+    and unit vectors. tangent: of half the vertical field of view. aspect: width / height."""
+
+    def __init__(self, views: Sequence[tuple[Vec, Vec]], tangent: float, aspect: float) -> None:
+        import numpy as np
+
+        self.eyes = np.array([eye for eye, _ in views], np.float64).T
+        self.ahead = np.array([_direction(eye, target) for eye, target in views], np.float64).T
+        self.slope = tangent * tangent * (1.0 + aspect * aspect)
+
+    def bounds(self, places: F64, item: SceneObject) -> list[float]:
+        """Returns for each instance a lower bound of the least distance of its places (3, n) that a view
+        shows, metres; infinite where no view can show one."""
+        import numpy as np
+
+        low, high = places.min(axis=1), places.max(axis=1)
+        middle = 0.5 * (low + high)
+        radius = 0.5 * np.sqrt(((high - low) * (high - low)).sum()) * (1.0 + _ROUNDING)
+        cosine = 1.0 / sqrt(1.0 + self.slope)
+        sine = sqrt(self.slope) * cosine
+        found: list[float] = []
+        for first in range(0, len(item.instances), _AT_ONCE):
+            some = [placed(instance) for instance in item.instances[first : first + _AT_ONCE]]
+            columns = {key: np.array([one[key] for one in some]).T[..., None] for key in some[0]}
+            x, y, z = (c - e for c, e in zip(to_world(middle, columns), self.eyes, strict=True))
+            reach = radius * np.array([largest_scale(one) for one in some])[:, None]
+            away = np.sqrt(x * x + y * y + z * z)
+            along = x * self.ahead[0] + y * self.ahead[1] + z * self.ahead[2]
+            aside = np.sqrt(np.maximum(0.0, away * away - along * along))
+            slack = reach + _ROUNDING * away
+            hidden = (away > slack) & ((along < -slack) | (aside * cosine - along * sine > slack))
+            found += np.where(hidden, np.inf, np.maximum(away - slack, 0.0)).min(axis=1).tolist()
+        return found
+
+    def nearest(self, places: F64) -> float | None:
+        """Returns the least distance from an eye to a place (3, n) inside its view cone; None if there is
+        none."""
+        import numpy as np
+
+        low, high = places.min(axis=1), places.max(axis=1)
+        gap = [
+            np.maximum(0.0, np.maximum(a - e, e - b)) for a, b, e in zip(low, high, self.eyes, strict=True)
+        ]
+        least = gap[0] * gap[0] + gap[1] * gap[1] + gap[2] * gap[2]
+        # A place is in the cone if its depth is at least this share of its distance, both squared.
+        share = 1.0 / (1.0 + self.slope)
+        best = float("inf")  # squared
+        for k in np.argsort(least, kind="stable").tolist():
+            if least[k] * (1.0 - _ROUNDING) >= best:
+                break
+            x, y, z = (axis - eye for axis, eye in zip(places, self.eyes[:, k].tolist(), strict=True))
+            fx, fy, fz = self.ahead[:, k].tolist()
             square = x * x + y * y + z * z
-            if best is not None and square >= best:
-                continue
             along = x * fx + y * fy + z * fz
-            if along >= 0 and along * along >= share * square:
-                best = square
-    return None if best is None else sqrt(best)
+            inside = (along >= 0) & (along * along >= share * square)
+            best = min(best, float(np.where(inside, square, np.inf).min()))
+        return None if best == float("inf") else sqrt(best)
 
 
-def _length(v: Sequence[float]) -> float:
-    x, y, z = v
-    return sqrt(x * x + y * y + z * z)
+def _direction(eye: Vec, target: Vec) -> Vec:
+    x, y, z = (b - a for a, b in zip(eye, target, strict=True))
+    length = sqrt(x * x + y * y + z * z) or 1.0
+    return x / length, y / length, z / length

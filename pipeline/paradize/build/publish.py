@@ -16,7 +16,7 @@ from paradize.artifact import Artifact
 from paradize.build.artifacts import Artifacts, keep_artifact, read_artifact
 from paradize.build.auto_tier import LateErrors, TriedTiers
 from paradize.build.manifest import MeshFacts, build_manifest, mesh_facts
-from paradize.build.nearest_view import stored_pixels
+from paradize.build.nearest_view import stored_pixels, stored_sightings
 from paradize.build.object_measurements import measure_objects
 from paradize.build.options import BuildContext
 from paradize.build.provenance import BakeReport, strays
@@ -30,7 +30,7 @@ from paradize.formats.scene_manifest import encode_scene
 from paradize.scene.budget import excesses
 from paradize.scene.map_sets import SceneMaps
 from paradize.scene.settings import Scene
-from paradize.scene.sightings import ObjectSighting, object_sightings
+from paradize.scene.sightings import ObjectSighting
 from paradize.store.atomic import flush_folder, write_whole
 from paradize.store.local import hash_file, stamp
 from paradize.tiers import AUTO
@@ -182,7 +182,8 @@ def _sightings(context: BuildContext, baked: _Baked) -> dict[str, ObjectSighting
     """Returns how the flight sees each object, by name."""
     objects = {item.name: baked.meshes[f"{item.name}_mesh"] for item in context.scene.objects}
     bounds = {name: (known.center, known.radius_m) for name, known in objects.items()}
-    return object_sightings(context.scene, context.flight, bounds)
+    force = context.options.force
+    return stored_sightings(context.store, context.scene, context.flight, bounds, force=force)
 
 
 def _measure_objects(

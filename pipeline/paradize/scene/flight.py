@@ -339,31 +339,31 @@ def sightings_of(
 ) -> list[Sighting]:
     """Tests each sphere (center metres, radius metres) at times step_s apart. The view cone contains the
     whole picture (vertical field of view fov_deg, width / height = aspect)."""
+    import numpy as np
+
     sine, cosine = sine_cosine(0.5 * fov_deg)
     tangent = sine / cosine * sqrt(1.0 + aspect * aspect)
     cos_half = 1.0 / sqrt(1.0 + tangent * tangent)
     sin_half = tangent * cos_half
-    nearest = [float("inf")] * len(spheres)
-    first: list[float | None] = [None] * len(spheres)
-    farthest = [0.0] * len(spheres)
+    centers = np.array([center for center, _ in spheres], np.float64).reshape(-1, 3).T
+    radius = np.array([radius for _, radius in spheres], np.float64)
+    nearest, farthest = np.full(len(spheres), np.inf), np.zeros(len(spheres))
+    first = np.full(len(spheres), -1.0)
     count = max(1, round(flight.duration_s / step_s))
     for i in range(count):
         t = flight.duration_s * i / count
         eye, target = flight.view(t)
         length = _distance(eye, target) or 1.0
         ahead = tuple((b - a) / length for a, b in zip(eye, target, strict=True))
-        for j, (center, radius) in enumerate(spheres):
-            away = _distance(eye, center)
-            nearest[j] = min(nearest[j], max(0.0, away - radius))
-            if first[j] is None or away + radius > farthest[j]:
-                along = 0.0
-                for e, c, f in zip(eye, center, ahead, strict=True):
-                    along += (c - e) * f
-                aside = sqrt(max(0.0, away * away - along * along))
-                if away <= radius or (along > -radius and aside * cos_half - along * sin_half <= radius):
-                    first[j] = t if first[j] is None else first[j]
-                    farthest[j] = max(farthest[j], away + radius)
+        x, y, z = (c - e for c, e in zip(centers, eye, strict=True))
+        away = np.sqrt(x * x + y * y + z * z)
+        nearest = np.minimum(nearest, np.maximum(0.0, away - radius))
+        along = x * ahead[0] + y * ahead[1] + z * ahead[2]
+        aside = np.sqrt(np.maximum(0.0, away * away - along * along))
+        seen = (away <= radius) | ((along > -radius) & (aside * cos_half - along * sin_half <= radius))
+        first[seen & (first < 0.0)] = t
+        farthest[seen] = np.maximum(farthest, away + radius)[seen]
     return [
-        Sighting(near, seen_s or 0.0, seen_s is not None, far)
-        for near, seen_s, far in zip(nearest, first, farthest, strict=True)
+        Sighting(near, max(seen_s, 0.0), seen_s >= 0.0, far)
+        for near, seen_s, far in zip(nearest.tolist(), first.tolist(), farthest.tolist(), strict=True)
     ]

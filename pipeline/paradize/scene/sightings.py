@@ -1,4 +1,4 @@
-"""How the flight sees the objects of a scene. Does not import numpy."""
+"""How the flight sees the objects of a scene. Imports numpy only where it is measured."""
 
 from __future__ import annotations
 

@@ -8,11 +8,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from paradize.build import nearest_view
 from paradize.build.nearest_view import nearest_pixel_m, sample_points
 from paradize.data import Lod, Mesh
 from paradize.errors import FormatError
 from paradize.formats.glb.encode import encode_glb
+from paradize.placement import largest_scale, to_world
 from paradize.scene.flight import plan_flight, sightings_of
+from paradize.scene.placement import placed
 from paradize.scene.settings import Scene, load_scene
 from tests.pipeline.scenes import make_cove
 from tests.pipeline.shapes import grid, sphere
@@ -81,6 +84,51 @@ def test_of_several_instances_the_nearest_counts_in_metres_of_the_mesh(tmp_path:
         alone.append(nearest_pixel_m(known, flight, places)["post"])
     assert alone[0] < 0.7 * alone[1]
     assert alone[2] == alone[3] == alone[0]
+
+
+def test_of_many_instances_few_are_looked_at_and_a_search_of_all_finds_the_same(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scene, post = cove(tmp_path), load_scene(make_cove(tmp_path / "again")).objects[0]
+    places = np.array(sample_points(glb(sphere(8, radius=0.3, offset=(0.2, 0.0, 0.1))), "post.glb"))
+    rng = np.random.default_rng(5)
+    stands = [
+        replace(
+            post.instances[0],
+            position=tuple(rng.uniform(-60.0, 60.0, 3).tolist()),
+            yaw_deg=float(rng.uniform(0.0, 360.0)),
+            pitch_deg=float(rng.uniform(-90.0, 90.0)),
+            scale=tuple((rng.uniform(0.2, 2.0, 3) * rng.choice([-1.0, 1.0], 3)).tolist()),
+        )
+        for _ in range(300)
+    ]
+    scene = replace(scene, objects=(replace(post, instances=tuple(stands)),))
+    flight, looked_at = plan_flight(scene.flight), []
+    nearest = nearest_view._Cone.nearest
+
+    def counted(cone: nearest_view._Cone, world: np.ndarray) -> float | None:
+        looked_at.append(world)
+        return nearest(cone, world)
+
+    monkeypatch.setattr(nearest_view._Cone, "nearest", counted)
+    found = nearest_pixel_m(scene, flight, {"post": [tuple(place) for place in places.tolist()]})["post"]
+    assert 1 <= len(looked_at) < 60
+    width, height = scene.head.viewport
+    tangent = np.tan(np.radians(0.5 * scene.flight.fov_deg))
+    cosine = 1.0 / np.sqrt(1.0 + tangent * tangent * (1.0 + (width / height) ** 2))
+    count = round(flight.duration_s / 0.25)
+    pixels = []
+    for instance in map(placed, stands):
+        world = np.stack(to_world(places.T, instance), axis=1)
+        for k in range(count):
+            eye, target = map(np.array, flight.view(flight.duration_s * k / count))
+            toward = world - eye
+            away = np.linalg.norm(toward, axis=1)
+            shown = toward @ (target - eye) / np.linalg.norm(target - eye) >= cosine * away
+            if shown.any():
+                near = max(float(away[shown].min()), scene.flight.near_m)
+                pixels.append(2.0 * near * tangent / height / largest_scale(instance))
+    assert found == pytest.approx(min(pixels), rel=1e-9)
 
 
 def test_what_never_comes_into_view_is_left_out(tmp_path: Path) -> None:
