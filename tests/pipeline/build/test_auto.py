@@ -332,7 +332,7 @@ def brute(kind: str, path: Path, settings: BakerSettings, metric: str) -> dict[s
 
 
 @pytest.mark.parametrize("where", ["made", "corpus"])
-@pytest.mark.parametrize("count", [5, pytest.param(20, marks=pytest.mark.deep)])
+@pytest.mark.parametrize("count", [4, pytest.param(20, marks=pytest.mark.deep)])
 def test_auto_is_brute_force_over_assets_and_three_budgets(
     source: Callable[[str], Path], tmp_path: Path, where: str, count: int
 ) -> None:

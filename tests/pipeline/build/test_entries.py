@@ -15,6 +15,7 @@ from paradize.build.provenance import is_record, record_name, unchanged_bake
 from paradize.explain.facts import explain
 from paradize.store.local import Store, seal, unseal
 from tests.pipeline.scenes import make_cove
+from tests.sweeps import sweep
 
 DEEP = b"[" * 100_000 + b"]" * 100_000
 
@@ -67,10 +68,15 @@ def spoil(folder: Path, make: Callable[[Any], Any]) -> None:
         path.write_bytes(seal(make(unseal(path.read_bytes()))))
 
 
-def test_entries_of_any_shape_change_no_bake(cove: tuple[Path, Path, Path]) -> None:
+SOME = ["other kinds", "missing keys", "a path for a hash"]
+
+
+@pytest.mark.parametrize("kinds", sweep([[*WRONG], SOME], test=[SOME]))
+def test_entries_of_any_shape_change_no_bake(cove: tuple[Path, Path, Path], kinds: list[str]) -> None:
     scene, out, store = cove
     good = {path.name: path.read_bytes() for path in out.iterdir()}
-    for what, make in WRONG.items():
+    for what in kinds:
+        make = WRONG[what]
         spoil(store / "products", make)
         spoil(store / "bakes", make)
         (out / "scene.json").unlink()
@@ -101,14 +107,17 @@ def places(tree: Any, above: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
         yield from places(value, (*above, key))
 
 
-def test_a_record_with_any_value_changed_is_refused_or_gives_a_report(cove: tuple[Path, Path, Path]) -> None:
+@pytest.mark.parametrize("count", sweep([50, 150], test=[50]))
+def test_a_record_with_any_value_changed_is_refused_or_gives_a_report(
+    cove: tuple[Path, Path, Path], count: int
+) -> None:
     scene, out, root = cove
     store = Store(root)
     name = record_name(scene, out, None)
     record = store.get_bake(name)
     assert is_record(record)
     found = list(places(record))
-    for place in found[:: max(1, len(found) // 150)]:
+    for place in found[:: max(1, len(found) // count)]:
         for value in (None, -1, "a\0b", [], {}, [[]], True):
             changed = json.loads(json.dumps(record))
             owner = changed

@@ -17,6 +17,7 @@ import numpy as np
 import pytest
 
 from paradize.cli.table import errors_text, head_of
+from tests.pipeline.cli.test_wrong_inputs import run as called
 from tests.pipeline.scenes import make_cove, write_image
 from tests.processes import started
 
@@ -73,9 +74,9 @@ def test_help_and_version_are_fast_and_import_no_numpy(run: Run) -> None:
         ["check"],
     ],
 )
-def test_wrong_usage_exits_2(run: Run, words: list[str]) -> None:
-    result = run(*words)
-    assert result.returncode == 2 and result.stdout == "" and result.stderr
+def test_wrong_usage_exits_2(words: list[str]) -> None:
+    code, out, errors = called(*words)
+    assert code == 2 and out == "" and errors
 
 
 @pytest.mark.parametrize(
@@ -99,8 +100,8 @@ def test_wrong_usage_exits_2(run: Run, words: list[str]) -> None:
         ),
     ],
 )
-def test_wrong_usage_is_told_in_one_line_with_what_to_write(run: Run, words: str, said: str) -> None:
-    error, hint = run(*words.split()).stderr.splitlines()
+def test_wrong_usage_is_told_in_one_line_with_what_to_write(words: str, said: str) -> None:
+    error, hint = called(*words.split())[2].splitlines()
     command = words.split()[0]
     assert said in error and "error: " in error
     assert hint.startswith(f"`paradize {command} --help`" if command != "mehs" else "`paradize --help`")
