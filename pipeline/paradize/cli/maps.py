@@ -97,6 +97,14 @@ def add(sub: argparse.ArgumentParser) -> None:
         help="what lies farther holds back no light, of the model's diagonal (0.25)",
     )
     sub.add_argument(
+        "--materials",
+        dest="layout_materials",
+        type=_names,
+        default=(),
+        metavar="A,B",
+        help="only the triangles of these materials lie on the map (all)",
+    )
+    sub.add_argument(
         "--see-through",
         type=_names,
         default=(),

@@ -38,7 +38,7 @@ def cast_errors(
     where no centre of a texel is covered.
 
     values: (h, w), what a stage made of the triangles `on` (k, 3). mesh, blocking, reach: as it was given.
-    samples: of texels; None: by the number of triangles.
+    samples: places of texels at most; None: by the number of triangles.
     """
     if mesh.uvs is None or mesh.normals is None:
         raise ValueError("the mesh has no UVs or no normals")
@@ -46,7 +46,7 @@ def cast_errors(
     count = samples or int(min(_MOST, max(_LEAST, _WORK / max(1, len(blocking)))))
     flat = mesh.uvs[on].astype(np.float64) * [width, height]
     texels = _sample(flat, height, width, count)
-    texel, triangle, weights = _places(flat, texels, height, width)
+    texel, triangle, weights = _some(*_places(flat, texels, height, width), count)
     if not len(texel):
         return {}
     wide = mesh.positions.astype(np.float64)
@@ -121,6 +121,19 @@ def _places(
         np.concatenate([triangle for _, triangle, _ in found]),
         np.concatenate([weights for _, _, weights in found]),
     )
+
+
+def _some(
+    texel: npt.NDArray[np.int64], triangle: npt.NDArray[np.int64], weights: F64, most: int
+) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64], F64]:
+    """The places of some of the texels, spread evenly: together at most `most`, but at least one texel's. A
+    texel of a layout that overlaps may have thousands."""
+    names, own, counts = np.unique(texel, return_inverse=True, return_counts=True)
+    order = np.argsort(np.arange(len(names)) * _GOLDEN % 1.0, kind="stable")
+    kept = np.zeros(len(names), np.bool_)
+    kept[order[: max(1, int(np.searchsorted(np.cumsum(counts[order]), most, side="right")))]] = True
+    mask = kept[own]
+    return texel[mask], triangle[mask], weights[mask]
 
 
 _TILES = [(x, y) for x in (-1, 0, 1) for y in (-1, 0, 1)]  # a triangle may cross the map's edge

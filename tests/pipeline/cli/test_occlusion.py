@@ -72,3 +72,16 @@ def test_a_picture_is_no_model(tmp_path: Path, capsys: pytest.CaptureFixture[str
 def test_occlusion_stands_by_itself(corner: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.main(["maps", str(corner), "-o", "x", "--only", "normal,occlusion"]) == 2
     assert "--only occlusion" in capsys.readouterr().err
+
+
+def test_materials_are_chosen_by_name(corner: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The floor alone lies on the map; the wall still hides the sky, unless it is see-through."""
+    text = corner.read_text().replace("f 1/5", "usemtl wall\nf 1/5")
+    corner.write_text(text)
+    settings = paradize.OcclusionSettings(occlusion_px=32, layout_materials=("stone",))
+    shown = paradize.occlusion(corner, settings, tier="fast").texels("occlusion")
+    assert shown[:, :14].min() < 0.6
+    assert run(corner, "-o", corner.parent / "out", "--materials", "stone", "--see-through", "wall") == 1
+    assert "nowhere darker" in capsys.readouterr().err
+    assert run(corner, "-o", corner.parent / "out", "--materials", "stones") == 1
+    assert "no material 'stones'" in capsys.readouterr().err

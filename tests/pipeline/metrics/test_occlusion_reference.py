@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from paradize.kernels.reference.occlusion import open_shares
+from paradize.metrics import occlusion
 from paradize.metrics.occlusion import cast_errors
 from paradize.stages.occlusion import RAYS, mesh_occlusion
 from tests.pipeline.shapes import grid, sphere
@@ -68,6 +69,33 @@ def test_a_planted_error_is_found() -> None:
     assert planted["cast_mean"] == pytest.approx(0.1, abs=0.01)
     shifted = cast_errors(np.roll(made.values, 9, axis=1), *args, reach=0.5)
     assert shifted["cast_p99"] > 3 * honest["cast_p99"]
+
+
+def test_many_layers_on_the_same_texels_are_sampled_within_bounds(monkeypatch: pytest.MonkeyPatch) -> None:
+    """All triangles of a mesh on one spot of the map: each texel has as many places."""
+    mesh = sphere(16)
+    assert mesh.uvs is not None
+    spot = np.array([[0.1, 0.1], [0.9, 0.1], [0.1, 0.9]], np.float32)
+    corners = mesh.triangles.reshape(-1)
+    assert mesh.normals is not None
+    layers = replace(
+        mesh,
+        positions=mesh.positions[corners],
+        normals=mesh.normals[corners],
+        uvs=np.tile(spot, (len(mesh.triangles), 1)),
+        triangles=np.arange(len(corners), dtype=np.uint32).reshape(-1, 3),
+    )
+    asked = []
+
+    def counted(points: np.ndarray, *more: np.ndarray, **settings: float) -> np.ndarray:
+        asked.append(len(points))
+        return open_shares(points, *more, **settings)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(occlusion, "open_shares", counted)
+    errors = cast_errors(
+        np.ones((32, 32), np.float32), layers, layers.triangles, layers.triangles, reach=0.5, samples=3000
+    )
+    assert errors["cast_max"] == 0.0 and 900 <= asked[0] <= 3000
 
 
 def test_tiers_are_in_the_order_of_their_errors() -> None:

@@ -45,6 +45,9 @@ def cast_occlusion(
     mesh = complete_normals(mesh, read.smoothing[report.kept])[0]
     on = mesh.of_materials(materials) if materials else mesh
     names = {group.material for group in mesh.groups}
+    if unknown := sorted({*materials, *settings.see_through} - names):
+        what = f"no material {', '.join(map(repr, unknown))}"
+        raise BakeError(what, file=model, mend=f"there are {', '.join(map(repr, sorted(names)))}")
     blocking = mesh.of_materials(names - {*settings.see_through}) if settings.see_through else mesh
     size, reach = settings.occlusion_px, settings.occlusion_reach
     report_step("casting occlusion")
