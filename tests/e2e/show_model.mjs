@@ -33,12 +33,15 @@ const draco = new DRACOLoader().setDecoderPath("/three/examples/jsm/libs/draco/g
 // As pipeline/paradize/readers/mtl reads a Wavefront material: Kd is linear, and a colour map replaces it; Pr, Pm,
 // Ke, norm and their maps are those of glTF; Ns and Ks become a roughness and a reflectance seen straight on.
 // info: statements of the MTL, of which MTLLoader leaves out the physical ones. picture(file): a texture or null.
-function physical(material, info, picture) {
+// blender: Blender wrote it, with a Ns and a Ks of its own.
+function physical(material, info, picture, blender) {
     const used = new MeshPhysicalMaterial({ name: material.name, vertexColors: material.vertexColors });
     const exponent = info.ns === undefined ? null : Math.max(parseFloat(info.ns), 0);
     const phong = info.pr === undefined;
     if (!phong) {
         used.roughness = parseFloat(info.pr);
+    } else if (exponent !== null && blender) {
+        used.roughness = 1 - Math.sqrt(Math.min(exponent / 1000, 1));
     } else if (exponent !== null) {
         used.roughness = Math.pow(2 / (exponent + 2), 0.25);
     } else {
@@ -56,7 +59,9 @@ function physical(material, info, picture) {
         reflectance = 0;
     } else if (info.ks) {
         reflectance = Math.min((info.ks[0] + info.ks[1] + info.ks[2]) / 3, 1);
-        if (phong) {
+        if (blender) {
+            reflectance *= 0.08;
+        } else if (phong) {
             reflectance *= 8 / ((exponent ?? 0) + 8);
             const metal = !used.map && Math.max(...(info.kd ?? [1])) <= 0.04;
             reflectance = metal ? reflectance : Math.min(reflectance, 0.08);
@@ -122,10 +127,13 @@ async function load(path) {
     const loader = new OBJLoader(manager);
     const pictures = new Map([[undefined, null]]);
     let infos = {};
+    let blender = false;
     if (library) {
         const answer = await fetch(folder + encodeURIComponent(library[1]));
         if (answer.ok) {
-            const materials = new MTLLoader(manager).parse(await answer.text(), folder);
+            const statements = await answer.text();
+            blender = statements.startsWith("# Blender");
+            const materials = new MTLLoader(manager).parse(statements, folder);
             infos = materials.materialsInfo;
             const files = Object.values(infos).flatMap((info) =>
                 ["map_kd", "map_ke", "map_pr", "map_pm", "map_d", "norm"].map((key) => info[key]),
@@ -145,7 +153,7 @@ async function load(path) {
         }
     }
     const object = loader.parse(text);
-    const used = (one) => physical(one, infos[one.name] ?? {}, (file) => pictures.get(file));
+    const used = (one) => physical(one, infos[one.name] ?? {}, (file) => pictures.get(file), blender);
     object.traverse((part) => {
         if (part.isMesh) {
             part.material = Array.isArray(part.material) ? part.material.map(used) : used(part.material);

@@ -24,6 +24,10 @@ _Quality = Literal["fast", "balanced", "exact"]
 _BLOCK_BYTES = {"BC1": 8, "BC3": 16, "BC4": 8, "BC5": 16, "BC7": 16}
 _TEXEL_BYTES = {"R8": 1, "RG8": 2, "R16": 2, "RG16": 4, "RGBA8": 4}
 
+# Texels of a colour picture up to which blocks save less than a KiB. Such a picture is drawn texel by texel
+# (swatches, pixel art), and a block makes up to 16 colours of two.
+SMALL = 16 * 16
+
 
 def formats_of(
     name: str,
@@ -35,12 +39,14 @@ def formats_of(
     narrow: bool = False,
 ) -> tuple[str, ...]:
     """Returns the formats that a map of this size may take, the tier's first. Without block formats if the
-    sides do not divide by four. narrow: only the first channel is read."""
+    sides do not divide by four, or a colour picture has at most SMALL texels. narrow: only the first channel
+    is read."""
     one = MAPS[name]
     known = one.alpha_formats if alpha else one.narrow_formats if narrow else one.formats
     if tier == "exact" and "BC7_SRGB" in known:
         known = known[known.index("BC7_SRGB") :]
-    if height % 4 or width % 4:
+    small = known[-1].endswith("_SRGB") and height * width <= SMALL
+    if height % 4 or width % 4 or small:
         known = tuple(fmt for fmt in known if not fmt.startswith("BC"))
     return known
 
