@@ -66,6 +66,38 @@ def test_a_map_outside_the_root_is_never_used(tmp_path: Path, name: str) -> None
     assert any("lies outside" in warning for warning in result.warnings)
 
 
+@pytest.mark.parametrize(
+    "name", ["C:\\Users\\me\\wood.png", "/home/me/wood.png", "C:/me/wood.png", "\\\\server\\me\\wood.png"]
+)
+def test_a_path_of_another_machine_means_the_picture_beside_the_file(tmp_path: Path, name: str) -> None:
+    (tmp_path / "wood.png").write_bytes(b"")
+    result = model(tmp_path, "a.mtl", f"newmtl wood\nmap_Kd {name}\n")
+    assert result.materials["wood"].picture("color") == (tmp_path / "wood.png").resolve()
+    assert any("is a path of another machine; 'wood.png' beside" in warning for warning in result.warnings)
+
+
+def test_options_behind_the_name_are_read_as_maya_writes_them(tmp_path: Path) -> None:
+    for name in ("a b.png", "c -s d.png"):
+        (tmp_path / name).write_bytes(b"")
+    text = "newmtl wood\nmap_Ks -imfchan r a b.png -clamp on\nmap_Kd c -s d.png\nmap_Ns gone.png -bm 1\n"
+    result = model(tmp_path, "a.mtl", text)
+    maps = result.materials["wood"].maps
+    assert (maps["specular"].channel, maps["specular"].wrap) == ("r", ("clamp", "clamp"))
+    assert maps["specular"].picture.file.name == "a b.png" and maps["color"].picture.file.name == "c -s d.png"
+    assert any("'gone.png -bm 1' does not exist" in text for text in result.warnings)
+
+
+def test_a_map_of_occlusion_is_read_and_a_map_of_ambient_light_like_the_colour_is_no_news(
+    tmp_path: Path,
+) -> None:
+    (tmp_path / "a.png").write_bytes(b"")
+    text = "newmtl wood\nmap_Ka a.png\nmap_Kd a.png\nmap_AO a.png\nnewmtl tin\nmap_Ka a.png\n"
+    result = model(tmp_path, "a.mtl", text)
+    assert result.materials["wood"].maps["occlusion"].channel == "luminance"
+    (said,) = [warning for warning in result.warnings if "map_Ka" in warning]
+    assert "map_Ka (line 6:" in said
+
+
 def test_a_root_above_the_folder_lets_maps_be_shared(tmp_path: Path) -> None:
     folder = tmp_path / "model"
     folder.mkdir()

@@ -32,6 +32,10 @@ class Placement:
     coordinates: int = 0
     matrix: tuple[float, ...] = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0)
 
+    def __str__(self) -> str:
+        moved = ", moved by KHR_texture_transform" if self.matrix != (1.0, 0.0, 0.0, 0.0, 1.0, 0.0) else ""
+        return f"TEXCOORD_{self.coordinates}{moved}"
+
 
 @dataclass(frozen=True)
 class PlacedMaterial:
@@ -224,8 +228,11 @@ class _Reader:
         for role in others:
             del self.maps[role]
         if others:
-            what = f"material {name!r}: {', '.join(others)} lie on other texture coordinates than {roles[0]}"
-            self.document.warn(f"{what}; left out", self.place)
+            of = "its maps of" if len(others) > 1 else "its map of"
+            texts = [f"{role} ({self.placements[role]})" for role in others]
+            what = f"material {name!r}: {of} {', '.join(texts)} left out"
+            why = f"all maps lie where that of {roles[0]} does ({first})"
+            self.document.warn(f"{what}; {why}", self.place)
         return first
 
 

@@ -62,7 +62,7 @@ class Pictures:
     def _embedded(self, data: bytes, name: str, place: str) -> Picture | None:
         webp = data[:4] == b"RIFF" and data[8:12] == b"WEBP"
         if not (webp or data.startswith(_MAGIC)):
-            self.document.warn(f"{name}: {_kind(data)} is not read; left out", place)
+            self.document.warn(f"{name}: {_kind(data)} is not read; left out{_mend(_kind(data))}", place)
             return None
         return Picture(self.document.file, data, name)
 
@@ -77,9 +77,16 @@ class Pictures:
             document.warn(f"picture {uri[:120]!r} does not exist; left out", place)
             return None
         if path.suffix.lower() in (".ktx2", ".ktx", ".basis", ".avif"):
-            document.warn(f"picture {uri[:120]!r}: {path.suffix[1:].upper()} is not read; left out", place)
+            kind = path.suffix[1:].upper()
+            document.warn(f"picture {uri[:120]!r}: {kind} is not read; left out{_mend(kind)}", place)
             return None
         return Picture(path, None, path.name)
+
+
+def _mend(kind: str) -> str:
+    """What to do about a picture in a format of GPUs."""
+    ktx = "KTX" in kind or "BASIS" in kind
+    return "; npx @gltf-transform/cli ktxdecompress IN.glb OUT.glb makes PNG of it" if ktx else ""
 
 
 def _kind(data: bytes) -> str:

@@ -29,7 +29,7 @@ _NEUTRAL = {"-blendu": "on", "-blendv": "on", "-boost": "0", "-cc": "off"}
 class MapStatement:
     """keyword: in small letters. file: of the picture. channel: None where the statement does not say.
     scale, offset: of u and v with v upwards: u * scale + offset. bump: -bm. gain: -mm. unused: options that
-    have no effect here."""
+    have no effect here. note: what the user should know."""
 
     keyword: str
     file: Path
@@ -41,6 +41,7 @@ class MapStatement:
     bump: float | None = None
     gain: float | None = None
     unused: list[str] = field(default_factory=list)
+    note: str = ""
 
     @property
     def height(self) -> float | None:
@@ -98,34 +99,60 @@ def read_map_statement(
     """A map statement without its keyword, or a text that says why it names no picture. A missing picture is
     appended to `absent`. Raises SourceError as `named_file`."""
     words = text.split(None, _MAX_WORDS)
+    options, index = _options(words, 0, 1)
+    # A name may contain several blanks in a row: without options the text is taken unchanged.
+    name = " ".join(words[index:]) if index else text.strip()
+    if not name:
+        return "no file named"
+    place, note = f"line {line} of {file}", ""
+    path = inside(root, file.parent, name)
+    if path is None and (beside := _beside(root, file.parent, name, place)):
+        note = f"{name[:120]!r} is a path of another machine; {beside.name!r} beside the file is read instead"
+        path = beside
+    if path is None:
+        return f"{name[:120]!r} lies outside {root}; ignored"
+    if not named_file(path, place):
+        # Maya writes options after the name.
+        end = next((k for k in range(index + 1, len(words)) if words[k].lower() in OPTIONS), None)
+        shorter = None if end is None else inside(root, file.parent, " ".join(words[index:end]))
+        if end is None or shorter is None or not named_file(shorter, place):
+            if absent is not None:
+                absent.append(path)
+            return f"{name[:120]!r} does not exist; ignored"
+        path = shorter
+        options |= _options(words, end, 0)[0]
+    statement = MapStatement(keyword, path, line, note=note)
+    for option, arguments in options.items():
+        if not _apply(statement, option, arguments):
+            statement.unused.append(option)
+    return statement
+
+
+def _options(words: list[str], index: int, left: int) -> tuple[dict[str, list[str]], int]:
+    """The options from words[index] on, each with its arguments, and the first word behind them. left: how
+    many words are no argument."""
     options: dict[str, list[str]] = {}
-    index = 0
     while index < len(words) and words[index].lower() in OPTIONS:
         option = words[index].lower()
         taken = options[option] = []
         index += 1
         for count in range(OPTIONS[option]):
             numbers = OPTIONS[option] > 1 and count
-            if len(words) - index < 2 or (numbers and floats(words[index], 1) is None):
+            if len(words) - index <= left or (numbers and floats(words[index], 1) is None):
                 break
             taken.append(words[index])
             index += 1
-    # A name may contain several blanks in a row: without options the text is taken unchanged.
-    name = " ".join(words[index:]) if index else text.strip()
-    if not name:
-        return "no file named"
-    path = inside(root, file.parent, name)
-    if path is None:
-        return f"{name[:120]!r} lies outside {root}; ignored"
-    if not named_file(path, f"line {line} of {file}"):
-        if absent is not None:
-            absent.append(path)
-        return f"{name[:120]!r} does not exist; ignored"
-    statement = MapStatement(keyword, path, line)
-    for option, arguments in options.items():
-        if not _apply(statement, option, arguments):
-            statement.unused.append(option)
-    return statement
+    return options, index
+
+
+def _beside(root: Path, folder: Path, name: str, place: str) -> Path | None:
+    """The file beside the material file that has the name of an absolute path, as exporters write those of
+    the machine they run on. None where there is none."""
+    windows = PureWindowsPath(name)
+    if not (windows.drive or windows.root):
+        return None
+    path = inside(root, folder, windows.name)
+    return path if path is not None and named_file(path, place) else None
 
 
 def _apply(statement: MapStatement, option: str, arguments: list[str]) -> bool:

@@ -28,11 +28,11 @@ from paradize.readers.uv_transform import UvTransform
 ROLES = {"map_kd": "color", "map_d": "alpha", "map_tr": "alpha", "norm": "normal", "map_kn": "normal"}
 ROLES |= {"map_bump": "height", "bump": "height", "map_disp": "height", "disp": "height"}
 ROLES |= {"map_pr": "roughness", "map_ns": "smoothness", "map_pm": "metalness", "map_ks": "specular"}
-ROLES |= {"map_ke": "emission"}
+ROLES |= {"map_ke": "emission", "map_ao": "occlusion"}
 BLENDER_ROLES = ROLES | {"map_ns": "roughness", "map_refl": "metalness", "refl": "metalness"}
 _BUMPS = ("map_bump", "bump")
 _NORMAL_NAMES = ("_n", "_nrm", "_nor", "_nml", "_norm", "normal", "normals", "normalmap", "normal_map")
-_SCALARS = ("alpha", "height", "roughness", "smoothness", "metalness", "specular")
+_SCALARS = ("alpha", "height", "roughness", "smoothness", "metalness", "specular", "occlusion")
 
 Warn = Callable[[int, str], None]
 

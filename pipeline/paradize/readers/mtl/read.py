@@ -83,6 +83,7 @@ class _Reader:
         self.unused: dict[str, tuple[int, int]] = {}  # keyword as written -> count, first line
         self.maps = 0
         self.color_text = ""  # of the last map_Kd, as written
+        self.ambient: tuple[str, int, list[str]] | None = None  # map_Ka: keyword, line, picture
 
     def statements(self, text: str) -> dict[str, Statements]:
         """The statements of each material. Raises what was found wrong."""
@@ -95,6 +96,7 @@ class _Reader:
             if word.lower() == "newmtl":
                 if rest in found:
                     self.warn(number, f"material {rest[:120]!r} is defined again; the last one counts")
+                self.drop_ambient()
                 current, self.color_text = Statements(blender=blender), ""
                 found[rest] = current
             elif current is not None and word and not word.startswith("#"):
@@ -105,6 +107,7 @@ class _Reader:
                 break
             if len(self.errors) == MAX_MESSAGES:
                 break
+        self.drop_ambient()
         if self.errors:
             raise self.errors[0] if len(self.errors) == 1 else GroupedError(self.errors)
         return found
@@ -119,6 +122,12 @@ class _Reader:
         count, first = self.unused.get(word, (0, line))
         if count or len(self.unused) < MAX_MESSAGES:
             self.unused[word] = (count + 1, first)
+
+    def drop_ambient(self) -> None:
+        """Says that a material's map_Ka is not used, unless it is its map_Kd, as exporters write it."""
+        if self.ambient and self.ambient[2] != self.color_text.split()[-1:]:
+            self.drop(*self.ambient[:2])
+        self.ambient = None
 
     def unused_texts(self) -> list[str]:
         texts = []
@@ -144,7 +153,9 @@ class _Reader:
             if values is not None:
                 into.values[key] = values
                 used = used or set(values) <= _NEUTRAL.get(key, set())
-            if not used and not (key == "map_ka" and rest.split()[-1:] == self.color_text.split()[-1:]):
+            if key == "map_ka":
+                self.ambient = (word, line, rest.split()[-1:])
+            elif not used:
                 self.drop(word, line)
 
     def numbers(self, into: Statements, line: int, key: str, rest: str, count: int, expected: str) -> None:
@@ -166,6 +177,8 @@ class _Reader:
         if isinstance(found, str):
             self.warn(line, f"{word}: {found}")
             return
+        if found.note:
+            self.warn(line, f"{word}: {found.note}")
         into.maps[key] = found
         for option in found.unused:
             self.drop(option, line)
