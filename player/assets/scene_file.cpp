@@ -134,7 +134,8 @@ class SceneReader {
             }
             if (const auto asked = entry.object_or_none("asked")) {
                 artifact.trimmed_levels = static_cast<int>(asked->integer("left_out", 0, 31));
-                asked->ignore({"saved_bytes", "texels", "second_s", "view"}); // for `paradize explain`
+                asked->ignore({"saved_bytes", "coarser_left_out", "texels", "second_s",
+                               "view"}); // for `paradize explain`
                 asked->reject_unknown_keys();
             }
             entry.ignore({"tier", "errors", "levels", "gutter"}); // for `paradize check`

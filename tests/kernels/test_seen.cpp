@@ -78,8 +78,12 @@ TEST_CASE("any mesh at any size stays inside its arrays") {
                                        {place(random), place(random), place(random), 1});
                 model->uvs.insert(model->uvs.end(), {place(random) * 1e9F, place(random) * 3});
             }
-            model->materials = {
-                {{{vectors, 4, 2}, {std::span(vectors).first(6), 1, 2}}, {{alpha, 3, 5}}, 0.5, true, true}};
+            model->materials = {{{{vectors, 4, 2}, {std::span(vectors).first(6), 1, 2}},
+                                 {{alpha, 3, 5}},
+                                 0.5,
+                                 Wrap::repeat,
+                                 Wrap::mirror,
+                                 true}};
         }
         const SeenDifference found = seen(a, b, pixel, 50);
         CHECK(found.p99 <= 180);

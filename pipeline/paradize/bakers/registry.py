@@ -47,20 +47,24 @@ LOD_FACTS = (
 )  # fmt: skip
 
 
+# What budgets may limit of a mesh, and the fact of which it is the largest of all levels.
+LARGEST_OF_LEVELS = {
+    "surface_max": "error_max",
+    "surface_rms": "error_rms",
+    "lod_normal_p99_deg": "normal_p99_deg",
+    "lod_normal_mean_deg": "normal_mean_deg",
+    "uv_shift_p99": "uv_shift_p99",
+    "uv_shift_max": "uv_shift_max",
+    **{key: key for key in (*LOADED, *QUANTISED)},
+}
+
+
 def mesh_errors(levels: list[dict[str, Any]], frames: bool = True) -> dict[str, float]:
     """What budgets may limit of a mesh: the largest of its levels, by metric. levels: as bake_mesh reports.
     frames: whether it has tangents."""
     errors = {
         metric: max(level[key] for level in levels)
-        for metric, key in (
-            ("surface_max", "error_max"),
-            ("surface_rms", "error_rms"),
-            ("lod_normal_p99_deg", "normal_p99_deg"),
-            ("lod_normal_mean_deg", "normal_mean_deg"),
-            ("uv_shift_p99", "uv_shift_p99"),
-            ("uv_shift_max", "uv_shift_max"),
-            *((key, key) for key in (*LOADED, *QUANTISED)),
-        )
+        for metric, key in LARGEST_OF_LEVELS.items()
         if all(key in level for level in levels)
     }
     tangents = ("tangent_max_deg", "tangent_p99_deg", "tangent_mean_deg") if frames else ()

@@ -46,6 +46,17 @@ GUTTERS = table(repeat=flag, limits=map_of(or_null(_positive)), maps=map_of(or_n
 LOD_NORMAL_ERRORS = table(
     levels=list_of(table(mapped_mean_deg=_positive, mapped_p99_deg=_positive, mapped_max_deg=_positive))
 )
+LODS_SEEN = table(
+    levels=list_of(
+        table(
+            seen_px=_positive,
+            seen_p99_deg=_positive,
+            seen_mean_deg=_positive,
+            seen_silhouette=_positive,
+            switch_m=or_null(_positive),
+        )
+    )
+)
 SIGHTINGS = map_of(table(first_s=_positive, pixel_m=or_null(_positive)))
 PIXELS = table(pixel_m=or_null(_positive))
 _detail = table(level=_level, texels=or_null(_positive), second_s=or_null(_positive), view=or_null(text))

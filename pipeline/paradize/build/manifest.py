@@ -27,12 +27,14 @@ _STREAMING = ("cubemap", "mesh", *_BY_RANK, "sound")
 @dataclass(frozen=True)
 class MeshFacts:
     """What the manifest states of a GLB: bounding box (metres) of the finest level; (node, error in
-    metres) of each level, finest first; linear base colours by material name."""
+    metres) of each level, finest first; linear base colours by material name. switch_m: of each level the
+    error by which a player selects it, metres, at least its own (build/lods_seen.py)."""
 
     low: Vec
     high: Vec
     lods: tuple[tuple[str, float], ...]
     materials: dict[str, Vec]
+    switch_m: tuple[float, ...]
 
     @property
     def center(self) -> Vec:
@@ -64,7 +66,8 @@ def mesh_facts(glb: bytes, name: str) -> MeshFacts:
         materials = {str(material["name"]): _base_color(material) for material in tree.get("materials", [])}
     except (KeyError, IndexError, TypeError, ValueError) as error:
         raise FormatError(f"is no mesh of ours: {error}", file=name) from None
-    return MeshFacts((low[0], low[1], low[2]), (high[0], high[1], high[2]), lods, materials)
+    switch_m = tuple(error_m for _, error_m in lods)
+    return MeshFacts((low[0], low[1], low[2]), (high[0], high[1], high[2]), lods, materials, switch_m)
 
 
 def _base_color(material: dict[str, Any]) -> Vec:
@@ -232,7 +235,10 @@ def _object(
         "mesh": f"{item.name}_mesh",
         "center": list(facts.center),
         "radius_m": facts.radius_m,
-        "lods": [{"node": node, "error_m": error_m} for node, error_m in facts.lods],
+        "lods": [
+            {"node": node, "error_m": error_m}
+            for (node, _), error_m in zip(facts.lods, facts.switch_m, strict=True)
+        ],
         "materials": {
             name: _material(item, name, known, entries, gutters, constants) for name in facts.materials
         },

@@ -1,35 +1,43 @@
-"""Measures each object's published files in workers: the limits of its maps' gutters, and the errors of its
-levels' normals under the normal map. Results are kept in the store.
+"""Measures each object's published files in workers: the limits of its maps' gutters, the errors of its
+levels' normals under the normal map, and at which size each level looks like the finest. Results are kept in
+the store.
 
-gutter_limits.py and lod_normal_error.py measure. They are imported in the worker only.
+gutter_limits.py, lod_normal_error.py and lods_seen.py measure. They are imported in the worker only.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from paradize.build.artifacts import read_artifact
-from paradize.build.entries import GUTTERS, LOD_NORMAL_ERRORS, PALETTES, fits
+from paradize.build.entries import GUTTERS, LOD_NORMAL_ERRORS, LODS_SEEN, PALETTES, fits
 from paradize.build.options import BuildOptions
 from paradize.build.work import run_build_jobs
 from paradize.errors import ParadizeError
 from paradize.jobs.code import code_digest, code_of
 from paradize.jobs.pool import Job
 from paradize.map_table import maps_of
-from paradize.scene.map_sets import MapSet, SceneMaps
+from paradize.scene.map_sets import SceneMaps
 from paradize.scene.settings import Scene, SceneObject
 from paradize.scene.sightings import ObjectSighting
 from paradize.store.local import Store, key_of
 
-_SHAPES = {"gutters": GUTTERS, "lod_normal_error": LOD_NORMAL_ERRORS, "palettes": PALETTES}
+_SHAPES = {
+    "gutters": GUTTERS,
+    "lod_normal_error": LOD_NORMAL_ERRORS,
+    "palettes": PALETTES,
+    "lods_seen": LODS_SEEN,
+}
+WHOLE = ""  # in place of a map set: measured of the whole object
 
 
 @dataclass(frozen=True)
 class _Measurement:
-    """A measurement of a map set on an object: its kind, its key in the store, and the job that makes it."""
+    """A measurement of a map set on an object (WHOLE: of all together): its kind, its key in the store, and
+    the job that makes it."""
 
     item: str
     map_set: str
@@ -64,22 +72,33 @@ def palette_job(glb: Path, maps: dict[str, Path], settings: dict[str, Any]) -> d
     }
 
 
+def lods_seen_job(glb: Path, maps: dict[str, Path], settings: dict[str, Any]) -> dict[str, Any]:
+    """Calls lods_seen.measure_lods_seen, in a worker."""
+    from paradize.build.lods_seen import measure_lods_seen
+
+    textures = {key: read_artifact(path) for key, path in maps.items()}
+    return {"levels": measure_lods_seen(read_artifact(glb), textures, **settings)}
+
+
 def measure_objects(
     store: Store,
     scene: Scene,
     maps: SceneMaps,
     sightings: Mapping[str, ObjectSighting],
+    errors_m: Mapping[str, Sequence[float]],
     data: Mapping[str, Path],
     sha256: Mapping[str, str],
     options: BuildOptions,
 ) -> tuple[dict[str, dict[tuple[str, str], dict[str, Any]]], list[ParadizeError]]:
     """Measures each object's published files; results are kept in the store.
 
-    sightings: how the flight sees each object, by name. data, sha256: by artifact.
+    sightings: how the flight sees each object, by name. errors_m: of the levels of each mesh, metres. data,
+    sha256: by artifact.
 
-    Returns, by "gutters", "lod_normal_error" and "palettes" and then by (object, map set), what
+    Returns, by "gutters", "lod_normal_error", "palettes" and "lods_seen" and then by (object, map set), what
     measure_gutters returns of sets with maps; {"levels": what measure_lod_normal_error returns} of those with
-    a normal map; what measure_palette returns of each map of palettes; and the errors of what failed.
+    a normal map; what measure_palette returns of each map of palettes; of (object, WHOLE) with several levels
+    {"levels": what measure_lods_seen returns}; and the errors of what failed.
     """
     measurements: list[_Measurement] = []
     found: dict[str, dict[tuple[str, str], dict[str, Any]]] = {kind: {} for kind in _SHAPES}
@@ -102,9 +121,13 @@ def measure_objects(
                 settings = {"wrap": one.wrap, "materials": materials}
                 kinds["palettes"] = settings, textures
             measurements += [
-                _measurement(kind, item, one, settings, data, sha256, names)
+                _measurement(kind, item, one.name, settings, data, sha256, names)
                 for kind, (settings, names) in kinds.items()
             ]
+        if len(errors_m[f"{item.name}_mesh"]) > 1:
+            settings, names = _as_seen(scene, item, maps, data)
+            settings["errors_m"] = list(errors_m[f"{item.name}_mesh"])
+            measurements.append(_measurement("lods_seen", item, WHOLE, settings, data, sha256, names))
     missing = []
     if not options.force:
         store.expect(one.key for one in measurements)
@@ -125,17 +148,44 @@ def measure_objects(
     return found, errors
 
 
+def _as_seen(
+    scene: Scene, item: SceneObject, maps: SceneMaps, data: Mapping[str, Path]
+) -> tuple[dict[str, Any], dict[str, str]]:
+    """Returns the settings of measure_lods_seen, and the artifacts of its textures."""
+    materials: dict[str, dict[str, Any]] = {}
+    names: dict[str, str] = {}
+    for one, of_set in maps.of_object(item.name):
+        known = {key: f"{one.name}_{key}" for key in ("normal", "color") if f"{one.name}_{key}" in data}
+        for material in of_set:
+            drawn = maps.objects[item.name].drawn[material]
+            shown = [known.get("normal"), known.get("color") if drawn.alpha_mode != "opaque" else None]
+            names |= {name: name for name in shown if name}
+            materials[material] = {
+                "normal": shown[0],
+                "alpha": shown[1],
+                "cutoff": None if drawn.alpha_mode == "blend" else drawn.alpha_cutoff,
+                "wrap": one.wrap or ("clamp", "clamp"),
+                "two_sided": drawn.two_sided,
+            }
+    for material, drawn in maps.objects[item.name].drawn.items():
+        bare = {"normal": None, "alpha": None, "cutoff": 0.0, "wrap": None, "two_sided": drawn.two_sided}
+        materials.setdefault(material, bare)
+    limits = {"normal_deg": scene.head.lod_error_deg, "silhouette": scene.head.lod_silhouette}
+    return {"materials": materials, "error_px": scene.head.lod_error_px, "limits": limits}, names
+
+
 _FUNCTIONS: dict[str, tuple[str, Callable[..., dict[str, Any]]]] = {
     "gutters": ("paradize.build.gutter_limits", gutter_limits_job),
     "lod_normal_error": ("paradize.build.lod_normal_error", lod_normal_error_job),
     "palettes": ("paradize.build.flat_colors", palette_job),
+    "lods_seen": ("paradize.build.lods_seen", lods_seen_job),
 }
 
 
 def _measurement(
     kind: str,
     item: SceneObject,
-    one: MapSet,
+    map_set: str,
     settings: dict[str, Any],
     data: Mapping[str, Path],
     sha256: Mapping[str, str],
@@ -143,11 +193,12 @@ def _measurement(
 ) -> _Measurement:
     module, function = _FUNCTIONS[kind]
     mesh = f"{item.name}_mesh"
-    settings = {"name": one.name} | settings
+    settings = {"name": map_set or mesh} | settings
     hashes = {key: sha256[name] for key, name in textures.items()} | {"mesh": sha256[mesh]}
     key = key_of(kind, code_digest(module), hashes, settings)
     maps = {key: data[name] for key, name in textures.items()}
-    of = one.name if one.name in one.materials else f"{item.name} {one.name}"
+    alone = map_set == WHOLE or map_set.startswith(item.name)
+    of = (map_set or item.name) if alone else f"{item.name} {map_set}"
     job = Job(
         f"{of} {kind.replace('_', ' ')}",
         function,
@@ -156,4 +207,4 @@ def _measurement(
         code=code_of(module),
         files=dict.fromkeys([data[mesh], *maps.values()], True),
     )
-    return _Measurement(item.name, one.name, kind, key, job)
+    return _Measurement(item.name, map_set, kind, key, job)

@@ -15,6 +15,7 @@ from typing import Any
 from paradize.artifact import Artifact
 from paradize.build.artifacts import Artifacts, keep_artifact, read_artifact
 from paradize.build.auto_tier import LateErrors, TriedTiers
+from paradize.build.coarsest_level import drawn_levels, with_levels_seen, without_coarsest
 from paradize.build.manifest import MeshFacts, build_manifest, mesh_facts
 from paradize.build.nearest_view import stored_pixels, stored_sightings
 from paradize.build.object_measurements import measure_objects
@@ -194,10 +195,10 @@ def _measure_objects(
     report: BakeReport,
 ) -> list[str]:
     """Adds what is measured of each object's files together: the gutters of its maps, and the normal
-    errors of its levels under its normal map. Returns the names of the meshes with a normal map."""
+    errors of its levels under its maps. Returns the names of the meshes whose levels were so measured."""
     scene = context.scene
     measured, errors = measure_objects(
-        context.store, scene, maps, sightings, baked.data, baked.hashes, context.options
+        context.store, scene, maps, sightings, _errors_m(baked), baked.data, baked.hashes, context.options
     )
     report.errors += errors
     if errors:
@@ -237,18 +238,48 @@ def _measure_objects(
         baked.artifacts[mesh.name] = replace(
             mesh, levels=levels_with_errors, errors=mesh.errors | worst, over=[*mesh.over, *over]
         )
-    return list(normal_mapped)
+    for (owner, _), found in measured["lods_seen"].items():
+        _take_levels(context, baked, owner, found["levels"], sightings[owner].pixel_m, report)
+    return sorted({*normal_mapped, *(f"{owner}_mesh" for owner, _ in measured["lods_seen"])})
+
+
+def _take_levels(
+    context: BuildContext,
+    baked: _Baked,
+    owner: str,
+    seen: list[dict[str, Any]],
+    pixel_m: float | None,
+    report: BakeReport,
+) -> None:
+    """Notes where the levels of an object's mesh take over, and leaves out those that the flight never draws.
+    What exceeded the budget in these alone is no longer reported."""
+    name = f"{owner}_mesh"
+    before = {f"{name}: {text}" for text in baked.artifacts[name].over}
+    mesh, facts = with_levels_seen(context.scene, baked.artifacts[name], baked.meshes[name], seen)
+    count = drawn_levels(context.scene, facts.switch_m, pixel_m)
+    if count < len(seen) and not context.options.whole:
+        mesh, facts, baked.data[name] = without_coarsest(context.store, mesh, facts, count, baked.data[name])
+    mesh = _with_excesses(context.scene, mesh)
+    baked.artifacts[name], baked.meshes[name] = mesh, facts
+    now = [f"{name}: {text}" for text in mesh.over]
+    report.warnings = [text for text in report.warnings if text not in before] + now
+
+
+def _errors_m(baked: _Baked) -> dict[str, list[float]]:
+    """Returns the errors of the levels of each mesh, metres."""
+    return {name: [error_m for _, error_m in facts.lods] for name, facts in baked.meshes.items()}
 
 
 def _note_late_errors(scene: Scene, baked: _Baked, meshes: list[str], late_errors: LateErrors) -> bool:
-    """Adds to `late_errors` the errors of meshes that `auto` chose and that exceed their budget under the
-    normal map, which was not known when it chose. Returns whether there are any."""
+    """Adds to `late_errors` the errors of meshes that `auto` chose and that exceed their budget under their
+    maps, which were not known when it chose. Returns whether there are any."""
     is_new = False
     for name in meshes:
         one = baked.artifacts[name]
         if not one.tried or one.tried["asked"] != AUTO or one.tried["taken"] in late_errors.get(name, {}):
             continue
-        errors = {metric: value for metric, value in one.errors.items() if metric.startswith("lod_mapped_")}
+        late = ("lod_mapped_", "lod_seen_")
+        errors = {metric: value for metric, value in one.errors.items() if metric.startswith(late)}
         if excesses(scene.budget, errors):
             late_errors.setdefault(name, {})[one.tried["taken"]] = errors
             is_new = True
@@ -276,7 +307,8 @@ def _trim(context: BuildContext, maps: SceneMaps, baked: _Baked) -> None:
         if name in baked.meshes:
             lods = baked.meshes[name].lods[baked.artifacts[name].left_out :]
             nodes = tuple((f"lod{k}", error_m) for k, (_, error_m) in enumerate(lods))
-            baked.meshes[name] = replace(baked.meshes[name], lods=nodes)
+            switch_m = baked.meshes[name].switch_m[baked.artifacts[name].left_out :]
+            baked.meshes[name] = replace(baked.meshes[name], lods=nodes, switch_m=switch_m)
 
 
 def _check_totals(context: BuildContext, baked: _Baked, report: BakeReport) -> None:

@@ -202,7 +202,7 @@ def _seen_object(
         "instances": [placed(instance) for instance in item.instances],
         "center": known.center,
         "radius_m": known.radius_m,
-        "errors_m": [error_m for _, error_m in known.lods],
+        "errors_m": known.switch_m,
     }
 
 
@@ -265,7 +265,7 @@ def trimmed(one: Artifact, detail: Mapping[str, Any], path: Path) -> tuple[Artif
             left_out -= 1
     rest = without_finest(data, str(one.file), left_out) if left_out else None
     saved = 0 if rest is None else len(data) - len(rest)
-    record = {"left_out": left_out, "saved_bytes": saved}
+    record = {"left_out": left_out, "saved_bytes": saved, "coarser_left_out": 0, **(one.asked or {})}
     record |= {key: detail[key] for key in ("texels", "second_s", "view")}
     one = replace(one, left_out=left_out, asked=record)
     if rest is None:

@@ -13,6 +13,8 @@ from paradize.formats.ktx2.layout import full_level_count, level_bytes
 from paradize.formats.ktx2.size import SIZE_BYTES, ktx2_size
 from paradize.map_table import DERIVED, MAPS
 
+SEEN = ("seen_px", "seen_p99_deg", "seen_mean_deg", "seen_silhouette")
+
 
 def textures_by_owner(manifest: dict[str, Any]) -> dict[str, list[str]]:
     """The textures of each object and surface, in the order of the manifest."""
@@ -28,12 +30,15 @@ def economy(
 ) -> dict[str, Any] | None:
     """Of an artifact: `left_out` finer levels and `saved_bytes`; `texels` of its level 0 that a pixel covers
     at least, with the `second_s` and the `view`; `limit`: why they are 0; `maps`: bytes, in their smallest
-    format, of maps that its picture could give and no pass reads (only for the first artifact of a picture).
-    None if no distance limits its detail. textures: from textures_by_owner."""
+    format, of maps that its picture could give and no pass reads (only for the first artifact of a picture);
+    `seen`: of a mesh's coarser levels, where they take over and how they look there. None if no distance
+    limits its detail. textures: from textures_by_owner."""
     asked = manifest["artifacts"][artifact]["asked"]
     if asked is None:
         return None
-    facts: dict[str, Any] = dict(asked) | {"limit": None, "maps": {}}
+    facts: dict[str, Any] = dict(asked) | {"limit": None, "maps": {}, "seen": []}
+    if manifest["artifacts"][artifact]["kind"] == "mesh":
+        facts["seen"] = _seen(manifest, artifact)
     if asked["texels"] == 0.0:
         facts["limit"] = _limit(manifest, artifact)
     owner, _, key = artifact.rpartition("_")
@@ -45,6 +50,21 @@ def economy(
             absent = [name for name in DERIVED if f"{owner}_{name}" not in maps]
             facts["maps"] = {name: chain_bytes(name, width, height) for name in absent}
     return facts
+
+
+def _seen(manifest: dict[str, Any], artifact: str) -> list[dict[str, float]]:
+    """Of the levels of a mesh after the first: the size in pixels along its diagonal at which each takes
+    over, and how it then differs from the finest. Empty for other artifacts."""
+    found = []
+    for item in manifest["objects"]:
+        levels = manifest["artifacts"][artifact]["levels"]
+        if item["mesh"] != artifact or len(levels) != len(item["lods"]):
+            continue
+        for lod, level in list(zip(item["lods"], levels, strict=True))[1:]:
+            if "seen_p99_deg" in level and lod["error_m"] > 0.0:
+                size_px = 2.0 * item["radius_m"] * manifest["lod_error_px"] / lod["error_m"]
+                found.append({"size_px": size_px} | {key: level[key] for key in SEEN})
+    return found
 
 
 def _limit(manifest: dict[str, Any], artifact: str) -> str:
@@ -123,6 +143,18 @@ def economy_words(facts: dict[str, Any], kind: str) -> list[str]:
     if facts["left_out"]:
         plural = "s are" if facts["left_out"] > 1 else " is"
         words.append(f"{facts['left_out']} finer level{plural} left out: {short(facts['saved_bytes'])} saved")
+    if facts["coarser_left_out"]:
+        plural = "s are" if facts["coarser_left_out"] > 1 else " is"
+        words.append(
+            f"{facts['coarser_left_out']} coarser level{plural} left out: the flight never is so far away "
+            "that it would look like the finest"
+        )
+    for k, level in enumerate(facts["seen"], start=1):
+        words.append(
+            f"level {k} is drawn where the object is up to {level['size_px']:.3g} pixels large, which turns "
+            f"normals by {level['seen_p99_deg']:.2g} degrees and changes {level['seen_silhouette']:.1%} of "
+            "the silhouette"
+        )
     if facts["maps"]:
         names = ", ".join(f"{name} {short(size)}" for name, size in facts["maps"].items())
         words.append(f"maps of its picture that no pass reads are not baked: {names}")

@@ -28,7 +28,7 @@ from paradize.kernels.reference.seen import SeenDifference, SeenMaterial, SeenMe
 DIRECTIONS = 14
 # Samples along the diagonal, and along the side of a pixel at least and at most. With fewer of them a small
 # picture's error is mostly that of its own sampling.
-_SAMPLES, _LEAST_SAMPLES, _MOST_SAMPLES = 1024.0, 2, 16
+_SAMPLES, _LEAST_SAMPLES, _MOST_SAMPLES = 768.0, 2, 16
 _MOST_TILES = 64  # of 32 x 32 pixels; of larger pictures as many are measured
 # Sizes in pixels along the bounding box's diagonal. What looks the same at the largest does so beyond: pixels
 # are then narrower than what the levels differ in. At less than the smallest nothing is told apart.

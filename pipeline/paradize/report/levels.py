@@ -35,7 +35,7 @@ def draw_object(baked: Path, scene: dict[str, Any], item: dict[str, Any]) -> byt
             cutoff = material["alpha_cutoff"] if material["alpha_mode"] == "mask" else 0.0
             skins[name] = Skin(texels, tuple(material["color"]), cutoff)
     shown = [
-        Shown(lod.mesh, _lines(k, lod.mesh, level["error_m"], measured))
+        Shown(lod.mesh, _lines(k, lod.mesh, level["error_m"] / scene["lod_error_px"], measured))
         for k, (lod, level, measured) in enumerate(zip(lods, item["lods"], entry["levels"], strict=True))
     ]
     size = f"{entry['bytes'] / 1e3:.0f} kB" if entry["bytes"] < 1e6 else f"{entry['bytes'] / 1e6:.2f} MB"
@@ -45,11 +45,11 @@ def draw_object(baked: Path, scene: dict[str, Any], item: dict[str, Any]) -> byt
     )
 
 
-def _lines(level: int, mesh: Any, error_m: float, measured: dict[str, Any]) -> tuple[str, ...]:
-    """The lines below the picture of a level."""
+def _lines(level: int, mesh: Any, pixel_m: float, measured: dict[str, Any]) -> tuple[str, ...]:
+    """The lines below the picture of a level. pixel_m: width of a pixel from which on it is drawn."""
     lines = [f"lod{level}: {len(mesh.triangles)} triangles"]
     if level:
-        lines.append(f"off by {error_m:.2g} m, surface or texture")
+        lines.append(f"drawn where a pixel covers {pixel_m:.2g} m or more")
         if "error_px" in measured:
             pixels = measured["error_px"]
             text = f"{pixels:.0f}" if pixels >= 10.0 else f"{pixels:.2g}"

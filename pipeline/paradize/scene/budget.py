@@ -40,6 +40,22 @@ METRICS = {
     "lod_mapped_mean_deg": Limit(
         "degrees", True, 180.0, "mean angle between a level's and the source's normals under the normal map"
     ),
+    "lod_seen_p99_deg": Limit(
+        "degrees",
+        True,
+        180.0,
+        "angle between a level's and the finest level's normals as pixels show them where it takes over, for "
+        "99 % of what it covers",
+    ),
+    "lod_seen_mean_deg": Limit(
+        "degrees", True, 180.0, "mean angle of normals as pixels show them where a level takes over"
+    ),
+    "lod_seen_silhouette": Limit(
+        "of the pixels",
+        True,
+        1000.0,
+        "pixels that only one of a level and the finest covers, where it takes over",
+    ),
     "quantise_max": Limit("of the diagonal", True, 1.0, "how far 16-bit positions moved a vertex"),
     "quantise_max_m": Limit("m", True, FAR, "how far 16-bit positions moved a vertex"),
     "quantise_normal_max_deg": Limit("degrees", True, 180.0, "how far quantization turned a vertex normal"),

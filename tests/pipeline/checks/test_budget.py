@@ -31,11 +31,11 @@ from tests.pipeline.shapes import cube
 
 @pytest.fixture(scope="module")
 def baked(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder with `scene` and its bake `out`."""
+    """A folder with `scene` and its bake `out`, with all levels of detail."""
     top = tmp_path_factory.mktemp("cove")
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("PARADIZE_STORE", str(top / "store"))
-        report = bake(make_cove(top / "scene"), top / "out", BuildOptions(jobs=1))
+        report = bake(make_cove(top / "scene"), top / "out", BuildOptions(jobs=1, whole=True))
     assert not report.errors
     return top
 

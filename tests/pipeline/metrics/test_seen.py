@@ -27,7 +27,7 @@ F64 = npt.NDArray[np.float64]
 SAND = grid(1).groups[0].material
 
 
-def texel(mip: npt.NDArray[np.float32], uv: F64, repeat: bool) -> F64:
+def texel(mip: npt.NDArray[np.float32], uv: F64, wrap: tuple[str, str]) -> F64:
     rows, columns = mip.shape[:2]
     x, y = uv[0] * columns - 0.5, uv[1] * rows - 0.5
     out = np.zeros(mip.shape[2:])
@@ -35,11 +35,16 @@ def texel(mip: npt.NDArray[np.float32], uv: F64, repeat: bool) -> F64:
         for i in (0, 1):
             column, row = int(np.floor(x)) + i, int(np.floor(y)) + j
             weight = (1 - abs(x - column)) * (1 - abs(y - row))
-            at = (row % rows, column % columns)
-            if not repeat:
-                at = (min(max(row, 0), rows - 1), min(max(column, 0), columns - 1))
-            out = out + weight * mip[at].astype(np.float64)
+            out = out + weight * mip[within(row, rows, wrap[1]), within(column, columns, wrap[0])].astype(
+                float
+            )
     return np.asarray(out)
+
+
+def within(at: int, count: int, wrap: str) -> int:
+    if wrap == "clamp":
+        return min(max(at, 0), count - 1)
+    return [*range(count), *range(count)[::-1]][at % (2 * count)] if wrap == "mirror" else at % count
 
 
 def mip_of(chain: list[npt.NDArray[np.float32]], gradients: F64) -> npt.NDArray[np.float32]:
@@ -66,8 +71,8 @@ class Model:
         vectors = [self.unit(random.normal(size=(n, 2 * n, 3)) + up) for n in (8, 4, 2)]
         alpha = [random.uniform(0, 1, (n, n)).astype(np.float32) for n in (6, 3)]
         self.materials = [
-            SeenMaterial(vectors, repeat=False),
-            SeenMaterial(vectors, alpha, 0.4, True, True),
+            SeenMaterial(vectors, wrap=("clamp", "mirror")),
+            SeenMaterial(vectors, alpha, 0.4, ("repeat", "mirror"), True),
             SeenMaterial(two_sided=True),
         ]
 
@@ -109,14 +114,14 @@ class Model:
             uv = weights @ self.uvs[face].astype(np.float64)
             if material.alpha:
                 chain = list(material.alpha)
-                if texel(mip_of(chain, gradients), uv, material.repeat) < material.cutoff:
+                if texel(mip_of(chain, gradients), uv, material.wrap) < material.cutoff:
                     continue
             n = weights @ self.normals[face].astype(np.float64)
             n /= np.linalg.norm(n)
             if material.normals:
                 tangent = weights @ self.tangents[face].astype(np.float64)
                 t3 = tangent[:3] / np.linalg.norm(tangent[:3])
-                m = texel(mip_of(list(material.normals), gradients), uv, material.repeat)
+                m = texel(mip_of(list(material.normals), gradients), uv, material.wrap)
                 m /= np.linalg.norm(m)
                 n = m[0] * t3 + m[1] * np.cross(n, t3) * (-1 if tangent[3] < 0 else 1) + m[2] * n
                 n /= np.linalg.norm(n)
@@ -234,7 +239,9 @@ def test_less_alpha_than_the_cutoff_is_a_hole_that_shows_what_is_behind() -> Non
     ground = grid(2)
     alpha = np.zeros((2, 2), np.float32)
     alpha[:, 1] = 1
-    masked = SeenMaterial(alpha=[np.repeat(np.repeat(alpha, 32, 0), 32, 1)], cutoff=0.5, repeat=False)
+    masked = SeenMaterial(
+        alpha=[np.repeat(np.repeat(alpha, 32, 0), 32, 1)], cutoff=0.5, wrap=("clamp", "clamp")
+    )
     told = difference(seen_mesh(ground, {}), seen_mesh(ground, {SAND: masked}))
     assert told.changed_px == pytest.approx(200, abs=8)
     lower = replace(ground, positions=ground.positions - np.float32([0, 0.5, 0]))

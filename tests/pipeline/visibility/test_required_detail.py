@@ -31,7 +31,7 @@ from paradize.formats.glb.cut import cut_glb
 from paradize.formats.glb.reader import decode_glb
 from paradize.formats.ktx2.cut import can_cut
 from paradize.formats.ktx2.reader import decode_ktx2
-from paradize.scene import requirements as require
+from paradize.scene import finest_views
 from paradize.scene.flight import Flight, plan_flight
 from paradize.scene.placement import placed
 from paradize.scene.settings import EyePoint, Instance, TargetPoint
@@ -285,10 +285,10 @@ def test_the_shaders_have_the_numbers_that_are_reckoned_with() -> None:
 
 def test_the_finest_quality_of_the_player_is_the_one_that_is_asked_for() -> None:
     quality = (ROOT / "player/scene/quality.cpp").read_text()
-    lods = f"{require.COARSEST_LOD}F * file.lod_error_px, file.lod_error_px, {require.FINEST_LOD}F"
+    lods = f"{finest_views.COARSEST_LOD}F * file.lod_error_px, file.lod_error_px, {finest_views.FINEST_LOD}F"
     assert f"{lods} * file.lod_error_px)" in " ".join(quality.split())
-    assert f"0.5F * balanced, balanced, std::max(balanced, {require.FINEST_SCALE}F))" in quality
-    assert f"std::min({require.FINEST_SHADOW} * size, device.max_texture_px)" in quality
+    assert f"0.5F * balanced, balanced, std::max(balanced, {finest_views.FINEST_SCALE}F))" in quality
+    assert f"std::min({finest_views.FINEST_SHADOW} * size, device.max_texture_px)" in quality
 
 
 @pytest.fixture(scope="module", params=[50.0, 90.0], ids=["narrow", "wide"])

@@ -193,7 +193,7 @@ def test_what_is_asked_of_is_what_the_scene_says(tmp_path: Path, monkeypatch: py
     data = dict.fromkeys(names, texture)
     jobs: list[Any] = []
     monkeypatch.setattr(trim, "run_build_jobs", lambda how, found: jobs.extend(found) or [])
-    facts = {"post_mesh": MeshFacts((0.0, 0.0, 0.0), (1.0, 1.0, 1.0), (("lod0", 0.0),), {})}
+    facts = {"post_mesh": MeshFacts((0.0, 0.0, 0.0), (1.0, 1.0, 1.0), (("lod0", 0.0),), {}, (0.0,))}
     with pytest.raises(ValueError):  # no outcomes: nobody works
         find_required_detail(
             Store(tmp_path / "store"),

@@ -29,8 +29,13 @@ std::vector<reference::Mip> chain(const std::vector<Texels> &levels) {
 }
 
 reference::SeenMaterial material(const std::vector<Texels> &normals, const std::vector<Texels> &alpha,
-                                 double cutoff, bool repeat, bool two_sided) {
-    return {chain(normals), chain(alpha), cutoff, repeat, two_sided};
+                                 double cutoff, unsigned across, unsigned down, bool two_sided) {
+    return {chain(normals),
+            chain(alpha),
+            cutoff,
+            static_cast<reference::Wrap>(across),
+            static_cast<reference::Wrap>(down),
+            two_sided};
 }
 
 template <typename T>

@@ -37,27 +37,30 @@ Point mean(const Point &sum, std::uint32_t count) {
     return {sum[0] / n, sum[1] / n, sum[2] / n};
 }
 
-std::size_t wrapped(double whole, std::size_t count, bool repeat) {
+std::size_t wrapped(double whole, std::size_t count, Wrap wrap) {
     const auto n = static_cast<double>(count);
-    if (repeat) {
+    if (wrap == Wrap::repeat) {
         whole -= n * std::floor(whole / n);
+    } else if (wrap == Wrap::mirror) {
+        whole -= 2 * n * std::floor(whole / (2 * n));
+        whole = std::min(whole, 2 * n - 1 - whole);
     }
     return static_cast<std::size_t>(std::clamp(whole, 0.0, n - 1));
 }
 
 // Bilinear, at texel centres.
 template <std::size_t channels>
-std::array<double, channels> sampled(const Mip &mip, bool repeat, const Pair &uv) {
+std::array<double, channels> sampled(const Mip &mip, const SeenMaterial &material, const Pair &uv) {
     const double x = std::clamp(uv[0] * static_cast<double>(mip.columns) - 0.5, -0x1p40, 0x1p40);
     const double y = std::clamp(uv[1] * static_cast<double>(mip.rows) - 0.5, -0x1p40, 0x1p40);
     const double left = std::floor(x), top = std::floor(y);
     std::array<double, channels> out{};
     for (std::size_t j = 0; j < 2; ++j) {
         const double down = j ? y - top : 1 - (y - top);
-        const std::size_t row = wrapped(top + static_cast<double>(j), mip.rows, repeat);
+        const std::size_t row = wrapped(top + static_cast<double>(j), mip.rows, material.down);
         for (std::size_t i = 0; i < 2; ++i) {
             const double weight = down * (i ? x - left : 1 - (x - left));
-            const std::size_t column = wrapped(left + static_cast<double>(i), mip.columns, repeat);
+            const std::size_t column = wrapped(left + static_cast<double>(i), mip.columns, material.across);
             const float *texel = &mip.texels[(row * mip.columns + column) * channels];
             for (std::size_t c = 0; c < channels; ++c) {
                 out[c] += weight * texel[c];
@@ -174,7 +177,7 @@ struct Placed {
             }
             tangent = unit(tangent);
             const Point bitangent = cross(n, tangent);
-            const auto texel = sampled<3>(*map, mesh.materials[mesh.material[t]].repeat, uv(t, shares));
+            const auto texel = sampled<3>(*map, mesh.materials[mesh.material[t]], uv(t, shares));
             const Point m = unit({texel[0], texel[1], texel[2]});
             const Point turned = along(along({m[2] * n[0], m[2] * n[1], m[2] * n[2]}, m[0], tangent),
                                        side < 0 ? -m[1] : m[1], bitangent);
@@ -321,7 +324,7 @@ void draw(const Placed &placed, std::span<const std::uint32_t> triangles, std::s
                 const std::size_t at = y * side + x;
                 if (z > nearest[at] &&
                     (alpha == nullptr ||
-                     sampled<1>(*alpha, material.repeat, placed.uv(t, s))[0] >= material.cutoff)) {
+                     sampled<1>(*alpha, material, placed.uv(t, s))[0] >= material.cutoff)) {
                     nearest[at] = z;
                     shown[at] = t;
                 }

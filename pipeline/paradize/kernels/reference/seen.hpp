@@ -21,10 +21,11 @@ struct Mip {
 
 // What decides the normal and the coverage of a material. Chains start with the finest level.
 struct SeenMaterial {
-    std::vector<Mip> normals; // unit vectors, green up; none: as if flat
-    std::vector<Mip> alpha;   // one channel; none: no holes
-    double cutoff = 0;        // what has less alpha is a hole
-    bool repeat = true, two_sided = false;
+    std::vector<Mip> normals;                        // unit vectors, green up; none: as if flat
+    std::vector<Mip> alpha;                          // one channel; none: no holes
+    double cutoff = 0;                               // what has less alpha is a hole
+    Wrap across = Wrap::repeat, down = Wrap::repeat; // of its maps, beyond their edges
+    bool two_sided = false;
 };
 
 // material: (m,) row of `materials`, by triangle. Without normals (n = 0) a triangle shows its own.

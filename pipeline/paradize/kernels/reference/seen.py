@@ -13,6 +13,7 @@ import paradize.kernels.reference._reference as _reference
 from paradize.kernels.threads import default_threads
 
 F32 = npt.NDArray[np.float32]
+_WRAPS = ("repeat", "clamp", "mirror")  # as places.hpp numbers them
 MOST_PIXELS = 16384  # along a side of a picture
 
 
@@ -20,13 +21,13 @@ MOST_PIXELS = 16384  # along a side of a picture
 class SeenMaterial:
     """What decides the normal and the coverage of a material. normals: (h, w, 3) unit vectors of each mip of
     its normal map, green up, the finest first; none: flat. alpha: (h, w) of each mip; none: no holes. cutoff:
-    what has less alpha is a hole. repeat: whether its maps tile. two_sided: whether back faces are drawn,
-    with their normal turned round."""
+    what has less alpha is a hole. wrap: "repeat", "clamp" or "mirror" beyond the edges of its maps, along u
+    and v. two_sided: whether back faces are drawn, with their normal turned round."""
 
     normals: Sequence[F32] = ()
     alpha: Sequence[F32] = ()
     cutoff: float = 0.0
-    repeat: bool = True
+    wrap: tuple[str, str] = ("repeat", "repeat")
     two_sided: bool = False
 
 
@@ -99,7 +100,8 @@ class SeenMesh:
                 raise ValueError(f"an alpha cutoff of {one.cutoff}")
             vectors, alpha = _chain(one.normals, 3), _chain(one.alpha, 1)
             chains += [vectors, alpha]
-            native.append(_reference.seen_material(vectors, alpha, one.cutoff, one.repeat, one.two_sided))
+            ways = (_WRAPS.index(way) for way in one.wrap)
+            native.append(_reference.seen_material(vectors, alpha, one.cutoff, *ways, one.two_sided))
         self._held = (points, faces, columns, rows, chains)  # the native mesh looks at them
         self.native = _reference.seen_mesh(points, faces, *columns, rows, native)
 

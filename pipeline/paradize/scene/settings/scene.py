@@ -67,6 +67,20 @@ class Head:
         unit="pixels",
         meaning="largest error in the picture that a level of detail may show",
     )
+    lod_error_deg: float = number(
+        10.0,
+        low=0.1,
+        high=180.0,
+        unit="degrees",
+        meaning="how far a level of detail may turn a pixel's normal, for 99 % of the picture; 180: any",
+    )
+    lod_silhouette: float = number(
+        0.03,
+        low=0.001,
+        high=100.0,
+        unit="of its pixels",
+        meaning="share of pixels that only a level of detail or only the finest may cover",
+    )
     vram_mb: float | None = number(
         None,
         low=1.0,

@@ -1,0 +1,119 @@
+"""A level of detail takes over only where it looks like the finest, and is not baked where that never is."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from paradize.build.bake import bake
+from paradize.build.coarsest_level import drawn_levels
+from paradize.build.lods_seen import measure_lods_seen
+from paradize.build.options import BuildOptions
+from paradize.data import Lod, Mesh
+from paradize.formats.glb.cut import cut_glb
+from paradize.formats.glb.encode import encode_glb
+from paradize.formats.glb.reader import decode_glb
+from paradize.scene.settings import load_scene
+from tests.pipeline.scenes import make_cove
+from tests.pipeline.shapes import sphere
+
+LIMITS = {"normal_deg": 5.0, "silhouette": 0.05}
+BARE = {"normal": None, "alpha": None, "cutoff": 0.0, "wrap": None, "two_sided": False}
+
+
+def ball(*meshes: Mesh) -> bytes:
+    return encode_glb([Lod(mesh, 1e-3 * k, 0.0) for k, mesh in enumerate(meshes)], "ball")
+
+
+def measured(glb: bytes, errors_m: list[float], **limits: float) -> list[dict[str, Any]]:
+    materials = {"skin": BARE}
+    return measure_lods_seen(
+        glb, {}, name="ball", materials=materials, errors_m=errors_m, error_px=1.0, limits=LIMITS | limits
+    )
+
+
+def turned(mesh: Mesh, degrees: float) -> Mesh:
+    """Its normals turned about the X axis."""
+    c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
+    turn = np.array([[1, 0, 0], [0, c, -s], [0, s, c]])
+    assert mesh.normals is not None
+    return replace(mesh, normals=(mesh.normals @ turn.T).astype(np.float32))
+
+
+def test_a_level_whose_normals_lie_takes_over_nowhere_however_near_its_surface_is() -> None:
+    fine = sphere(12)
+    true, lies = (measured(ball(fine, level), [0.0, 0.05]) for level in (fine, turned(fine, 30.0)))
+    assert true[1]["switch_m"] == 0.05 and true[1]["seen_p99_deg"] == 0
+    assert lies[1]["switch_m"] is None and lies[1]["seen_mean_deg"] > 10
+    assert measured(ball(fine, turned(fine, 30.0)), [0.0, 0.05], normal_deg=180.0)[1]["switch_m"] == 0.05
+
+
+def test_a_level_that_looks_alike_from_afar_takes_over_there_and_no_coarser_one_before_it() -> None:
+    """Of a ball with bumps that the levels lack."""
+    fine = sphere(24)
+    assert fine.normals is not None
+    tilt = 0.3 * np.sin(40.0 * fine.positions) * [1.0, 0.0, 1.0]
+    bumpy = fine.normals + tilt
+    bumpy /= np.linalg.norm(bumpy, axis=1, keepdims=True)
+    levels = measured(
+        ball(replace(fine, normals=bumpy.astype(np.float32)), sphere(16), sphere(12)), [0.0, 5e-3, 5e-3]
+    )
+    for level in levels[1:]:
+        assert level["switch_m"] > 5e-3 and level["seen_p99_deg"] <= 5
+        assert level["switch_m"] * level["seen_px"] == pytest.approx(2 * np.sqrt(3), rel=0.02)
+    assert levels[1]["seen_px"] >= levels[2]["seen_px"]
+    assert levels[0] == dict.fromkeys(levels[0], 0.0)
+
+
+def test_levels_that_no_view_of_the_flight_draws_are_counted_off(tmp_path: Path) -> None:
+    scene = load_scene(make_cove(tmp_path))
+    switch_m = (0.0, 0.02, 0.9, 5.0)  # drawn where a third of these is at most a pixel
+    assert drawn_levels(scene, switch_m, 0.01) == 2
+    assert drawn_levels(scene, switch_m, 0.31) == 3
+    assert drawn_levels(scene, switch_m, None) == 4  # never seen
+
+
+def test_a_file_is_cut_at_both_ends() -> None:
+    meshes = [sphere(12), sphere(10), sphere(8), sphere(6)]
+    cut = decode_glb(cut_glb(ball(*meshes), finer=1, coarser=2))
+    assert [len(lod.mesh.triangles) for lod in cut] == [len(meshes[1].triangles)]
+    for finer, coarser in ((2, 2), (-1, 0), (0, -1)):
+        with pytest.raises(ValueError, match="of 4 levels"):
+            cut_glb(ball(*meshes), finer=finer, coarser=coarser)
+
+
+def baked(top: Path, **head: float) -> dict[str, Any]:
+    scene = make_cove(top / "scene")
+    words = "".join(f"{key} = {value}\n" for key, value in head.items())
+    scene.write_text(scene.read_text().replace('name = "cove"\n', f'name = "cove"\n{words}'))
+    report = bake(scene, top / "out", BuildOptions(jobs=1))
+    assert not report.errors, report.errors
+    found: dict[str, Any] = json.loads((top / "out/scene.json").read_text())
+    return found
+
+
+def test_a_scene_draws_its_levels_where_they_look_alike(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("PARADIZE_STORE", str(tmp_path / "store"))
+    any_of_them = baked(tmp_path / "any", lod_error_deg=180.0, lod_silhouette=100.0)
+    strict = baked(tmp_path / "strict", lod_error_deg=3.0, lod_silhouette=0.02)
+    item, other = any_of_them["objects"][0], strict["objects"][0]
+    mesh, less = (found["artifacts"]["post_mesh"] for found in (any_of_them, strict))
+    file = (tmp_path / "any/out" / mesh["file"]).read_bytes()
+    nodes = json.loads(file[20 : 20 + int.from_bytes(file[12:16], "little")])["nodes"]
+    assert [lod["error_m"] for lod in item["lods"]] == [node["extras"]["error_m"] for node in nodes]
+    assert len(other["lods"]) == len(less["levels"])
+    whole = {len(found["levels"]) + found["asked"]["coarser_left_out"] for found in (mesh, less)}
+    assert len(whole) == 1
+    for lod, easy, level in zip(other["lods"][1:], item["lods"][1:], less["levels"][1:], strict=False):
+        assert lod["error_m"] >= easy["error_m"]
+        assert level["seen_p99_deg"] <= 3.0 and level["seen_silhouette"] <= 0.02
+    assert less["errors"]["lod_seen_p99_deg"] == max(level["seen_p99_deg"] for level in less["levels"])
+    assert less["errors"]["surface_max"] == max(level["error_max"] for level in less["levels"])
+    assert less["bytes"] < mesh["bytes"]
