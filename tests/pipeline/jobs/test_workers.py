@@ -253,6 +253,14 @@ def test_how_long_a_job_may_take_is_a_setting(monkeypatch: pytest.MonkeyPatch, t
             run_jobs([Job("a", double, {"value": 1})], 1)
 
 
+def test_a_pool_leaves_no_worker_behind() -> None:
+    with WorkerPool() as pool:
+        run_jobs([Job("a", double, {"value": 1})], 1, pool=pool)
+        (worker,) = pool.workers
+        assert worker.process.poll() is None
+    assert worker.process.poll() is not None and not pool.workers
+
+
 def test_how_many_jobs_run_at_once_is_a_setting(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("PARADIZE_JOBS", raising=False)
     assert BuildOptions().workers == cores()

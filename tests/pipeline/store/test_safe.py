@@ -166,7 +166,7 @@ def run_obedient(words: list[str]) -> tuple[int, list[str]]:
     [
         ("out", 0o500, "cannot be written: Permission denied"),
         ("store/blobs", 0o500, "cannot be written: Permission denied"),
-        pytest.param("store/products", 0o500, "cannot be written: Permission denied", marks=pytest.mark.deep),
+        ("store/products", 0o500, "cannot be written: Permission denied"),
         ("store", 0o500, "store cannot be written: Permission denied"),
         ("scene/wood.png", 0o000, "ermission denied"),
         ("scene/post.obj", 0o000, "ermission denied"),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import json
 import math
+import os
 import subprocess
 from collections.abc import Callable
 from pathlib import Path
@@ -20,6 +21,7 @@ from paradize.build import trim
 from paradize.build.bake import bake
 from paradize.build.options import BuildOptions
 from paradize.errors import BakeError, SourceError
+from paradize.jobs.limits import cores
 from paradize.kernels import openmesh
 from paradize.report.tradeoff.page import tradeoff_page
 from paradize.scene.budget import METRICS
@@ -271,6 +273,14 @@ def test_quick_work_is_run_often_and_as_often_as_is_asked(monkeypatch: pytest.Mo
     assert last == MOST_RUNS + 1  # one before did not count
     assert len(timed(lambda: None, 4)[0]) == 4
     assert LEAST_RUNS < MOST_RUNS
+
+
+def test_kernels_use_one_thread_while_work_is_timed_whatever_ran_before(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setenv("PARADIZE_THREADS", "1")
+    assert {timed(lambda: os.environ["PARADIZE_THREADS"], 2)[1] for _ in range(2)} == {"1"}
+    assert os.environ["PARADIZE_THREADS"] == str(cores())  # for the metrics
 
 
 def hold_to_the_form(told: dict[str, Any]) -> None:
