@@ -123,7 +123,7 @@ UploadPlan plan_patches(const Glb &tile, std::size_t roots) {
         const auto first = static_cast<std::uint32_t>(plan.chunks.size());
         const bool coarse = i < roots;
         if (plan.pieces.empty() || coarse != plan.pieces.back().coarse ||
-            plan.pieces.back().bytes + bytes_of(tile.levels[i]) > chunk_bytes) {
+            plan.pieces.back().bytes + bytes_of(tile.levels[i]) > patches_bytes) {
             plan.pieces.push_back({.first_level = i, .first_chunk = first, .coarse = coarse});
         }
         ++plan.pieces.back().levels;

@@ -16,6 +16,10 @@ inline constexpr std::size_t chunk_bytes = std::size_t{1} << 20U;
 /// Mips up to this edge count as coarse and are uploaded before everything fine.
 inline constexpr std::uint32_t coarse_edge_px = 64;
 
+/// Largest piece of a terrain tile, unless a single patch is larger: fine enough to follow the eye, coarse
+/// enough for few draw calls.
+inline constexpr std::size_t patches_bytes = std::size_t{256} << 10U;
+
 /// Number of vertex attributes of a mesh level, in the order of gl::Attribute. The indices of each primitive
 /// follow as further parts.
 inline constexpr std::uint32_t mesh_attributes = 6;

@@ -179,8 +179,8 @@ struct Streamer::Impl {
         }
     }
 
-    /// Creates the schedule of all pieces. A piece's parent is the next coarser one. Those of terrain patches
-    /// are the patches that they replace.
+    /// Creates the schedule of all pieces. A piece's parent is the next coarser one. Those of terrain have
+    /// none: a cut uses what is resident, and a patch is never needed more than those that it replaces.
     void make_schedule(std::uint64_t vram_bytes) {
         std::vector<ScheduledPiece> scheduled(pieces.size());
         for (std::uint32_t i = 0; i < pieces.size(); ++i) {
@@ -196,9 +196,6 @@ struct Streamer::Impl {
                 }
             }
         }
-        if (scene.terrain) {
-            add_terrain_parents(scheduled);
-        }
         schedule.emplace(std::move(scheduled), vram_bytes);
         for (std::uint32_t i = 0; i < pieces.size(); ++i) {
             if (item_of(i).pieces_left == 0) { // reused
@@ -212,35 +209,6 @@ struct Streamer::Impl {
         needs.resize(pieces.size());
         queue.reserve(pieces.size());
         ahead.reserve(pieces.size());
-    }
-
-    void add_terrain_parents(std::vector<ScheduledPiece> &scheduled) const {
-        const assets::TerrainPatches &patches = scene.terrain->patches;
-        std::vector<std::uint32_t> piece_of;
-        for (const std::uint32_t tile : tiles) {
-            const std::vector<assets::Piece> &plan = items[tile]->loaded.plan.pieces;
-            for (std::uint32_t i = 0; i < plan.size(); ++i) {
-                piece_of.insert(piece_of.end(), plan[i].levels, first_piece[tile] + i);
-            }
-        }
-        std::vector<std::vector<std::uint32_t>> replaced(scene.terrain->diamonds.size()); // pieces by diamond
-        for (std::size_t patch = 0; patch < patches.size(); ++patch) {
-            if (patches.diamond[patch] >= 0) {
-                replaced[static_cast<std::size_t>(patches.diamond[patch])].push_back(piece_of[patch]);
-            }
-        }
-        for (std::size_t patch = 0; patch < patches.size(); ++patch) {
-            if (patches.parent_diamond[patch] < 0) {
-                continue;
-            }
-            std::vector<std::uint32_t> &parents = scheduled[piece_of[patch]].parents;
-            for (const std::uint32_t parent :
-                 replaced[static_cast<std::size_t>(patches.parent_diamond[patch])]) {
-                if (parent != piece_of[patch] && std::ranges::find(parents, parent) == parents.end()) {
-                    parents.push_back(parent);
-                }
-            }
-        }
     }
 
     /// Returns a complete item for an artifact of another scene, or nullptr if there is none.

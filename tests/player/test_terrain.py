@@ -115,7 +115,9 @@ def test_nothing_that_a_view_sees_is_culled(hilly: Path, player: Player, tmp_pat
         assert counts["patches"] < (1.0 if name in ("above", "at the rim") else 0.8) * all_of_it["patches"]
 
 
-def fly_over(folder: Path, player: Player, torn: bool) -> tuple[list[int], list[dict[str, int]]]:
+def fly_over(
+    folder: Path, player: Player, torn: bool, *limits: str, along: bool = False
+) -> tuple[list[int], list[dict[str, Any]]]:
     """A low flight over the hills while they arrive, under a sky that is brighter than any ground and has no
     green. Of each frame the pixels that show some of it (a quarter of a pixel, one of its four samples, is
     enough to see); of runs of 1, 2 and all frames the counts of the terrain."""
@@ -145,12 +147,19 @@ def fly_over(folder: Path, player: Player, torn: bool) -> tuple[list[int], list[
         "waypoint_u": [0],
     }
     (folder / "scene.json").write_text(json.dumps(manifest))
-    arguments = ["--size", f"{WIDTH}x{HEIGHT}", "--json", "--debug"]
+    if along:  # close to the ground from rim to rim, so that other patches are needed all the time
+        manifest["lod_error_px"] = 8.0
+        segment = manifest["flight"]["segments"][0]
+        segment["eye"][:2] = [[-20.0, 24.0, 0.0, 0.0], [6.0, *still]]
+        segment["target"][0] = [-15.0, 24.0, 0.0, 0.0]
+        (folder / "scene.json").write_text(json.dumps(manifest))
+    arguments = ["--size", f"{WIDTH}x{HEIGHT}", "--json", "--debug", *limits]
     counts = []
     for frames in (1, 2, FLIGHT):
         result = player(folder, "--frames", frames, "--screenshot", folder / "f.png", *arguments)
         assert result.returncode == 0, result.stderr
-        counts.append(json.loads(result.stdout)["terrain"])
+        report = json.loads(result.stdout)
+        counts.append(report["terrain"] | report["streaming"])
     glaring = []
     for frame in range(FLIGHT):
         pixels = oiio.ImageBuf(str(folder / f"f_{frame:04d}.png")).get_pixels(oiio.FLOAT)
@@ -167,6 +176,15 @@ def test_no_crack_opens_in_flight_while_tiles_stream_in(player: Player, tmp_path
     assert len({count["cut_patches"] for count in counts}) == 3
     torn, _ = fly_over(tmp_path / "torn", player, torn=True)
     assert min(torn) > 0
+
+
+@pytest.mark.deep
+def test_no_crack_opens_in_flight_while_patches_are_evicted(player: Player, tmp_path: Path) -> None:
+    glaring, counts = fly_over(tmp_path / "limited", player, False, "--vram", "3", along=True)
+    assert glaring == [0] * FLIGHT
+    assert counts[2]["evictions"] > 0
+    assert counts[2]["arrived"] < 0.5 * counts[2]["baked"]
+    assert counts[2]["peak_bytes"] <= 3.3e6
 
 
 def test_a_quantized_terrain_is_drawn_like_floats_in_every_view(player: Player, tmp_path: Path) -> None:

@@ -230,6 +230,23 @@ TEST_CASE("terrain cut: covers every point once, conforms and follows the rule, 
         }
         CHECK(cut.resident_count() == count);
         CHECK(sizes.size() > 8); // eye and resident patches made a difference
+        for (std::uint32_t left = count - 2; left > count / 4;) { // evicted in any order, but for the roots
+            for (std::uint32_t few = count / 9; few > 0; --few) {
+                const std::uint32_t patch = 2 + static_cast<std::uint32_t>(random()) % (count - 2);
+                if (mark_resident[patch]) {
+                    mark_resident[patch] = false;
+                    cut.mark_absent(patch);
+                    --left;
+                }
+            }
+            CutEye eye;
+            eye.position = {static_cast<float>(random() % 32), 1.0F, static_cast<float>(random() % 32)};
+            eye.pixels_at_1m = 128.0F;
+            cut.update(eye);
+            REQUIRE(std::ranges::equal(cut.patches(), expected_cut(tree, eye, mark_resident)));
+            CHECK(covers_once(tree, cut.patches()));
+            CHECK(conforms(tree, cut.patches()));
+        }
     }
 }
 

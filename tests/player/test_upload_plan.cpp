@@ -52,7 +52,7 @@ TEST_CASE("upload plan: the pieces of a texture are its coarse mips and each fin
     CHECK(chunks == plan.chunks.size());
 }
 
-TEST_CASE("upload plan: a mesh has one piece per level of detail, a terrain tile one per chunk of patches") {
+TEST_CASE("upload plan: a mesh has one piece per level of detail, a terrain tile one per run of patches") {
     const test::Bytes model = test::glb_file(test::glb_json());
     const assets::Glb glb = assets::read_glb(model, "a.glb");
     const assets::UploadPlan mesh = plan_mesh(glb);
@@ -61,20 +61,20 @@ TEST_CASE("upload plan: a mesh has one piece per level of detail, a terrain tile
     CHECK(mesh.pieces[0].first_level == 1);
     CHECK_FALSE(mesh.pieces[1].coarse);
 
-    const std::vector<std::byte> positions(12 * 20000), indices(2 * 3 * 20000);
+    const std::vector<std::byte> positions(12 * 5000), indices(2 * 3 * 5000);
     assets::Glb tile;
-    for (int i = 0; i < 12; ++i) { // 360 kB each: at most two in a piece
+    for (int i = 0; i < 12; ++i) { // 90 kB each: at most two in a piece
         assets::GlbLevel &patch = tile.levels.emplace_back();
-        patch.vertices = 20000;
+        patch.vertices = 5000;
         patch.positions = positions;
-        patch.primitives.push_back({0, indices, 60000});
+        patch.primitives.push_back({0, indices, 15000});
     }
     const assets::UploadPlan patches = plan_patches(tile, 3);
     std::uint32_t next = 0;
     for (const assets::Piece &piece : patches.pieces) {
         CHECK(piece.first_level == next);
         CHECK(piece.coarse == (next < 3));
-        CHECK(piece.bytes <= assets::chunk_bytes);
+        CHECK(piece.bytes <= assets::patches_bytes);
         next += piece.levels;
     }
     CHECK(next == 12);
