@@ -57,6 +57,11 @@ class Shown:
     lacks: list[str] = field(default_factory=list)
     cpu_s: float = 0.0
 
+    @property
+    def empty(self) -> bool:
+        """Whether the file has no surface that could be drawn: only points, lines, lights ..."""
+        return "shows no triangles" in self.refused or "no faces" in self.refused
+
     def __str__(self) -> str:
         flip = [] if self.flip is None else [f"FLIP {self.flip}"]
         parts = [*flip, self.refused, self.three, *self.lacks, f"{self.cpu_s} s"]
@@ -181,25 +186,21 @@ def draw_sheets(rows: list[Shown], out: Path, size: int) -> None:
 
 
 def summary(rows: list[Shown]) -> str:
-    """Models, pictures and FLIP of each folder."""
-    lines = [f"{'folder':24}{'models':>8}{'refused':>9}{'compared':>10}{'median':>9}{'p90':>9}{'worst':>9}"]
+    """Models, pictures and FLIP of each folder. empty: files without a surface."""
+    lines = [
+        "".join(f"{word:>9}" for word in ("models", "empty", "refused", "compared", "median", "p90", "worst"))
+    ]
     folders = Counter(row.path.partition("/")[0] for row in rows)
     for name in [*folders, ""]:
-        own = [row for row in rows if row.path.startswith(name)]
         for lacking in (False, True):
-            group = [row for row in own if bool(row.lacks) == lacking]
+            group = [row for row in rows if row.path.startswith(name) and bool(row.lacks) == lacking]
             flips = sorted(row.flip for row in group if row.flip is not None)
-            if not group:
-                continue
-            middle = (
-                f"{statistics.median(flips):9.4f}{flips[int(0.9 * len(flips))]:9.4f}{flips[-1]:9.4f}"
-                if flips
-                else ""
-            )
-            label = (name or "all") + (" (lacking)" if lacking else "")
-            lines.append(
-                f"{label:24}{len(group):8}{sum(bool(row.refused) for row in group):9}{len(flips):10}{middle}"
-            )
+            empty = sum(row.empty for row in group)
+            counts = [len(group), empty, sum(bool(row.refused) for row in group) - empty, len(flips)]
+            shown = [statistics.median(flips), flips[int(0.9 * len(flips))], flips[-1]] if flips else []
+            label = (name or "all") + (", with what one leaves out" if lacking else "")
+            figures = [*(f"{count:9}" for count in counts), *(f"{value:9.4f}" for value in shown)]
+            lines += [f"{''.join(figures)}  {label}"] if group else []
     return "\n".join(lines)
 
 

@@ -82,10 +82,14 @@ class _Reader:
         said = document.get(entry, place, "alphaMode", str, "OPAQUE")
         if said not in _MODES:
             raise document.fault(f"{said[:20]!r}, expected OPAQUE, MASK or BLEND", f"{place}/alphaMode")
+        cutoff = document.get(entry, place, "alphaCutoff", float, 0.5)
+        hidden = said == "MASK" and cutoff > 1.0
+        if hidden:
+            document.warn(f"alphaCutoff {cutoff:g}: nothing of the material is opaque enough to show", place)
         material = Material(
             name,
             alpha_mode=_MODES[said],
-            alpha_cutoff=document.get(entry, place, "alphaCutoff", float, 0.5),
+            alpha_cutoff=_share(cutoff),
             two_sided=document.get(entry, place, "doubleSided", bool, False),
             green_down=False,
         )
@@ -114,6 +118,8 @@ class _Reader:
         )
         if document.extension(entry, place, "KHR_materials_unlit") is not None:
             material = self._unlit(material)
+        if hidden:
+            material = replace(material, opacity=0.0)
         placement = self._placed(name)
         return PlacedMaterial(replace(material, maps=dict(self.maps)), placement)
 

@@ -30,6 +30,15 @@ def textured(made: Made, **texture: Any) -> int:
     return made.add("textures", **({"source": image} | texture))
 
 
+def test_an_alpha_cutoff_above_one_hides_the_material(tmp_path: Path) -> None:
+    """glTF allows it: nothing is drawn."""
+    material, model = read(tmp_path, *square(), alphaMode="MASK", alphaCutoff=1.1)
+    assert (material.alpha_mode, material.alpha_cutoff, material.opacity) == ("mask", 1.0, 0.0)
+    assert any("alphaCutoff 1.1" in text for text in model.warnings)
+    material, _ = read(tmp_path, *square(), alphaMode="OPAQUE", alphaCutoff=1.1)
+    assert (material.alpha_mode, material.opacity) == ("opaque", 1.0)
+
+
 def test_factors_and_maps_fill_the_record(tmp_path: Path) -> None:
     made, primitive = square(TEXCOORD_0=UVS)
     sampler = made.add("samplers", wrapS=33071, wrapT=33648)
