@@ -165,7 +165,10 @@ class _Finder:
         """Returns a set with its name, and with what follows from the materials that use it."""
         one = self.sets[key]
         users = [self.objects[name][0][material] for name, own in one.materials.items() for material in own]
-        cutoffs = [by.alpha_cutoff for by in users if by.alpha_cutoff > 0.0]
+        # of the picture's alpha, which the material's opacity multiplies before it is compared
+        cutoffs = [
+            by.alpha_cutoff / max(by.opacity, by.alpha_cutoff) for by in users if by.alpha_cutoff > 0.0
+        ]
         blended = any(by.alpha_mode == "blend" for by in users)
         ((first, own),) = list(one.materials.items())[:1]
         whole = len(own) == len(self.objects[first][0])

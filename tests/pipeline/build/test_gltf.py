@@ -126,6 +126,22 @@ def test_beyond_the_edges_of_a_map_lies_what_its_sampler_or_the_scene_says(
     assert [tree["samplers"][used][key] for key in ("wrapS", "wrapT")] == [codes[way] for way in wrap]
 
 
+@pytest.mark.parametrize(
+    ("opacity", "cutoff", "of_the_picture"), [(1.0, 0.6, 0.6), (0.75, 0.6, 0.8), (0.3, 0.6, 1.0)]
+)
+def test_mips_keep_the_holes_of_a_mask_whose_opacity_lowers_its_alpha(
+    opacity: float, cutoff: float, of_the_picture: float, tmp_path: Path
+) -> None:
+    """The material compares opacity times alpha with its cutoff; mips know the picture's alpha alone."""
+    made = panel()
+    paint = made.tree["materials"][0]
+    paint |= {"alphaMode": "MASK", "alphaCutoff": cutoff}
+    paint["pbrMetallicRoughness"]["baseColorFactor"] = [1, 1, 1, opacity]
+    scene = new_scene(tmp_path / "s", made.glb(tmp_path / "panel.glb")).scene
+    (one,) = find_map_sets(load_scene(scene), scene).maps.sets
+    assert one.alpha_cutoff == pytest.approx(of_the_picture)
+
+
 def test_a_map_that_is_clamped_is_not_filtered_over_its_edge(tmp_path: Path) -> None:
     sources = {}
     for name, code in (("clamp", CLAMP), ("mirror", MIRROR), ("repeat", REPEAT)):
