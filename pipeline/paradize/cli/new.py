@@ -35,9 +35,12 @@ def run(arguments: argparse.Namespace) -> int:
     made = new_scene(arguments.folder, arguments.model)
     warn(made.notes)
     if arguments.json:
-        show_json({"scene": str(made.scene), "files": made.files, "warnings": made.notes})
+        told = {"files": made.files, "taken": made.taken, "warnings": made.notes}
+        show_json({"scene": str(made.scene)} | told)
         return 0
     show(one_line(f"{len(made.files)} files in {made.scene.parent}"))
+    for text in made.taken:
+        show(one_line(text))
     show(one_line(f"bake it:  {shlex.join([*_paradize(), 'bake', str(made.scene)])}"))
     player = _player()
     if player is not None:

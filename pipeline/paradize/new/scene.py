@@ -18,12 +18,12 @@ from paradize.files import read_parts, resolved
 from paradize.kinds import is_gltf
 from paradize.material import Material
 from paradize.new.sources import FACES, write_heightmap, write_sand, write_sky, write_vase
+from paradize.new.views import FOV_DEG, Sun, lens_of, sun_of, waypoints_of
 from paradize.readers.model import read_model
+from paradize.readers.record import Vec3, Views
 from paradize.scene.reference import SCHEMA, schema_text
 from paradize.store.atomic import PARTIAL
 
-SUN_AZIMUTH_DEG, SUN_ELEVATION_DEG = 215.0, 38.0
-FOV_DEG = 40.0
 LEAST_M, MOST_M = 0.05, 500.0  # a model with a radius outside these is scaled towards one metre
 SCALES = (1e-6, 1e6)  # limits of an instance's scale (scene/settings/objects.py)
 SMALLEST, LARGEST, FARTHEST = 1e-8, 1e9, 1e9  # limits of a model's radius; of its distance from 0, in radii
@@ -36,12 +36,13 @@ RESERVED = {"terrain", "sand", "effect", "water", "sky", "sound"}
 @dataclass(frozen=True)
 class NewScene:
     """scene: the TOML. name: the scene's, as it has it. files: all that were written, seen from its folder.
-    notes: what one should know."""
+    notes: what one should know. taken: what the model's cameras and lights became."""
 
     scene: Path
     name: str
     files: list[str]
     notes: list[str]
+    taken: list[str] = field(default_factory=list)
 
 
 @dataclass
@@ -55,6 +56,9 @@ class _Model:
     center: tuple[float, float, float] = (0.0, 0.0, 0.0)
     foot: float = 0.0
     radius: float = 1.0
+    sun: Sun = field(default_factory=Sun)
+    views: Views | None = None
+    taken: list[str] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
 
 
@@ -73,9 +77,7 @@ def new_scene(folder: Path, model: Path | None = None) -> NewScene:
         (aside / "model").mkdir()
         try:
             copied = _copy_model(model or write_vase(aside / "model"), aside)
-            azimuth, elevation = SUN_AZIMUTH_DEG * pi / 180.0, SUN_ELEVATION_DEG * pi / 180.0
-            sun = (sin(azimuth) * cos(elevation), sin(elevation), -cos(azimuth) * cos(elevation))
-            write_sky(aside / "sky", sun)
+            write_sky(aside / "sky", copied.sun.direction)
             write_heightmap(aside / "ground.png")
             write_sand(aside / "sand.png")
             name = _identifier(folder.name, "scene")
@@ -89,7 +91,7 @@ def new_scene(folder: Path, model: Path | None = None) -> NewScene:
     except OSError as error:
         what = f"cannot be written: {error.strerror or error}"
         raise BakeError(what, file=folder, mend="free the place or name another folder") from None
-    return NewScene(folder / "scene.toml", name, files, copied.notes)
+    return NewScene(folder / "scene.toml", name, files, copied.notes, copied.taken)
 
 
 def _identifier(text: str, otherwise: str) -> str:
@@ -118,8 +120,14 @@ def _copy_model(source: Path, aside: Path) -> _Model:
         center=(low[0] + half[0], low[1] + half[1], low[2] + half[2]),
         foot=low[1],
         radius=sqrt(sum(h * h for h in half)),
+        sun=sun_of(read.views),
+        views=read.views,
         notes=list(read.warnings),
     )
+    if read.views:
+        model.notes = [note for note in read.warnings if note not in read.views.left_out]
+        model.notes += read.views.notes
+        model.notes += [f"{source}: {note}" for note in model.sun.notes]
     if not SMALLEST <= model.radius <= LARGEST:
         what = f"its radius is {model.radius:g}; a scene can show {SMALLEST:g} to {LARGEST:g}"
         raise SourceError(what, file=source, mend="scale the model")
@@ -165,15 +173,29 @@ def _toml(name: str, model: _Model) -> str:
         model.notes.append(
             f"the model's radius is {model.radius:.3g} m: the scene shows it {scale:.3g} times as large"
         )
-    away = 1.25 * r / sin(0.5 * FOV_DEG * pi / 180.0)
-    side = 10.0 * away
+    lens = lens_of(model.views)
+    away = 1.25 * r / sin(0.5 * min(lens.fov_deg, FOV_DEG) * pi / 180.0)
+    side = 10.0 * away  # its half is how far cameras of the model may stand
     ground_error = 0.0004 * side
     middle = scale * (model.center[1] - model.foot)
     lift = max(
         2.0 * (ground_error - middle), 0.0
     )  # the ground's mesh may hide what is thinner than its error
     middle += lift
-    position = [-scale * model.center[0], lift - scale * model.foot, -scale * model.center[2]]
+    position = (-scale * model.center[0], lift - scale * model.foot, -scale * model.center[2])
+
+    def placed(point: Vec3) -> Vec3:
+        x, y, z = (scale * value + offset for value, offset in zip(point, position, strict=True))
+        return x, y, z
+
+    farthest = 0.5 * side / scale
+    cameras, notes = waypoints_of(model.views, lens, model.center, model.radius, farthest, placed)
+    model.notes += [f"{model.mesh}: {note}" for note in notes]
+    if cameras:
+        names = ", ".join(_shown(one.camera) for one in cameras)
+        model.taken.append(f"the flight begins with the cameras of the model: {names}")
+    if model.sun.light:
+        model.taken.append(f"the sun is the light {_shown(model.sun.light)}")
     lines = [
         f"#:schema {SCHEMA.name}",
         "# A scene to start from. All fields, defaults, units and ranges: pipeline/paradize/scene/FIELDS.md.",
@@ -181,10 +203,14 @@ def _toml(name: str, model: _Model) -> str:
         "",
         "[scene]",
         f"name = {toml_text(name)}",
+        *([f"viewport = {list(lens.viewport)}"] if lens.viewport else []),
         "",
+        *([f"# the light {_shown(model.sun.light)} of the model"] if model.sun.light else []),
         "[sun]",
-        f"azimuth_deg = {SUN_AZIMUTH_DEG}",
-        f"elevation_deg = {SUN_ELEVATION_DEG}",
+        f"azimuth_deg = {_text(model.sun.azimuth_deg)}",
+        f"elevation_deg = {_text(model.sun.elevation_deg)}",
+        *([f"color = {_vector(model.sun.color)}"] if model.sun.color else []),
+        *([f"intensity = {_text(model.sun.intensity)}"] if model.sun.intensity is not None else []),
         "",
         "[fog]",
         f"density_per_m = {_text(0.15 / side)}",
@@ -213,19 +239,26 @@ def _toml(name: str, model: _Model) -> str:
     lines += [f"scale = {_text(scale)}"] if scale != 1.0 else []
     lines += [
         "",
+        *(["# first what the cameras of the model see, then"] if cameras else []),
         "# once around the model, nearer and higher on the far side",
         "[flight]",
         "duration_s = 30.0",
-        f"fov_deg = {FOV_DEG}",
+        f"fov_deg = {_text(lens.fov_deg)}",
         f"near_m = {_text(max(0.02 * r, 1e-4))}",
         f"far_m = {_text(1.5 * side)}",
     ]
+    for one in cameras:
+        lines += ["", f"# the camera {_shown(one.camera)}", "[[flight.eye]]"]
+        lines += [f"position = {_vector(one.eye)}"]
+        lines += [f"roll_deg = {_text(one.roll_deg)}"] if abs(one.roll_deg) > 0.01 else []
     for i in range(WAYPOINTS):
         turn = 2.0 * pi * i / WAYPOINTS
         d = away * (1.0 - 0.15 * (1.0 - cos(turn)) / 2.0)
         height = middle + r * (0.35 + 0.3 * (1.0 - cos(turn)))
         eye = (_snapped(d * sin(turn), d), height, _snapped(d * cos(turn), d))
         lines += ["", "[[flight.eye]]", f"position = [{', '.join(_text(x) for x in eye)}]"]
+    for one in cameras:
+        lines += ["", "[[flight.target]]", f"position = {_vector(one.target)}"]
     for _ in range(WAYPOINTS):
         lines += ["", "[[flight.target]]", f"position = [0.0, {_text(middle)}, 0.0]"]
     return "\n".join(lines) + "\n"
@@ -239,6 +272,15 @@ def _scale(radius: float) -> float:
 def _snapped(value: float, size: float) -> float:
     """The value, or 0 if it is negligible compared with `size`."""
     return value if abs(value) > 1e-9 * size else 0.0
+
+
+def _shown(name: str) -> str:
+    """A name for a comment."""
+    return repr(name[:80])
+
+
+def _vector(values: Vec3) -> str:
+    return f"[{', '.join(_text(value) for value in values)}]"
 
 
 def _text(value: float, step: float | None = None) -> str:

@@ -17,6 +17,45 @@ UNKNOWN_SMOOTHING = 0xFFFFFFFF
 DEFAULT_NAME = "default"  # of a group or a material without a name
 
 
+Vec3 = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class Camera:
+    """eye: position, metres. forward, up: unit. fov_deg: vertical; None: it is no perspective camera.
+    aspect: width over height; None where the file does not say."""
+
+    name: str
+    eye: Vec3
+    forward: Vec3
+    up: Vec3
+    fov_deg: float | None
+    aspect: float | None = None
+
+
+@dataclass(frozen=True)
+class Light:
+    """kind: "directional", "point", "spot". direction: unit, in which its light travels. color: linear RGB.
+    intensity: lux of a directional light, else candela."""
+
+    name: str
+    kind: str
+    direction: Vec3
+    color: Vec3
+    intensity: float
+
+
+@dataclass(frozen=True)
+class Views:
+    """The cameras and lights beside a model. left_out: the model's warnings that they are not read, for who
+    takes them. notes: what is broken of them."""
+
+    cameras: list[Camera]
+    lights: list[Light]
+    left_out: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
+
+
 @dataclass(frozen=True)
 class Model:
     """mesh: as in the file: normals may have zero rows, which are missing; with tangents, vertices may differ
@@ -25,7 +64,8 @@ class Model:
     triangle, 0 off, UNKNOWN_SMOOTHING where the file has none. lines: (m,) uint32, the line of each
     triangle's face; None where the file has no lines. libraries: files beside the model that were read.
     absent: files that are named but missing. repairs: what the reader left out, as `mesh --json` has it: by
-    name count, triangle and line of the first (None: not known)."""
+    name count, triangle and line of the first (None: not known). views: cameras and lights; None where the
+    format has none."""
 
     mesh: Mesh
     source: SourcePositions
@@ -37,3 +77,4 @@ class Model:
     libraries: list[Path] = field(default_factory=list)
     absent: list[Path] = field(default_factory=list)
     repairs: dict[str, dict[str, int | None]] = field(default_factory=dict)
+    views: Views | None = None

@@ -9,6 +9,7 @@ READ = {
     "EXT_meshopt_compression",
     "EXT_texture_webp",
     "KHR_draco_mesh_compression",
+    "KHR_lights_punctual",  # views.py says what becomes of them
     "KHR_materials_emissive_strength",
     "KHR_materials_ior",
     "KHR_materials_pbrSpecularGlossiness",
@@ -29,7 +30,6 @@ LEFT_OUT = {
     "EXT_texture_avif": "AVIF pictures",
     "KHR_animation_pointer": "animations",
     "KHR_audio": "sounds",
-    "KHR_lights_punctual": "lights; a scene has its own",
     "KHR_materials_anisotropy": "anisotropic highlights",
     "KHR_materials_clearcoat": "clear coats",
     "KHR_materials_diffuse_transmission": "light that shines through",

@@ -16,6 +16,7 @@ from paradize.readers.gltf.nodes import IDENTITY, Matrix, Nodes
 from paradize.readers.gltf.pictures import Pictures
 from paradize.readers.gltf.primitives import Primitive, read_primitive
 from paradize.readers.gltf.skins import default_weights, joints_of, morphed, vertex_matrices
+from paradize.readers.gltf.views import read_views
 from paradize.readers.record import DEFAULT_NAME, Model
 
 _MAX_NAME = 120
@@ -37,6 +38,7 @@ def read_gltf(path: Path, root: Path | None = None, on_library: list[Path] | Non
         shown = f" ({'; '.join(notes[:3])})" if notes else ""
         raise document.fault(f"shows no triangles{shown}", "", "export the model with its surface")
     mesh, source, smoothing = joined(document, parts)
+    views = read_views(document, reader.nodes, reader.nodes.shown())
     used = {group.material for group in mesh.groups}
     counts = {
         "faces": len(mesh.triangles),
@@ -57,6 +59,7 @@ def read_gltf(path: Path, root: Path | None = None, on_library: list[Path] | Non
         smoothing,
         libraries=reader.buffers.libraries,
         absent=reader.pictures.absent,
+        views=views,
     )
 
 
@@ -77,8 +80,6 @@ class _Reader:
         document = self.document
         if document.table("animations"):
             document.warn("its animations are left out; the model is read at rest")
-        if document.table("cameras"):
-            document.warn("its cameras are left out; a scene has its own")
         out: list[Part] = []
         for node in self.nodes.shown():
             entry, place = document.item("nodes", node, ""), f"/nodes/{node}"
