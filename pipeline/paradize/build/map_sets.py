@@ -211,8 +211,8 @@ class _Finder:
     def _warn_of_samplers(self, item: SceneObject, material: Material) -> None:
         """Warns of maps that the model wraps in another way than the material's leading map."""
         leading = material.leading
-        ways = {role: source.wrap or REPEATED for role, source in material.maps.items()}
         drawn_as = leading.wrap or REPEATED if leading else REPEATED
+        ways = {role: source.wrap or drawn_as for role, source in material.maps.items()}
         if others := sorted(role for role, way in ways.items() if way != drawn_as):
             said = "; ".join(f"{role}: {', '.join(ways[role])}" for role in others)
             self.warnings.append(

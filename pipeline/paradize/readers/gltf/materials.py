@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from math import sqrt
 from typing import Any
 
@@ -22,6 +24,9 @@ _CHANNELS: dict[str, Channel] = {
     "color": "rgb", "alpha": "a", "normal": "rgb", "roughness": "g", "metalness": "b", "smoothness": "a",
     "emission": "rgb", "specular": "a", "occlusion": "r",
 }  # fmt: skip
+
+
+EqualSets = Callable[[int, int, int], bool]
 
 
 @dataclass(frozen=True)
@@ -52,8 +57,9 @@ def default_material() -> PlacedMaterial:
     )
 
 
-def read_materials(document: Document, pictures: Pictures) -> list[PlacedMaterial]:
-    """All materials of a document, by their number. Names are made unique."""
+def read_materials(document: Document, pictures: Pictures, equal_sets: EqualSets) -> list[PlacedMaterial]:
+    """All materials of a document, by their number. Names are made unique. equal_sets: whether two sets of
+    texture coordinates, by number, are the same wherever a material is."""
     taken = {DEFAULT_NAME}
     found = []
     for index in range(len(document.table("materials"))):
@@ -65,15 +71,24 @@ def read_materials(document: Document, pictures: Pictures) -> list[PlacedMateria
         while name in taken:
             name, k = f"{base}_{k}", k + 1
         taken.add(name)
-        found.append(_Reader(document, pictures, entry, place).read(name))
+        reader = _Reader(document, pictures, entry, place, partial(equal_sets, index))
+        found.append(reader.read(name))
     return found
 
 
 class _Reader:
     """Reads one material."""
 
-    def __init__(self, document: Document, pictures: Pictures, entry: dict[str, Any], place: str) -> None:
+    def __init__(
+        self,
+        document: Document,
+        pictures: Pictures,
+        entry: dict[str, Any],
+        place: str,
+        equal_sets: Callable[[int, int], bool],
+    ) -> None:
         self.document, self.pictures, self.entry, self.place = document, pictures, entry, place
+        self.equal_sets = equal_sets
         self.maps: dict[str, MapSource] = {}
         self.placements: dict[str, Placement] = {}
 
@@ -230,7 +245,7 @@ class _Reader:
         if not roles:
             return None
         first = self.placements[roles[0]]
-        others = [role for role in roles if self.placements[role] != first]
+        others = [role for role in roles if not self._is_same(self.placements[role], first)]
         for role in others:
             del self.maps[role]
         if others:
@@ -240,6 +255,11 @@ class _Reader:
             why = f"all maps lie where that of {roles[0]} does ({first})"
             self.document.warn(f"{what}; {why}", self.place)
         return first
+
+    def _is_same(self, one: Placement, other: Placement) -> bool:
+        return one == other or (
+            one.matrix == other.matrix and self.equal_sets(one.coordinates, other.coordinates)
+        )
 
 
 def _share(value: float) -> float:

@@ -5,7 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from paradize.errors import one_line
+import numpy as np
+
+from paradize.errors import SourceError, one_line
 from paradize.readers.gltf.accessors import Accessors
 from paradize.readers.gltf.assemble import Part, joined, place_part
 from paradize.readers.gltf.buffers import Buffers
@@ -72,7 +74,7 @@ class _Reader:
         self.accessors = Accessors(document, self.buffers)
         self.pictures = Pictures(document, self.buffers)
         self.nodes = Nodes(document)
-        self.materials = read_materials(document, self.pictures)
+        self.materials = read_materials(document, self.pictures, self._are_equal_sets)
         self._primitives: dict[tuple[int, int, tuple[float, ...]], Primitive | None] = {}
 
     def parts(self) -> list[Part]:
@@ -130,6 +132,32 @@ class _Reader:
             return default_material()
         self.document.item("materials", number, f"{where}/material")
         return self.materials[number]
+
+    def _are_equal_sets(self, material: int, a: int, b: int) -> bool:
+        """Whether two sets of texture coordinates are the same wherever a material is, as exporters write
+        them that fill both."""
+        equal = False
+        for mesh in self.document.table("meshes"):
+            primitives = mesh.get("primitives") if isinstance(mesh, dict) else None
+            for one in primitives if isinstance(primitives, list) else ():
+                if not isinstance(one, dict) or one.get("material") != material:
+                    continue
+                attributes = one.get("attributes")
+                sets = attributes if isinstance(attributes, dict) else {}
+                first, second = (sets.get(f"TEXCOORD_{k}") for k in (a, b))
+                if not (isinstance(first, int) and isinstance(second, int)):
+                    return False
+                equal = first == second or ("extensions" not in one and self._are_equal(first, second))
+                if not equal:
+                    return False
+        return equal
+
+    def _are_equal(self, a: int, b: int) -> bool:
+        try:
+            first, second = (self.accessors.floats(number, f"/accessors/{number}", (2,)) for number in (a, b))
+        except SourceError:  # whoever draws with it says so
+            return False
+        return bool(np.array_equal(first, second))
 
     def _name(self, node: int, mesh: dict[str, Any]) -> str:
         owners = ([] if node < 0 else [self.document.item("nodes", node, "")]) + [mesh]

@@ -167,6 +167,20 @@ def test_maps_on_other_coordinates_than_the_colour_are_left_out_and_a_second_set
     assert model.mesh.uvs is not None and model.mesh.uvs.max() == 0.5
 
 
+def test_a_second_set_of_coordinates_that_is_the_first_again_loses_no_map(tmp_path: Path) -> None:
+    made, primitive = square(TEXCOORD_0=UVS, TEXCOORD_1=UVS)
+    index = textured(made)
+    occlusion = {"index": index, "texCoord": 1}
+    base = {"baseColorTexture": {"index": index}}
+    found, model = read(tmp_path, made, primitive, pbrMetallicRoughness=base, occlusionTexture=occlusion)
+    assert set(found.maps) == {"color", "occlusion"} and not model.warnings
+    moved = occlusion | {"extensions": {"KHR_texture_transform": {"scale": [2, 2]}}}
+    made.tree["materials"][0]["occlusionTexture"] = moved
+    made.tree["extensionsUsed"] = ["KHR_texture_transform"]
+    (said,) = read_model(made.glb(tmp_path / "b.glb")).warnings
+    assert "occlusion (TEXCOORD_1, moved by KHR_texture_transform) left out" in said
+
+
 @pytest.mark.parametrize(
     ("specular", "metalness", "color"),
     [
