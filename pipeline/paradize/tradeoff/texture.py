@@ -62,8 +62,11 @@ def authored_groups(job: BakeJob) -> list[TrialGroup]:
         trials = _format_trials(own, authored_tier, arguments)
         note = "The time includes reading the pictures, and the mips."
         title = f"{job.name.removesuffix(' maps')} {name}"
-        metrics = MAPS[name].metrics
-        groups.append(TrialGroup(title, "block compression", output.artifact, metrics, trials, TIERS, note))
+        stage, metrics = "block compression", MAPS[name].metrics
+        if name == "occlusion" and job.settings["occlusion_cast"]:
+            stage, metrics = "cast occlusion", ("occlusion_cast_p99", "occlusion_cast_mean", *metrics)
+            note = "The time includes reading the model, the rays and the mips."
+        groups.append(TrialGroup(title, stage, output.artifact, metrics, trials, TIERS, note))
     return groups
 
 
@@ -157,7 +160,7 @@ def color_tier(
 
 def _drawn(sources: dict[str, Path], settings: Settings, **more: Any) -> dict[str, MapProduct]:
     """Maps that somebody drew, as the baker makes them, whatever the budget and zstd."""
-    drawn = {role: path for role, path in sources.items() if role != "layout"}
+    drawn = {role: path for role, path in sources.items() if role.partition(",")[0] != "layout"}
     used = AuthoredSettings(**settings | {"budget": {}, "zstd": None})
     return bake_authored(drawn, used, uv=layout_of(sources), **more)
 

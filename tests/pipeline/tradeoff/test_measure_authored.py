@@ -18,6 +18,7 @@ from paradize.tradeoff.plan import file_rows
 from paradize.tradeoff.texture import authored_groups, color_groups
 from paradize.tradeoff.tiers import run_groups
 from tests.pipeline.bakers.test_authored import codes, noise, write
+from tests.pipeline.shapes import CORNER_OBJ
 from tests.pipeline.stages.test_authored import hills
 
 
@@ -56,3 +57,19 @@ def test_measure_of_emission_tells_its_own_errors_and_nothing_of_a_constant(tmp_
     assert points["fast"]["error"]["value"] == baked.errors["emission_psnr_db"]
     black = write(tmp_path / "b.png", np.zeros((8, 8, 3), np.uint8))
     assert color_groups(job("color", {"image": black}, settings, ["emission"])) == []
+
+
+def test_measure_of_occlusion_from_the_mesh_tells_the_error_of_the_rays(tmp_path: Path) -> None:
+    """The model's material file lies beside the layout, and is no picture."""
+    model = tmp_path / "corner.obj"
+    model.write_text("mtllib corner.mtl\n" + CORNER_OBJ)
+    (tmp_path / "corner.mtl").write_text("newmtl stone\n")
+    settings = AuthoredSettings(only=["occlusion"], occlusion_cast=True, occlusion_px=64)
+    sources = {"layout": model, "layout, file 2": tmp_path / "corner.mtl"}
+    (group,) = authored_groups(job("authored", sources, settings, ["occlusion"]))
+    (told,), _ = run_groups([group], file_rows([group], "balanced"), {}, 1, None)
+    points: dict[str, Any] = {point["tier"]: point for point in told["points"]}
+    baked = bake_authored({}, settings, uv=model)["occlusion"]
+    assert points["balanced"]["error"]["value"] == baked.errors["occlusion_cast_p99"]
+    errors = [points[tier]["error"]["value"] for tier in ("fast", "balanced", "exact")]
+    assert errors == sorted(errors, reverse=True)
