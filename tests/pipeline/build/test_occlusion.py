@@ -99,9 +99,24 @@ def test_metalness_stands_beside_the_occlusion(tmp_path: Path) -> None:
     metal = ("[[object.instance]]", '[object.material.stone]\nmetalness = "metal.png"\n[[object.instance]]')
     scene = make(tmp_path / "s", metal)
     write_image(scene.parent / "metal.png", noise(3, 1, 128))
-    _, manifest = baked(scene, tmp_path / "out")
+    report, manifest = baked(scene, tmp_path / "out")
+    told = [*report.warnings, *(text for one in report.artifacts for text in one.warnings)]
+    assert not any("enlarged" in text for text in told)
     shown = texels(tmp_path / "out", manifest, "nook_occlusion")
     assert shown.shape == (128, 128, 2) and np.ptp(shown[:, :, 1]) > 0.3 and shown[:, :, 0].min() < 0.6
+
+
+def test_a_wall_with_holes_holds_back_no_light(tmp_path: Path) -> None:
+    mask = '[object.material.wall]\nalpha_mode = "mask"\nalpha_cutoff = 0.5\n[[object.instance]]'
+    obj = CORNER_OBJ.replace("f 1/5", "usemtl wall\nf 1/5")
+    darkest = {}
+    for name, changes in (("solid", ()), ("holes", (("[[object.instance]]", mask),))):
+        scene = make(tmp_path / name, *changes, obj=obj)
+        _, manifest = baked(scene, tmp_path / f"out_{name}")
+        floor = manifest["objects"][0]["materials"]["stone"]["maps"]["occlusion"]
+        shown = texels(tmp_path / f"out_{name}", manifest, floor)[:, :24] if floor else np.ones(1)
+        darkest[name] = float(shown.min())
+    assert darkest["solid"] < 0.6 and darkest["holes"] == 1.0
 
 
 def test_a_drawn_occlusion_stays_and_others_get_theirs(tmp_path: Path) -> None:

@@ -66,7 +66,7 @@ def test_models_that_it_is_of_no_use_for_are_refused_by_name(
 def test_a_picture_is_no_model(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     write_image(tmp_path / "a.png", np.zeros((4, 4, 3), np.uint8))
     assert run(tmp_path / "a.png", "-o", tmp_path / "out") == 1
-    assert "is a PNG picture, not an OBJ, glTF or STL model" in capsys.readouterr().err
+    assert "is a PNG picture, not an OBJ" in capsys.readouterr().err
 
 
 def test_occlusion_stands_by_itself(corner: Path, capsys: pytest.CaptureFixture[str]) -> None:

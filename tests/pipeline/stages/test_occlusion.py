@@ -107,3 +107,9 @@ def test_uvs_that_repeat_are_refused() -> None:
     many = replace(mesh, uvs=mesh.uvs * np.float32(30))
     with pytest.raises(BakeError, match="too often"):
         cast(many)
+
+
+def test_light_comes_to_the_side_that_the_normals_are_on_whatever_the_winding() -> None:
+    mesh = corner()
+    turned = replace(mesh, triangles=np.ascontiguousarray(mesh.triangles[:, ::-1]))
+    assert np.abs(cast(turned) - cast(mesh)).max() < 0.05
