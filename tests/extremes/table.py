@@ -36,6 +36,8 @@ EXTREMES = {
 DEEP = ("largest",)
 ROOMS = (
     "loading_rows",
+    "model_rows",
+    "palette_rows",
     "mesh_rows",
     "map_rows",
     "authored_rows",
