@@ -38,7 +38,7 @@ OTHERS = (
     Exhibit("bridge", "obj-kits/kenney-hexagon-kit/bridge.obj"),
     Exhibit("avocado", "obj-materials/avocado/avocado.obj", stands=(MIRRORED,)),
     Exhibit("alien", "obj-materials/alien/alien.obj"),
-    Exhibit("room", "obj-materials/fully_featured/fully_featured.obj"),
+    Exhibit("room", "obj-materials/fully_featured/fully_featured.obj", "bleed = 0.3\n"),  # narrow gutters
     Exhibit("rainbow", "obj-materials/rainbow_box/rainbow_box.obj"),
     Exhibit(
         "truck",

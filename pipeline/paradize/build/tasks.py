@@ -98,6 +98,8 @@ def task_of(
     finer_format: as in job_settings. uncompressed: as in BuildOptions."""
     module, baker = registry.BAKERS[job.baker]
     sources = {role: hash_cache.sha256(path) for role, path in job.sources.items()}
+    if job.baker == "mesh":
+        sources["name"] = job.sources["mesh"].stem  # the GLB holds it
     code = code_digest(module, *SHARED_MODULES)
     tier, tuned = split_label(tier)
     settings = job_settings(job, scene, finer_format) | tuned
