@@ -70,7 +70,7 @@ def killing_who_stalls(own: Cluster) -> Iterator[list[int]]:
         killed.append(int(own.told().split()[0]))
         os.kill(killed[0], signal.SIGKILL)
 
-    thread = threading.Thread(target=kill)
+    thread = threading.Thread(target=kill, daemon=True)
     thread.start()
     yield killed
     thread.join()
@@ -187,7 +187,7 @@ def test_a_scheduler_that_goes_leaves_the_old_scene_and_what_was_baked(
         assert own.scheduler
         own.scheduler.kill()
 
-    thread = threading.Thread(target=kill)
+    thread = threading.Thread(target=kill, daemon=True)
     thread.start()
     report = bake(scene, out, BuildOptions(force=True, cluster=own.address))
     thread.join()
