@@ -179,7 +179,7 @@ def stored_sightings(
     stands = {item.name: [placed(instance) for instance in item.instances] for item in scene.objects}
     key = key_of(__name__, code_digest(__name__), frame, bounds, stands)
     stored = None if force else store.get_product(key)
-    if not fits(stored, SIGHTINGS):
+    if not fits(stored, SIGHTINGS) or stored.keys() != bounds.keys():
         found = object_sightings(scene, flight, bounds)
         stored = {name: asdict(one) for name, one in found.items()}
         store.put_product(key, stored)

@@ -152,8 +152,8 @@ def economy_words(facts: dict[str, Any], kind: str) -> list[str]:
     for k, level in enumerate(facts["seen"], start=1):
         words.append(
             f"level {k} is drawn where the object is up to {level['size_px']:.3g} pixels large, which turns "
-            f"normals by {level['seen_p99_deg']:.2g} degrees and changes {level['seen_silhouette']:.1%} of "
-            "the silhouette"
+            f"normals by {level['seen_p99_deg']:.2g} degrees "
+            f"and changes the silhouette on {level['seen_silhouette']:.2%} of its box"
         )
     if facts["maps"]:
         names = ", ".join(f"{name} {short(size)}" for name, size in facts["maps"].items())

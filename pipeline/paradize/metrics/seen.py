@@ -42,17 +42,17 @@ _GOLDEN = -0.7373688780783197, 0.6754902942615238
 @dataclass(frozen=True)
 class Limits:
     """How much a level may differ from the finest where it takes over. normal_deg: 99 % of what is covered
-    turns by no more. silhouette: pixels that only one covers, as a share of those that the finest covers."""
+    turns by no more. silhouette: pixels that only one covers, as a share of the rectangle around both."""
 
     normal_deg: float = 10.0
-    silhouette: float = 0.05
+    silhouette: float = 0.004
 
 
 @dataclass(frozen=True)
 class Seen:
     """A difference of pictures. p99_deg, mean_deg, max_deg: of the normals of pixels, weighted by what both
     levels cover, over the pictures from all directions; worst_p99_deg: the largest p99 of one direction.
-    silhouette: pixels that only one covers, as a share of those that the finest covers. size_px: the
+    silhouette: pixels that only one covers, as a share of the rectangle around both. size_px: the
     diagonal."""
 
     size_px: float
@@ -119,9 +119,7 @@ def seen_difference(finest: SeenMesh, level: SeenMesh, size_px: float) -> Seen:
 
 
 def _silhouette(difference: SeenDifference) -> float:
-    if difference.covered_px > 0:
-        return difference.changed_px / difference.covered_px
-    return 0.0 if difference.changed_px == 0 else 1.0
+    return difference.changed_px / difference.box_px if difference.box_px > 0 else 0.0
 
 
 def largest_size(finest: SeenMesh, level: SeenMesh, limits: Limits, most_px: float) -> Seen | None:

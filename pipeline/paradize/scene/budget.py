@@ -51,10 +51,7 @@ METRICS = {
         "degrees", True, 180.0, "mean angle of normals as pixels show them where a level takes over"
     ),
     "lod_seen_silhouette": Limit(
-        "of the pixels",
-        True,
-        1000.0,
-        "pixels that only one of a level and the finest covers, where it takes over",
+        "of its box", True, 1.0, "pixels that only one of a level and the finest covers, where it takes over"
     ),
     "quantise_max": Limit("of the diagonal", True, 1.0, "how far 16-bit positions moved a vertex"),
     "quantise_max_m": Limit("m", True, FAR, "how far 16-bit positions moved a vertex"),

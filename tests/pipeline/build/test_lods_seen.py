@@ -101,7 +101,7 @@ def test_a_scene_draws_its_levels_where_they_look_alike(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("PARADIZE_STORE", str(tmp_path / "store"))
-    any_of_them = baked(tmp_path / "any", lod_error_deg=180.0, lod_silhouette=100.0)
+    any_of_them = baked(tmp_path / "any", lod_error_deg=180.0, lod_silhouette=1.0)
     strict = baked(tmp_path / "strict", lod_error_deg=3.0, lod_silhouette=0.02)
     item, other = any_of_them["objects"][0], strict["objects"][0]
     mesh, less = (found["artifacts"]["post_mesh"] for found in (any_of_them, strict))

@@ -45,7 +45,7 @@ def baked(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFacto
         text = text.replace("lods = 3", 'lods = 3\nlods_by = "sight"').replace("[9, 2, 0]", "[19, 2, 0]")
         text = text.replace("[0, 2, 9]", "[0, 2, 19]").replace("[-9, 2, 0]", "[-19, 2, 0]")
         text = text.replace("[0, 2, -9]", "[0, 2, -19]").replace("[640, 360]", "[64, 36]")
-        text = text.replace("[scene]\n", "[scene]\nlod_error_deg = 180\nlod_silhouette = 100\n")
+        text = text.replace("[scene]\n", "[scene]\nlod_error_deg = 180\nlod_silhouette = 1\n")
     if request.param == "swift":
         text = text.replace("[flight]\n", "[flight]\nfov_deg = 85\n").replace(
             "lods = 3", "lods = 3\nlod_ratio = 0.3"

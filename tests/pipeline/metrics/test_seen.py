@@ -217,8 +217,10 @@ def test_bumps_narrower_than_a_pixel_are_the_mean_that_light_sees_of_them() -> N
 def test_what_only_one_covers_is_the_change_of_the_silhouette() -> None:
     ground = grid(4)
     half = replace(ground, triangles=ground.triangles[: len(ground.triangles) // 2])
+    told = difference(seen_mesh(ground, {}), seen_mesh(half, {}))
+    assert (told.changed_px, told.box_px) == (pytest.approx(200, abs=12), pytest.approx(400))
     seen = seen_difference(seen_mesh(ground, {}), seen_mesh(half, {}), 200.0)
-    assert seen.silhouette == pytest.approx(0.5, abs=0.01) and seen.max_deg == 0
+    assert 0.1 < seen.silhouette < 0.5 and seen.max_deg == 0
 
 
 def difference(a: SeenMesh, b: SeenMesh) -> SeenDifference:
@@ -267,12 +269,12 @@ def test_of_a_large_picture_some_tiles_stand_for_all() -> None:
     )
     assert some.covered_px < 0.2 * all_of_it.covered_px
     assert some.p99_deg == pytest.approx(all_of_it.p99_deg, rel=0.1)
-    shares = [one.changed_px / one.covered_px for one in (some, all_of_it)]
+    shares = [one.changed_px / one.box_px for one in (some, all_of_it)]
     assert shares[0] == pytest.approx(shares[1], rel=0.2)
 
 
 def test_a_level_takes_over_where_it_looks_the_same() -> None:
-    fine, limits = seen_mesh(sphere(48), {}), Limits(normal_deg=4.0, silhouette=0.02)
+    fine, limits = seen_mesh(sphere(48), {}), Limits(normal_deg=4.0, silhouette=0.01)
     near = largest_size(fine, seen_mesh(sphere(24), {}), limits, 600.0)
     far = largest_size(fine, seen_mesh(sphere(8), {}), limits, 600.0)
     assert near is not None and near.inside(limits) and near.size_px <= 600

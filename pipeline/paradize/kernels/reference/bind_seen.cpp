@@ -65,7 +65,7 @@ nb::list seen_differences(const reference::SeenMesh &a, const reference::SeenMes
     }
     nb::list out;
     for (const reference::SeenDifference &one : found) {
-        out.append(nb::make_tuple(one.mean, one.p99, one.max, one.covered, one.changed));
+        out.append(nb::make_tuple(one.mean, one.p99, one.max, one.covered, one.changed, one.box));
     }
     return out;
 }

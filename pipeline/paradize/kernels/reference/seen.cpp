@@ -359,11 +359,11 @@ void draw(const Placed &placed, std::span<const std::uint32_t> triangles, std::s
 // What is measured of pictures, pixel by pixel.
 struct Found {
     std::vector<double> angle, weight;
-    double covered = 0, changed = 0;
+    double covered = 0, changed = 0, box = 0;
 };
 
 SeenDifference difference_of(const Found &found) {
-    SeenDifference out{0, 0, 0, found.covered, found.changed};
+    SeenDifference out{0, 0, 0, found.covered, found.changed, found.box};
     double sum = 0, whole = 0;
     for (std::size_t k = 0; k < found.angle.size(); ++k) {
         sum += found.angle[k] * found.weight[k];
@@ -465,6 +465,8 @@ Found compare(const SeenMesh &a, const SeenMesh &b, const Point &toward, double 
         }
     });
     Found out;
+    out.box = (high[0] - low[0]) * (high[1] - low[1]) / static_cast<double>(samples * samples) *
+              static_cast<double>(chosen.size()) / std::max(1.0, full);
     for (const Found &found : by_tile) {
         out.angle.insert(out.angle.end(), found.angle.begin(), found.angle.end());
         out.weight.insert(out.weight.end(), found.weight.begin(), found.weight.end());
@@ -489,6 +491,7 @@ std::vector<SeenDifference> seen_differences(const SeenMesh &a, const SeenMesh &
         all.weight.insert(all.weight.end(), found.weight.begin(), found.weight.end());
         all.covered += found.covered;
         all.changed += found.changed;
+        all.box += found.box;
     }
     out.push_back(difference_of(all));
     return out;

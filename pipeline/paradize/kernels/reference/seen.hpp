@@ -44,6 +44,7 @@ struct SeenDifference {
     double mean = 0, p99 = 0, max = 0;
     double covered = 0; // pixels, by the first mesh
     double changed = 0; // pixels covered by one and not by the other
+    double box = 0;     // pixels of the rectangle around both
 };
 
 // Orthographic pictures along `directions` (towards the viewer, unit) with pixels of `pixel` (> 0, unit of

@@ -35,13 +35,15 @@ class SeenMaterial:
 class SeenDifference:
     """How two pictures of one size differ. mean_deg, p99_deg, max_deg: degrees between the mean normals of
     their pixels, weighted by what both cover. covered_px: pixels that the first mesh covers. changed_px:
-    pixels that one covers and the other does not. Parts of pixels count as parts."""
+    pixels that one covers and the other does not. box_px: those of the rectangle around both. Parts of pixels
+    count as parts."""
 
     mean_deg: float
     p99_deg: float
     max_deg: float
     covered_px: float
     changed_px: float
+    box_px: float
 
 
 def _rows(values: npt.ArrayLike | None, width: int, count: int | None = None) -> F32 | None:

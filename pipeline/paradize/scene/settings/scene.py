@@ -75,11 +75,11 @@ class Head:
         meaning="how far a level of detail may turn a pixel's normal, for 99 % of the picture; 180: any",
     )
     lod_silhouette: float = number(
-        0.03,
-        low=0.001,
-        high=100.0,
-        unit="of its pixels",
-        meaning="share of pixels that only a level of detail or only the finest may cover",
+        0.004,
+        low=0.0001,
+        high=1.0,
+        unit="of its box",
+        meaning="share of the pixels around it that only a level of detail or only the finest covers; 1: any",
     )
     vram_mb: float | None = number(
         None,
