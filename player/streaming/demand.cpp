@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 namespace paradize {
 
@@ -193,10 +192,9 @@ void Demand::add_surfaces(const View &main, std::vector<float> &errors) const {
     for (const MapUse &map : terrain_maps_) {
         add_map(map, pixels_at(eye_m - static_cast<double>(file.terrain->height_range_m.y)), errors);
     }
-    if (sky_.count != 0) { // a face covers a right angle
+    if (sky_.count != 0) { // texels are largest in the middle of a face: two units wide, one unit away
         const auto edge_px = static_cast<float>(streamer_.texture(file.sky)->width_px());
-        const float texels_per_rad = edge_px / (0.5F * std::numbers::pi_v<float>);
-        add_map({sky_, texels_per_rad}, main.pixels_at_1m, errors);
+        add_map({sky_, 0.5F * edge_px}, main.pixels_at_1m, errors);
     }
 }
 

@@ -31,6 +31,7 @@ struct StreamItem {
     StreamedTile tile;
     assets::ArtifactKind kind = assets::ArtifactKind::sound;
     std::string sha256;
+    std::optional<int> max_level; // coarsest mip to sample
     std::size_t pieces_left = 0;
     bool drawn = true; // something in its scene refers to it
 
@@ -68,7 +69,7 @@ struct StreamItem {
         } else if (kind == assets::ArtifactKind::mesh) {
             mesh.finish(piece.first_level);
         } else {
-            make_sampled(loaded.ktx, finer);
+            make_sampled(loaded.ktx, {finer, piece.first_level}, max_level);
             texture.texture_ = std::move(finer);
             texture.finest_ = static_cast<int>(piece.first_level);
         }
@@ -85,7 +86,7 @@ struct StreamItem {
             const std::uint32_t coarser = piece.first_level + piece.levels;
             gl::Texture left = allocate_texture(loaded.ktx, coarser, best_storage());
             copy_levels(loaded.ktx, {texture.texture_, piece.first_level}, {left, coarser});
-            make_sampled(loaded.ktx, left);
+            make_sampled(loaded.ktx, {left, coarser}, max_level);
             texture.texture_ = std::move(left);
             texture.finest_ = static_cast<int>(coarser);
         }
@@ -152,6 +153,7 @@ struct Streamer::Impl {
         StreamItem &item = *items[index];
         item.kind = scene.artifacts[index].kind;
         item.sha256 = scene.artifacts[index].sha256;
+        item.max_level = scene.artifacts[index].max_level;
         item.loaded = std::move(loaded);
         item.drawn = scene.artifacts[index].drawn;
         const std::vector<assets::Piece> &plan = item.loaded.plan.pieces;

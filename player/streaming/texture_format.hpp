@@ -7,6 +7,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 
 namespace paradize {
@@ -21,14 +22,15 @@ void check_support(const assets::Ktx2 &ktx, const std::string &file);
 /// Allocates the levels from `first_level` of the file on, as levels 0, 1 ... of the texture. Nothing can be
 /// sampled until make_sampled(). Repeat and trilinear, cube maps clamp.
 gl::Texture allocate_texture(const assets::Ktx2 &ktx, std::uint32_t first_level, Storage storage);
-/// Makes all levels visible.
-void make_sampled(const assets::Ktx2 &ktx, const gl::Texture &texture);
-
 /// A texture and the level of the file that is its level 0.
 struct LevelsFrom {
     const gl::Texture &texture;
     std::uint32_t first_level = 0;
 };
+/// Makes all levels visible. While finer ones are missing, `max_level` is the coarsest level of the file to
+/// sample: samplers count from the texture's own level 0.
+void make_sampled(const assets::Ktx2 &ktx, LevelsFrom levels, std::optional<int> max_level);
+
 /// Copies the levels that both have, on the device where the driver has ARB_copy_image.
 void copy_levels(const assets::Ktx2 &ktx, LevelsFrom from, LevelsFrom to);
 /// The same without ARB_copy_image.

@@ -13,6 +13,7 @@
 
 #include <algorithm>
 #include <array>
+#include <optional>
 #include <string>
 #include <thread>
 #include <utility>
@@ -422,6 +423,29 @@ TEST_CASE("textures: levels are copied between textures of other sizes, on the d
             }
         }
     }
+    test::throw_on_error();
+}
+
+TEST_CASE(
+    "textures: the coarsest level to sample stays the same level of the file while finer ones are missing") {
+    if (!test::have_context()) {
+        return;
+    }
+    const test::Bytes bytes = test::ktx2_file(assets::PixelFormat::rgba8_unorm, 32, 32); // six levels
+    const assets::Ktx2 ktx = assets::read_ktx2(bytes, "a.ktx2");
+    const auto coarsest = [&](std::uint32_t first_level, std::optional<int> max_level) {
+        const gl::Texture texture = allocate_texture(ktx, first_level, best_storage());
+        make_sampled(ktx, {texture, first_level}, max_level);
+        GLint last = 0;
+        glGetTexParameteriv(GL_TEXTURE_2D, GL_TEXTURE_MAX_LEVEL, &last);
+        return last + static_cast<GLint>(first_level);
+    };
+    CHECK(coarsest(0, 3) == 5); // whole textures are limited by their samplers
+    CHECK(coarsest(1, 3) == 3);
+    CHECK(coarsest(2, 3) == 3);
+    CHECK(coarsest(4, 3) == 4); // nothing finer is there
+    CHECK(coarsest(2, 31) == 5);
+    CHECK(coarsest(2, std::nullopt) == 5);
     test::throw_on_error();
 }
 
