@@ -35,7 +35,7 @@ const draco = new DRACOLoader().setDecoderPath("/three/examples/jsm/libs/draco/g
 // info: statements of the MTL, of which MTLLoader leaves out the physical ones. picture(file): a texture or null.
 // blender: Blender wrote it, with a Ns and a Ks of its own.
 function physical(material, info, picture, blender) {
-    const used = new MeshPhysicalMaterial({ name: material.name, vertexColors: material.vertexColors });
+    const used = new MeshPhysicalMaterial({ name: material.name });
     const exponent = info.ns === undefined ? null : Math.max(parseFloat(info.ns), 0);
     const phong = info.pr === undefined;
     if (!phong) {
@@ -157,6 +157,9 @@ async function load(path) {
     object.traverse((part) => {
         if (part.isMesh) {
             part.material = Array.isArray(part.material) ? part.material.map(used) : used(part.material);
+            for (const material of [part.material].flat()) {
+                material.vertexColors = part.geometry.hasAttribute("color"); // OBJLoader: only without an MTL
+            }
         }
     });
     return [object, missing];
