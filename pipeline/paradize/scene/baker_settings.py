@@ -159,7 +159,8 @@ class AuthoredSettings(TextureSettings, CastSettings):
     green_down: whether green points down in the normal map; None: as its slopes say, with a warning. Factors
     of the material, which are baked in where the map has a picture: normal_scale, of x and y; roughness,
     metalness, specular, 0 to 1; occlusion_strength, 0 to 1. occlusion_cast: the occlusion is cast from the UV
-    layout's model.
+    layout's model. bumps: where the material's normals are made of a picture instead of drawn, the fields of
+    MapSettings that they are made with; the picture has the role "bumps", and only gloss reads it.
     """
 
     only: Sequence[str] = AUTHORED
@@ -172,6 +173,7 @@ class AuthoredSettings(TextureSettings, CastSettings):
     specular: float = 1.0
     occlusion_strength: float = 1.0
     occlusion_cast: bool = False
+    bumps: Mapping[str, Any] | None = None
 
 
 @dataclass(frozen=True, kw_only=True)

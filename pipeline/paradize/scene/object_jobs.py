@@ -90,12 +90,18 @@ def add_map_set(
         ]
         required.add(f"{name} {what}", baker, sources | layout, outputs, one.materials, **settings)
 
-    def add_maps(what: str, picture: Path, source: str, keys: Sequence[str], strength: float) -> None:
-        groups = list(one.gloss_groups)
-        maps = MapSettings.of(
-            one.relief, only=list(keys), source=source, strength=strength, gloss_groups=groups, **common
+    def maps_of(source: str, keys: Sequence[str], groups: Sequence[str] = ()) -> dict[str, Any]:
+        """Settings of maps that are made of the picture `source`, "color" or "height"."""
+        strength = one.strength if source == "color" else one.height_strength
+        only, shiny = list(keys), list(groups)
+        return asdict(
+            MapSettings.of(
+                one.relief, only=only, source=source, strength=strength, gloss_groups=shiny, **common
+            )
         )
-        add(what, "maps", {"image": picture}, keys, **asdict(maps))
+
+    def add_maps(what: str, source: str, keys: Sequence[str]) -> None:
+        add(what, "maps", {"image": has[source]}, keys, **maps_of(source, keys, one.gloss_groups))
 
     if "color" in inputs:
         sources = {role: has[role] for role in ("color", "alpha") if role in has}
@@ -115,7 +121,7 @@ def add_map_set(
     roles = {key: [role for role in MADE_OF[key] if role in has] for key in AUTHORED if key in inputs}
     if "normal" in inputs and "normal" not in has and "height" in has:
         roles["normal"] = []  # made of the heights
-        add_maps("bumps", has["height"], "height", ["normal"], one.height_strength)
+        add_maps("bumps", "height", ["normal"])
     elif "normal" in roles:
         roles["normal"] = ["normal"] if "normal" in has else []
     cast = one.casts_occlusion and "occlusion" in roles
@@ -123,13 +129,18 @@ def add_map_set(
     if drawn_maps:
         own = [role for key in drawn_maps for role in roles[key]]
         own += ["normal"] if "gloss" in drawn_maps and "normal" in has and "normal" not in own else []
-        authored = AuthoredSettings(only=drawn_maps, **_fields(one.authored, own, cast=cast), **common)
-        add("drawn maps", "authored", {role: has[role] for role in own}, drawn_maps, **asdict(authored))
+        sources, bumps = {role: has[role] for role in own}, None
+        if "gloss" in drawn_maps and "normal" in inputs and "normal" not in has:
+            source = "height" if "height" in has else "color"
+            sources["bumps"], bumps = has[source], maps_of(source, ["normal"])
+        fields_of = _fields(one.authored, own, cast=cast)
+        authored = AuthoredSettings(only=drawn_maps, bumps=bumps, **fields_of, **common)
+        add("drawn maps", "authored", sources, drawn_maps, **asdict(authored))
     if "color" in inputs and "color" in has:
         made = [key for key in DERIVED if key in inputs and key in one.derived and not roles.get(key)]
         if "height" in has and "normal" not in has:
             made = [key for key in made if key != "normal"]
-        add_maps("maps", has["color"], "color", made, one.strength)
+        add_maps("maps", "color", made)
     if "emission" in inputs:
         emission = ColorSettings(product="emission", **plain)
         add("emission", "color", {"image": has["emission"]}, ["emission"], **asdict(emission))

@@ -69,6 +69,37 @@ def test_each_material_has_the_maps_that_its_pictures_make_and_check_finds_nothi
     assert not found, found
 
 
+@pytest.mark.parametrize(
+    ("picture", "size", "tiled"), [("height", 64, True), ("height", 48, False), ("color", 64, False)]
+)
+def test_drawn_gloss_widens_by_the_normals_that_are_made_beside_it(
+    tmp_path: Path, picture: str, size: int, tiled: bool
+) -> None:
+    scene = make_panels(tmp_path / "s")
+    grains = np.random.default_rng(7).normal(0.0, 60.0, (size, size, 1))
+    grains = sum(np.roll(grains, (k // 3, k % 3), (0, 1)) for k in range(9)) / 3.0
+    rough = np.clip(grains + 128.0, 0.0, 255.0).astype(np.uint8)
+    made_of = "map_Kd bumps.png" if picture == "color" else "map_Bump -bm 0.02 bumps.png"
+    write_image(tmp_path / "s/bumps.png", rough.repeat(3, axis=2))
+    write_image(tmp_path / "s/smooth.png", noise(8, 1) // 8)
+    (tmp_path / "s/panel.mtl").write_text(f"newmtl wood\n{made_of}\nmap_Pr smooth.png\nPm 1\n")
+    uvs = {"low": 0.0, "high": 2.5} if tiled else {}
+    (tmp_path / "s/panel.obj").write_text(squares(["wood"], "panel.mtl", **uvs))
+    text = scene.read_text().split("[object.material.metal]")
+    strength = "strength = 3.0\n" if picture == "color" else ""
+    scene.write_text(text[0] + strength + "[[object.instance]]" + text[1].split("[[object.instance]]")[1])
+    report, manifest = baked(scene, tmp_path / "out")
+    maps = manifest["objects"][0]["materials"]["wood"]["maps"]
+    assert maps["normal"] and maps["gloss"]
+    found = list(check_paths([tmp_path / "out"]))
+    assert not found, found
+    (gloss,) = (one for one in report.artifacts if one.name == maps["gloss"])
+    assert max(level["width_mean_deg"] for level in gloss.levels) < 1.0
+    texture = decode_ktx2((tmp_path / "out" / gloss.file).read_bytes())
+    fine, coarse = (float(decode_texels(texture, level)[:, :, 1].mean()) for level in (0, 2))
+    assert coarse < fine - 0.1
+
+
 def test_the_bytes_do_not_depend_on_the_number_of_workers(tmp_path: Path) -> None:
     scene = make_panels(tmp_path / "s")
     names = []

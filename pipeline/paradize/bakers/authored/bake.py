@@ -19,9 +19,10 @@ import numpy as np
 from paradize.bakers.authored.cast import CastMap, cast_occlusion
 from paradize.bakers.authored.normals import normal_coding
 from paradize.bakers.authored.pictures import Drawn, read_drawn
-from paradize.bakers.authored.rows import F64, Channel, Layouts, NormalRows, ValueRows
+from paradize.bakers.authored.rows import F64, Channel, Layouts, MadeNormals, NormalRows, ValueRows
 from paradize.bakers.authored.textures import GlossMap, NormalMap, ValueMap
-from paradize.bakers.maps.bake import read_layout, unit_of_heights
+from paradize.bakers.maps.bake import map_rows, read_layout, unit_of_heights
+from paradize.bakers.maps.rows import MapRows
 from paradize.bakers.product import (
     MapProduct,
     constant_product,
@@ -36,7 +37,7 @@ from paradize.errors import BakeError
 from paradize.jobs.progress import report_step
 from paradize.map_table import AUTHORED
 from paradize.metrics.authored import true_occlusion, true_smoothness
-from paradize.scene.baker_settings import AuthoredSettings
+from paradize.scene.baker_settings import AuthoredSettings, MapSettings
 from paradize.stages.compress import formats_of
 from paradize.tiers import TIERS
 
@@ -65,9 +66,9 @@ def bake_authored(
     `occlusion_cast` there is no picture of occlusion: it is cast from the model `uv`.
 
     settings: None: as they are by themselves; changes: fields of them that are others. uv: a model whose UV
-    layout the pictures follow; its gutters are filled. Where there is a normal map, the mips of gloss are
-    rougher by what its own mips lose. measure: False leaves out errors (and with them the budget). fmt: the
-    format of all of them, whatever the tier and the budget say.
+    layout the pictures follow; its gutters are filled. Where there is a normal map, or a picture "bumps" that
+    one is made of, the mips of gloss are rougher by what its own mips lose. measure: False leaves out errors
+    (and with them the budget). fmt: the format of all of them, whatever the tier and the budget say.
     Raises SourceError for what cannot be read, BakeError for settings that cannot be met.
     """
     used = replace(settings or AuthoredSettings(), **changes)
@@ -85,7 +86,11 @@ def bake_authored(
     layouts: Layouts = cache(
         lambda size: None if uv is None else read_layout(uv, size[0], size[1], wrap, materials=materials)
     )
-    maps = _Maps(drawn, used, layouts, wrap, measure)
+    bumps = None
+    if "gloss" in names and "normal" not in drawn and "bumps" in sources:
+        made_with = MapSettings(**used.bumps or {})
+        bumps = map_rows(sources["bumps"], made_with, uv=uv, tier=tier, measure=measure)[0]
+    maps = _Maps(drawn, used, layouts, wrap, measure, bumps)
     made = {name: _product(name, maps, used, tier, fmt) for name in names}
     return made if cast is None else made | {"occlusion": _with_cast(made["occlusion"], cast)}
 
@@ -104,7 +109,7 @@ def _with_cast(product: MapProduct, cast: CastMap) -> MapProduct:
 
 def _names(sources: Mapping[str, Path], settings: AuthoredSettings, tier: str) -> list[str]:
     """The maps to make. Raises BakeError for settings that cannot be met."""
-    known = [role for roles in ROLES.values() for role in roles]
+    known = [*(role for roles in ROLES.values() for role in roles), "bumps"]
     one_of("map", [name for name in settings.only if name not in AUTHORED], AUTHORED)
     one_of("role", [role for role in sources if role not in known], known)
     one_of("tier", [] if tier in TIERS else [tier], TIERS)
@@ -134,8 +139,9 @@ class _Maps:
         layouts: Layouts,
         wrap: tuple[bool, bool],
         measure: bool,
+        bumps: MapRows | None,
     ) -> None:
-        self._drawn, self._settings, self._layouts = drawn, settings, layouts
+        self._drawn, self._settings, self._layouts, self._bumps = drawn, settings, layouts, bumps
         self._wrap, self._measure = wrap, measure
         self._coding = cache(self._find_coding)
 
@@ -150,7 +156,11 @@ class _Maps:
         truth = rows.truth(self._layouts) if self._measure else None
         if name != "gloss":
             return ValueMap(rows, truth), warnings
-        normals = self._normals(rows.size) if "normal" in self._drawn else None
+        normals: NormalRows | MadeNormals | None = None
+        if "normal" in self._drawn:
+            normals = self._normals(rows.size)
+        elif self._bumps is not None:
+            normals = MadeNormals(self._bumps, self._layouts, self._wrap, rows.size)
         return GlossMap(rows, normals, truth), warnings
 
     def _find_coding(self) -> tuple[Any, list[str]]:

@@ -7,14 +7,14 @@ picture is enlarged as a sampler would show it.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
 
 from paradize.bakers.authored.pictures import Drawn, Values
-from paradize.bakers.maps.rows import Layout
-from paradize.data import DrawnNormals
+from paradize.bakers.maps.rows import Layout, MapRows
+from paradize.data import DrawnNormals, HeightMap
 from paradize.metrics.authored import (
     true_normals,
     true_resized,
@@ -22,6 +22,7 @@ from paradize.metrics.authored import (
 )
 from paradize.stages import gutter
 from paradize.stages.authored import NormalCoding, drawn_normals, shares
+from paradize.stages.filters import REFERENCE_FILTER
 from paradize.stages.resample import resized
 from paradize.stages.sweep import bands_of
 
@@ -144,10 +145,7 @@ class NormalRows:
             scale=coding.scale,
         )
         if self._resized is not None:
-            planes = (vectors[:, :, k].astype(np.float64) for k in range(3))
-            vectors = np.stack([true_resized(p, *self.size, self._wrap) for p in planes], axis=2).astype(
-                np.float32
-            )
+            return _fitted(vectors, self.size, self._wrap, self.layout)
         return DrawnNormals(vectors, None if self.layout is None else self.layout.islands)
 
     def constant(self) -> tuple[float, ...] | None:
@@ -156,3 +154,45 @@ class NormalRows:
             if self.rows(first, last)[:, :, :2].any():
                 return None
         return 0.0, 0.0, 1.0
+
+
+class MadeNormals:
+    """Rows of normals that are made of another picture, for the gloss of this size beside them."""
+
+    def __init__(self, made: MapRows, layouts: Layouts, wrap: Wrap, size: Size) -> None:
+        self._made, self._layout, self._wrap, self._size = made, layouts(size), wrap, size
+        self._resized = None
+        if made.height_map.heights.shape != size:
+            self._resized = resized(_whole(made), *size, wrap)
+
+    def rows(self, first: int, last: int) -> F32:
+        """Normals (n, w, 3), gutters filled: unit at the picture's own size, else their means."""
+        if self._resized is None:
+            return self._made.rows("normal", first, last)
+        rows: F32 = _filled(self._resized, self._layout, first, last)
+        return rows
+
+    def truth(self) -> HeightMap | DrawnNormals:
+        """What metrics compare with: the heights; of another size the normals of the reference filter."""
+        known = self._made.height_map
+        if self._resized is None:
+            return known
+        heights = known.heights if known.reference_heights is None else known.reference_heights
+        vectors = _whole(
+            self._made.with_heights(
+                replace(known, heights=heights, filter_name=REFERENCE_FILTER, clamp_slopes=False)
+            )
+        )
+        return _fitted(vectors, self._size, self._wrap, self._layout)
+
+
+def _whole(made: MapRows) -> F32:
+    """All normals (h, w, 3) of a picture."""
+    return np.concatenate([made.rows("normal", *band) for band in bands_of(*made.height_map.heights.shape)])
+
+
+def _fitted(vectors: F32, size: Size, wrap: Wrap, layout: Layout | None) -> DrawnNormals:
+    """The reference of normals (h, w, 3) on a map of another size."""
+    planes = (vectors[:, :, k].astype(np.float64) for k in range(3))
+    made = np.stack([true_resized(plane, *size, wrap) for plane in planes], axis=2).astype(np.float32)
+    return DrawnNormals(made, None if layout is None else layout.islands)

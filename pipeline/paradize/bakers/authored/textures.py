@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from paradize.bakers.authored.rows import NormalRows, ValueRows
-from paradize.data import DrawnNormals, Texture
+from paradize.bakers.authored.rows import MadeNormals, NormalRows, ValueRows
+from paradize.data import DrawnNormals, HeightMap, Texture
 from paradize.metrics.levels import gloss_levels, normal_levels, value_levels
 from paradize.stages.compress import LevelWriter, encode_rows
 from paradize.stages.mips import gloss_bundle, gloss_rows, half_maps, unit_rows
@@ -64,9 +64,9 @@ class GlossMap:
     """The textures of gloss: smoothness as squared roughness, widened by what averaging took from the normals
     beside it (normals; None: there are none)."""
 
-    def __init__(self, rows: ValueRows, normals: NormalRows | None, truth: F32 | None) -> None:
+    def __init__(self, rows: ValueRows, normals: NormalRows | MadeNormals | None, truth: F32 | None) -> None:
         self.rows, self._normals, self._truth = rows, normals, truth
-        self._normal_truth = None
+        self._normal_truth: DrawnNormals | HeightMap | None = None
         if truth is not None:
             self._normal_truth = self._upright() if normals is None else normals.truth()
 

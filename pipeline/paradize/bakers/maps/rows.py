@@ -117,6 +117,12 @@ class MapRows:
         if layout is not None and layout.filled and names != ("height",):
             self._border = gutter.Border(layout.islands, partial(normal_rows, height_map))
 
+    def with_heights(self, height_map: HeightMap) -> MapRows:
+        """The same rows, of other heights or another filter."""
+        return MapRows(
+            height_map, self.names, self._unit, self._picture, self._gloss, self._layout, self._truth
+        )
+
     def rows(self, name: str, first: int, last: int) -> F32:
         """Rows of "normal" (n, w, 3), unit; of a map of values (n, w, its channels), 0..1."""
         if name == "normal":
