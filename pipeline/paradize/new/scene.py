@@ -125,7 +125,6 @@ def _copy_model(source: Path, aside: Path) -> _Model:
         notes=list(read.warnings),
     )
     if read.views:
-        model.notes = [note for note in read.warnings if note not in read.views.left_out]
         model.notes += read.views.notes
         model.notes += [f"{source}: {note}" for note in model.sun.notes]
     if not SMALLEST <= model.radius <= LARGEST:

@@ -47,12 +47,11 @@ class Light:
 
 @dataclass(frozen=True)
 class Views:
-    """The cameras and lights beside a model. left_out: the model's warnings that they are not read, for who
-    takes them. notes: what is broken of them."""
+    """The cameras and lights beside a model, of which `new` makes a flight and a sun. notes: what is broken
+    of them."""
 
     cameras: list[Camera]
     lights: list[Light]
-    left_out: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
 
 

@@ -91,7 +91,15 @@ def test_the_sun_is_the_directional_light_of_the_model(tmp_path: Path) -> None:
     assert new.taken == ["the sun is the light 'noon'"]
     assert "the point light 'bulb' is left out" in new.notes[0]
     assert "the directional light 'noon' is left out: a scene has one sun" in new.notes[1]
-    assert any(LIGHTS in text for text in read_model(tmp_path / "Panel.glb").warnings), "for other commands"
+
+
+def test_other_readers_of_a_model_are_not_warned_of_its_cameras_and_lights(tmp_path: Path) -> None:
+    """They are no part of a mesh; a scene of `new` has taken those that it can have."""
+    made = panel({"camera": 0, "translation": [0, 0, 4]}, {"extensions": light(0)})
+    perspective(made, 30)
+    read = read_model(lit(made, {"type": "directional"}).glb(tmp_path / "Panel.glb"))
+    assert read.views and read.views.cameras and read.views.lights
+    assert not read.warnings
 
 
 def test_cameras_and_lights_that_a_scene_cannot_have_are_named(tmp_path: Path) -> None:

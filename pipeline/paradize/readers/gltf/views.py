@@ -20,12 +20,6 @@ _MAX_NAME = 80
 
 def read_views(document: Document, nodes: Nodes, shown: list[int]) -> Views:
     """Returns what stands in the scene. shown: its nodes."""
-    before = len(document.warnings)
-    if document.table("cameras"):
-        document.warn("its cameras are left out; a scene has its own")
-    if _LIGHTS in document.get(document.tree, "", "extensionsUsed", list, []):
-        document.warn(f"extension {_LIGHTS} is left out: lights; a scene has its own")
-    left_out = tuple(document.warnings[before:])
     cameras: list[Camera] = []
     lights: list[Light] = []
     notes: list[str] = []
@@ -41,7 +35,7 @@ def read_views(document: Document, nodes: Nodes, shown: list[int]) -> Views:
                 lights.append(_light(document, number, nodes.world[node], entry))
         except SourceError as error:
             notes.append(str(error))
-    return Views(cameras, lights, left_out, tuple(notes))
+    return Views(cameras, lights, tuple(notes))
 
 
 def _camera(document: Document, number: int, matrix: Matrix, node: dict[str, Any]) -> Camera:
