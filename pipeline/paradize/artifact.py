@@ -30,8 +30,8 @@ REPORTED = (
     "filter", "tried", "over", "left_out",
 )  # fmt: skip
 PUBLISHED = (
-    "levels", "file", "kind", "sha256", "bytes", "tier", "errors", "first_needed_s", "max_level", "asked",
-    "gutter",
+    "levels", "file", "kind", "sha256", "bytes", "tier", "errors", "first_needed_s", "max_level",
+    "required_detail", "gutter",
 )  # fmt: skip
 
 
@@ -45,11 +45,11 @@ class Artifact:
     tier: the one that was used. errors: metric -> value, six digits; of textures those of the finest level.
     levels: what was measured of each level, the finest first. format: KTX2's, of textures. reason: why it is
     not what its tier declares. filter: the derivative filter behind it. warnings: of its job.
-    status: "baked", "reused" or "failed". seconds: of its job. tried: what `auto` tried, {"asked", "taken",
-    "errors"}. over: the metrics beyond their budget, as text. left_out: finer levels that no view asks for.
-    first_needed_s: the second of the flight. max_level: the last level whose gutters are wide enough; None:
-    any. asked: what the flight asks of it, {"left_out", "saved_bytes", "texels", "second_s", "view"}. gutter:
-    what was measured of its gutters, as FORMAT.md says.
+    status: "baked", "reused" or "failed". seconds: of its job. tried: what `auto` tried, {"requested",
+    "taken", "errors"}. over: the metrics beyond their budget, as text. left_out: finer levels that no view
+    asks for. first_needed_s: the second of the flight. max_level: the last level whose gutters are wide
+    enough; None: any. required_detail: what the flight asks of it, {"left_out", "saved_bytes", "texels",
+    "second_s", "view"}. gutter: what was measured of its gutters, as FORMAT.md says.
     """
 
     name: str
@@ -72,7 +72,7 @@ class Artifact:
     left_out: int = 0
     first_needed_s: float = 0.0
     max_level: int | None = None
-    asked: dict[str, Any] | None = None
+    required_detail: dict[str, Any] | None = None
     gutter: dict[str, Any] | None = None
 
     @property

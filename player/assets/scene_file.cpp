@@ -132,11 +132,11 @@ class SceneReader {
             if (entry.has("max_level")) {
                 artifact.max_level = static_cast<int>(entry.integer("max_level", 0, 31));
             }
-            if (const auto asked = entry.object_or_none("asked")) {
-                artifact.trimmed_levels = static_cast<int>(asked->integer("left_out", 0, 31));
-                asked->ignore({"saved_bytes", "coarser_left_out", "texels", "second_s",
-                               "view"}); // for `paradize explain`
-                asked->reject_unknown_keys();
+            if (const auto detail = entry.object_or_none("required_detail")) {
+                artifact.trimmed_levels = static_cast<int>(detail->integer("left_out", 0, 31));
+                detail->ignore({"saved_bytes", "coarser_left_out", "texels", "second_s",
+                                "view"}); // for `paradize explain`
+                detail->reject_unknown_keys();
             }
             entry.ignore({"tier", "errors", "levels", "gutter"}); // for `paradize check`
             entry.reject_unknown_keys();

@@ -107,7 +107,7 @@ def write_scene(folder: Path, *, bare: bool = False, terrain: Tiled | None = Non
             "errors": {},
             "levels": [],
             "max_level": None,
-            "asked": None,
+            "required_detail": None,
             "gutter": None,
             "first_needed_s": 0.0,
         }

@@ -25,7 +25,7 @@ from paradize.store.local import Stamp
 from paradize.tiers import AUTO, FINER_FORMAT, LABELS, TIERS
 
 # By artifact: the tier requested, the tier taken, and the errors of each tried tier in the metrics that the
-# budget limits: {"asked", "taken", "errors": {tier: {metric: value}}}.
+# budget limits: {"requested", "taken", "errors": {tier: {metric: value}}}.
 TriedTiers = dict[str, dict[str, Any]]
 
 # By artifact, then tier: errors that can only be measured on several artifacts together.
@@ -162,5 +162,5 @@ def _tried_tiers(choices: list[_Choice], tasks: list[Task]) -> TriedTiers:
         for output in task.outputs:
             if output.kind:
                 errors = {tier: errors.get(output.product, {}) for tier, errors in choice.measured.items()}
-                tried[output.artifact] = {"asked": choice.requested, "taken": taken, "errors": errors}
+                tried[output.artifact] = {"requested": choice.requested, "taken": taken, "errors": errors}
     return tried

@@ -70,6 +70,6 @@ def without_coarsest(
     }
     left_out = {"coarser_left_out": len(facts.lods) - count}
     mesh = replace(
-        mesh, levels=levels, errors=errors, sha256=sha256, bytes=kept.stat().st_size, asked=left_out
+        mesh, levels=levels, errors=errors, sha256=sha256, bytes=kept.stat().st_size, required_detail=left_out
     )
     return mesh, replace(facts, lods=facts.lods[:count], switch_m=facts.switch_m[:count]), kept

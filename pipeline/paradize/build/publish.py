@@ -276,7 +276,7 @@ def _note_late_errors(scene: Scene, baked: _Baked, meshes: list[str], late_error
     is_new = False
     for name in meshes:
         one = baked.artifacts[name]
-        if not one.tried or one.tried["asked"] != AUTO or one.tried["taken"] in late_errors.get(name, {}):
+        if not one.tried or one.tried["requested"] != AUTO or one.tried["taken"] in late_errors.get(name, {}):
             continue
         late = ("lod_mapped_", "lod_seen_")
         errors = {metric: value for metric, value in one.errors.items() if metric.startswith(late)}

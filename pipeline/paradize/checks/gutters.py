@@ -65,7 +65,7 @@ def _layout(
             width, height = texture.width << left, texture.height << left
             if max(width, height) > MAX_SIZE:
                 what = f"{left} finer levels than {texture.width} x {texture.height} texels are none"
-                place = f"artifacts.{name}.asked.left_out"
+                place = f"artifacts.{name}.required_detail.left_out"
                 yield Finding("PZ102", str(folder / SCENE_FILE), what, place)
                 continue
             if mesh.uvs is not None and (width, height) not in borders:
@@ -86,7 +86,7 @@ def _read(manifest: dict[str, Any], folder: Path, name: str) -> bytes:
 
 def _left_out(artifact: dict[str, Any]) -> int:
     """The number of finer levels that the bake made and did not publish."""
-    return int(artifact["asked"]["left_out"]) if artifact["asked"] else 0
+    return int(artifact["required_detail"]["left_out"]) if artifact["required_detail"] else 0
 
 
 def _padded(levels: list[F32], left: int) -> list[F32]:

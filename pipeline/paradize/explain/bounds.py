@@ -75,7 +75,7 @@ def _texture(key: str, entry: dict[str, Any], *, moved: bool) -> dict[str, Any]:
         )
     if any("alpha_psnr_db" in level for level in levels):
         unbounded.append("alpha (of which the PSNR is known)")
-    left_out = entry["asked"]["left_out"] if entry["asked"] else 0
+    left_out = entry["required_detail"]["left_out"] if entry["required_detail"] else 0
     if left_out:
         unbounded.append(
             "triangles that show a line or a point of it (they may need levels that are left out)"

@@ -33,20 +33,20 @@ def economy(
     format, of maps that its picture could give and no pass reads (only for the first artifact of a picture);
     `seen`: of a mesh's coarser levels, where they take over and how they look there. None if no distance
     limits its detail. textures: from textures_by_owner."""
-    asked = manifest["artifacts"][artifact]["asked"]
-    if asked is None:
+    detail = manifest["artifacts"][artifact]["required_detail"]
+    if detail is None:
         return None
-    facts: dict[str, Any] = dict(asked) | {"limit": None, "maps": {}, "seen": []}
+    facts: dict[str, Any] = dict(detail) | {"limit": None, "maps": {}, "seen": []}
     if manifest["artifacts"][artifact]["kind"] == "mesh":
         facts["seen"] = _seen(manifest, artifact)
-    if asked["texels"] == 0.0:
+    if detail["texels"] == 0.0:
         facts["limit"] = _limit(manifest, artifact)
     owner, _, key = artifact.rpartition("_")
     maps = textures.get(owner, [])
     if key != "mesh" and owner and maps and artifact == maps[0]:
         side = _size(folder / manifest["artifacts"][artifact]["file"])
         if side is not None:
-            width, height = (size << asked["left_out"] for size in side)
+            width, height = (size << detail["left_out"] for size in side)
             absent = [name for name in DERIVED if f"{owner}_{name}" not in maps]
             facts["maps"] = {name: chain_bytes(name, width, height) for name in absent}
     return facts
@@ -87,10 +87,10 @@ def saved_bytes(artifacts: Iterable[dict[str, Any]]) -> dict[str, int]:
     that no pass reads. artifacts: as in `explain --json`."""
     saved = {"levels": 0, "patches": 0, "maps": 0}
     for facts in artifacts:
-        asked, demand = facts["asked"], facts["demand"]
-        if asked:
-            saved["levels"] += asked["saved_bytes"]
-            saved["maps"] += sum(asked["maps"].values())
+        detail, demand = facts["required_detail"], facts["demand"]
+        if detail:
+            saved["levels"] += detail["saved_bytes"]
+            saved["maps"] += sum(detail["maps"].values())
         if demand:  # of the whole terrain, the same for each of its files
             saved["patches"] = demand["left_out_bytes"]
     return saved

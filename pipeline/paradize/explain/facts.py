@@ -132,7 +132,7 @@ def _facts(scene: Scene, job: BakeJob, output: Output, known: _Known | None, fol
         "gutter": None,
         "demand": None,
         "tried": None,
-        "asked": None,
+        "required_detail": None,
         "stale": None,
         "bound": None,
     }
@@ -140,7 +140,7 @@ def _facts(scene: Scene, job: BakeJob, output: Output, known: _Known | None, fol
         return facts
     facts |= {key: entry[key] for key in ("first_needed_s", "file", "bytes", "tier", "errors", "levels")}
     facts["tried"] = _tried(known.manifest, output.artifact)
-    facts["asked"] = economy(known.manifest, folder, output.artifact, known.textures)
+    facts["required_detail"] = economy(known.manifest, folder, output.artifact, known.textures)
     facts["stale"] = stale(known.inputs, scene, job)
     facts["bound"] = known.bounds.get(output.artifact)
     if facts["bound"] and job.settings.get("weld_m"):
@@ -178,8 +178,8 @@ def _demand(terrain: dict[str, Any], artifact: str) -> dict[str, Any]:
     patches, tile = terrain["patches"], terrain["tiles"].index(artifact)
     levels = list(zip(patches["tile"], patches["level"], strict=True))
     here = Counter(level for number, level in levels if number == tile)
-    asked: dict[str, Any] = terrain["demand"]
-    return asked | {
+    demand: dict[str, Any] = terrain["demand"]
+    return demand | {
         "tiles": len(terrain["tiles"]),
         "patches": len(levels),
         "here": {str(level): count for level, count in sorted(here.items())},
@@ -194,7 +194,7 @@ def _parallax(materials: dict[str, Any]) -> dict[str, Any]:
         reach = 0.5 * abs(scale) + abs(bias)
         share = 1.0 if limit is None or reach <= limit else limit / reach
         parallax[name] = {
-            "asked": [scale, bias],
+            "requested": [scale, bias],
             "given": [scale * share, bias * share],
             "reach": reach,
             "limit": limit,

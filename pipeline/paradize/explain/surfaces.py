@@ -65,15 +65,15 @@ def mesh_bound(
     if nearest is not None:
         terms.append(_term("level 0", nearest) | {"parts": _parts(levels, errors_m[0], nearest.px)})
     for name, share in _QUALITIES:
-        asked_px = share * manifest["lod_error_px"]
+        accepted_px = share * manifest["lod_error_px"]
         movements = [
             (at, moved)
             for at in range(1, len(errors_m))
-            if (moved := camera.most_moved(_standing(item, at, errors_m, camera, asked_px))) is not None
+            if (moved := camera.most_moved(_standing(item, at, errors_m, camera, accepted_px))) is not None
         ]
         if movements:
             at, most = max(movements, key=lambda one: one[1].px)
-            terms.append(_term(name.format(f"level {at}", asked_px), most))
+            terms.append(_term(name.format(f"level {at}", accepted_px), most))
     return bound(_largest(terms), "px", "a pixel", terms, unbounded)
 
 
@@ -103,16 +103,16 @@ def _parts(levels: Sequence[dict[str, float]], error_m: float, px: float) -> dic
 
 
 def _standing(
-    item: dict[str, Any], at: int, errors_m: Sequence[float], camera: Camera, asked_px: float = 1.0
+    item: dict[str, Any], at: int, errors_m: Sequence[float], camera: Camera, accepted_px: float = 1.0
 ) -> Surfaces:
-    """A level of a mesh at each instance. asked_px: the error that the player accepts of a coarser level."""
+    """A level of a mesh at each instance. accepted_px: the error that the player accepts of coarser ones."""
     center = np.array([_placed(np.array(item["center"]), one) for one in item["instances"]]).reshape(-1, 3)
     scale = np.array([largest_scale(one) for one in item["instances"]], np.float64)
     core = item["radius_m"] * SIX * scale
     # The published sphere belongs to the finest level; source and level exceed it by at most this.
     beyond = (errors_m[at] + errors_m[0]) * scale
     switch = item["lods"][at]["error_m"] if at else 0.0
-    from_m = switch * scale * camera.pixels / asked_px
+    from_m = switch * scale * camera.pixels / accepted_px
     return Surfaces(center, core + beyond, errors_m[at] * scale, from_m, core, beyond)
 
 
@@ -178,14 +178,14 @@ def terrain_bounds(manifest: dict[str, Any], folder: Path, camera: Camera) -> di
         terms = []
         for words, share in (("the finest patches", 0.0), *_QUALITIES):
             rows = np.flatnonzero((tile == number) & ((diamond < 0) == (share == 0.0)))
-            asked_px = share * manifest["lod_error_px"]
-            from_m = accepted[rows] * camera.pixels / asked_px if share else np.zeros(len(rows))
+            accepted_px = share * manifest["lod_error_px"]
+            from_m = accepted[rows] * camera.pixels / accepted_px if share else np.zeros(len(rows))
             # A diamond's sphere contains the patch's, so the eye is at least as far from the patch.
             core = np.zeros(len(rows))
             part = Surfaces(center[rows], radius_m[rows], error_m[rows], from_m, core, error_m[rows])
             moved = camera.most_moved(part, partial(_patch, triangles, rows - first))
             if moved is not None:
                 off = {"error_m": float(error_m[rows[moved.row]])}
-                terms.append(_term(words.format("coarser patches", asked_px), moved) | off)
+                terms.append(_term(words.format("coarser patches", accepted_px), moved) | off)
         bounds[name] = bound(_largest(terms), "px", "a pixel", terms, _TERRAIN_OPEN)
     return bounds

@@ -73,8 +73,8 @@ def words_of(facts: dict[str, Any], details: bool = False) -> list[str]:
         lines += [f"  {words}" for words in _choice(facts["tried"])]
     if facts["demand"] is not None:
         lines += [f"  {words}" for words in _demand(facts["demand"])]
-    if facts["asked"] is not None:
-        lines += [f"  {words}" for words in economy_words(facts["asked"], facts["kind"])]
+    if facts["required_detail"] is not None:
+        lines += [f"  {words}" for words in economy_words(facts["required_detail"], facts["kind"])]
     if facts["bound"] is not None:
         lines += [f"  {words}" for words in bound_words(facts["bound"])]
     if facts["stale"] is not None:
@@ -92,10 +92,10 @@ def words_of(facts: dict[str, Any], details: bool = False) -> list[str]:
     lines += [f"  {words}" for words in facts["decides"]]
     for name, parallax in gutter["parallax"].items():
         if parallax["reach"] > 0.0:
-            scale, bias = parallax["asked"]
+            scale, bias = parallax["requested"]
             given = parallax["given"]
             limited = f"limited by the gutters to {given[0]:.4g} (bias {given[1]:.4g})"
-            how = "not limited" if given == parallax["asked"] else limited
+            how = "not limited" if given == parallax["requested"] else limited
             lines.append(f"  parallax of {name}: scale {scale:g} (bias {bias:g}), {how}")
     if details:
         lines.append("  level  99 of 100  largest")
@@ -107,7 +107,7 @@ def words_of(facts: dict[str, Any], details: bool = False) -> list[str]:
 def _choice(tried: dict[str, Any]) -> list[str]:
     """In words: the tier that was taken, and the errors of each tier beside their limits."""
     budget = Limits(tried["limits"]["hard"], tried["limits"]["soft"])
-    if tried["asked"] != AUTO:
+    if tried["requested"] != AUTO:
         words = [f"tier {tried['taken']} was requested and is beyond its budget; the tiers measured:"]
     elif not budget.aim:
         return [f"auto took tier {tried['taken']}: no budget limits it"]

@@ -127,7 +127,7 @@ check_artifact = table(  # the fields of paradize.artifact.PUBLISHED
     levels=list_of(map_of(_real)),
     first_needed_s=_positive,
     max_level=or_null(_level),
-    asked=or_null(_required_detail),
+    required_detail=or_null(_required_detail),
     gutter=or_null(_gutter),
 )
 
@@ -150,7 +150,7 @@ _manifest = table(
         waivers=list_of(
             table(rule=text, artifact=or_null(text), metric=or_null(text), reason=text, until=day)
         ),
-        tried=map_of(table(asked=text, taken=text, errors=map_of(map_of(_real)))),
+        tried=map_of(table(requested=text, taken=text, errors=map_of(map_of(_real)))),
     ),
     sun=table(direction=_vec3, color=_vec3, intensity=_positive, angular_diameter_rad=_positive),
     ambient=table(color=_vec3, intensity=_positive),

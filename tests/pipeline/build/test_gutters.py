@@ -454,12 +454,21 @@ def test_a_fault_is_named_by_the_level_that_is_published(scene: Path) -> None:
     paint(1, 3, 4, slice(4, 5))(scene)  # texels 12 to 15 of 32 across: beside the left island's border
     data = cut_ktx2(file_of(scene, "post_color").read_bytes(), 1, zstd_level=None)
     replace(scene, "post_color", data)
-    told = {"left_out": 1, "saved_bytes": 1, "texels": 9.0, "second_s": 0.0, "view": "camera"}
+    told: dict[str, Any] = {
+        "left_out": 1,
+        "saved_bytes": 1,
+        "coarser_left_out": 0,
+        "texels": 9.0,
+        "second_s": 0.0,
+    }
+    told["view"] = "camera"
 
     def edit(tree: dict[str, Any]) -> None:
         entry = tree["artifacts"]["post_color"]
         facts = gutter_without_finest(entry["gutter"] | {"max_level": entry["max_level"]}, 1)
-        entry.update(asked=told, max_level=facts.pop("max_level"), gutter=facts, levels=entry["levels"][1:])
+        entry.update(
+            required_detail=told, max_level=facts.pop("max_level"), gutter=facts, levels=entry["levels"][1:]
+        )
 
     change(scene, edit)
     found = [finding for finding in check_paths([scene]) if finding.code == "PZ221"]

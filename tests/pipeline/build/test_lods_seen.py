@@ -109,7 +109,7 @@ def test_a_scene_draws_its_levels_where_they_look_alike(
     nodes = json.loads(file[20 : 20 + int.from_bytes(file[12:16], "little")])["nodes"]
     assert [lod["error_m"] for lod in item["lods"]] == [node["extras"]["error_m"] for node in nodes]
     assert len(other["lods"]) == len(less["levels"])
-    whole = {len(found["levels"]) + found["asked"]["coarser_left_out"] for found in (mesh, less)}
+    whole = {len(found["levels"]) + found["required_detail"]["coarser_left_out"] for found in (mesh, less)}
     assert len(whole) == 1
     for lod, easy, level in zip(other["lods"][1:], item["lods"][1:], less["levels"][1:], strict=False):
         assert lod["error_m"] >= easy["error_m"]

@@ -364,5 +364,5 @@ def test_a_shared_texture_is_as_fine_as_its_nearest_user_needs(tmp_path: Path) -
         )
         path.write_text(text.replace("{walls}", walls))
         _, manifest = baked(path, tmp_path / case)
-        left_out[case] = manifest["artifacts"][f"{users[0]}_color"]["asked"]["left_out"]
+        left_out[case] = manifest["artifacts"][f"{users[0]}_color"]["required_detail"]["left_out"]
     assert left_out["far"] > left_out["near"] == left_out["both"]

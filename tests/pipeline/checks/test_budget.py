@@ -138,7 +138,7 @@ def test_beyond_hard_fails_beyond_soft_warns_and_both_name_artifact_value_limit_
     text = str(found["post_color"])
     assert f"color_psnr_db is {value:g} dB, soft budget 100" in text and "level 0" in text
     tried = tree["check"]["tried"]["post_color"]
-    assert tried["asked"] == tried["taken"] == "fast" and set(tried["errors"]) == {
+    assert tried["requested"] == tried["taken"] == "fast" and set(tried["errors"]) == {
         "fast",
         "balanced",
         "exact",

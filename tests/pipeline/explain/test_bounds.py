@@ -38,14 +38,15 @@ def baked(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFacto
     top = tmp_path_factory.mktemp("bounds")
     scene = make_cove(top / "scene")
     text = scene.read_text().replace("lods = 3\n", "lods = 3\nquantise = true\n")
-    text = text.replace('name = "cove"\n', 'name = "cove"\nviewport = [640, 360]\n')
+    text = text.replace(
+        'name = "cove"\n', 'name = "cove"\nviewport = [640, 360]\nlod_error_deg = 180\nlod_silhouette = 1\n'
+    )
     if request.param == "free camera":
         text += FREE
     if request.param == "by sight":  # level 0 is simplified
         text = text.replace("lods = 3", 'lods = 3\nlods_by = "sight"').replace("[9, 2, 0]", "[19, 2, 0]")
         text = text.replace("[0, 2, 9]", "[0, 2, 19]").replace("[-9, 2, 0]", "[-19, 2, 0]")
         text = text.replace("[0, 2, -9]", "[0, 2, -19]").replace("[640, 360]", "[64, 36]")
-        text = text.replace("[scene]\n", "[scene]\nlod_error_deg = 180\nlod_silhouette = 1\n")
     if request.param == "swift":
         text = text.replace("[flight]\n", "[flight]\nfov_deg = 85\n").replace(
             "lods = 3", "lods = 3\nlod_ratio = 0.3"
@@ -263,7 +264,7 @@ def test_no_texel_of_a_colour_and_no_mix_of_texels_is_farther_off(baked: Any) ->
     told = bounds["post_color"]
     texel = told["terms"][0]["value"]
     largest, rng = 0.0, np.random.default_rng(3)
-    left_out, last = entry["asked"]["left_out"], entry["max_level"]
+    left_out, last = entry["required_detail"]["left_out"], entry["max_level"]
     for level in range(left_out, 6 if last is None else left_out + last + 1):
         side = 32 >> level
         truth = light.reshape(side, 32 // side, side, 32 // side, 3).mean(axis=(1, 3)).reshape(-1, 3)

@@ -92,7 +92,7 @@ def test_the_deciding_number_is_in_the_words(close: tuple[Path, Path]) -> None:
 
 def test_parallax_asked_and_given_are_told(close: tuple[Path, Path]) -> None:
     parallax = told(*close, "post_height")["gutter"]["parallax"]["wood"]
-    assert parallax["asked"] == [0.4, 0.0]
+    assert parallax["requested"] == [0.4, 0.0]
     assert parallax["given"][0] == pytest.approx(2 * parallax["limit"])
     assert "limited" in render(explain(close[0], out=close[1]))
 
@@ -124,7 +124,7 @@ def test_maps_that_were_not_made_are_reckoned_in_the_size_that_the_picture_has(t
     """Two finer levels of 8 x 4 texels were left out: of heights, 8 bytes a block, from 32 x 16 down."""
     (tmp_path / "post_color.ktx2").write_bytes(IDENTIFIER + struct.pack("<8I", 0, 1, 8, 4, 0, 0, 1, 4))
     asked = {"left_out": 2, "saved_bytes": 9, "texels": 4.0, "second_s": 0.0, "view": "camera"}
-    entry = {"kind": "texture", "file": "post_color.ktx2", "asked": asked}
+    entry = {"kind": "texture", "file": "post_color.ktx2", "required_detail": asked}
     manifest = {"artifacts": {"post_color": entry}}
     found = economy(manifest, tmp_path, "post_color", textures_by_owner(manifest))
     blocks = 8 * 4 + 4 * 2 + 2 * 1 + 1 + 1 + 1
@@ -282,14 +282,14 @@ def test_changed_code_is_named(cove: tuple[Path, Path], monkeypatch: pytest.Monk
 def test_who_asked_for_the_finest_level_and_what_was_saved_are_told(cove: tuple[Path, Path]) -> None:
     scene, out = cove
     found = {one["name"]: one for one in explain(scene, out=out).artifacts}
-    asked = found["effect_color"]["asked"]
+    asked = found["effect_color"]["required_detail"]
     assert asked["view"] == "camera" and 0.0 <= asked["second_s"] < 8.0
     # 32 x 32 texels: heights of BC4, gloss of BC5, du/dv of two bytes a texel, each down to 1 x 1.
     blocks = 64 + 16 + 4 + 1 + 1 + 1
     texels = sum(4**k for k in range(6))
     assert asked["maps"] == {"height": 8 * blocks, "gloss": 16 * blocks, "dudv": 2 * texels}
-    assert found["effect_normal"]["asked"]["maps"] == {}
-    assert found["sound"]["asked"] is None
+    assert found["effect_normal"]["required_detail"]["maps"] == {}
+    assert found["sound"]["required_detail"] is None
     text = render(explain(scene, "effect_color", out))
     assert f"needed at second {asked['second_s']:g} by the camera" in text
     assert "maps of its picture that no pass reads are not baked: height" in text
@@ -300,8 +300,10 @@ def test_at_the_end_stands_what_all_artifacts_together_saved(cove: tuple[Path, P
     whole = explain(scene, out=out)
     manifest = json.loads((out / "scene.json").read_text())
     entries = manifest["artifacts"].values()
-    levels = sum(entry["asked"]["saved_bytes"] for entry in entries if entry["asked"])
-    maps = sum(sum(one["asked"]["maps"].values()) for one in whole.artifacts if one["asked"])
+    levels = sum(entry["required_detail"]["saved_bytes"] for entry in entries if entry["required_detail"])
+    maps = sum(
+        sum(one["required_detail"]["maps"].values()) for one in whole.artifacts if one["required_detail"]
+    )
     patches = manifest["terrain"]["demand"]["left_out_bytes"]
     assert whole.saved == {"levels": levels, "patches": patches, "maps": maps} and maps > 0
     last = render(whole).splitlines()[-1]

@@ -303,7 +303,7 @@ def test_an_object_names_its_simplifier_and_its_row_tells_it(
     rows = []
     for name, more in (("ours", ()), ("theirs", (changes,))):
         scene, out = edited(tmp_path / name, *more), tmp_path / name / "out"
-        report = bake(scene, out, BuildOptions(jobs=1))
+        report = bake(scene, out, BuildOptions(jobs=1, whole=True))  # the coarser level too
         assert not report.errors
         rows.append(next(row for row in report.rows if row["name"] == "post_mesh"))
         assert not [one for one in check_paths([out]) if one.severity == "error"]

@@ -112,18 +112,20 @@ def test_mips_are_trimmed_as_without_the_few_triangles_that_show_a_point_or_a_li
         flat.append((0.01, [(u, v), end, end, (u, v)]))
     without, _ = baked(tmp_path / "without", [(2.0, WHOLE)], noise())
     found, _ = baked(tmp_path / "with", [(2.0, WHOLE), *flat], noise())
-    assert without["asked"]["left_out"] >= 2
-    assert found["asked"] == without["asked"] | {"second_s": found["asked"]["second_s"]}
+    assert without["required_detail"]["left_out"] >= 2
+    assert found["required_detail"] == without["required_detail"] | {
+        "second_s": found["required_detail"]["second_s"]
+    }
     assert found["levels"][0].keys() == without["levels"][0].keys()
 
 
 def test_a_palette_of_points_begins_where_its_colours_are_still_themselves(tmp_path: Path) -> None:
     points = [(0.4, [swatch(k % 8, k // 8)] * 4) for k in range(24)]
     row, out = baked(tmp_path / "palette", points, palette())
-    assert 2 <= row["asked"]["left_out"] <= 5 and row["asked"]["view"] == "camera"
+    assert 2 <= row["required_detail"]["left_out"] <= 5 and row["required_detail"]["view"] == "camera"
     begins = decode_texels(decode_ktx2((out / row["file"]).read_bytes()))
     side = begins.shape[0]
-    assert side == SIDE >> row["asked"]["left_out"]
+    assert side == SIDE >> row["required_detail"]["left_out"]
     for k in range(24):
         u, v = swatch(k % 8, k // 8)
         shown = begins[int((1.0 - v) * side), int(u * side), :3]
@@ -167,7 +169,7 @@ def test_points_of_a_picture_that_cover_much_keep_it_as_it_is_and_explain_says_w
     """Without parallax none is named."""
     points = [(1.0, [(u, u)] * 4) for u in (0.21, 0.43, 0.77)]
     row, out = baked(tmp_path / "points", [(2.0, WHOLE), *points], noise())
-    assert row["asked"]["left_out"] == 0 and row["asked"]["texels"] == 0.0
+    assert row["required_detail"]["left_out"] == 0 and row["required_detail"]["texels"] == 0.0
     words = render(explain(tmp_path / "points" / "far.toml", "post_color", out))
     assert "parallax" not in words
     assert "triangles that show a single point of it would change their colour in a coarser one" in words

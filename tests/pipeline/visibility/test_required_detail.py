@@ -304,7 +304,7 @@ def far(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
         write_image(scene.parent / f"{name}.png", rng.integers(40, 220, (512, 512, 3), np.uint8))
     text = scene.read_text()
     for old, new in (
-        ('name = "cove"\n', 'name = "cove"\nviewport = [64, 36]\n'),
+        ('name = "cove"\n', 'name = "cove"\nviewport = [64, 36]\nlod_error_deg = 180\nlod_silhouette = 1\n'),
         ('effect_color = "sand.png"', 'effect_color = "effect.png"'),
         ("parallax_scale = 0.01\n", ""),
         ("lods = 3\n", "lods = 3\nbleed = 0.9\n"),
@@ -339,7 +339,7 @@ def test_a_texture_begins_at_the_finest_level_that_is_asked_for(far: tuple[Path,
         names.append("sky")
     ours, whole = manifest_of(path)["artifacts"], manifest_of(full)["artifacts"]
     for name in names:
-        asked = ours[name]["asked"]
+        asked = ours[name]["required_detail"]
         left = asked["left_out"]
         assert left >= 1, name
         texture, all_of_it = (
@@ -386,7 +386,7 @@ def test_a_bake_of_less_passes_check(far: tuple[Path, Path, Path], paradize: Run
 def test_a_mesh_is_cut_where_its_finer_levels_are_never_drawn(far: tuple[Path, Path, Path]) -> None:
     _, path, full = far
     ours, whole = manifest_of(path), manifest_of(full)
-    left = ours["artifacts"]["post_mesh"]["asked"]["left_out"]
+    left = ours["artifacts"]["post_mesh"]["required_detail"]["left_out"]
     lods, all_of_them = ours["objects"][0]["lods"], whole["objects"][0]["lods"]
     assert 1 <= left == len(all_of_them) - len(lods)
     assert [lod["error_m"] for lod in lods] == [lod["error_m"] for lod in all_of_them[left:]]
@@ -409,7 +409,7 @@ def test_verify_compares_what_is_published(
     assert done.returncode == 0, done.stderr
     manifest = manifest_of(tmp_path / "out")
     entry = manifest["artifacts"]["post_color"]
-    assert entry["asked"]["left_out"] >= 1
+    assert entry["required_detail"]["left_out"] >= 1
     file = tmp_path / "out" / entry["file"]
     file.write_bytes(file.read_bytes()[:-1] + b"x")
     artifacts = [Artifact.from_json(row) for row in json.loads(done.stdout)["artifacts"]]
