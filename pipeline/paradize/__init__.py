@@ -34,3 +34,7 @@ def __getattr__(name: str) -> object:
     if name not in __all__:
         raise AttributeError(f"module 'paradize' has no attribute {name!r}")
     return getattr(import_module("paradize.api"), name)
+
+
+def __dir__() -> list[str]:
+    return sorted(globals().keys() | set(__all__))

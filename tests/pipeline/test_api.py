@@ -121,3 +121,8 @@ def test_arguments_that_cannot_be_meant_are_errors_that_name_the_right_ones(fold
 def test_a_result_prints_as_a_report_without_the_bytes_of_its_files(folder: Path) -> None:
     made = api.mesh(folder / "rock.obj")
     assert "glTF" not in repr(made) and "triangles" in repr(made)
+
+
+def test_dir_lists_what_the_library_gives() -> None:
+    """Completion in a shell reads it."""
+    assert set(paradize.__all__) <= set(dir(paradize))
