@@ -17,6 +17,7 @@ from paradize.errors import BakeError, SourceError
 from paradize.files import read_parts, resolved
 from paradize.kinds import is_gltf
 from paradize.material import Material
+from paradize.new.floors import least_floor
 from paradize.new.sources import FACES, write_heightmap, write_sand, write_sky, write_vase
 from paradize.new.views import FOV_DEG, Sun, lens_of, sun_of, waypoints_of
 from paradize.readers.model import read_model
@@ -48,13 +49,14 @@ class NewScene:
 @dataclass
 class _Model:
     """The object made from the model, and its size in the units of the file. cutouts: materials with
-    holes."""
+    holes. floor: how far above its foot its lowest floor lies."""
 
     name: str = ""
     mesh: str = ""
     cutouts: tuple[str, ...] = ()
     center: tuple[float, float, float] = (0.0, 0.0, 0.0)
     foot: float = 0.0
+    floor: float | None = None
     radius: float = 1.0
     sun: Sun = field(default_factory=Sun)
     views: Views | None = None
@@ -119,6 +121,7 @@ def _copy_model(source: Path, aside: Path) -> _Model:
     model = _Model(
         center=(low[0] + half[0], low[1] + half[1], low[2] + half[2]),
         foot=low[1],
+        floor=least_floor(read.mesh),
         radius=sqrt(sum(h * h for h in half)),
         sun=sun_of(read.views),
         views=read.views,
@@ -177,9 +180,9 @@ def _toml(name: str, model: _Model) -> str:
     side = 10.0 * away  # its half is how far cameras of the model may stand
     ground_error = 0.0004 * side
     middle = scale * (model.center[1] - model.foot)
-    lift = max(
-        2.0 * (ground_error - middle), 0.0
-    )  # the ground's mesh may hide what is thinner than its error
+    # the ground's mesh may hide what is thinner than its error, and a floor that lies no higher
+    floor = middle if model.floor is None else min(middle, scale * model.floor)
+    lift = max(2.0 * (ground_error - floor), 0.0)
     middle += lift
     position = (-scale * model.center[0], lift - scale * model.foot, -scale * model.center[2])
 

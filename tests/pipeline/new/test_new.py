@@ -97,6 +97,23 @@ def test_no_model_is_so_flat_that_the_mesh_of_the_ground_may_hide_it(tmp_path: P
         assert instance.position[1] == 0.0
 
 
+PILLAR = [(x, y, z) for y in (0.0, 2.0) for x, z in ((-0.1, -0.1), (0.1, -0.1), (0.1, 0.1), (-0.1, 0.1))]
+SIDES = "f 1 2 3 4\nf 8 7 6 5\nf 1 5 6 2\nf 2 6 7 3\nf 3 7 8 4\nf 4 8 5 1\n"
+FLOOR = [(-2.0, 0.001, -2.0), (-2.0, 0.001, 2.0), (2.0, 0.001, 2.0), (2.0, 0.001, -2.0)]
+
+
+@pytest.mark.parametrize("floored", [False, True])
+def test_the_ground_hides_no_floor_that_a_model_brings_along(tmp_path: Path, floored: bool) -> None:
+    corners = PILLAR + (FLOOR if floored else [])
+    vertices = "".join(f"v {x} {y} {z}\n" for x, y, z in corners)
+    faces = SIDES + ("f 9 10 11 12\n" if floored else "")
+    source = write_model(tmp_path / "m", vertices + faces, "")
+    scene = load_scene(new_scene(tmp_path / "s", source).scene)
+    foot = scene.objects[0].instances[0].position[1]
+    assert scene.terrain
+    assert foot + FLOOR[0][1] >= 1.9 * scene.terrain.max_error_m if floored else foot == 0.0
+
+
 def test_maps_and_materials_come_along_and_nothing_else(tmp_path: Path) -> None:
     obj = "mtllib thing.mtl\n" + QUAD + 'usemtl odd "name" = [x]\nf 1/1 2/2 3/3 4/4\n'
     mtl = 'newmtl odd "name" = [x]\nmap_Kd maps/skin.png\nmap_d maps/holes.png\n'
