@@ -103,6 +103,7 @@ cpp-tests: setup $(stamps)/debian-test
 	$(call cpp_tests,test)
 
 cpp-sanitized: setup-test
+	$(call cpp_tests,threads)
 	$(call cpp_tests,sanitize)
 
 # --- how setup does it ---------------------------------------------------------------------------

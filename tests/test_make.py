@@ -75,7 +75,7 @@ def test_no_cpp_test_found_is_a_failure(clone: Path, target: str) -> None:
     """On a build that was configured and holds no test."""
     commands = [line for line in recipe(target) if "bin/ctest " in line]
     assert commands
-    for preset, folder in (("test", "player"), ("sanitize", "sanitize")):
+    for preset, folder in (("test", "player"), ("sanitize", "sanitize"), ("threads", "threads")):
         (clone / "build" / folder).mkdir()
         (clone / "build" / folder / "CTestTestfile.cmake").write_text("")
         for line in commands:

@@ -53,7 +53,8 @@ template <typename Name, std::size_t count>
 Name parse_name(std::string_view text, const std::array<std::string_view, count> &names, const char *what) {
     const auto found = std::ranges::find(names, text);
     if (found == names.end()) {
-        refuse("--quality", text, std::string("is not a ") + what + "; choose from " + listed(names));
+        refuse("--quality", text,
+               std::string("is not a ").append(what).append("; choose from ") + listed(names));
     }
     return static_cast<Name>(found - names.begin());
 }

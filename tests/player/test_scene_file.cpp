@@ -6,7 +6,7 @@
 #include <doctest/doctest.h>
 
 #include <array>
-#include <chrono>
+#include <ctime>
 #include <string>
 
 using namespace paradize;
@@ -176,9 +176,9 @@ TEST_CASE("scene.json: a hundred thousand artifacts are read and found by name")
     text.streaming = streaming + "]";
     std::string whole = text.str();
     whole.insert(whole.find("\"sky\": {\"file\""), artifacts);
-    const auto start = std::chrono::steady_clock::now();
+    const std::clock_t start = std::clock(); // the processor's time: others may use it too
     const assets::SceneFile scene = assets::parse_scene(whole, "scene.json");
-    CHECK(std::chrono::steady_clock::now() - start < std::chrono::seconds(5));
+    CHECK(std::clock() - start < 5 * CLOCKS_PER_SEC);
     REQUIRE(scene.find_artifact("a49999") != nullptr);
     CHECK(scene.artifacts[scene.streaming[777]].name == "a777");
 }
