@@ -15,12 +15,12 @@ from typing import Any
 from paradize.artifact import Artifact
 from paradize.build.artifacts import Artifacts, keep_artifact, read_artifact
 from paradize.build.auto_tier import LateErrors, TriedTiers
-from paradize.build.coarsest_level import drawn_levels, with_levels_seen, without_coarsest
 from paradize.build.manifest import MeshFacts, build_manifest, mesh_facts
 from paradize.build.nearest_view import stored_pixels, stored_sightings
 from paradize.build.object_measurements import measure_objects
 from paradize.build.options import BuildContext
 from paradize.build.provenance import BakeReport, strays
+from paradize.build.switches import with_levels_seen
 from paradize.build.tasks import Task
 from paradize.build.trim import find_required_detail, trimmed
 from paradize.documents import SCENE_FILE, parse_json
@@ -239,7 +239,7 @@ def _measure_objects(
             mesh, levels=levels_with_errors, errors=mesh.errors | worst, over=[*mesh.over, *over]
         )
     for (owner, _), found in measured["lods_seen"].items():
-        _take_levels(context, baked, owner, found["levels"], sightings[owner].pixel_m, report)
+        _take_levels(context, baked, owner, found["levels"], report)
     return sorted({*normal_mapped, *(f"{owner}_mesh" for owner, _ in measured["lods_seen"])})
 
 
@@ -248,17 +248,12 @@ def _take_levels(
     baked: _Baked,
     owner: str,
     seen: list[dict[str, Any]],
-    pixel_m: float | None,
     report: BakeReport,
 ) -> None:
-    """Notes where the levels of an object's mesh take over, and leaves out those that the flight never draws.
-    What exceeded the budget in these alone is no longer reported."""
+    """Notes where the levels of an object's mesh take over."""
     name = f"{owner}_mesh"
     before = {f"{name}: {text}" for text in baked.artifacts[name].over}
     mesh, facts = with_levels_seen(context.scene, baked.artifacts[name], baked.meshes[name], seen)
-    count = drawn_levels(context.scene, facts.switch_m, pixel_m)
-    if count < len(seen) and not context.options.whole:
-        mesh, facts, baked.data[name] = without_coarsest(context.store, mesh, facts, count, baked.data[name])
     mesh = _with_excesses(context.scene, mesh)
     baked.artifacts[name], baked.meshes[name] = mesh, facts
     now = [f"{name}: {text}" for text in mesh.over]

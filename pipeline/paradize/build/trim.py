@@ -265,12 +265,7 @@ def trimmed(one: Artifact, detail: Mapping[str, Any], path: Path) -> tuple[Artif
             left_out -= 1
     rest = without_finest(data, str(one.file), left_out) if left_out else None
     saved = 0 if rest is None else len(data) - len(rest)
-    record = {
-        "left_out": left_out,
-        "saved_bytes": saved,
-        "coarser_left_out": 0,
-        **(one.required_detail or {}),
-    }
+    record = {"left_out": left_out, "saved_bytes": saved}
     record |= {key: detail[key] for key in ("texels", "second_s", "view")}
     one = replace(one, left_out=left_out, required_detail=record)
     if rest is None:

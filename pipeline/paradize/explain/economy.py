@@ -143,12 +143,6 @@ def economy_words(facts: dict[str, Any], kind: str) -> list[str]:
     if facts["left_out"]:
         plural = "s are" if facts["left_out"] > 1 else " is"
         words.append(f"{facts['left_out']} finer level{plural} left out: {short(facts['saved_bytes'])} saved")
-    if facts["coarser_left_out"]:
-        plural = "s are" if facts["coarser_left_out"] > 1 else " is"
-        words.append(
-            f"{facts['coarser_left_out']} coarser level{plural} left out: the flight never is so far away "
-            "that it would look like the finest"
-        )
     for k, level in enumerate(facts["seen"], start=1):
         words.append(
             f"level {k} is drawn where the object is up to {level['size_px']:.3g} pixels large, which turns "

@@ -109,7 +109,6 @@ _GROUND_MAPS: dict[str, Check] = {
 
 _required_detail = table(
     left_out=_level,
-    coarser_left_out=_level,
     saved_bytes=whole(0, 1 << 60),
     texels=or_null(_positive),
     second_s=or_null(_positive),

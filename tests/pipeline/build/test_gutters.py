@@ -457,7 +457,6 @@ def test_a_fault_is_named_by_the_level_that_is_published(scene: Path) -> None:
     told: dict[str, Any] = {
         "left_out": 1,
         "saved_bytes": 1,
-        "coarser_left_out": 0,
         "texels": 9.0,
         "second_s": 0.0,
     }

@@ -11,14 +11,10 @@ import numpy as np
 import pytest
 
 from paradize.build.bake import bake
-from paradize.build.coarsest_level import drawn_levels
 from paradize.build.lods_seen import measure_lods_seen
 from paradize.build.options import BuildOptions
 from paradize.data import Lod, Mesh
-from paradize.formats.glb.cut import cut_glb
 from paradize.formats.glb.encode import encode_glb
-from paradize.formats.glb.reader import decode_glb
-from paradize.scene.settings import load_scene
 from tests.pipeline.scenes import make_cove
 from tests.pipeline.shapes import sphere
 
@@ -70,23 +66,6 @@ def test_a_level_that_looks_alike_from_afar_takes_over_there_and_no_coarser_one_
     assert levels[0] == dict.fromkeys(levels[0], 0.0)
 
 
-def test_levels_that_no_view_of_the_flight_draws_are_counted_off(tmp_path: Path) -> None:
-    scene = load_scene(make_cove(tmp_path))
-    switch_m = (0.0, 0.02, 0.9, 5.0)  # drawn where a third of these is at most a pixel
-    assert drawn_levels(scene, switch_m, 0.01) == 2
-    assert drawn_levels(scene, switch_m, 0.31) == 3
-    assert drawn_levels(scene, switch_m, None) == 4  # never seen
-
-
-def test_a_file_is_cut_at_both_ends() -> None:
-    meshes = [sphere(12), sphere(10), sphere(8), sphere(6)]
-    cut = decode_glb(cut_glb(ball(*meshes), finer=1, coarser=2))
-    assert [len(lod.mesh.triangles) for lod in cut] == [len(meshes[1].triangles)]
-    for finer, coarser in ((2, 2), (-1, 0), (0, -1)):
-        with pytest.raises(ValueError, match="of 4 levels"):
-            cut_glb(ball(*meshes), finer=finer, coarser=coarser)
-
-
 def baked(top: Path, **head: float) -> dict[str, Any]:
     scene = make_cove(top / "scene")
     words = "".join(f"{key} = {value}\n" for key, value in head.items())
@@ -109,11 +88,9 @@ def test_a_scene_draws_its_levels_where_they_look_alike(
     nodes = json.loads(file[20 : 20 + int.from_bytes(file[12:16], "little")])["nodes"]
     assert [lod["error_m"] for lod in item["lods"]] == [node["extras"]["error_m"] for node in nodes]
     assert len(other["lods"]) == len(less["levels"])
-    whole = {len(found["levels"]) + found["required_detail"]["coarser_left_out"] for found in (mesh, less)}
-    assert len(whole) == 1
     for lod, easy, level in zip(other["lods"][1:], item["lods"][1:], less["levels"][1:], strict=False):
         assert lod["error_m"] >= easy["error_m"]
-        assert level["seen_p99_deg"] <= 3.0 and level["seen_silhouette"] <= 0.02
-    assert less["errors"]["lod_seen_p99_deg"] == max(level["seen_p99_deg"] for level in less["levels"])
-    assert less["errors"]["surface_max"] == max(level["error_max"] for level in less["levels"])
-    assert less["bytes"] < mesh["bytes"]
+        assert lod["error_m"] >= item["radius_m"] or level["seen_p99_deg"] <= 3.0
+        assert lod["error_m"] >= item["radius_m"] or level["seen_silhouette"] <= 0.02
+    assert less["errors"]["lod_seen_p99_deg"] <= 3.0
+    assert less["sha256"] == mesh["sha256"]

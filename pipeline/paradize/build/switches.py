@@ -1,0 +1,34 @@
+"""Decides from which distance on each level of detail is drawn.
+
+A level is selected by an error in metres, scene.json's `error_m`: the larger of what its surface and its
+texture are off, and of what makes it look unlike the finest level (lods_seen.py).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from itertools import accumulate
+from typing import Any
+
+from paradize.artifact import Artifact
+from paradize.build.manifest import MeshFacts
+from paradize.scene.settings import Scene
+
+MEASURED = ("seen_px", "seen_p99_deg", "seen_mean_deg", "seen_silhouette")
+_BUDGETED = MEASURED[1:]
+
+
+def with_levels_seen(
+    scene: Scene, mesh: Artifact, facts: MeshFacts, seen: Sequence[dict[str, Any]]
+) -> tuple[Artifact, MeshFacts]:
+    """Returns a mesh with what lods_seen.measure_lods_seen found of its levels. A level that differs too
+    much at any size is drawn where the whole mesh is a pixel wide, and its differences do not count."""
+    pixel_m = 2.0 * facts.radius_m * scene.head.lod_error_px
+    switch_m = accumulate((pixel_m if one["switch_m"] is None else one["switch_m"] for one in seen), max)
+    levels = [
+        level | {key: one[key] for key in MEASURED} for level, one in zip(mesh.levels, seen, strict=True)
+    ]
+    drawn = [one for one in seen if one["switch_m"] is not None]
+    worst = {f"lod_{key}": max(one[key] for one in drawn) for key in _BUDGETED}
+    return replace(mesh, levels=levels, errors=mesh.errors | worst), replace(facts, switch_m=tuple(switch_m))
