@@ -51,7 +51,7 @@ def values(mend: str, was: Any) -> list[Any]:
         limits = [value(found[3]), value(found[4])]
         return [[limit] * int(found[1] or 1) for limit in limits] if found[2] else limits
     if found := re.fullmatch(r"(?:allowed: |write one or more of |known: )(.*)", mend):
-        words = found[1].split(", ")
+        words = found[1].partition("; or two of them")[0].split(", ")
         return [[word] for word in words] if mend.startswith("write") else list(words)
     if found := re.fullmatch(r"did you mean (.*)\?", mend):
         return [found[1]]
