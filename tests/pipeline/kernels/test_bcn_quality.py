@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import OpenImageIO as oiio
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from paradize.data import Texture
@@ -21,8 +21,8 @@ GOLDEN = {
     "bc3 balanced": "243018a2cbdb90da2e11c45a88a0114c56a118ab42cddeb0dc4bd4bf6e1a9afb",
     "bc3 exact": "91a8a1a8fa94b46eaf9fbd4f51f576aeb2f79a8cfbd2b45b6841bc8ba29b3b06",
     "bc5 fast": "e799a5615f0b962fbb4a16b96d6f8ea079b78aa3a2f0ac21e9829a2c96216b54",
-    "bc5 balanced": "c61e6f6a1d9afe29130154f5f336a1615146534315a5f381ccdc109ec20a29c6",
-    "bc5 exact": "eded998b8f945a6a3c278dc0960577ed9d9b4518d79dda016c3b38a88f79fc73",
+    "bc5 balanced": "1c6acbd89f1c388da13503d66c67573f9a13259a84f56f076af16e266d119e67",
+    "bc5 exact": "4d36ab9944670351c2a8bdc5b9eaa61d4485377e31aea8157afd6d416b4f6d5a",
 }
 
 
@@ -165,6 +165,7 @@ def test_blocks_of_bytes_are_in_order_where_texels_stand_halfway_between_two_pla
 
 @settings(deadline=None, max_examples=25)
 @given(st.integers(0, 2**32))
+@example(368)
 def test_no_block_of_vectors_is_turned_farther_at_a_later_tier(seed: int) -> None:
     xy = np.concatenate([random_values(seed), random_values(seed + 1)], axis=2)
     xy /= np.maximum(1, np.linalg.norm(xy, axis=2, keepdims=True))
@@ -175,7 +176,7 @@ def test_no_block_of_vectors_is_turned_farther_at_a_later_tier(seed: int) -> Non
         off = degrees_off(normals, quality)
         found = [of_blocks(off), worst_of_blocks(off)]
         for now, before in zip(found, last, strict=True):
-            assert (now <= before * 1.01 + 0.01).all()  # one block of seed 368 is turned 0.5 % farther
+            assert (now <= before * 1.001 + 0.01).all()
         last = found
 
 

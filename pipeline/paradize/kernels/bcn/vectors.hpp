@@ -18,6 +18,8 @@ struct Chords {
     Lanes sum;
     Lanes square;
     Lanes worst;
+    Lanes rounding;       // of the sum: near the rim, where z is small, an error of z^2 is a large one of z
+    Lanes rounding_worst; // of any chord
 };
 
 // The vector that shaders rebuild: z from x and y, then of length 1.
@@ -55,7 +57,9 @@ PARADIZE_STEP void show(const ValueBlocks &blocks, CodeRange range, const ValueF
 
 PARADIZE_STEP void compare(const Lanes (&x)[texels], const Lanes (&y)[texels], const Vectors &truth,
                            Chords &chords) {
-    chords.sum = chords.square = chords.worst = Lanes{};
+    constexpr float of_square = 0x1p-22F; // error of z^2
+    constexpr float least_z = 0x1p-11F;   // its root
+    chords.sum = chords.square = chords.worst = chords.rounding = chords.rounding_worst = Lanes{};
     for (std::size_t i = 0; i < texels; ++i) {
         Vectors shown;
         rebuild(x[i], y[i], shown, i);
@@ -67,6 +71,9 @@ PARADIZE_STEP void compare(const Lanes (&x)[texels], const Lanes (&y)[texels], c
         chords.sum += chord;
         chords.square += square;
         chords.worst = most(chords.worst, chord);
+        const Lanes rounding = of_square / most(least(shown.z[i], truth.z[i]), splat(least_z));
+        chords.rounding += rounding;
+        chords.rounding_worst = most(chords.rounding_worst, rounding);
     }
 }
 
@@ -77,7 +84,7 @@ PARADIZE_INLINE void choose(const Whole &better, const ValueFit &from, ValueFit 
 }
 
 // Of all pairs of the tiers' results, tier by tier, the pair that leaves the least angle on average and
-// nothing that is worse than the pair of the tier below.
+// nothing that is worse than the pair of the tier below, by more than rounding can pretend.
 PARADIZE_STEP void encode_vectors(ValueBlocks (&blocks)[2], CodeRange range, Quality quality,
                                   Whole (&stored)[4]) {
     Vectors truth;
@@ -106,13 +113,17 @@ PARADIZE_STEP void encode_vectors(ValueBlocks (&blocks)[2], CodeRange range, Qua
             }
             Chords chords;
             compare(shown[0][x], shown[1][y], truth, chords);
-            const auto better = (chords.sum < least_left.sum) & (chords.square <= limit.square) &
-                                (chords.worst <= limit.worst);
+            const auto no_worse = (chords.worst == limit.worst) | (chords.worst + chords.rounding_worst <=
+                                                                   limit.worst - limit.rounding_worst);
+            const auto better = (chords.sum + chords.rounding < least_left.sum - least_left.rounding) &
+                                (chords.square <= limit.square) & no_worse;
             choose(better, tiers[0][x], best[0]);
             choose(better, tiers[1][y], best[1]);
             least_left.sum = better ? chords.sum : least_left.sum;
             least_left.square = better ? chords.square : least_left.square;
             least_left.worst = better ? chords.worst : least_left.worst;
+            least_left.rounding = better ? chords.rounding : least_left.rounding;
+            least_left.rounding_worst = better ? chords.rounding_worst : least_left.rounding_worst;
         }
     }
     for (int c = 0; c < 2; ++c) {
