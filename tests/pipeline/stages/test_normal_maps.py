@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from paradize.data import Group, HeightMap, Mesh
@@ -69,12 +69,18 @@ def test_a_ramp_of_89_9_degrees_is_right(name: str) -> None:
 
 
 @settings(deadline=None, max_examples=25)
+@example(987, "smooth16", 41227.0)  # one texel's terms cancel to a slope of 0.9
 @given(st.integers(0, 1000), st.sampled_from(FILTERS), st.floats(1e-6, 1e6))
-def test_scaling_heights_scales_slopes(seed: int, name: str, factor: float) -> None:
+def test_scaled_heights_keep_their_slopes_to_rounding_of_the_terms(seed: int, name: str, factor: float) -> None:
     heights = waves(8, 10, seed, 4.0).astype(np.float64)
     one = normals(heights, scale=(factor, factor), filter_name=name, wrap=(True, True)).astype(np.float64)
     truth = true_normals(heights.astype(np.float32), taps(name), scale=(factor, factor), wrap=(True, True))
-    assert angles_between(one, truth).max() < 2e-3
+    # float32 rounds by one part in 2^24 of the terms that a slope is summed from; a slope that is off by d turns
+    # its normal by at most d times the normal's z.
+    derivative, smooth = (np.abs(weights).sum() for weights in taps(name))
+    terms = factor * derivative * smooth * np.abs(heights).max()
+    allowed = 2.5 * 2.0**-24 * (1 + terms * truth[:, :, 2])
+    assert (np.radians(angles_between(one, truth)) <= allowed).all()
     assert np.abs((one * one).sum(axis=2) - 1).max() < 1e-6
     assert (one[:, :, 2] >= 0).all()
 
