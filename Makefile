@@ -74,7 +74,7 @@ sheets: setup-test ## build/sheets: models as three.js and as the player show th
 	@$(bin)/python -m tests.e2e.sheets $(models)
 
 deep: setup-test check cpp-sanitized ## everything: sanitizers, whole flight, whole corpus; hours
-	@$(alone) $(bin)/python -m pytest $(beside) --ctest=build/ctest.log
+	@$(alone) $(bin)/python -m pytest $(beside) --hypothesis-profile=new_cases --ctest=build/ctest.log
 
 fix: setup-test ## put formatting, simple lint and the page of scene fields right
 	@$(bin)/ruff check -q --fix pipeline raw_assets tests player

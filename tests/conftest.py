@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from hypothesis import settings
 
 from tests.made import make_sources
 from tests.places import CORPUS, ROOT
@@ -29,6 +30,13 @@ RENDER_ENVIRONMENT = {
     "ALSOFT_DRIVERS": "null",
     "GALLIVM_PERF": "nopt",  # shaders compile in half the time; the pictures are the same
 }
+
+
+# Hypothesis tries the same cases each time, so that `make test` judges a change and not its luck. `make deep` asks for
+# `new_cases`: what fails there is written down as an @example.
+settings.register_profile("same_cases", derandomize=True)
+settings.register_profile("new_cases", print_blob=True)
+settings.load_profile("same_cases")
 
 
 def pytest_configure(config: pytest.Config) -> None:
