@@ -92,10 +92,8 @@ def add_trunk(model: Model) -> None:
         centers.append(center)
     middle = TRUNK_RINGS // 2
     points = np.array(rings)
-    triangles = grid_triangles(TRUNK_RINGS, TRUNK_SIDES + 1)
     flat = points.reshape(-1, 3)
-    triangles = triangles[:, ::-1]
-    normals = smooth_normals(flat, triangles)
+    normals = smooth_normals(flat, grid_triangles(TRUNK_RINGS, TRUNK_SIDES + 1))
     for part, (first, last) in enumerate(((0, middle), (middle, TRUNK_RINGS - 1))):
         rows = range(first, last + 1)
         pixels = np.array(
@@ -109,7 +107,7 @@ def add_trunk(model: Model) -> None:
             ]
         )
         start, stop = first * (TRUNK_SIDES + 1), (last + 1) * (TRUNK_SIDES + 1)
-        local = grid_triangles(last - first + 1, TRUNK_SIDES + 1)[:, ::-1]
+        local = grid_triangles(last - first + 1, TRUNK_SIDES + 1)
         model.add("trunk", "trunk", flat[start:stop], pixels, local, normals[start:stop])
 
 

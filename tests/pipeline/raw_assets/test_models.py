@@ -11,6 +11,8 @@ import numpy as np
 import OpenImageIO as oiio
 import pytest
 from scipy import ndimage
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
 
 ROOT = Path(__file__).resolve().parents[3]
 RAW = ROOT / "raw_assets"
@@ -161,6 +163,34 @@ def test_neighbours_are_wound_alike(model: tuple[str, Obj]) -> None:
     edges = np.concatenate([corner[:, [k, (k + 1) % 3]] for k in range(3)])
     _, times = np.unique(edges, axis=0, return_counts=True)
     assert times.max() == 1  # no edge is walked twice the same way
+
+
+def pieces(count: int, edges: np.ndarray) -> np.ndarray:
+    """The connected piece of each of `count` nodes, by the edges (m, 2) between them."""
+    ones = np.ones(len(edges))
+    graph = coo_matrix((ones, (edges[:, 0], edges[:, 1])), shape=(count, count))
+    return np.asarray(connected_components(graph, directed=False)[1])
+
+
+def volume_with_holes_filled(points: np.ndarray, corner: np.ndarray) -> float:
+    """Of one connected part, `corner` (n, 3): negative where it is wound inwards. A fan closes each hole."""
+    walked = {(int(t[k]), int(t[(k + 1) % 3])) for t in corner for k in range(3)}
+    border = np.array([(b, a) for a, b in walked if (b, a) not in walked], dtype=int).reshape(-1, 2)
+    hole = pieces(len(points), border)
+    middles = np.array([points[border[hole[border[:, 0]] == hole[a]]].mean(axis=(0, 1)) for a, _ in border])
+    fan = np.concatenate([points[border], middles.reshape(-1, 1, 3)], axis=1)
+    a, b, c = np.moveaxis(np.concatenate([points[corner], fan]), 1, 0)
+    return float((a * np.cross(b, c)).sum() / 6.0)
+
+
+def test_every_part_but_the_leaves_is_wound_outwards(model: tuple[str, Obj]) -> None:
+    _, obj = model
+    spots, place = np.unique(np.round(obj.points.reshape(-1, 3) * 1e4), axis=0, return_inverse=True)
+    corner = place.reshape(-1, 3)
+    part = pieces(len(spots), np.concatenate([corner[:, :2], corner[:, 1:]]))[corner[:, 0]]
+    for k in np.unique(part[obj.groups != "leaves"]):
+        found = volume_with_holes_filled(spots * 1e-4, corner[part == k])
+        assert found > 1e-3, f"{obj.groups[part == k][0]}: {found} cubic metres"
 
 
 def test_uvs_stay_inside_the_atlas(model: tuple[str, Obj]) -> None:

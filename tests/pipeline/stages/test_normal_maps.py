@@ -71,7 +71,9 @@ def test_a_ramp_of_89_9_degrees_is_right(name: str) -> None:
 @settings(deadline=None, max_examples=25)
 @example(987, "smooth16", 41227.0)  # one texel's terms cancel to a slope of 0.9
 @given(st.integers(0, 1000), st.sampled_from(FILTERS), st.floats(1e-6, 1e6))
-def test_scaled_heights_keep_their_slopes_to_rounding_of_the_terms(seed: int, name: str, factor: float) -> None:
+def test_scaled_heights_keep_their_slopes_to_rounding_of_the_terms(
+    seed: int, name: str, factor: float
+) -> None:
     heights = waves(8, 10, seed, 4.0).astype(np.float64)
     one = normals(heights, scale=(factor, factor), filter_name=name, wrap=(True, True)).astype(np.float64)
     truth = true_normals(heights.astype(np.float32), taps(name), scale=(factor, factor), wrap=(True, True))
