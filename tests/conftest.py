@@ -32,8 +32,8 @@ RENDER_ENVIRONMENT = {
 }
 
 
-# Hypothesis tries the same cases each time, so that `make test` judges a change and not its luck. `make deep` asks for
-# `new_cases`: what fails there is written down as an @example.
+# Hypothesis tries the same cases each time, so that `make test` judges a change and not its luck. `make deep`
+# asks for `new_cases`: what fails there is written down as an @example.
 settings.register_profile("same_cases", derandomize=True)
 settings.register_profile("new_cases", print_blob=True)
 settings.load_profile("same_cases")

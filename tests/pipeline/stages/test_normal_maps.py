@@ -77,8 +77,8 @@ def test_scaled_heights_keep_their_slopes_to_rounding_of_the_terms(
     heights = waves(8, 10, seed, 4.0).astype(np.float64)
     one = normals(heights, scale=(factor, factor), filter_name=name, wrap=(True, True)).astype(np.float64)
     truth = true_normals(heights.astype(np.float32), taps(name), scale=(factor, factor), wrap=(True, True))
-    # float32 rounds by one part in 2^24 of the terms that a slope is summed from; a slope that is off by d turns
-    # its normal by at most d times the normal's z.
+    # float32 rounds by one part in 2^24 of the terms that a slope is summed from; a slope that is off by d
+    # turns its normal by at most d times the normal's z.
     derivative, smooth = (np.abs(weights).sum() for weights in taps(name))
     terms = factor * derivative * smooth * np.abs(heights).max()
     allowed = 2.5 * 2.0**-24 * (1 + terms * truth[:, :, 2])
