@@ -161,6 +161,7 @@ class AuthoredSettings(TextureSettings, CastSettings):
     metalness, specular, 0 to 1; occlusion_strength, 0 to 1. occlusion_cast: the occlusion is cast from the UV
     layout's model. bumps: where the material's normals are made of a picture instead of drawn, the fields of
     MapSettings that they are made with; the picture has the role "bumps", and only gloss reads it.
+    brightness: the same of gloss that is made of a picture, which has the role "brightness".
     """
 
     only: Sequence[str] = AUTHORED
@@ -174,6 +175,7 @@ class AuthoredSettings(TextureSettings, CastSettings):
     occlusion_strength: float = 1.0
     occlusion_cast: bool = False
     bumps: Mapping[str, Any] | None = None
+    brightness: Mapping[str, Any] | None = None
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -90,18 +90,18 @@ def add_map_set(
         ]
         required.add(f"{name} {what}", baker, sources | layout, outputs, one.materials, **settings)
 
-    def maps_of(source: str, keys: Sequence[str], groups: Sequence[str] = ()) -> dict[str, Any]:
+    def maps_of(source: str, keys: Sequence[str]) -> dict[str, Any]:
         """Settings of maps that are made of the picture `source`, "color" or "height"."""
         strength = one.strength if source == "color" else one.height_strength
-        only, shiny = list(keys), list(groups)
+        shiny = [] if "gloss" not in keys else list(one.gloss_groups)
         return asdict(
             MapSettings.of(
-                one.relief, only=only, source=source, strength=strength, gloss_groups=shiny, **common
+                one.relief, only=list(keys), source=source, strength=strength, gloss_groups=shiny, **common
             )
         )
 
     def add_maps(what: str, source: str, keys: Sequence[str]) -> None:
-        add(what, "maps", {"image": has[source]}, keys, **maps_of(source, keys, one.gloss_groups))
+        add(what, "maps", {"image": has[source]}, keys, **maps_of(source, keys))
 
     if "color" in inputs:
         sources = {role: has[role] for role in ("color", "alpha") if role in has}
@@ -126,20 +126,31 @@ def add_map_set(
         roles["normal"] = ["normal"] if "normal" in has else []
     cast = one.casts_occlusion and "occlusion" in roles
     drawn_maps = [key for key, own in roles.items() if own or (cast and key == "occlusion")]
+    made = [key for key in DERIVED if key in inputs and key in one.derived and not roles.get(key)]
+    made = made if "color" in inputs and "color" in has else []
+    elsewhere = bool({"normal", "height"} & has.keys())  # what the normals are made of, instead of the colour
+    if elsewhere:
+        made = [key for key in made if key != "normal"]
+    shiny = elsewhere and "gloss" in made and "normal" in inputs
+    if shiny:  # beside these normals, which its mips widen by
+        made.remove("gloss")
+        drawn_maps.append("gloss")
+        roles["gloss"] = []
     if drawn_maps:
         own = [role for key in drawn_maps for role in roles[key]]
         own += ["normal"] if "gloss" in drawn_maps and "normal" in has and "normal" not in own else []
-        sources, bumps = {role: has[role] for role in own}, None
+        sources, bumps, brightness = {role: has[role] for role in own}, None, None
         if "gloss" in drawn_maps and "normal" in inputs and "normal" not in has:
             source = "height" if "height" in has else "color"
             sources["bumps"], bumps = has[source], maps_of(source, ["normal"])
+        if shiny:
+            sources["brightness"], brightness = has["color"], maps_of("color", ["gloss"])
         fields_of = _fields(one.authored, own, cast=cast)
-        authored = AuthoredSettings(only=drawn_maps, bumps=bumps, **fields_of, **common)
+        authored = AuthoredSettings(
+            only=drawn_maps, bumps=bumps, brightness=brightness, **fields_of, **common
+        )
         add("drawn maps", "authored", sources, drawn_maps, **asdict(authored))
-    if "color" in inputs and "color" in has:
-        made = [key for key in DERIVED if key in inputs and key in one.derived and not roles.get(key)]
-        if "height" in has and "normal" not in has:
-            made = [key for key in made if key != "normal"]
+    if made:
         add_maps("maps", "color", made)
     if "emission" in inputs:
         emission = ColorSettings(product="emission", **plain)

@@ -100,6 +100,36 @@ def test_drawn_gloss_widens_by_the_normals_that_are_made_beside_it(
     assert coarse < fine - 0.1
 
 
+@pytest.mark.parametrize("bumps", ["map_Bump -bm 0.02 bumps.png", "norm wood_n.png"])
+@pytest.mark.parametrize(("size", "high"), [(64, 0.9), (48, 2.5)])
+def test_gloss_made_of_the_colour_widens_by_the_normals_beside_it(
+    tmp_path: Path, bumps: str, size: int, high: float
+) -> None:
+    scene = make_panels(tmp_path / "s")
+    grains = np.random.default_rng(7).normal(0.0, 60.0, (size, size, 1))
+    rough = np.clip(grains + 128.0, 0.0, 255.0).astype(np.uint8)
+    write_image(tmp_path / "s/bumps.png", rough.repeat(3, axis=2))
+    tilt = np.random.default_rng(8).uniform(-0.7, 0.7, (size, size, 2))
+    normals = np.dstack([tilt, np.sqrt(1.0 - (tilt**2).sum(axis=2, keepdims=True))])
+    write_image(tmp_path / "s/wood_n.png", np.asarray(np.round(127.5 * normals + 127.5), np.uint8))
+    write_image(tmp_path / "s/wood.png", 255 - noise(1) // 8)
+    (tmp_path / "s/panel.mtl").write_text(f"newmtl wood\nmap_Kd wood.png\n{bumps}\n")
+    (tmp_path / "s/panel.obj").write_text(squares(["wood"], "panel.mtl", high=high))
+    text = scene.read_text().split("[object.material.metal]")
+    shine = "[object.material.wood]\nspecular = 0.8\n[[object.instance]]"
+    scene.write_text(text[0] + shine + text[1].split("[[object.instance]]")[1])
+    report, manifest = baked(scene, tmp_path / "out")
+    maps = manifest["objects"][0]["materials"]["wood"]["maps"]
+    assert maps["normal"] and maps["gloss"]
+    found = list(check_paths([tmp_path / "out"]))
+    assert not found, found
+    (gloss,) = (one for one in report.artifacts if one.name == maps["gloss"])
+    assert max(level["width_mean_deg"] for level in gloss.levels) < 1.0
+    texture = decode_ktx2((tmp_path / "out" / gloss.file).read_bytes())
+    fine, coarse = (float(decode_texels(texture, level)[:, :, 1].mean()) for level in (0, 2))
+    assert coarse < fine - 0.1
+
+
 def test_the_bytes_do_not_depend_on_the_number_of_workers(tmp_path: Path) -> None:
     scene = make_panels(tmp_path / "s")
     names = []

@@ -19,7 +19,7 @@ import numpy as np
 from paradize.bakers.authored.cast import CastMap, cast_occlusion
 from paradize.bakers.authored.normals import normal_coding
 from paradize.bakers.authored.pictures import Drawn, read_drawn
-from paradize.bakers.authored.rows import F64, Channel, Layouts, MadeNormals, NormalRows, ValueRows
+from paradize.bakers.authored.rows import F64, Channel, Layouts, MadeGloss, MadeNormals, NormalRows, ValueRows
 from paradize.bakers.authored.textures import GlossMap, NormalMap, ValueMap
 from paradize.bakers.maps.bake import map_rows, read_layout, unit_of_heights
 from paradize.bakers.maps.rows import MapRows
@@ -45,7 +45,7 @@ from paradize.tiers import TIERS
 ROLES = {
     "normal": ("normal",),
     "height": ("height",),
-    "gloss": ("roughness", "smoothness", "specular"),
+    "gloss": ("roughness", "smoothness", "specular", "brightness"),
     "occlusion": ("occlusion", "metalness"),
 }
 MAX_SCALE = 1e6
@@ -67,14 +67,15 @@ def bake_authored(
 
     settings: None: as they are by themselves; changes: fields of them that are others. uv: a model whose UV
     layout the pictures follow; its gutters are filled. Where there is a normal map, or a picture "bumps" that
-    one is made of, the mips of gloss are rougher by what its own mips lose. measure: False leaves out errors
-    (and with them the budget). fmt: the format of all of them, whatever the tier and the budget say.
+    one is made of, the mips of gloss are rougher by what its own mips lose. "brightness" is a picture that
+    gloss is made of. measure: False leaves out errors (and with them the budget). fmt: the format of all of
+    them, whatever the tier and the budget say.
     Raises SourceError for what cannot be read, BakeError for settings that cannot be met.
     """
     used = replace(settings or AuthoredSettings(), **changes)
     names = _names(sources, used, tier)
     report_step("reading")
-    roles = [role for name in names for role in ROLES[name]]
+    roles = [role for name in names for role in ROLES[name] if role != "brightness"]
     roles += ["normal"] if "gloss" in names and "normal" not in roles else []
     drawn = read_drawn(sources, roles, used.channels)
     cast = None
@@ -90,8 +91,15 @@ def bake_authored(
     if "gloss" in names and "normal" not in drawn and "bumps" in sources:
         made_with = MapSettings(**used.bumps or {})
         bumps = map_rows(sources["bumps"], made_with, uv=uv, tier=tier, measure=measure)[0]
-    maps = _Maps(drawn, used, layouts, wrap, measure, bumps)
+    brightness, said = None, list[str]()
+    if "gloss" in names and "brightness" in sources:
+        made_with = MapSettings(**used.brightness or {})
+        rows, picture = map_rows(sources["brightness"], made_with, uv=uv, tier=tier, measure=measure)
+        brightness, said = MadeGloss(rows, layouts), picture.warnings
+    maps = _Maps(drawn, used, layouts, wrap, measure, bumps, brightness)
     made = {name: _product(name, maps, used, tier, fmt) for name in names}
+    if brightness is not None:
+        made["gloss"] = replace(made["gloss"], warnings=[*made["gloss"].warnings, *said])
     return made if cast is None else made | {"occlusion": _with_cast(made["occlusion"], cast)}
 
 
@@ -121,6 +129,8 @@ def _names(sources: Mapping[str, Path], settings: AuthoredSettings, tier: str) -
     if "roughness" in sources and "smoothness" in sources:
         mend = "leave one of them out"
         raise BakeError("a roughness and a smoothness map of one material", mend=mend)
+    if "brightness" in sources and any(role in sources for role in ROLES["gloss"][:3]):
+        raise BakeError("gloss that is made of a picture, and a drawn one", mend="leave one of them out")
     if settings.occlusion_cast:
         if "occlusion" in sources:
             mend = "leave one of them out"
@@ -140,8 +150,10 @@ class _Maps:
         wrap: tuple[bool, bool],
         measure: bool,
         bumps: MapRows | None,
+        brightness: MadeGloss | None,
     ) -> None:
-        self._drawn, self._settings, self._layouts, self._bumps = drawn, settings, layouts, bumps
+        self._drawn, self._settings, self._layouts = drawn, settings, layouts
+        self._bumps, self._brightness = bumps, brightness
         self._wrap, self._measure = wrap, measure
         self._coding = cache(self._find_coding)
 
@@ -150,11 +162,15 @@ class _Maps:
         if name == "normal":
             _, warnings = self._coding()
             return NormalMap(self._normals(None), measure=self._measure), warnings
-        channels, warnings = self._channels(name)
-        rows = ValueRows(channels, self._layouts, self._wrap)
-        warnings += _enlarged(channels, rows.size)
+        rows: ValueRows | MadeGloss
+        if name == "gloss" and self._brightness is not None:
+            rows, warnings = self._brightness, []
+        else:
+            channels, warnings = self._channels(name)
+            rows = ValueRows(channels, self._layouts, self._wrap)
+            warnings += _enlarged(channels, rows.size)
         truth = rows.truth(self._layouts) if self._measure else None
-        if name != "gloss":
+        if isinstance(rows, ValueRows) and name != "gloss":
             return ValueMap(rows, truth), warnings
         normals: NormalRows | MadeNormals | None = None
         if "normal" in self._drawn:

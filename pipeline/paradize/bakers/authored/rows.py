@@ -156,6 +156,27 @@ class NormalRows:
         return 0.0, 0.0, 1.0
 
 
+class MadeGloss:
+    """Rows of gloss that is made of a picture, beside normals of another."""
+
+    def __init__(self, made: MapRows, layouts: Layouts) -> None:
+        self.size = made.height_map.heights.shape
+        self.layout = layouts(self.size)
+        self._made = made
+
+    def rows(self, first: int, last: int) -> F32:
+        """Rows (n, w, 2), 0..1, gutters filled."""
+        return self._made.rows("gloss", first, last)
+
+    def truth(self, _: Layouts) -> F32:
+        """The reference (h, w, 2)."""
+        return self._made.truth("gloss")
+
+    def constant(self) -> tuple[float, ...] | None:
+        """None: it stays a texture, as gloss without other normals does."""
+        return None
+
+
 class MadeNormals:
     """Rows of normals that are made of another picture, for the gloss of this size beside them."""
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from paradize.bakers.authored.rows import MadeNormals, NormalRows, ValueRows
+from paradize.bakers.authored.rows import MadeGloss, MadeNormals, NormalRows, ValueRows
 from paradize.data import DrawnNormals, HeightMap, Texture
 from paradize.metrics.levels import gloss_levels, normal_levels, value_levels
 from paradize.stages.compress import LevelWriter, encode_rows
@@ -64,7 +64,12 @@ class GlossMap:
     """The textures of gloss: smoothness as squared roughness, widened by what averaging took from the normals
     beside it (normals; None: there are none)."""
 
-    def __init__(self, rows: ValueRows, normals: NormalRows | MadeNormals | None, truth: F32 | None) -> None:
+    def __init__(
+        self,
+        rows: ValueRows | MadeGloss,
+        normals: NormalRows | MadeNormals | None,
+        truth: F32 | None,
+    ) -> None:
         self.rows, self._normals, self._truth = rows, normals, truth
         self._normal_truth: DrawnNormals | HeightMap | None = None
         if truth is not None:
