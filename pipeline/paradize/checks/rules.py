@@ -125,6 +125,13 @@ RULES: dict[str, Rule] = {
         "parts of an object have many times the texels of others for the same area",
         'scale the islands; if it is meant so, write PZ233 = "off" under [check]',
     ),
+    "PZ234": Rule(
+        "warning",
+        "part inside out",
+        "a closed part of a mesh faces inwards: its far inner wall is drawn instead of its near side",
+        "flip its faces in your modelling tool, or draw its material two_sided; if it is seen from within, "
+        'write PZ234 = "off" under [check]',
+    ),
     "PZ301": Rule("error", "mip chain incomplete", "levels down to 1 x 1 are missing or short", "bake again"),
     "PZ302": Rule("error", "texel not a number", "NaN or infinity in a float texture", "mend the source"),
     "PZ303": Rule(

@@ -15,6 +15,7 @@ from paradize.checks.against import WORSE_BY, check_against, earlier_scene
 from paradize.checks.budgets import check_budget
 from paradize.checks.flights import check_flight
 from paradize.checks.gutters import check_gutters
+from paradize.checks.inside_out import check_winding
 from paradize.checks.layouts import check_layouts
 from paradize.checks.maps import scene_maps
 from paradize.checks.meshes import check_mesh
@@ -82,6 +83,7 @@ def _findings(manifest: dict[str, Any], path: Path, options: CheckOptions) -> It
         searches["earlier bake"] = check_against(manifest, earlier, file, options.worse_by)
     searches |= {
         "UV layouts": check_layouts(manifest, folder),
+        "winding": check_winding(manifest, folder),
         "gutters": check_gutters(manifest, folder),
         "maps": scene_maps(manifest, folder),
         "terrain": check_tiles(manifest, folder),

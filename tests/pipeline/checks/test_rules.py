@@ -131,6 +131,11 @@ def same_corner(a: int, b: int) -> Callable[[np.ndarray], None]:
     return edit
 
 
+def turned(indices: np.ndarray) -> None:
+    triangles = indices.reshape(-1, 3)
+    triangles[:] = triangles[:, ::-1].copy()
+
+
 def swapped_lods(scene: Path) -> None:
     def edit(tree: dict[str, Any]) -> None:
         a, b = tree["nodes"][1], tree["nodes"][2]
@@ -358,6 +363,7 @@ PLANTED: list[tuple[str, str, Callable[[Path], Any]]] = [
     ("PZ231", "a coordinate before the map", unguarded(edit_mesh("TEXCOORD_0", put(3, 1, -0.01)))),
     ("PZ232", "a layout that is folded", unguarded(edit_mesh("TEXCOORD_0", folded))),
     ("PZ233", "a layout whose half is squeezed", unguarded(edit_mesh("TEXCOORD_0", squeezed))),
+    ("PZ234", "a ball turned inside out", edit_mesh("indices", turned)),
     ("PZ411", "a path through the hill", manifest(lambda m: lower(m, 3.5))),
     ("PZ412", "a near plane that reaches the ground", manifest(lambda m: m["flight"].update(near_m=4.0))),
     ("PZ501", "a sound that ends in mid-wave", clicking(0.5)),
@@ -417,6 +423,12 @@ def test_a_sound_scene_is_clean(sound_scene: Path) -> None:
     assert len(options.checked) == len(json.loads((sound_scene / "scene.json").read_text())["artifacts"])
     assert check_paths([sound_scene / "scene.json"]) == []
     assert check_paths([path for path in sound_scene.iterdir() if path.suffix in (".glb", ".ktx2")]) == []
+
+
+def test_a_turned_part_that_is_drawn_from_both_sides_has_no_fault(scene: Path) -> None:
+    edit_mesh("indices", turned)(scene)
+    change(scene, lambda m: m["objects"][0]["materials"]["wood"].update(two_sided=True))
+    assert check_paths([scene]) == []
 
 
 @pytest.mark.parametrize(("code", "fault", "plant"), PLANTED, ids=[f"{c}-{f}" for c, f, _ in PLANTED])
