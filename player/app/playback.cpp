@@ -131,12 +131,17 @@ class Playback {
 
     const assets::SceneFile &file() const { return scenes_.current().file; }
     Renderer &renderer() { return *renderer_; }
-    std::vector<double> &frame_ms() { return frame_ms_; }
+    /// Frames to record. Their recording allocates nothing.
+    void reserve_frames(std::size_t frames) {
+        frame_ms_.reserve(frames);
+        scene_ms_.reserve(frames);
+    }
 
     /// Records the duration of a finished frame, and adjusts the quality for --fps.
     void record_frame_time(double ms) {
         if (frame_ms_.size() < frame_ms_.capacity()) {
             frame_ms_.push_back(ms);
+            scene_ms_.push_back(renderer_->scene_ms());
         }
         if (!governor_) {
             return;
@@ -233,6 +238,7 @@ class Playback {
         out.width_px = renderer_->width_px();
         out.height_px = renderer_->height_px();
         out.frame_ms = frame_ms_;
+        out.scene_ms = scene_ms_;
         out.bench = options_.bench;
         out.passes_ms = passes_ms_;
         out.quality = governor_ ? governor_->current().quality : options_.quality;
@@ -321,8 +327,8 @@ class Playback {
     std::unique_ptr<BakeLimits> bake_limits_ = std::make_unique<BakeLimits>(file());
     gl::ShaderLibrary shaders_;
     std::unique_ptr<Renderer> renderer_;
-    std::vector<Sample> samples_; // of --reference, otherwise empty
-    std::vector<double> frame_ms_;
+    std::vector<Sample> samples_;             // of --reference, otherwise empty
+    std::vector<double> frame_ms_, scene_ms_; // one entry per frame
     std::vector<std::uint8_t> pixels_;
     std::vector<std::string> screenshots_;
     Device device_ = device();
@@ -346,7 +352,7 @@ std::filesystem::path numbered(const std::filesystem::path &path, int number) {
 void play_frames(Playback &playback, const Options &options, gl::DebugLog &log, Window *window) {
     const int before = options.bench ? warm_up_frames : 0;
     const int frames = before + options.frames.value_or(options.bench ? bench_frames : 1);
-    playback.frame_ms().reserve(static_cast<std::size_t>(frames));
+    playback.reserve_frames(static_cast<std::size_t>(frames));
     for (int i = 0; i < frames; ++i) {
         const double elapsed_s = options.time_s + i * frame_s;
         if (options.bench) {
@@ -407,7 +413,7 @@ void play_window(Playback &playback, const Options &options, gl::DebugLog &log, 
     bool muted = true;
     std::string loaded_sha256; // of the sound that is playing
     start_sound(playback.file(), options, audio, loaded_sha256, muted);
-    playback.frame_ms().reserve(1U << 20U);
+    playback.reserve_frames(1U << 20U);
     FreeCamera camera(flight_pose(playback.file().flight, options.time_s));
     double elapsed_s = options.time_s;
     double last_s = window.seconds();

@@ -26,6 +26,7 @@ struct FrameRate {
 struct Report {
     int width_px = 0, height_px = 0;
     std::vector<double> frame_ms; // drawing time of each frame, until the device has finished
+    std::vector<double> scene_ms; // processor time of each frame for finding what to draw
     bool bench = false;           // true: frame_ms was measured by --bench
     std::vector<std::pair<std::string, double>> passes_ms; // of --bench, in drawing order
     Quality quality = all_at(Tier::balanced);

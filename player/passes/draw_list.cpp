@@ -1,30 +1,61 @@
 #include "passes/draw_list.hpp"
 
 #include <glm/geometric.hpp>
-#include <glm/matrix.hpp>
 
 #include <algorithm>
-#include <numeric>
+#include <limits>
 #include <tuple>
 
 namespace paradize {
 
 using assets::AlphaMode;
 
+InstanceTransforms::InstanceTransforms(std::span<const Object> objects)
+    : objects_(objects), anchor_(std::numeric_limits<double>::quiet_NaN()) {
+    std::uint32_t count = 0;
+    for (const Object &object : objects) {
+        first_.push_back(count);
+        count += static_cast<std::uint32_t>(object.instances.size());
+    }
+    rows_.resize(count);
+}
+
+void InstanceTransforms::update(const glm::dvec3 &anchor) {
+    if (anchor == anchor_) {
+        return;
+    }
+    anchor_ = anchor;
+    for (std::size_t i = 0; i < objects_.size(); ++i) {
+        const std::span<const Instance> instances = objects_[i].instances;
+        find_rows(instances, anchor, std::span(rows_).subspan(first_[i], instances.size()));
+    }
+}
+
+std::span<const InstanceRows> InstanceTransforms::of(const DrawItem &item) const {
+    const auto object = static_cast<std::size_t>(item.object - objects_.data());
+    return std::span(rows_).subspan(first_[object] + item.first, item.count);
+}
+
 DrawList::DrawList(std::span<const Object> objects, DrawnMaterials drawn) : objects_(objects), drawn_(drawn) {
-    std::size_t most_items = 0;
+    std::size_t most_commands = 0;
+    std::size_t most_blended = 0;
     std::size_t most_instances = 0;
     for (const Object &object : objects) {
         const auto materials = static_cast<std::size_t>(
             std::ranges::count_if(object.materials, [&](const Material &one) { return has(one); }));
-        most_items += object.instances.size();
-        most_commands_ += materials * object.instances.size();
-        most_instances += (drawn == DrawnMaterials::blended ? materials : 1) * object.instances.size();
+        const std::size_t groups = 2 * std::max<std::size_t>(object.errors_m.size(), 1);
+        first_group_.push_back(static_cast<std::uint32_t>(groups_.size()));
+        for (std::size_t group = 0; group < groups; ++group) {
+            groups_.push_back({&object, static_cast<int>(group / 2), group % 2 != 0});
+        }
+        most_commands += materials * std::min(groups, object.instances.size());
+        most_blended += materials * object.instances.size();
+        most_instances += object.instances.size();
     }
-    order_.reserve(most_items);
-    blended_.reserve(drawn == DrawnMaterials::blended ? most_commands_ : 0);
-    commands_.reserve(most_commands_);
-    instances_.reserve(most_instances);
+    const bool is_blended = drawn == DrawnMaterials::blended;
+    blended_.reserve(is_blended ? most_blended : 0);
+    commands_.reserve(is_blended ? most_blended : most_commands);
+    instances_.reserve(is_blended ? most_blended : most_instances);
 }
 
 bool DrawList::has(const Material &material) const {
@@ -32,43 +63,46 @@ bool DrawList::has(const Material &material) const {
     return drawn_ == DrawnMaterials::all || is_blended == (drawn_ == DrawnMaterials::blended);
 }
 
-void DrawList::add_instance(const DrawItem &item, const View &view) {
-    const glm::mat4 rows = glm::transpose(view.local(item.instance->model));
-    instances_.push_back({rows[0], rows[1], rows[2]});
-}
-
-void DrawList::fill(std::span<const DrawItem> items, const View &view) {
+void DrawList::fill(std::span<const DrawItem> items, const View &view, const InstanceTransforms &transforms) {
     commands_.clear();
     instances_.clear();
     if (drawn_ == DrawnMaterials::blended) {
-        fill_blended(items, view);
+        fill_blended(items, view, transforms);
     } else {
-        fill_sorted(items, view);
+        fill_sorted(items, transforms);
     }
 }
 
-void DrawList::fill_sorted(std::span<const DrawItem> items, const View &view) {
-    const auto group = [&](std::uint32_t i) {
-        const DrawItem &item = items[i];
-        return std::tuple(index_of(*item.object), item.lod, item.instance->mirrored);
+DrawList::Group &DrawList::group_of(const DrawItem &item) {
+    return groups_[first_group_[index_of(*item.object)] + 2 * static_cast<std::size_t>(item.lod) +
+                   (item.mirrored() ? 1U : 0U)];
+}
+
+void DrawList::fill_sorted(std::span<const DrawItem> items, const InstanceTransforms &transforms) {
+    for (Group &group : groups_) {
+        group.count = group.filled = 0;
+    }
+    const auto is_drawn = [&](const DrawItem &item) {
+        return std::ranges::any_of(item.object->materials, [&](const Material &one) { return has(one); });
     };
-    order_.resize(items.size());
-    std::iota(order_.begin(), order_.end(), 0U);
-    std::ranges::sort(order_, [&](std::uint32_t a, std::uint32_t b) {
-        return std::tuple(group(a), a) < std::tuple(group(b), b);
-    });
-    for (std::size_t start = 0; start < order_.size();) {
-        const auto first = static_cast<std::uint32_t>(instances_.size());
-        const DrawItem &item = items[order_[start]];
-        const auto same = group(order_[start]);
-        for (; start < order_.size() && group(order_[start]) == same; ++start) {
-            add_instance(items[order_[start]], view);
-        }
-        const auto count = static_cast<std::uint32_t>(instances_.size()) - first;
-        for (std::uint32_t m = 0; m < item.object->materials.size(); ++m) {
-            if (has(item.object->materials[m])) {
-                commands_.push_back({item.object, m, item.lod, item.instance->mirrored, first, count});
+    for (const DrawItem &item : items) {
+        group_of(item).count += is_drawn(item) ? item.count : 0;
+    }
+    std::uint32_t total = 0;
+    for (Group &group : groups_) {
+        group.first = total;
+        total += group.count;
+        for (std::uint32_t m = 0; group.count != 0 && m < group.object->materials.size(); ++m) {
+            if (has(group.object->materials[m])) {
+                commands_.push_back({group.object, m, group.lod, group.mirrored, group.first, group.count});
             }
+        }
+    }
+    instances_.resize(total);
+    for (const DrawItem &item : items) {
+        if (Group &group = group_of(item); group.filled < group.count) {
+            std::ranges::copy(transforms.of(item), instances_.begin() + group.first + group.filled);
+            group.filled += item.count;
         }
     }
     std::ranges::sort(commands_, {}, [&](const DrawCommand &command) {
@@ -78,36 +112,40 @@ void DrawList::fill_sorted(std::span<const DrawItem> items, const View &view) {
     });
 }
 
-void DrawList::fill_blended(std::span<const DrawItem> items, const View &view) {
+void DrawList::fill_blended(std::span<const DrawItem> items, const View &view,
+                            const InstanceTransforms &transforms) {
     blended_.clear();
     for (std::uint32_t i = 0; i < items.size(); ++i) {
         const Object &object = *items[i].object;
         for (std::uint32_t m = 0; m < object.materials.size(); ++m) {
-            if (has(object.materials[m])) {
-                const glm::dvec4 center(object.materials[m].center, 1.0F);
-                const glm::vec3 place = view.local(glm::dvec3(items[i].instance->model * center));
-                blended_.push_back({i, m, glm::distance(place, view.eye)});
+            if (!has(object.materials[m])) {
+                continue;
+            }
+            const glm::dvec4 center(object.materials[m].center, 1.0);
+            for (std::uint32_t n = 0; n < items[i].count; ++n) {
+                const glm::dvec3 place(items[i].instances()[n].model * center);
+                blended_.push_back({i, n, m, glm::distance(view.local(place), view.eye)});
             }
         }
     }
     std::ranges::sort(blended_, [](const Blended &a, const Blended &b) {
-        return std::tuple(-a.distance, a.item, a.material) < std::tuple(-b.distance, b.item, b.material);
+        return std::tuple(-a.distance, a.item, a.instance, a.material) <
+               std::tuple(-b.distance, b.item, b.instance, b.material);
     });
     for (const Blended &one : blended_) {
         const DrawItem &item = items[one.item];
         const auto first = static_cast<std::uint32_t>(instances_.size());
-        add_instance(item, view);
+        instances_.push_back(transforms.of(item)[one.instance]);
         // Instances of a draw call are drawn in their order. Two-sided materials take two calls each.
         if (!commands_.empty()) {
             DrawCommand &last = commands_.back();
             if (last.object == item.object && last.material == one.material && last.lod == item.lod &&
-                last.mirrored == item.instance->mirrored &&
-                !item.object->materials[one.material].values.two_sided) {
+                last.mirrored == item.mirrored() && !item.object->materials[one.material].values.two_sided) {
                 ++last.count;
                 continue;
             }
         }
-        commands_.push_back({item.object, one.material, item.lod, item.instance->mirrored, first, 1});
+        commands_.push_back({item.object, one.material, item.lod, item.mirrored(), first, 1});
     }
 }
 

@@ -5,14 +5,30 @@
 #include "scene/view.hpp"
 #include "streaming/scene.hpp"
 
-#include <glm/vec4.hpp>
+#include <glm/vec3.hpp>
 
-#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
 
 namespace paradize {
+
+/// The transforms of all instances relative to the views' anchor.
+class InstanceTransforms {
+  public:
+    /// `objects` must outlive this. Reserves all memory.
+    explicit InstanceTransforms(std::span<const Object> objects);
+
+    /// Finds the transforms anew if the anchor is another one: every 1024 m of the way (scene/camera.hpp).
+    void update(const glm::dvec3 &anchor);
+    std::span<const InstanceRows> of(const DrawItem &item) const;
+
+  private:
+    std::span<const Object> objects_;
+    std::vector<std::uint32_t> first_; // by object
+    std::vector<InstanceRows> rows_;
+    glm::dvec3 anchor_;
+};
 
 /// Which materials a list holds: opaque ones and those with holes; blended ones; all.
 enum class DrawnMaterials { solid, blended, all };
@@ -27,10 +43,6 @@ struct DrawCommand {
     std::uint32_t count = 0;
 };
 
-/// Rows of the matrix from the mesh to the view's coordinates, as shaders/lib/model.glsl reads them.
-using InstanceRows = std::array<glm::vec4, 3>;
-static_assert(sizeof(InstanceRows) == 48);
-
 class DrawList {
   public:
     /// `objects` must outlive the list. Reserves all memory that fill() needs.
@@ -38,15 +50,22 @@ class DrawList {
 
     /// Lists what `view` draws of its visible instances. Blended materials come back to front, by the centre
     /// of their triangles in each instance. All others come by program, material, mesh and level, as this
-    /// changes the least state.
-    void fill(std::span<const DrawItem> items, const View &view);
+    /// changes the least state; the work is that of the items and of copying their transforms.
+    void fill(std::span<const DrawItem> items, const View &view, const InstanceTransforms &transforms);
 
     std::span<const DrawCommand> commands() const { return commands_; }
     std::span<const InstanceRows> instances() const { return instances_; }
 
   private:
+    /// Instances of an object at one level and with one winding.
+    struct Group {
+        const Object *object = nullptr;
+        int lod = 0;
+        bool mirrored = false;
+        std::uint32_t count = 0, first = 0, filled = 0; // instances; the first one in the list
+    };
     struct Blended {
-        std::uint32_t item = 0, material = 0;
+        std::uint32_t item = 0, instance = 0, material = 0;
         float distance = 0.0F; // from the eye, metres
     };
 
@@ -54,14 +73,15 @@ class DrawList {
     std::size_t index_of(const Object &object) const {
         return static_cast<std::size_t>(&object - objects_.data());
     }
-    void add_instance(const DrawItem &item, const View &view);
-    void fill_sorted(std::span<const DrawItem> items, const View &view);
-    void fill_blended(std::span<const DrawItem> items, const View &view);
+    Group &group_of(const DrawItem &item);
+    void fill_sorted(std::span<const DrawItem> items, const InstanceTransforms &transforms);
+    void fill_blended(std::span<const DrawItem> items, const View &view,
+                      const InstanceTransforms &transforms);
 
     std::span<const Object> objects_;
     DrawnMaterials drawn_;
-    std::size_t most_commands_ = 0;
-    std::vector<std::uint32_t> order_; // of items
+    std::vector<std::uint32_t> first_group_; // by object
+    std::vector<Group> groups_;              // two for each level
     std::vector<Blended> blended_;
     std::vector<DrawCommand> commands_;
     std::vector<InstanceRows> instances_;

@@ -21,7 +21,7 @@ constexpr float no_water = -1e9F;
 } // namespace
 
 Frame::Frame(const Scene &drawn_scene, std::span<const std::unique_ptr<Pass>> passes)
-    : scene(drawn_scene), passes_(passes) {
+    : scene(drawn_scene), transforms_(drawn_scene.objects()), passes_(passes) {
     GLint alignment = 1;
     glGetIntegerv(GL_UNIFORM_BUFFER_OFFSET_ALIGNMENT, &alignment);
     const auto step = static_cast<std::size_t>(alignment);

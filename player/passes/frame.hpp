@@ -2,6 +2,7 @@
 // What a pass gets in each frame: clock, views, visible instances, and the textures of other passes.
 
 #include "gl/handle.hpp"
+#include "passes/draw_list.hpp"
 #include "passes/pass_meter.hpp"
 #include "scene/quality.hpp"
 #include "scene/view.hpp"
@@ -51,9 +52,11 @@ class Frame {
     RenderSettings settings;            // settings of this frame
     glm::vec3 to_sun{0.0F, 1.0F, 0.0F}; // unit; in --reference a point of the sun's disc
     PassMeter *meter = nullptr;         // measures the passes of the main view; nullptr: no measurement
-    int width_px = 0, height_px = 0;    // of the picture
-    unsigned filtered = 0;              // framebuffer that filter() draws into: RGBA16F, width_px x height_px
-    unsigned output = 0;                // framebuffer that finish() draws into: RGBA8, width_px x height_px
+    // processor time of this thread for what the frame draws: culling, levels, terrain cut, draw lists
+    mutable double scene_ms = 0.0;
+    int width_px = 0, height_px = 0; // of the picture
+    unsigned filtered = 0;           // framebuffer that filter() draws into: RGBA16F, width_px x height_px
+    unsigned output = 0;             // framebuffer that finish() draws into: RGBA8, width_px x height_px
 
     /// The views of this frame. Copy a view to change its size or clip plane before draw_view().
     const View &view(ViewKind kind) const { return views_[static_cast<std::size_t>(kind)]; }
@@ -63,6 +66,9 @@ class Frame {
     std::span<const DrawItem> visible(ViewKind kind) const {
         return visible_[static_cast<std::size_t>(kind)];
     }
+
+    /// The transforms of all instances in this frame's views.
+    const InstanceTransforms &transforms() const { return transforms_; }
 
     /// Returns the terrain with this frame's cut, or nullptr if the scene has none.
     TerrainTiles *terrain() const { return terrain_.get(); }
@@ -79,6 +85,7 @@ class Frame {
     friend class Renderer;
     std::array<View, view_kinds> views_;
     std::array<std::vector<DrawItem>, view_kinds> visible_;
+    InstanceTransforms transforms_;
     std::unique_ptr<TerrainTiles> terrain_;
     std::span<const std::unique_ptr<Pass>> passes_;
     gl::Buffer uniforms_;

@@ -221,12 +221,20 @@ void ObjectsPass::draw_command(const DrawCommand &command, const View &view) {
     draw();
 }
 
+bool ObjectsPass::fill(DrawList &list, const Frame &frame, const View &view) const {
+    const CpuTimer timer(frame.scene_ms);
+    list.fill(frame.visible(view.kind), view, frame.transforms());
+    if (list.commands().empty()) {
+        return false;
+    }
+    gl::replace_buffer(GL_ARRAY_BUFFER, instances_, std::as_bytes(list.instances()));
+    return true;
+}
+
 void ObjectsPass::draw_depth(const Frame &frame, const View &light) {
-    casters_->fill(frame.visible(ViewKind::light), light);
-    if (casters_->commands().empty()) {
+    if (!fill(*casters_, frame, light)) {
         return;
     }
-    gl::replace_buffer(GL_ARRAY_BUFFER, instances_, std::as_bytes(casters_->instances()));
     forget_state();
     depth_bias(true);
     for (const DrawCommand &command : casters_->commands()) {
@@ -245,11 +253,9 @@ void ObjectsPass::draw(const Frame &frame, const View &view) {
         }
         return;
     }
-    list_.fill(frame.visible(view.kind), view);
-    if (list_.commands().empty()) {
+    if (!fill(list_, frame, view)) {
         return;
     }
-    gl::replace_buffer(GL_ARRAY_BUFFER, instances_, std::as_bytes(list_.instances()));
     forget_state();
     const bool blended = drawn_ == DrawnMaterials::blended;
     const bool covers = !blended && view.kind == ViewKind::main && frame.settings.samples > 1;

@@ -44,6 +44,8 @@ class ObjectsPass : public Pass {
     static constexpr std::size_t variants = 6;
     static std::size_t variant_of(const assets::Material &material);
 
+    /// Lists what the view draws and uploads its instances. False if it draws nothing.
+    bool fill(DrawList &list, const Frame &frame, const View &view) const;
     void draw_depth(const Frame &frame, const View &light);
     /// Binds the program and the material of a command, as far as they differ from the last command's.
     void use_lit(const Frame &frame, const View &view, const Material &material);

@@ -26,4 +26,17 @@ class PassMeter {
 /// A monotonic clock in milliseconds.
 double now_ms();
 
+/// Adds the processor time that this thread takes during its lifetime to a sum of milliseconds.
+class CpuTimer {
+  public:
+    explicit CpuTimer(double &sum_ms);
+    CpuTimer(const CpuTimer &) = delete;
+    CpuTimer &operator=(const CpuTimer &) = delete;
+    ~CpuTimer();
+
+  private:
+    double &sum_ms_;
+    double since_ms_;
+};
+
 } // namespace paradize

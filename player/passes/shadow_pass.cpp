@@ -24,7 +24,9 @@ std::uint64_t fingerprint(const Frame &frame, const View &light) {
         mix(hash, std::bit_cast<std::uint32_t>(matrix[i]));
     }
     for (const DrawItem &item : frame.visible(ViewKind::light)) {
-        mix(hash, std::bit_cast<std::uintptr_t>(item.instance));
+        mix(hash, std::bit_cast<std::uintptr_t>(item.object));
+        mix(hash, item.first);
+        mix(hash, item.count);
         mix(hash, static_cast<std::uint64_t>(item.lod));
         for (const Material &material : item.object->materials) {
             const StreamedTexture *color = material.maps[assets::ObjectMap::color];

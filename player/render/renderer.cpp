@@ -148,6 +148,8 @@ void Renderer::set_views(const Pose &pose, const Sample &sample) {
                         : sun_direction(file.sun.direction, 0.5F * file.sun.angular_diameter_rad, sample.sun);
     frame_.views_ = frame_views(file, settings, pose, width_px_, height_px_, frame_.to_sun, sample.pixel);
     const View &main = frame_.view(ViewKind::main);
+    const CpuTimer timer(frame_.scene_ms);
+    frame_.transforms_.update(main.anchor);
     if (frame_.terrain_) {
         frame_.terrain_->update(main, settings.lod_error_px);
     }
@@ -162,6 +164,7 @@ void Renderer::set_views(const Pose &pose, const Sample &sample) {
 
 void Renderer::begin_frame(double elapsed_s) {
     first_draw_call_ = gl::draw_calls();
+    frame_.scene_ms = 0.0;
     step_to(elapsed_s);
     frame_.clock.delta_s = frame_.clock.frame == 0 ? 0.0 : elapsed_s - last_s_;
     frame_.clock.elapsed_s = elapsed_s;

@@ -59,6 +59,8 @@ class Renderer {
     std::optional<TerrainCounts> terrain_counts() const;
     /// Draw calls of the last frame, in all its views.
     std::uint64_t draw_calls() const { return draw_calls_; }
+    /// Processor time of the last frame for culling, levels of detail, the terrain's cut and draw lists.
+    double scene_ms() const { return frame_.scene_ms; }
 
     /// Framebuffer of the finished 8-bit picture.
     unsigned output() const;

@@ -111,34 +111,19 @@ void Demand::look(const Pose &pose, const Outlook &outlook, std::vector<float> &
     add_terrain(main, outlook.settings.lod_error_px, errors);
 }
 
-Demand::Nearest Demand::nearest(const Object &object, const Views &views, float error_px) const {
-    constexpr std::size_t max_levels = 64;
+NearestInstance Demand::nearest(const Object &object, const Views &views, float error_px) const {
     const assets::SceneFile &file = scene_.file();
     const View &main = views[static_cast<std::size_t>(ViewKind::main)];
-    const std::size_t levels = std::min(object.file->lods.size(), max_levels);
-    std::array<float, max_levels> errors_m{};
-    Nearest out{0.0F, static_cast<int>(levels)};
+    NearestInstance out{0.0F, static_cast<int>(object.errors_m.size())};
     for (const View &view : views) {
         const bool is_light = view.kind == ViewKind::light;
         const bool is_used =
             is_light ? file.shadow.has_value() : view.kind == ViewKind::main || file.water.has_value();
-        if (!is_used || !drawn_in(*object.file, view.kind)) {
-            continue;
-        }
-        const glm::vec3 eye = is_light ? main.eye : view.eye;
-        const float pixels_at_1m = is_light ? main.pixels_at_1m : view.pixels_at_1m;
-        for (const Instance &instance : object.instances) {
-            const glm::vec3 center = view.local(instance.center);
-            if (!view.sees(center, instance.radius_m)) {
-                continue;
-            }
-            const float distance_m = glm::distance(eye, center) - instance.radius_m;
-            for (std::size_t i = 0; i < levels; ++i) {
-                errors_m[i] = object.file->lods[i].error_m * instance.scale;
-            }
-            out.lod =
-                std::min(out.lod, choose_lod({errors_m.data(), levels}, distance_m, pixels_at_1m, error_px));
-            raise(out.pixels_per_m, pixels_at_1m * instance.scale / std::max(distance_m, main.near_m));
+        if (is_used && drawn_in(*object.file, view.kind)) {
+            const View &seen_from = is_light ? main : view;
+            object.tree.find_nearest(object.instances, view,
+                                     {seen_from.eye, seen_from.pixels_at_1m, error_px, object.errors_m},
+                                     main.near_m, out);
         }
     }
     return out;
@@ -149,7 +134,7 @@ void Demand::add_objects(const Views &views, const RenderSettings &settings,
     const float accepted_px = std::max(settings.lod_error_px, 1e-3F);
     for (std::size_t i = 0; i < objects_.size(); ++i) {
         const Object &object = scene_.objects()[i];
-        const Nearest seen = nearest(object, views, settings.lod_error_px);
+        const NearestInstance seen = nearest(object, views, settings.lod_error_px);
         if (seen.pixels_per_m == 0.0F) {
             continue;
         }

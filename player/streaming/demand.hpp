@@ -49,17 +49,12 @@ class Demand {
         Range mesh;
         std::vector<MapUse> maps;
     };
-    /// A pixel's size on an object where it is nearest to the eye, and the level of detail chosen there.
-    struct Nearest {
-        float pixels_per_m = 0.0F; // of the mesh
-        int lod = 0;
-    };
     using Views = std::array<View, view_kinds>;
 
     MapUse map_use(std::string_view artifact, float uv_per_m) const;
     /// Raises `errors` to those that the pose sees.
     void look(const Pose &pose, const Outlook &outlook, std::vector<float> &errors);
-    Nearest nearest(const Object &object, const Views &views, float error_px) const;
+    NearestInstance nearest(const Object &object, const Views &views, float error_px) const;
     void add_objects(const Views &views, const RenderSettings &settings, std::vector<float> &errors) const;
     void add_map(const MapUse &map, float pixels_per_m, std::vector<float> &errors) const;
     void add_surfaces(const View &main, std::vector<float> &errors) const;

@@ -3,23 +3,11 @@
 #include "error.hpp"
 
 #include <glm/ext/matrix_transform.hpp>
-#include <glm/geometric.hpp>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 namespace paradize {
-
-int choose_lod(std::span<const float> errors_m, float distance_m, float pixels_at_1m, float error_px) {
-    const float pixels_per_m = pixels_at_1m / std::max(distance_m, 1e-3F);
-    for (std::size_t lod = errors_m.size(); lod-- > 1;) {
-        if (errors_m[lod] * pixels_per_m <= error_px) {
-            return static_cast<int>(lod);
-        }
-    }
-    return 0;
-}
 
 glm::vec2 parallax_of(const assets::Material &material) {
     const glm::vec2 asked(material.parallax_scale, material.parallax_bias);
@@ -78,6 +66,10 @@ Scene::Scene(const assets::SceneFile &file, const Streamer &streamer) : file_(fi
             instance.mirrored = scale.x * scale.y * scale.z < 0.0;
             instance.radius_m = entry.radius_m * instance.scale;
         }
+        object.tree = InstanceTree(object.instances);
+        for (const assets::ObjectLod &lod : entry.lods) {
+            object.errors_m.push_back(lod.error_m);
+        }
         instance_count_ += object.instances.size();
     }
 }
@@ -102,27 +94,29 @@ const StreamedMesh *Scene::mesh(std::string_view artifact) const {
 
 void Scene::collect(const View &view, const glm::vec3 &eye, float pixels_at_1m, float error_px,
                     std::vector<DrawItem> &items) const {
-    constexpr std::size_t max_levels = 64;
     for (const Object &object : objects_) {
         if (!drawn_in(*object.file, view.kind)) {
             continue;
         }
-        std::array<float, max_levels> errors{};
-        const std::size_t levels = std::min(object.file->lods.size(), max_levels);
-        for (const Instance &instance : object.instances) {
-            if (items.size() == items.capacity() ||
-                !view.sees(view.local(instance.center), instance.radius_m)) {
-                continue;
-            }
-            for (std::size_t i = 0; i < levels; ++i) {
-                errors[i] = object.file->lods[i].error_m * instance.scale;
-            }
-            const float distance = glm::distance(eye, view.local(instance.center)) - instance.radius_m;
-            const int wanted = choose_lod({errors.data(), levels}, distance, pixels_at_1m, error_px);
-            if (const int lod = object.mesh->best_level(wanted); lod >= 0) {
-                items.push_back({&object, &instance, lod});
-            }
-        }
+        const std::size_t first_item = items.size();
+        object.tree.collect(object.instances, view, {eye, pixels_at_1m, error_px, object.errors_m},
+                            [&](const InstanceRange &seen) {
+                                const int lod = object.mesh->best_level(seen.lod);
+                                if (lod < 0) {
+                                    return;
+                                }
+                                if (items.size() > first_item) {
+                                    DrawItem &last = items.back();
+                                    if (last.first + last.count == seen.first && last.lod == lod &&
+                                        last.mirrored() == object.instances[seen.first].mirrored) {
+                                        last.count += seen.count;
+                                        return;
+                                    }
+                                }
+                                if (items.size() < items.capacity()) {
+                                    items.push_back({&object, seen.first, seen.count, lod});
+                                }
+                            });
     }
 }
 

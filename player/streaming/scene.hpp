@@ -2,10 +2,10 @@
 // The scene for the passes: scene.json joined with the textures and meshes of the streamer.
 
 #include "assets/scene_file.hpp"
+#include "scene/instances.hpp"
 #include "scene/view.hpp"
 #include "streaming/streamer.hpp"
 
-#include <glm/mat4x4.hpp>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 
@@ -14,14 +14,6 @@
 #include <vector>
 
 namespace paradize {
-
-struct Instance {
-    glm::dmat4 model{1.0};  // world from mesh
-    glm::dvec3 center{0.0}; // bounding sphere in the world
-    float radius_m = 0.0F;
-    float scale = 1.0F;    // largest of its axes
-    bool mirrored = false; // triangle winding is reversed
-};
 
 /// A material with its maps.
 struct Material {
@@ -35,14 +27,20 @@ struct Object {
     const assets::Object *file = nullptr;
     const StreamedMesh *mesh = nullptr;
     std::vector<Material> materials; // one entry per name in mesh->materials(), same order
-    std::vector<Instance> instances;
+    std::vector<Instance> instances; // in the order of the tree
+    InstanceTree tree;
+    std::vector<float> errors_m; // of its levels
 };
 
-/// An instance to draw in one view, with a level of detail that is resident.
+/// Instances of an object to draw in one view: neighbours in its list, all of one winding, with a level of
+/// detail that is resident.
 struct DrawItem {
     const Object *object = nullptr;
-    const Instance *instance = nullptr;
+    std::uint32_t first = 0, count = 0; // of Object::instances
     int lod = 0;
+
+    std::span<const Instance> instances() const { return std::span(object->instances).subspan(first, count); }
+    bool mirrored() const { return object->instances[first].mirrored; }
 };
 
 class Scene {
@@ -64,10 +62,10 @@ class Scene {
 
     std::size_t instance_count() const { return instance_count_; }
     std::uint32_t material_count() const { return static_cast<std::uint32_t>(distinct_materials_.size()); }
-    /// Appends the visible instances of `view` to `items`, culled by their bounding spheres. Picks for each
-    /// the coarsest level with an error of at most `error_px` pixels seen from `eye`. The light view uses the
-    /// main view's eye, so that shadows fit their casters. The capacity of `items` must hold instance_count()
-    /// already.
+    /// Appends the visible instances of `view` to `items`, object by object in the order of their lists,
+    /// culled by their bounding spheres. Picks for each the coarsest level with an error of at most
+    /// `error_px` pixels seen from `eye`. The light view uses the main view's eye, so that shadows fit their
+    /// casters. The capacity of `items` must hold instance_count() already.
     void collect(const View &view, const glm::vec3 &eye, float pixels_at_1m, float error_px,
                  std::vector<DrawItem> &items) const;
 
@@ -87,9 +85,5 @@ bool drawn_in(const assets::Object &object, ViewKind view);
 /// Returns the scale and bias of a material's parallax. Both are reduced if the largest displacement, scale /
 /// 2 + |bias|, exceeds the material's limit.
 glm::vec2 parallax_of(const assets::Material &material);
-
-/// Returns the coarsest level whose error covers at most `error_px` pixels at `distance_m`, or 0 if none
-/// does. `errors_m` starts with level 0 and grows.
-int choose_lod(std::span<const float> errors_m, float distance_m, float pixels_at_1m, float error_px);
 
 } // namespace paradize

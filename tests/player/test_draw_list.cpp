@@ -46,6 +46,13 @@ std::vector<std::string> words(const DrawList &list, const std::vector<Object> &
     return out;
 }
 
+void fill(DrawList &list, std::span<const DrawItem> items, std::span<const Object> objects,
+          const View &view) {
+    InstanceTransforms transforms(objects);
+    transforms.update(view.anchor);
+    list.fill(items, view, transforms);
+}
+
 using Words = std::vector<std::string>;
 
 } // namespace
@@ -54,14 +61,14 @@ TEST_CASE("draw list: instances of a level are one command, mirrored ones anothe
     std::vector<Object> objects(1);
     objects[0].materials = {material(0), material(1)};
     objects[0].instances = {standing(1.0), standing(2.0), standing(3.0, true), standing(4.0), standing(5.0)};
-    const auto &at = objects[0].instances;
-    const std::vector<DrawItem> items{{&objects[0], &at[0], 1},
-                                      {&objects[0], &at[1], 0},
-                                      {&objects[0], &at[2], 0},
-                                      {&objects[0], &at[3], 1},
-                                      {&objects[0], &at[4], 0}};
+    objects[0].errors_m = {0.0F, 0.1F};
+    const std::vector<DrawItem> items{{&objects[0], 0, 1, 1},
+                                      {&objects[0], 1, 1, 0},
+                                      {&objects[0], 2, 1, 0},
+                                      {&objects[0], 3, 1, 1},
+                                      {&objects[0], 4, 1, 0}};
     DrawList list(objects, DrawnMaterials::solid);
-    list.fill(items, eye_at(0.0F));
+    fill(list, items, objects, eye_at(0.0F));
     CHECK(words(list, objects) ==
           Words{"0:0:0 x2", "0:0:0 x1 mirrored", "0:0:1 x2", "0:1:0 x2", "0:1:0 x1 mirrored", "0:1:1 x2"});
     REQUIRE(list.instances().size() == 5);
@@ -78,13 +85,13 @@ TEST_CASE("draw list: programs change least, then materials, then meshes") {
     std::vector<DrawItem> items;
     for (Object &object : objects) {
         object.instances = {standing(0.0)};
-        items.push_back({&object, object.instances.data(), 0});
+        items.push_back({&object, 0, 1, 0});
     }
     DrawList list(objects, DrawnMaterials::solid);
-    list.fill(items, eye_at(5.0F));
+    fill(list, items, objects, eye_at(5.0F));
     CHECK(words(list, objects) == Words{"1:0:0 x1", "0:1:0 x1", "2:0:0 x1", "0:0:0 x1", "1:1:0 x1"});
     DrawList all(objects, DrawnMaterials::all);
-    all.fill(items, eye_at(5.0F));
+    fill(all, items, objects, eye_at(5.0F));
     CHECK(words(all, objects).back() == "2:1:0 x1");
     CHECK(all.commands().size() == 6);
 }
@@ -98,16 +105,14 @@ TEST_CASE("draw list: blended materials come back to front, neighbours of one ki
     objects[1].instances = {standing(0.0)};
     std::vector<DrawItem> items;
     for (Object &object : objects) {
-        for (const Instance &instance : object.instances) {
-            items.push_back({&object, &instance, 0});
-        }
+        items.push_back({&object, 0, static_cast<std::uint32_t>(object.instances.size()), 0});
     }
     DrawList list(objects, DrawnMaterials::blended);
-    list.fill(items, eye_at(9.0F));
+    fill(list, items, objects, eye_at(9.0F));
     CHECK(words(list, objects) == Words{"1:1:0 x1", "0:1:0 x2", "1:0:0 x1", "0:1:0 x1"});
     CHECK(list.instances()[1][2].w == -2.0F);
     CHECK(list.instances()[2][2].w == -1.0F);
-    list.fill(items, eye_at(-9.0F));
+    fill(list, items, objects, eye_at(-9.0F));
     CHECK(words(list, objects) == Words{"0:1:0 x1", "1:0:0 x1", "0:1:0 x2", "1:1:0 x1"});
 }
 
@@ -115,10 +120,9 @@ TEST_CASE("draw list: a two-sided blended material is a command for each instanc
     std::vector<Object> objects(1);
     objects[0].materials = {material(0, AlphaMode::blend, true)};
     objects[0].instances = {standing(0.0), standing(1.0)};
-    const auto &at = objects[0].instances;
-    const std::vector<DrawItem> items{{&objects[0], &at[0], 0}, {&objects[0], &at[1], 0}};
+    const std::vector<DrawItem> items{{&objects[0], 0, 2, 0}};
     DrawList list(objects, DrawnMaterials::blended);
-    list.fill(items, eye_at(5.0F));
+    fill(list, items, objects, eye_at(5.0F));
     CHECK(words(list, objects) == Words{"0:0:0 x1", "0:0:0 x1"});
 }
 
@@ -128,7 +132,7 @@ TEST_CASE("draw list: nothing is drawn of what is not visible, and an empty list
     objects[0].instances = {standing(0.0)};
     for (const DrawnMaterials drawn : {DrawnMaterials::solid, DrawnMaterials::blended, DrawnMaterials::all}) {
         DrawList list(objects, drawn);
-        list.fill({}, eye_at(0.0F));
+        fill(list, {}, objects, eye_at(0.0F));
         CHECK(list.commands().empty());
         CHECK(list.instances().empty());
     }

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from tests.conftest import ROOT
-from tests.player.synthetic import checker, identity, texture, write_scene
+from tests.player.synthetic import checker, identity, instance, texture, write_scene
 
 Player = Callable[..., "subprocess.CompletedProcess[str]"]
 BUDGET_BYTES = 4 << 20
@@ -87,3 +87,36 @@ def test_streaming_keeps_to_its_budget_and_ends_with_the_same_picture(player: Pl
 
     assert picture("stream_0000.png") != picture("whole_0000.png")
     assert picture("stream_0007.png") == picture("whole_0007.png")
+
+
+def test_two_thousand_instances_take_as_many_draw_calls_as_a_few_and_allocate_nothing(
+    player: Player, counter: Path, tmp_path: Path
+) -> None:
+    def crowd(side: int) -> Path:
+        scene = write_scene(tmp_path / f"scene_{side}")
+        manifest = json.loads((scene / "scene.json").read_text())
+        spots = np.linspace(-28.0, 28.0, side)
+        manifest["objects"][0]["instances"] = [
+            instance([float(x), 0.0, float(z)], float(x * z), 0.05 + 0.2 * (i % 3))
+            for i, (x, z) in enumerate((x, z) for x in spots for z in spots)
+        ]
+        (scene / "scene.json").write_text(json.dumps(manifest))
+        return scene
+
+    def run(scene: Path, frames: int) -> tuple[int, int]:
+        out = tmp_path / "count"
+        environment = {
+            "LD_PRELOAD": str(counter),
+            "PARADIZE_COUNT_FILE": str(out),
+            "MESA_SHADER_CACHE_DISABLE": "true",
+        }
+        result = player(scene, "--frames", frames, "--wait-resident", "--json", env=environment)
+        assert result.returncode == 0, result.stderr
+        return json.loads(result.stdout)["draw_calls"], int(out.read_text())
+
+    few, _ = run(crowd(4), 2)
+    many = crowd(45)
+    calls, allocations = run(many, 2)
+    # Two levels of detail and two materials, in three views.
+    assert calls <= few + 2 * 2 * 3
+    assert run(many, 12) == (calls, allocations)

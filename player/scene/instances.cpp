@@ -1,0 +1,172 @@
+#include "scene/instances.hpp"
+
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+#include <glm/matrix.hpp>
+
+#include <algorithm>
+#include <cstddef>
+#include <numeric>
+#include <utility>
+
+namespace paradize {
+
+namespace {
+
+constexpr std::uint32_t leaf_instances = 32;
+// Bounds are widened by more than what float32 rounds away, so that a box never decides against an instance.
+constexpr float widening = 1e-5F;
+
+} // namespace
+
+void find_rows(std::span<const Instance> instances, const glm::dvec3 &anchor, std::span<InstanceRows> rows) {
+    for (std::size_t i = 0; i < instances.size(); ++i) {
+        glm::dmat4 model = instances[i].model;
+        model[3] -= glm::dvec4(anchor, 0.0);
+        const glm::mat4 transposed = glm::transpose(glm::mat4(model));
+        rows[i] = {transposed[0], transposed[1], transposed[2]};
+    }
+}
+
+int choose_lod(std::span<const float> errors_m, float distance_m, float pixels_at_1m, float error_px) {
+    const float pixels_per_m = pixels_at_1m / std::max(distance_m, 1e-3F);
+    for (std::size_t lod = errors_m.size(); lod-- > 1;) {
+        if (errors_m[lod] * pixels_per_m <= error_px) {
+            return static_cast<int>(lod);
+        }
+    }
+    return 0;
+}
+
+InstanceTree::InstanceTree(std::vector<Instance> &instances) {
+    std::vector<std::uint32_t> order(instances.size());
+    std::iota(order.begin(), order.end(), 0U);
+    const auto mirrored =
+        std::ranges::stable_partition(order, [&](std::uint32_t i) { return !instances[i].mirrored; });
+    const auto count = static_cast<std::uint32_t>(mirrored.size());
+    const auto total = static_cast<std::uint32_t>(order.size());
+    build(order, instances, 0, total - count);
+    build(order, instances, total - count, count);
+    std::vector<Instance> sorted;
+    sorted.reserve(instances.size());
+    for (const std::uint32_t i : order) {
+        sorted.push_back(instances[i]);
+    }
+    instances = std::move(sorted);
+}
+
+void InstanceTree::build(std::vector<std::uint32_t> &order, const std::vector<Instance> &instances,
+                         std::uint32_t first, std::uint32_t count) {
+    if (count == 0) {
+        return;
+    }
+    const auto begin = order.begin() + first;
+    const Instance &any = instances[*begin];
+    glm::dvec3 low = any.center;
+    glm::dvec3 high = any.center;
+    Node node;
+    node.least_radius_m = node.most_radius_m = any.radius_m;
+    node.least_scale = node.most_scale = any.scale;
+    for (auto i = begin; i != begin + count; ++i) {
+        const Instance &instance = instances[*i];
+        low = glm::min(low, instance.center);
+        high = glm::max(high, instance.center);
+        node.least_radius_m = std::min(node.least_radius_m, instance.radius_m);
+        node.most_radius_m = std::max(node.most_radius_m, instance.radius_m);
+        node.least_scale = std::min(node.least_scale, instance.scale);
+        node.most_scale = std::max(node.most_scale, instance.scale);
+    }
+    node.center = 0.5 * (low + high);
+    node.half = glm::vec3(0.5 * (high - low)) * (1.0F + widening);
+    node.first = first;
+    node.count = count;
+    node.leaf = count <= leaf_instances;
+    const std::size_t at = nodes_.size();
+    nodes_.push_back(node);
+    if (!node.leaf) {
+        const glm::dvec3 edge = high - low;
+        const int axis = edge.x >= edge.y && edge.x >= edge.z ? 0 : edge.z >= edge.y ? 2 : 1;
+        const std::uint32_t half = count / 2;
+        std::nth_element(begin, begin + half, begin + count, [&](std::uint32_t a, std::uint32_t b) {
+            return std::pair(instances[a].center[axis], a) < std::pair(instances[b].center[axis], b);
+        });
+        build(order, instances, first, half);
+        build(order, instances, first + half, count - half);
+    }
+    nodes_[at].next = static_cast<std::uint32_t>(nodes_.size());
+}
+
+InstanceTree::Side InstanceTree::side_of(const Node &node, const View &view) {
+    const glm::vec3 center = view.local(node.center);
+    const float rounding_m = widening * (glm::length(center) + node.most_radius_m + 1.0F);
+    bool inside = true;
+    const auto is_outside = [&](const glm::vec4 &plane) {
+        const float middle = glm::dot(glm::vec3(plane), center) + plane.w;
+        const float extent = glm::dot(glm::abs(glm::vec3(plane)), node.half) + rounding_m;
+        inside = inside && middle - extent >= -node.least_radius_m;
+        return middle + extent < -node.most_radius_m;
+    };
+    if (std::ranges::any_of(view.planes, is_outside) || (view.clipped && is_outside(view.clip_plane))) {
+        return Side::outside;
+    }
+    return inside ? Side::inside : Side::crossed;
+}
+
+InstanceTree::Reach InstanceTree::distances(const Node &node, const View &view, const glm::vec3 &eye) {
+    const glm::vec3 away = glm::abs(eye - view.local(node.center));
+    const float near = glm::length(glm::max(away - node.half, glm::vec3(0.0F)));
+    const float far = glm::length(away + node.half);
+    const float rounding_m = widening * (far + glm::length(eye) + node.most_radius_m);
+    return {near - node.most_radius_m - rounding_m, far - node.least_radius_m + rounding_m};
+}
+
+int InstanceTree::lod_of(const Instance &instance, const View &view, const LodQuery &query) {
+    const float distance_m = glm::distance(query.eye, view.local(instance.center)) - instance.radius_m;
+    return choose_lod(query.errors_m, distance_m, query.pixels_at_1m * instance.scale, query.error_px);
+}
+
+InstanceTree::Seen InstanceTree::look(const Node &node, const View &view, const LodQuery &query) {
+    const Side side = side_of(node, view);
+    if (side != Side::inside) {
+        return {side, 0};
+    }
+    const Reach reach = distances(node, view, query.eye);
+    const auto level = [&](float distance_m, float scale) {
+        return choose_lod(query.errors_m, distance_m, query.pixels_at_1m * scale, query.error_px);
+    };
+    const int finest = level(reach.least_m, node.most_scale * (1.0F + widening));
+    const int coarsest = level(reach.most_m, node.least_scale * (1.0F - widening));
+    return finest == coarsest ? Seen{Side::inside, finest} : Seen{Side::crossed, 0};
+}
+
+void InstanceTree::find_nearest(std::span<const Instance> instances, const View &view, const LodQuery &query,
+                                float near_m, NearestInstance &nearest) const {
+    const auto pixels_per_m = [&](float distance_m, float scale) {
+        return query.pixels_at_1m * scale / std::max(distance_m, near_m);
+    };
+    for (std::size_t at = 0; at < nodes_.size();) {
+        const Node &node = nodes_[at];
+        const float least_m = distances(node, view, query.eye).least_m;
+        const float scale = node.most_scale * (1.0F + widening);
+        const bool may_be_nearer =
+            pixels_per_m(least_m, scale) > nearest.pixels_per_m ||
+            choose_lod(query.errors_m, least_m, query.pixels_at_1m * scale, query.error_px) < nearest.lod;
+        const bool visit = may_be_nearer && side_of(node, view) != Side::outside;
+        at = visit && !node.is_leaf() ? at + 1 : node.next;
+        if (!visit || !node.is_leaf()) {
+            continue;
+        }
+        for (std::uint32_t i = node.first; i < node.first + node.count; ++i) {
+            const Instance &instance = instances[i];
+            const glm::vec3 center = view.local(instance.center);
+            if (view.sees(center, instance.radius_m)) {
+                const float distance_m = glm::distance(query.eye, center) - instance.radius_m;
+                nearest.lod = std::min(nearest.lod, lod_of(instance, view, query));
+                nearest.pixels_per_m =
+                    std::max(nearest.pixels_per_m, pixels_per_m(distance_m, instance.scale));
+            }
+        }
+    }
+}
+
+} // namespace paradize

@@ -1,0 +1,126 @@
+#pragma once
+// The instances of an object: a tree of boxes that finds the visible ones and their levels of detail, and
+// their transforms. Uses no GL.
+
+#include "scene/view.hpp"
+
+#include <glm/mat4x4.hpp>
+#include <glm/vec3.hpp>
+#include <glm/vec4.hpp>
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace paradize {
+
+struct Instance {
+    glm::dmat4 model{1.0};  // world from mesh
+    glm::dvec3 center{0.0}; // bounding sphere in the world
+    float radius_m = 0.0F;
+    float scale = 1.0F;    // largest of its axes
+    bool mirrored = false; // triangle winding is reversed
+};
+
+/// Rows of the matrix from the mesh to the view's coordinates, as shaders/lib/model.glsl reads them.
+using InstanceRows = std::array<glm::vec4, 3>;
+static_assert(sizeof(InstanceRows) == 48);
+
+/// Returns the transforms relative to `anchor` in `rows`, one per instance.
+void find_rows(std::span<const Instance> instances, const glm::dvec3 &anchor, std::span<InstanceRows> rows);
+
+/// Neighbours in the list of instances, all of one winding, that are drawn at one level of detail.
+struct InstanceRange {
+    std::uint32_t first = 0, count = 0;
+    int lod = 0;
+    bool operator==(const InstanceRange &) const = default;
+};
+
+/// From where levels of detail are chosen, and how fine they must be.
+struct LodQuery {
+    glm::vec3 eye{0.0F};             // in the view's coordinates
+    float pixels_at_1m = 1.0F;       // pixels per metre at a distance of one metre
+    float error_px = 1.0F;           // accepted error
+    std::span<const float> errors_m; // of an instance of scale 1; level 0 comes first
+};
+
+/// The instance that fills most pixels: its pixels per metre of the mesh, at most those at a distance of
+/// near_m, and its level. Both only grow.
+struct NearestInstance {
+    float pixels_per_m = 0.0F;
+    int lod = 0;
+};
+
+/// A tree of boxes over instances that do not move: J. H. Clark, "Hierarchical Geometric Models for Visible
+/// Surface Algorithms", 1976. Built once. A query allocates nothing, and looks at single instances only in
+/// boxes that the view's border or the border between two levels crosses.
+class InstanceTree {
+  public:
+    InstanceTree() = default;
+    /// Sorts the instances: those of a box are neighbours, and so are the mirrored ones.
+    explicit InstanceTree(std::vector<Instance> &instances);
+
+    /// Calls take(InstanceRange) for what `view` sees, in the order of the list. `instances` are the sorted
+    /// ones. Ranges may touch.
+    template <class Take>
+    void collect(std::span<const Instance> instances, const View &view, const LodQuery &query,
+                 const Take &take) const {
+        for (std::size_t at = 0; at < nodes_.size();) {
+            const Node &node = nodes_[at];
+            const Seen seen = look(node, view, query);
+            at = seen.side == Side::crossed && !node.is_leaf() ? at + 1 : node.next;
+            if (seen.side == Side::inside) {
+                take(InstanceRange{node.first, node.count, seen.lod});
+            } else if (seen.side == Side::crossed && node.is_leaf()) {
+                for (std::uint32_t i = node.first; i < node.first + node.count; ++i) {
+                    if (view.sees(view.local(instances[i].center), instances[i].radius_m)) {
+                        take(InstanceRange{i, 1, lod_of(instances[i], view, query)});
+                    }
+                }
+            }
+        }
+    }
+    /// Raises `nearest` to the visible instance that fills most pixels, and lowers its level to the finest.
+    void find_nearest(std::span<const Instance> instances, const View &view, const LodQuery &query,
+                      float near_m, NearestInstance &nearest) const;
+
+    std::size_t size() const { return nodes_.size(); }
+
+  private:
+    struct Node {
+        glm::dvec3 center{0.0}; // of the box around the instances' centres, world
+        glm::vec3 half{0.0F};   // half its edges, metres
+        float least_radius_m = 0.0F, most_radius_m = 0.0F;
+        float least_scale = 0.0F, most_scale = 0.0F;
+        std::uint32_t first = 0, count = 0; // instances
+        std::uint32_t next = 0;             // the node after all its children, which follow it
+        bool leaf = false;
+        bool is_leaf() const { return leaf; }
+    };
+    enum class Side { outside, inside, crossed };
+    struct Seen {
+        Side side = Side::outside;
+        int lod = 0; // of all instances, where side is inside
+    };
+    struct Reach {
+        float least_m = 0.0F, most_m = 0.0F;
+    };
+
+    void build(std::vector<std::uint32_t> &order, const std::vector<Instance> &instances, std::uint32_t first,
+               std::uint32_t count);
+    /// Inside: the view sees every instance of the node, all at one level.
+    static Seen look(const Node &node, const View &view, const LodQuery &query);
+    static Side side_of(const Node &node, const View &view);
+    /// Bounds of the distances from a point to the spheres.
+    static Reach distances(const Node &node, const View &view, const glm::vec3 &eye);
+    static int lod_of(const Instance &instance, const View &view, const LodQuery &query);
+
+    std::vector<Node> nodes_; // parents before children
+};
+
+/// Returns the coarsest level whose error covers at most `error_px` pixels at `distance_m`, or 0 if none
+/// does. `errors_m` starts with level 0 and grows.
+int choose_lod(std::span<const float> errors_m, float distance_m, float pixels_at_1m, float error_px);
+
+} // namespace paradize
