@@ -227,6 +227,9 @@ class Playback {
         }
     }
 
+    /// Waits until all files of the scene are checked. Throws Error if one is damaged.
+    void finish_checks() { scenes_.current().streamer.finish_checks(); }
+
     void save(const std::filesystem::path &path) {
         renderer_->read_picture(pixels_);
         write_png(path, pixels_, renderer_->width_px(), renderer_->height_px());
@@ -380,6 +383,7 @@ void play_frames(Playback &playback, const Options &options, gl::DebugLog &log, 
             }
         }
     }
+    playback.finish_checks(); // so that exit code 0 says that all files are good
 }
 
 /// Plays the scene's sound. If that sound is already playing, it continues.

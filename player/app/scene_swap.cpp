@@ -82,6 +82,7 @@ void SceneSwap::log_failures() {
 }
 
 void SceneSwap::upload_all(const Outlook &outlook) {
+    current_->streamer.finish_checks();
     upload_needed(*current_, outlook, {});
     log_failures();
 }
@@ -96,7 +97,11 @@ LoadedScene *SceneSwap::upload(const Outlook &outlook, const UploadBudget &budge
         return nullptr;
     }
     try {
-        const bool complete = upload_needed(*next_, outlook, budget);
+        bool complete = upload_needed(*next_, outlook, budget);
+        if (complete && budget.not_ready == NotReady::wait) {
+            next_->streamer.finish_checks();
+        }
+        complete = complete && next_->streamer.checked();
         if (!next_->streamer.failures().empty()) {
             throw Error(next_->streamer.failures().front());
         }

@@ -1,25 +1,18 @@
 #include "assets/artifact_loader.hpp"
 
+#include "assets/file_checker.hpp"
 #include "error.hpp"
 
-#include <algorithm>
 #include <exception>
 #include <utility>
 
 namespace paradize::assets {
 
-namespace {
-
-constexpr unsigned max_threads = 8;
-
-} // namespace
-
 ArtifactLoader::ArtifactLoader(const SceneFile &scene, std::filesystem::path folder,
-                               std::vector<std::uint32_t> wanted, std::uint64_t max_waiting)
+                               std::vector<std::uint32_t> wanted)
     : scene_(scene), folder_(std::move(folder)), wanted_(std::move(wanted)), loaded_(wanted_.size()),
-      errors_(wanted_.size()), max_waiting_bytes_(max_waiting), first_error_(wanted_.size()) {
-    const auto threads = std::min<std::size_t>(
-        wanted_.size(), std::clamp(std::thread::hardware_concurrency(), 1U, max_threads));
+      errors_(wanted_.size()), first_error_(wanted_.size()) {
+    const std::size_t threads = loader_threads(wanted_.size());
     left_.store(threads, std::memory_order_relaxed);
     for (std::size_t i = 0; i < threads; ++i) {
         threads_.emplace_back([this](const std::stop_token &stop) { work(stop); });
@@ -35,12 +28,7 @@ ArtifactLoader::~ArtifactLoader() {
 void ArtifactLoader::work(const std::stop_token &stop) {
     for (std::size_t i = next_.fetch_add(1); i < first_error_.load(); i = next_.fetch_add(1)) {
         try {
-            loaded_[i] = load_artifact(scene_, wanted_[i], folder_, stop);
-            const std::uint64_t bytes = loaded_[i].file.bytes().size();
-            if (waiting_bytes_.fetch_add(bytes) + bytes > max_waiting_bytes_) {
-                waiting_bytes_.fetch_sub(bytes);
-                free_memory(loaded_[i]);
-            }
+            loaded_[i] = open_artifact(scene_, wanted_[i], folder_, stop);
         } catch (const std::exception &error) { // take() rethrows it
             errors_[i] = error.what();
             std::size_t first = first_error_.load();

@@ -1,5 +1,5 @@
 #pragma once
-// Loads artifacts on threads, so that the drawing thread waits neither for the disk nor for hashing.
+// Opens artifacts on threads, so that the drawing thread does not wait for the disk.
 
 #include "assets/loaded_artifact.hpp"
 
@@ -15,10 +15,8 @@ namespace paradize::assets {
 
 class ArtifactLoader {
   public:
-    /// `wanted` holds indices of artifacts, loaded in this order. `scene` must outlive this object. If the
-    /// files exceed `max_waiting` bytes together, the memory of later files is freed; see free_memory().
-    ArtifactLoader(const SceneFile &scene, std::filesystem::path folder, std::vector<std::uint32_t> wanted,
-                   std::uint64_t max_waiting);
+    /// `wanted` holds indices of artifacts, opened in this order. `scene` must outlive this object.
+    ArtifactLoader(const SceneFile &scene, std::filesystem::path folder, std::vector<std::uint32_t> wanted);
     ~ArtifactLoader();
     ArtifactLoader(const ArtifactLoader &) = delete;
     ArtifactLoader &operator=(const ArtifactLoader &) = delete;
@@ -26,8 +24,8 @@ class ArtifactLoader {
     const std::vector<std::uint32_t> &wanted() const { return wanted_; }
     /// True if take() would return at once.
     bool ready() const { return left_.load(std::memory_order_acquire) == 0; }
-    /// Waits for all artifacts and returns them in the order of `wanted`. Call once. Throws Error: the first
-    /// artifact's error.
+    /// Waits for all artifacts and returns them in the order of `wanted`: opened, not checked. Call once.
+    /// Throws Error: the first artifact's error.
     std::vector<LoadedArtifact> take();
 
   private:
@@ -38,10 +36,8 @@ class ArtifactLoader {
     const std::vector<std::uint32_t> wanted_;
     std::vector<LoadedArtifact> loaded_; // in the order of wanted_; each entry is written by one thread
     std::vector<std::string> errors_;    // empty: no error
-    const std::uint64_t max_waiting_bytes_;
-    std::atomic<std::uint64_t> waiting_bytes_{0};
     std::atomic<std::size_t> next_{0};
-    std::atomic<std::size_t> first_error_; // artifacts after it are not loaded
+    std::atomic<std::size_t> first_error_; // artifacts after it are not opened
     std::atomic<std::size_t> left_;        // running threads
     std::vector<std::jthread> threads_;
 };

@@ -12,6 +12,7 @@
 #include <sys/stat.h>
 #include <thread>
 #include <unistd.h>
+#include <vector>
 
 namespace paradize::assets {
 
@@ -128,6 +129,14 @@ FileBytes::FileBytes(const std::filesystem::path &path, FileSize size, const OnB
     read_all(file, on_bytes);
 }
 
+FileBytes FileBytes::reserve(const std::filesystem::path &path, FileSize size) {
+    FileBytes out;
+    out.name_ = path.string();
+    const Descriptor file(path);
+    out.memory_.emplace(static_cast<std::size_t>(size_of(file.number(), out.name_, size)));
+    return out;
+}
+
 FileBytes::FileBytes() noexcept = default;
 FileBytes::FileBytes(FileBytes &&) noexcept = default;
 FileBytes &FileBytes::operator=(FileBytes &&) noexcept = default;
@@ -136,6 +145,7 @@ FileBytes::~FileBytes() = default;
 void FileBytes::read_all(const Descriptor &file, const OnBytes &on_bytes) {
     const std::int64_t start_ns = now_ns();
     const std::span<std::byte> all = memory_->bytes();
+    std::vector<std::byte> front(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(front_));
     for (std::size_t at = 0; at < all.size();) {
         const std::size_t size = std::min(part_bytes, all.size() - at);
         const std::size_t got = file.read_some(at, all.subspan(at, size), name_, all.size());
@@ -144,10 +154,30 @@ void FileBytes::read_all(const Descriptor &file, const OnBytes &on_bytes) {
         }
         at += got;
     }
+    if (!std::ranges::equal(front, all.first(front_))) {
+        throw Error(name_ + ": was changed while it was read" + bake_again);
+    }
     stamp_ = file.stamp();
     if (start_ns - stamp_.back() < young_ns) {
         stamp_ = {}; // no stamp proves that the file is still the same
     }
+}
+
+void FileBytes::read_front(const std::filesystem::path &path, std::size_t bytes) {
+    const std::size_t end = std::min(bytes, memory_->bytes().size());
+    if (end <= front_) {
+        return;
+    }
+    const Descriptor file(path);
+    while (front_ < end) {
+        front_ += file.read_some(front_, memory_->bytes().subspan(front_, end - front_), name_,
+                                 memory_->bytes().size());
+    }
+}
+
+void FileBytes::read_all(const std::filesystem::path &path, const OnBytes &on_bytes) {
+    const Descriptor file(path);
+    read_all(file, on_bytes);
 }
 
 void FileBytes::release() {

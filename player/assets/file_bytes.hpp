@@ -1,7 +1,7 @@
 #pragma once
-// Reads a whole file into memory. Later changes of the file do not affect these bytes. (A memory mapping
-// would raise SIGBUS if the file became shorter.) Under a memory limit the bytes are freed after they were
-// checked, and parts are read again when they are needed.
+// Reads a file into memory: its front first, the rest later, or all at once. Later changes of the file do not
+// affect these bytes. (A memory mapping would raise SIGBUS if the file became shorter.) Under a memory limit
+// the bytes are freed after they were checked, and parts are read again when they are needed.
 
 #include "assets/byte_source.hpp"
 #include "assets/reserved_memory.hpp"
@@ -41,6 +41,14 @@ class FileBytes final : public ByteSource {
     /// missing, not a regular file, empty, of the wrong size, or truncated while it is read.
     explicit FileBytes(const std::filesystem::path &path, FileSize size = {}, const OnBytes &on_bytes = {});
 
+    /// Reserves memory for the file but reads nothing. Throws Error like the constructor.
+    static FileBytes reserve(const std::filesystem::path &path, FileSize size = {});
+    /// Reads at least the first `bytes` bytes, unless it did before, and at most the whole file. bytes() is
+    /// zero behind them. Throws Error.
+    void read_front(const std::filesystem::path &path, std::size_t bytes);
+    /// Reads the whole file. Throws Error, also if the front differs from what read_front() found.
+    void read_all(const std::filesystem::path &path, const OnBytes &on_bytes);
+
     FileBytes(FileBytes &&) noexcept;
     FileBytes &operator=(FileBytes &&) noexcept;
     ~FileBytes() override;
@@ -65,7 +73,8 @@ class FileBytes final : public ByteSource {
     std::optional<ReservedMemory> memory_;
     std::unique_ptr<Descriptor> descriptor_; // open while the memory is freed
     std::string name_;
-    FileStamp stamp_{}; // of the file whose bytes were checked
+    std::size_t front_ = 0; // bytes that read_front() has read
+    FileStamp stamp_{};     // of the file whose bytes were checked
 };
 
 } // namespace paradize::assets

@@ -79,7 +79,7 @@ struct Chunks {
 
 Chunks split(std::span<const std::byte> file, const std::string &name) {
     const auto refuse = [&](const std::string &what) { throw Error(name + ": " + what); };
-    if (file.size() < 20 || word_at(file, 0) != glb_magic) {
+    if (file.size() < glb_header_bytes || word_at(file, 0) != glb_magic) {
         refuse("is not a GLB file (" + std::to_string(file.size()) + " bytes, wrong or truncated header)");
     }
     if (word_at(file, 4) != 2) {
@@ -90,13 +90,13 @@ Chunks split(std::span<const std::byte> file, const std::string &name) {
                std::to_string(file.size()));
     }
     const std::size_t json_bytes = word_at(file, 12);
-    if (word_at(file, 16) != json_chunk || json_bytes > file.size() - 20) {
+    if (word_at(file, 16) != json_chunk || json_bytes > file.size() - glb_header_bytes) {
         refuse("first chunk: must be JSON; says " + std::to_string(json_bytes) + " bytes, " +
-               std::to_string(file.size() - 20) + " bytes follow its header");
+               std::to_string(file.size() - glb_header_bytes) + " bytes follow its header");
     }
     Chunks out;
-    out.json = {reinterpret_cast<const char *>(file.data()) + 20, json_bytes};
-    const std::size_t next = 20 + json_bytes;
+    out.json = {reinterpret_cast<const char *>(file.data()) + glb_header_bytes, json_bytes};
+    const std::size_t next = glb_header_bytes + json_bytes;
     if (next == file.size()) {
         return out;
     }
@@ -345,6 +345,12 @@ void check_version(const JsonObject &root) {
 }
 
 } // namespace
+
+std::size_t glb_front_bytes(std::span<const std::byte> header) {
+    constexpr std::size_t chunk_header_bytes = 8; // of the BIN chunk
+    return header.size() < glb_header_bytes ? header.size()
+                                            : glb_header_bytes + word_at(header, 12) + chunk_header_bytes;
+}
 
 Glb read_glb_nodes(std::span<const std::byte> file, const std::string &name,
                    std::span<const std::uint32_t> nodes) {

@@ -63,6 +63,11 @@ struct Glb {
 /// Error with the place.
 Glb read_glb(std::span<const std::byte> file, const std::string &name);
 
+/// read_glb() and read_glb_nodes() use only the first glb_front_bytes() bytes of the file, which its first
+/// glb_header_bytes bytes tell.
+inline constexpr std::size_t glb_header_bytes = 20;
+std::size_t glb_front_bytes(std::span<const std::byte> header);
+
 /// Reads a terrain tile: `levels` are the meshes of these nodes, in this order. The glTF scene is ignored.
 Glb read_glb_nodes(std::span<const std::byte> file, const std::string &name,
                    std::span<const std::uint32_t> nodes);

@@ -14,8 +14,8 @@ namespace {
 
 constexpr std::array<unsigned char, 12> identifier{0xAB, 'K',  'T',  'X',  ' ',  '2',
                                                    '0',  0xBB, '\r', '\n', 0x1A, '\n'};
-constexpr std::size_t header_bytes = 80;
 constexpr std::size_t level_entry_bytes = 24;
+constexpr std::size_t max_level_count = std::bit_width(max_texture_px);
 constexpr std::uint32_t zstandard = 2;
 
 static_assert(std::endian::native == std::endian::little,
@@ -72,9 +72,33 @@ BlockShape block_shape(PixelFormat format) {
     return {0, 1};
 }
 
+std::size_t ktx2_front_bytes(std::span<const std::byte> header) {
+    const std::size_t levels = header.size() < ktx2_header_bytes ? 0 : read_at<std::uint32_t>(header, 40);
+    return ktx2_header_bytes + std::min(levels, max_level_count) * level_entry_bytes;
+}
+
 Ktx2 read_ktx2(std::span<const std::byte> file, const std::string &name) {
+    Ktx2 out = read_ktx2_front(file, name);
+    check_frames(out, name);
+    return out;
+}
+
+void check_frames(const Ktx2 &ktx, const std::string &name) {
+    for (std::size_t i = 0; i < ktx.levels.size(); ++i) {
+        const Ktx2Level &level = ktx.levels[i];
+        if (level.compressed.empty()) {
+            continue;
+        }
+        if (const std::string error = frame_error(level.compressed, level.bytes.size()); !error.empty()) {
+            throw Error(name + ": level " + std::to_string(i) + ": " + error);
+        }
+    }
+}
+
+Ktx2 read_ktx2_front(std::span<const std::byte> file, const std::string &name) {
     const auto refuse = [&](const std::string &what) { throw Error(name + ": " + what); };
-    if (file.size() < header_bytes || std::memcmp(file.data(), identifier.data(), identifier.size()) != 0) {
+    if (file.size() < ktx2_header_bytes ||
+        std::memcmp(file.data(), identifier.data(), identifier.size()) != 0) {
         refuse("is not a KTX2 file (" + std::to_string(file.size()) +
                " bytes, wrong or truncated identifier)");
     }
@@ -114,13 +138,13 @@ Ktx2 read_ktx2(std::span<const std::byte> file, const std::string &name) {
         refuse("header: supercompression " + std::to_string(supercompression) +
                ", must be 0 (none) or 2 (Zstandard)");
     }
-    if (!inside(header_bytes, std::uint64_t{levels} * level_entry_bytes, file.size())) {
-        refuse("level index: ends at byte " + std::to_string(header_bytes + levels * level_entry_bytes) +
+    if (!inside(ktx2_header_bytes, std::uint64_t{levels} * level_entry_bytes, file.size())) {
+        refuse("level index: ends at byte " + std::to_string(ktx2_header_bytes + levels * level_entry_bytes) +
                ", the file has " + std::to_string(file.size()) + " bytes");
     }
     std::uint64_t total = 0;
     for (std::uint32_t i = 0; i < levels; ++i) {
-        const std::size_t entry = header_bytes + i * level_entry_bytes;
+        const std::size_t entry = ktx2_header_bytes + i * level_entry_bytes;
         const auto offset = read_at<std::uint64_t>(file, entry);
         const auto length = read_at<std::uint64_t>(file, entry + 8);
         Ktx2Level level;
@@ -144,6 +168,9 @@ Ktx2 read_ktx2(std::span<const std::byte> file, const std::string &name) {
         }
         level.bytes = file.subspan(offset, length);
         if (compressed) {
+            if (length == 0) {
+                refuse(place + "has no Zstandard frame");
+            }
             const auto inflated = read_at<std::uint64_t>(file, entry + 16);
             if (inflated != expected) {
                 refuse(place + std::to_string(inflated) + " bytes uncompressed, expected " +
@@ -152,9 +179,6 @@ Ktx2 read_ktx2(std::span<const std::byte> file, const std::string &name) {
             total += expected;
             if (total > max_inflated_bytes) {
                 refuse(place + "decompresses to more than " + std::to_string(max_inflated_bytes) + " bytes");
-            }
-            if (const std::string error = frame_error(level.bytes, expected); !error.empty()) {
-                refuse(place + error);
             }
             level.compressed = level.bytes;
             level.inflated = out.inflated_memory.emplace_back(expected).bytes();

@@ -72,4 +72,11 @@ inline constexpr std::uint64_t max_inflated_bytes = std::uint64_t{1} << 31U;
 /// Spans point into `file`, or into memory that is filled later. Throws Error with place, value and limit.
 Ktx2 read_ktx2(std::span<const std::byte> file, const std::string &name);
 
+/// The same in two steps. The first needs only the first ktx2_front_bytes() bytes of the file, which its
+/// header tells; the second checks the headers of the compressed levels.
+inline constexpr std::size_t ktx2_header_bytes = 80;
+std::size_t ktx2_front_bytes(std::span<const std::byte> header);
+Ktx2 read_ktx2_front(std::span<const std::byte> file, const std::string &name);
+void check_frames(const Ktx2 &ktx, const std::string &name);
+
 } // namespace paradize::assets

@@ -198,38 +198,93 @@ std::optional<std::uint32_t> tile_of(const SceneFile &scene, const Artifact &art
                                 : std::optional(static_cast<std::uint32_t>(found - tiles.begin()));
 }
 
-LoadedArtifact load_artifact(const SceneFile &scene, std::uint32_t index, const std::filesystem::path &folder,
+namespace {
+
+/// Reads the coarsest level of a mesh, and measures its materials.
+void open_coarsest(LoadedArtifact &out) {
+    const GlbLevel &level = out.glb.levels.back();
+    std::size_t end = 0;
+    for (std::uint32_t part = 0; part < mesh_attributes + level.primitives.size(); ++part) {
+        if (const std::span<const std::byte> bytes = mesh_part(level, part); !bytes.empty()) {
+            end = std::max(end,
+                           static_cast<std::size_t>(bytes.data() + bytes.size() - out.file.bytes().data()));
+        }
+    }
+    out.file.read_front(out.path, end);
+    check_level(level, out.path);
+    out.materials = measure_materials(out.glb);
+}
+
+void open_content(const SceneFile &scene, const Artifact &artifact, LoadedArtifact &out) {
+    if (artifact.kind == ArtifactKind::sound) {
+        return;
+    }
+    if (artifact.kind == ArtifactKind::mesh) {
+        out.file.read_front(out.path, glb_header_bytes);
+        out.file.read_front(out.path, glb_front_bytes(out.file.bytes()));
+        if (out.tile) {
+            open_tile(*scene.terrain, out);
+            return;
+        }
+        out.glb = read_glb(out.file.bytes(), out.path);
+        open_coarsest(out);
+        out.plan = plan_mesh(out.glb);
+        return;
+    }
+    out.file.read_front(out.path, ktx2_header_bytes);
+    out.file.read_front(out.path, ktx2_front_bytes(out.file.bytes()));
+    out.ktx = read_ktx2_front(out.file.bytes(), out.path);
+    const bool cube = artifact.kind == ArtifactKind::cubemap;
+    if (cube != (out.ktx.faces == 6)) {
+        throw Error(out.path + ": has " + std::to_string(out.ktx.faces) + " faces, a " +
+                    (cube ? "cube map has 6" : "texture has 1"));
+    }
+    out.plan = plan_texture(out.ktx);
+}
+
+} // namespace
+
+LoadedArtifact open_artifact(const SceneFile &scene, std::uint32_t index, const std::filesystem::path &folder,
                              const std::stop_token &stop) {
     const Artifact &artifact = scene.artifacts[index];
     LoadedArtifact out;
     out.path = (folder / artifact.file).string();
     out.sha256 = artifact.sha256;
-    out.file = read_artifact(artifact, folder, stop);
     out.tile = tile_of(scene, artifact);
-    if (out.tile) {
-        open_tile(*scene.terrain, out);
-        check_mesh(out.glb, out.path);
-    } else if (artifact.kind == ArtifactKind::mesh) {
-        out.glb = read_glb(out.file.bytes(), out.path);
-        check_mesh(out.glb, out.path);
-        out.materials = measure_materials(out.glb);
-        out.plan = plan_mesh(out.glb);
-    } else if (artifact.kind == ArtifactKind::sound) {
-        out.file.release(); // read again when the sound is played
-    } else {
-        out.ktx = read_ktx2(out.file.bytes(), out.path);
-        const bool cube = artifact.kind == ArtifactKind::cubemap;
-        if (cube != (out.ktx.faces == 6)) {
-            throw Error(out.path + ": has " + std::to_string(out.ktx.faces) + " faces, a " +
-                        (cube ? "cube map has 6" : "texture has 1"));
-        }
-        check_texels(out.ktx, out.path);
-        out.plan = plan_texture(out.ktx);
+    out.file = FileBytes::reserve(out.path, {.exactly = artifact.bytes});
+    try {
+        open_content(scene, artifact, out);
+    } catch (const Error &) {
+        read_artifact(artifact, folder, stop); // throws if the file is not the one that was baked
+        throw;
     }
     if (!artifact.drawn) {
-        out.file.release();
         out.plan = {};
     }
+    return out;
+}
+
+void check_artifact(const Artifact &artifact, LoadedArtifact &loaded, const std::stop_token &stop) {
+    Sha256 hash;
+    loaded.file.read_all(loaded.path, [&](std::span<const std::byte> part) {
+        if (stop.stop_requested()) {
+            throw Error(loaded.path + ": loading was cancelled");
+        }
+        hash.add(part);
+    });
+    check_hash(hash.hex(), loaded.sha256, loaded.path);
+    check_mesh(loaded.glb, loaded.path);
+    check_frames(loaded.ktx, loaded.path);
+    check_texels(loaded.ktx, loaded.path);
+    if (!artifact.drawn || artifact.kind == ArtifactKind::sound) { // a sound is read again when it is played
+        loaded.file.release();
+    }
+}
+
+LoadedArtifact load_artifact(const SceneFile &scene, std::uint32_t index,
+                             const std::filesystem::path &folder) {
+    LoadedArtifact out = open_artifact(scene, index, folder);
+    check_artifact(scene.artifacts[index], out);
     return out;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
-// An artifact's file in memory, checked against scene.json, with its parsed content.
+// An artifact's file with its parsed content. It is opened first: its headers say what it holds. Before any
+// of it is used, the whole file is read and checked against scene.json.
 
 #include "assets/file_bytes.hpp"
 #include "assets/glb.hpp"
@@ -35,9 +36,18 @@ struct LoadedArtifact {
 FileBytes read_artifact(const Artifact &artifact, const std::filesystem::path &folder,
                         const std::stop_token &stop = {});
 
-/// Reads the file, parses its content and checks it. Throws Error.
-LoadedArtifact load_artifact(const SceneFile &scene, std::uint32_t index, const std::filesystem::path &folder,
+/// Reads and parses the headers of the file, and of a mesh its coarsest level. The other bytes are zero. If
+/// the headers are broken, the whole file is read, and a wrong hash is reported first. Throws Error.
+LoadedArtifact open_artifact(const SceneFile &scene, std::uint32_t index, const std::filesystem::path &folder,
                              const std::stop_token &stop = {});
+
+/// Reads the whole file of an opened artifact and checks its SHA-256 and every number in it. Throws Error,
+/// also when `stop` is requested.
+void check_artifact(const Artifact &artifact, LoadedArtifact &loaded, const std::stop_token &stop = {});
+
+/// Both in one.
+LoadedArtifact load_artifact(const SceneFile &scene, std::uint32_t index,
+                             const std::filesystem::path &folder);
 
 /// Frees the file's memory. stage() reads from the file then. Throws Error if the file has changed.
 void free_memory(LoadedArtifact &loaded);

@@ -1,98 +1,22 @@
 #include "streaming/streamer.hpp"
 
 #include "assets/artifact_loader.hpp"
+#include "assets/file_checker.hpp"
 #include "assets/piece_loader.hpp"
 #include "assets/upload_plan.hpp"
 #include "error.hpp"
 #include "gl/buffer.hpp"
-#include "gl/texture.hpp"
-#include "streaming/texture_format.hpp"
+#include "streaming/stream_item.hpp"
 
 #include <epoxy/gl.h>
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
-#include <iterator>
 #include <optional>
 #include <utility>
 
 namespace paradize {
-
-void StreamedTexture::bind(unsigned unit, unsigned sampler) const {
-    gl::bind_texture(unit, target_, resident() ? texture_.name() : fallback_.name(), sampler);
-}
-
-/// One artifact with its GPU objects. Scenes that share an artifact share the item.
-struct StreamItem {
-    assets::LoadedArtifact loaded; // its file is released when everything is uploaded
-    StreamedTexture texture;
-    gl::Texture finer; // replaces the texture once its finest level is uploaded
-    StreamedMesh mesh;
-    StreamedTile tile;
-    assets::ArtifactKind kind = assets::ArtifactKind::sound;
-    std::string sha256;
-    std::optional<int> max_level; // coarsest mip to sample
-    std::size_t pieces_left = 0;
-    bool drawn = true; // something in its scene refers to it
-
-    /// Creates the GPU objects of a piece.
-    void begin(std::uint32_t piece_index) {
-        const assets::Piece &piece = loaded.plan.pieces[piece_index];
-        if (loaded.tile) {
-            tile.begin(loaded.glb, piece_index);
-        } else if (kind == assets::ArtifactKind::mesh) {
-            mesh.begin(loaded.glb, piece.first_level);
-        } else {
-            finer = allocate_texture(loaded.ktx, piece.first_level, best_storage());
-            if (texture.resident()) {
-                copy_levels(loaded.ktx, {texture.texture_, static_cast<std::uint32_t>(texture.finest_)},
-                            {finer, piece.first_level});
-            }
-        }
-    }
-
-    void upload(const assets::Piece &piece, const assets::UploadChunk &chunk, const std::byte *data) {
-        if (loaded.tile) {
-            tile.upload(loaded.glb, chunk, data);
-        } else if (kind == assets::ArtifactKind::mesh) {
-            mesh.upload(chunk, data);
-        } else {
-            upload_rows({finer, piece.first_level}, loaded.ktx, chunk, data);
-        }
-    }
-
-    /// Makes an uploaded piece visible.
-    void finish(std::uint32_t piece_index) {
-        const assets::Piece &piece = loaded.plan.pieces[piece_index];
-        if (loaded.tile) {
-            tile.finish(piece_index);
-        } else if (kind == assets::ArtifactKind::mesh) {
-            mesh.finish(piece.first_level);
-        } else {
-            make_sampled(loaded.ktx, {finer, piece.first_level}, max_level);
-            texture.texture_ = std::move(finer);
-            texture.finest_ = static_cast<int>(piece.first_level);
-        }
-        --pieces_left;
-    }
-
-    void evict(std::uint32_t piece_index) {
-        const assets::Piece &piece = loaded.plan.pieces[piece_index];
-        if (loaded.tile) {
-            tile.evict(piece_index);
-        } else if (kind == assets::ArtifactKind::mesh) {
-            mesh.evict(piece.first_level);
-        } else {
-            const std::uint32_t coarser = piece.first_level + piece.levels;
-            gl::Texture left = allocate_texture(loaded.ktx, coarser, best_storage());
-            copy_levels(loaded.ktx, {texture.texture_, piece.first_level}, {left, coarser});
-            make_sampled(loaded.ktx, {left, coarser}, max_level);
-            texture.texture_ = std::move(left);
-            texture.finest_ = static_cast<int>(coarser);
-        }
-        ++pieces_left;
-    }
-};
 
 namespace {
 
@@ -128,8 +52,14 @@ struct Streamer::Impl {
         std::unique_ptr<std::byte[]> staged; // nullptr: the chunks are in memory
     };
     std::optional<Current> current;
-    std::vector<std::uint32_t> ahead;            // pieces for the loader
-    std::unique_ptr<assets::PieceLoader> loader; // the last member: its thread uses the others
+    std::vector<std::uint32_t> ahead;         // pieces for the loader
+    std::vector<std::uint32_t> files_ahead;   // artifacts for the checker
+    mutable std::vector<bool> known_checked;  // per artifact: what the checker said last
+    std::atomic<std::uint64_t> waiting_bytes; // of checked files that stay in memory until they are uploaded
+    std::uint64_t max_waiting_bytes = 0;
+    // The last members: their threads use the others.
+    std::unique_ptr<assets::FileChecker> checker;
+    std::unique_ptr<assets::PieceLoader> loader;
 
     explicit Impl(const assets::SceneFile &file) : scene(file) {
         if (scene.terrain) {
@@ -144,30 +74,16 @@ struct Streamer::Impl {
     const assets::Piece &plan_of(std::uint32_t piece) const {
         return item_of(piece).loaded.plan.pieces[pieces[piece].index];
     }
+    bool is_checked(std::uint32_t artifact) const {
+        if (!known_checked[artifact]) {
+            known_checked[artifact] = checker->checked(artifact);
+        }
+        return known_checked[artifact];
+    }
+    bool is_checked_of(std::uint32_t piece) const { return is_checked(pieces[piece].artifact); }
+    /// The piece's file must be checked.
     bool needs_staging(std::uint32_t piece) const {
         return assets::needs_staging(item_of(piece).loaded, plan_of(piece));
-    }
-
-    void add(std::uint32_t index, assets::LoadedArtifact loaded) {
-        items[index] = std::make_shared<StreamItem>();
-        StreamItem &item = *items[index];
-        item.kind = scene.artifacts[index].kind;
-        item.sha256 = scene.artifacts[index].sha256;
-        item.max_level = scene.artifacts[index].max_level;
-        item.loaded = std::move(loaded);
-        item.drawn = scene.artifacts[index].drawn;
-        const std::vector<assets::Piece> &plan = item.loaded.plan.pieces;
-        if (!item.drawn) {
-            return;
-        }
-        if (item.loaded.tile) {
-            item.tile = StreamedTile(item.loaded.glb, plan, item.loaded.path);
-        } else if (item.kind == assets::ArtifactKind::mesh) {
-            item.mesh = StreamedMesh(item.loaded.glb, item.loaded.materials);
-        } else if (item.kind != assets::ArtifactKind::sound) {
-            make_texture(item);
-        }
-        item.pieces_left = plan.size();
     }
 
     /// Adds the pieces of an artifact to those of the scene.
@@ -179,6 +95,26 @@ struct Streamer::Impl {
             counts.total_bytes += item.loaded.plan.pieces[i].bytes;
             counts.terrain_bytes += item.loaded.tile ? item.loaded.plan.pieces[i].bytes : 0;
         }
+    }
+
+    /// Checks an artifact's file. Runs on the checker's threads, once for each file. Beyond
+    /// `max_waiting_bytes` its memory is freed.
+    void check(std::uint32_t artifact, const std::stop_token &stop) {
+        assets::LoadedArtifact &loaded = items[artifact]->loaded;
+        assets::check_artifact(scene.artifacts[artifact], loaded, stop);
+        const std::uint64_t bytes = loaded.file.bytes().size();
+        if (waiting_bytes.fetch_add(bytes) + bytes > max_waiting_bytes) {
+            waiting_bytes.fetch_sub(bytes);
+            free_memory(loaded);
+        }
+    }
+
+    /// Frees the memory of a file that is not needed any more.
+    void release(assets::FileBytes &file) {
+        if (file.in_memory()) {
+            waiting_bytes.fetch_sub(file.bytes().size());
+        }
+        file.release();
     }
 
     /// Creates the schedule of all pieces. A piece's parent is the next coarser one. Those of terrain have
@@ -211,31 +147,23 @@ struct Streamer::Impl {
         needs.resize(pieces.size());
         queue.reserve(pieces.size());
         ahead.reserve(pieces.size());
+        files_ahead.reserve(items.size());
     }
 
     /// Returns a complete item for an artifact of another scene, or nullptr if there is none.
     std::shared_ptr<StreamItem> find_reusable(const assets::SceneFile &other,
                                               const assets::Artifact &artifact) const {
         const std::optional<std::uint32_t> tile = tile_of(other, artifact);
-        const auto same = std::ranges::find_if(items, [&](const std::shared_ptr<StreamItem> &item) {
-            return item->sha256 == artifact.sha256 && item->kind == artifact.kind && item->pieces_left == 0 &&
-                   item->drawn == artifact.drawn && item->loaded.tile.has_value() == tile.has_value() &&
-                   (!tile || fits_tile(item->loaded.glb, *other.terrain, *tile));
-        });
-        return same == items.end() ? nullptr : *same;
-    }
-
-    static void make_texture(StreamItem &item) {
-        StreamedTexture &out = item.texture;
-        const assets::Ktx2 &ktx = item.loaded.ktx;
-        check_support(ktx, item.loaded.path);
-        out.target_ = ktx.faces == 6 ? GL_TEXTURE_CUBE_MAP : GL_TEXTURE_2D;
-        out.width_px_ = static_cast<int>(ktx.levels[0].width_px);
-        out.height_px_ = static_cast<int>(ktx.levels[0].height_px);
-        out.levels_ = static_cast<int>(ktx.levels.size());
-        out.has_green_ = assets::has_green(ktx.format);
-        out.finest_ = out.levels_;
-        out.fallback_ = neutral_texture(ktx);
+        for (std::uint32_t i = 0; i < items.size(); ++i) {
+            const StreamItem &item = *items[i];
+            if (item.loaded.sha256 == artifact.sha256 && item.kind == artifact.kind &&
+                item.pieces_left == 0 && is_checked(i) && item.drawn == artifact.drawn &&
+                item.loaded.tile.has_value() == tile.has_value() &&
+                (!tile || fits_tile(item.loaded.glb, *other.terrain, *tile))) {
+                return items[i];
+            }
+        }
+        return nullptr;
     }
 
     /// Plans, evicts, and lets the loader stage the next pieces.
@@ -249,12 +177,27 @@ struct Streamer::Impl {
             ++pieces_left;
         }
         queue.assign(schedule->loads().begin(), schedule->loads().end());
-        ahead.clear();
-        std::ranges::copy_if(queue, std::back_inserter(ahead),
-                             [&](std::uint32_t piece) { return needs_staging(piece); });
-        loader->order(ahead);
+        order_ahead();
         counts.needed_bytes = schedule->needed_bytes();
         counts.worst_error = schedule->worst_error();
+    }
+
+    /// Tells the threads which files and pieces of the queue they shall check and stage first.
+    void order_ahead() {
+        files_ahead.clear();
+        ahead.clear();
+        for (const std::uint32_t piece : queue) {
+            const std::uint32_t artifact = pieces[piece].artifact;
+            if (!is_checked(artifact)) {
+                if (std::ranges::find(files_ahead, artifact) == files_ahead.end()) {
+                    files_ahead.push_back(artifact);
+                }
+            } else if (needs_staging(piece)) {
+                ahead.push_back(piece);
+            }
+        }
+        checker->order(files_ahead);
+        loader->order(ahead);
     }
 
     /// Returns the place in the queue of the piece to upload next, or nothing if none is ready. Its parents
@@ -262,7 +205,8 @@ struct Streamer::Impl {
     std::optional<std::size_t> next_piece(NotReady not_ready) const {
         for (std::size_t i = 0; i < queue.size(); ++i) {
             const bool is_ready =
-                not_ready == NotReady::wait || !needs_staging(queue[i]) || loader->ready(queue[i]);
+                not_ready == NotReady::wait ||
+                (is_checked_of(queue[i]) && (!needs_staging(queue[i]) || loader->ready(queue[i])));
             if (is_ready && schedule->can_load(queue[i])) {
                 return i;
             }
@@ -283,6 +227,10 @@ struct Streamer::Impl {
     void begin(std::size_t place) {
         Current next;
         next.piece = queue[place];
+        if (!known_checked[pieces[next.piece].artifact]) { // nor was the piece ordered
+            checker->wait(pieces[next.piece].artifact);
+            order_ahead();
+        }
         if (needs_staging(next.piece)) {
             assets::StagedPiece staged = loader->take(next.piece);
             if (staged.file_failed) {
@@ -319,7 +267,7 @@ struct Streamer::Impl {
             schedule->set_resident(current->piece);
             --pieces_left;
             if (item.pieces_left == 0 && schedule->budget_bytes() == 0) {
-                item.loaded.file.release(); // nothing is evicted
+                release(item.loaded.file); // nothing is evicted
             }
             current.reset();
         }
@@ -347,7 +295,7 @@ SceneLoad::SceneLoad(const assets::SceneFile &file, const std::filesystem::path 
             wanted.push_back(index);
         }
     }
-    loader_ = std::make_unique<assets::ArtifactLoader>(file, folder, std::move(wanted), limits.ram_bytes);
+    loader_ = std::make_unique<assets::ArtifactLoader>(file, folder, std::move(wanted));
 }
 
 SceneLoad::SceneLoad(SceneLoad &&) noexcept = default;
@@ -377,12 +325,20 @@ Streamer::Streamer(const assets::SceneFile &file, SceneLoad load) : impl_(std::m
         }
     }
     for (std::size_t i = 0; i < loaded.size(); ++i) {
-        impl_->add(load.loader_->wanted()[i], std::move(loaded[i]));
+        const std::uint32_t index = load.loader_->wanted()[i];
+        impl_->items[index] = std::make_shared<StreamItem>(file.artifacts[index], std::move(loaded[i]));
     }
     for (const std::uint32_t index : order) {
         impl_->add_pieces(index);
     }
     impl_->make_schedule(load.limits_.vram_bytes);
+    impl_->max_waiting_bytes = load.limits_.ram_bytes;
+    impl_->known_checked.resize(impl_->items.size());
+    impl_->checker = std::make_unique<assets::FileChecker>(
+        load.loader_->wanted(), impl_->items.size(),
+        [impl = impl_.get()](std::uint32_t artifact, const std::stop_token &stop) {
+            impl->check(artifact, stop);
+        });
     impl_->loader = std::make_unique<assets::PieceLoader>(
         impl_->pieces.size(), [impl = impl_.get()](std::uint32_t piece, assets::Inflater &inflater) {
             return assets::stage(impl->item_of(piece).loaded, impl->plan_of(piece), inflater);
@@ -434,6 +390,9 @@ void Streamer::set_needs(std::span<const Need> needs) {
 bool Streamer::upload(const UploadBudget &budget) {
     using Clock = std::chrono::steady_clock;
     const auto start = Clock::now();
+    if (budget.not_ready == NotReady::skip) {
+        impl_->checker->finished(); // throws if a file is wrong
+    }
     if (settled()) {
         return true;
     }
@@ -444,6 +403,9 @@ bool Streamer::upload(const UploadBudget &budget) {
             impl_->plan();
         }
         if (!impl_->current) {
+            if (used >= budget.bytes) {
+                break; // waits for no file that this frame does not use
+            }
             const std::optional<std::size_t> place = impl_->next_piece(budget.not_ready);
             if (!place) {
                 break;
@@ -460,6 +422,14 @@ bool Streamer::upload(const UploadBudget &budget) {
         impl_->upload_next();
     }
     return !impl_->current && impl_->queue.empty();
+}
+
+void Streamer::finish_checks() {
+    impl_->checker->finish();
+}
+
+bool Streamer::checked() {
+    return impl_->checker->finished();
 }
 
 bool Streamer::complete() const {

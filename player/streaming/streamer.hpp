@@ -1,6 +1,6 @@
 #pragma once
 // Uploads baked files to the GPU and evicts what is not needed. Threads read and check the files; each frame
-// uploads chunks within a budget, in the order of the Schedule.
+// uploads chunks of checked files within a budget, in the order of the Schedule.
 
 #include "assets/scene_file.hpp"
 #include "assets/upload_plan.hpp"
@@ -26,10 +26,10 @@ class ArtifactLoader;
 
 namespace paradize {
 
-/// A texture that gets finer during playback. Until its first level is resident, bind() binds a neutral
-/// texel: mid grey, or zero for SNORM maps (a flat normal, no distortion).
 struct StreamItem;
 
+/// A texture that gets finer during playback. Until its first level is resident, bind() binds a neutral
+/// texel: mid grey, or zero for SNORM maps (a flat normal, no distortion).
 class StreamedTexture {
   public:
     /// Binds the texture to a unit. `sampler` 0 uses the texture's own settings: repeat and trilinear, cube
@@ -83,7 +83,7 @@ struct StreamingCounts {
     float worst_error = 0.0F; // on screen, relative to the accepted error; 0: all that is needed is there
 };
 
-/// Reads and checks a scene's files on threads. Artifacts that are complete in `before` and have the same
+/// Opens a scene's files on threads. Artifacts that are complete in `before` and have the same
 /// SHA-256 are reused.
 class SceneLoad {
   public:
@@ -106,9 +106,9 @@ class SceneLoad {
 
 class Streamer {
   public:
-    /// Waits for `load`, which must belong to `file`. Reused
-    /// artifacts share their GPU objects with the previous streamer; the two may be destroyed in any order.
-    /// Throws Error with file and place.
+    /// Waits for `load`, which must belong to `file`. From then on threads read and check the files, in the
+    /// order in which pieces of them are needed. Reused artifacts share their GPU objects with the previous
+    /// streamer; the two may be destroyed in any order. Throws Error with file and place.
     Streamer(const assets::SceneFile &file, SceneLoad load);
     Streamer(const assets::SceneFile &file, const std::filesystem::path &folder,
              const Streamer *before = nullptr);
@@ -129,9 +129,13 @@ class Streamer {
     /// Says how much each piece is needed. Without it all are needed alike.
     void set_needs(std::span<const Need> needs);
     /// Evicts and uploads within the budget. Returns true if there is nothing left to upload: everything is
-    /// resident, or all that is needed and fits the limit of device memory. Throws Error if a level is
-    /// broken.
+    /// resident, or all that is needed and fits the limit of device memory. Nothing is uploaded of a file
+    /// before it is checked. Throws Error if a file is damaged.
     bool upload(const UploadBudget &budget);
+    /// Waits until all files are checked. Throws Error if one is damaged.
+    void finish_checks();
+    /// True if all files are checked. Throws Error if one is damaged.
+    bool checked();
     /// True if everything is resident.
     bool complete() const;
     /// True if everything is resident and nothing will be evicted: needs have no effect.

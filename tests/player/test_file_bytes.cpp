@@ -158,3 +158,38 @@ TEST_CASE("files: a scene.json above the limit is rejected before it is read") {
     CHECK_THROWS_WITH_AS(assets::read_scene(file),
                          doctest::Contains("has 67108865 bytes, the limit is 67108864"), Error);
 }
+
+TEST_CASE("files: the front is read before the rest, and must still be there when all is read") {
+    const test::Folder folder;
+    test::Bytes bytes((std::size_t{1} << 20U) + 100, std::byte{3});
+    const std::filesystem::path path = folder.write("a", bytes);
+    assets::FileBytes file = assets::FileBytes::reserve(path, {.exactly = bytes.size()});
+    CHECK(file.bytes().size() == bytes.size());
+    file.read_front(path, 40);
+    file.read_front(path, 10); // was read
+    CHECK(std::ranges::equal(file.bytes().first(40), std::span(bytes).first(40)));
+    CHECK(file.bytes()[40] == std::byte{0});
+    SUBCASE("unchanged") {
+        assets::Sha256 hash;
+        file.read_all(path, [&](std::span<const std::byte> part) { hash.add(part); });
+        CHECK(hash.hex() == assets::sha256_of(bytes));
+        CHECK(std::ranges::equal(file.bytes(), bytes));
+    }
+    SUBCASE("changed in front") {
+        bytes[39] = std::byte{4};
+        folder.write("a", bytes);
+        CHECK_THROWS_WITH_AS(file.read_all(path, {}),
+                             doctest::Contains("a: was changed while it was read; bake the scene again"),
+                             Error);
+    }
+    SUBCASE("shorter") {
+        std::filesystem::resize_file(path, 500);
+        CHECK_THROWS_WITH_AS(file.read_all(path, {}), doctest::Contains("a: ended at byte 500 of "), Error);
+        CHECK_THROWS_WITH_AS(file.read_front(path, 5000), doctest::Contains("a: ended at byte 500 of "),
+                             Error);
+    }
+    SUBCASE("all is front") {
+        file.read_front(path, bytes.size() + 1);
+        CHECK(std::ranges::equal(file.bytes(), bytes));
+    }
+}

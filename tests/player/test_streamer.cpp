@@ -126,6 +126,7 @@ TEST_CASE("streamer: files that shrink, grow or vanish during streaming are draw
         }
         Streamer streamer = scene.streamer();
         CHECK_FALSE(streamer.upload({.bytes = 30000})); // in the middle of streaming
+        streamer.finish_checks();
         for (const assets::Artifact &artifact : scene.file.artifacts) {
             std::filesystem::resize_file(scene.folder.path() / artifact.file,
                                          artifact.name == "sky" ? 1 << 20 : 0);
@@ -150,6 +151,7 @@ TEST_CASE(
             scene.put("quad_color", test::zstd_ktx2_file(assets::PixelFormat::rgba8_srgb, 256, 256));
         }
         Streamer streamer(scene.file, SceneLoad(scene.file, scene.folder.path(), nullptr, {.ram_bytes = 0}));
+        streamer.finish_checks();
         for (const assets::Artifact &artifact : scene.file.artifacts) {
             std::filesystem::remove(scene.folder.path() / artifact.file);
         }
@@ -172,6 +174,7 @@ TEST_CASE(
     for (const bool shrinks : {false, true}) {
         Streamer streamer(scene.file, SceneLoad(scene.file, scene.folder.path(), nullptr, {.ram_bytes = 0}));
         streamer.upload({.bytes = 30000}); // the coarse mips
+        streamer.finish_checks();
         CHECK(streamer.failures().empty());
         // The loader may have staged level 0 already; a new level 0 is staged after the change.
         if (shrinks) {
@@ -205,10 +208,8 @@ TEST_CASE("streamer: a file that was changed before its first piece is read agai
     const SmallScene scene;
     const std::filesystem::path color = scene.folder.path() / "quad_color.ktx2";
     for (const bool shrinks : {false, true}) {
-        SceneLoad load(scene.file, scene.folder.path(), nullptr, {.ram_bytes = 0});
-        while (!load.ready()) { // nothing is read again before there is a streamer
-            std::this_thread::yield();
-        }
+        Streamer streamer(scene.file, SceneLoad(scene.file, scene.folder.path(), nullptr, {.ram_bytes = 0}));
+        streamer.finish_checks(); // nothing is read again before the first upload
         if (shrinks) {
             std::filesystem::resize_file(color, 100);
         } else {
@@ -216,7 +217,6 @@ TEST_CASE("streamer: a file that was changed before its first piece is read agai
             damaged.back() ^= std::byte{1};
             scene.folder.write("quad_color.ktx2", damaged);
         }
-        Streamer streamer(scene.file, std::move(load));
         while (!streamer.upload({.bytes = 30000})) {
         }
         REQUIRE(streamer.failures().size() == 1);
@@ -226,6 +226,46 @@ TEST_CASE("streamer: a file that was changed before its first piece is read agai
             message);
         CHECK_FALSE(streamer.texture("quad_color")->resident());
         CHECK(streamer.texture("sky")->complete());
+        test::write_scene(scene.folder);
+    }
+    test::throw_on_error();
+}
+
+TEST_CASE(
+    "streamer: what is seen is drawn before the other files are read, and these are checked all the same") {
+    if (!test::have_context()) {
+        return;
+    }
+    const SmallScene scene;
+    test::Bytes damaged = test::ktx2_file(assets::PixelFormat::rgba8_srgb, 256, 256);
+    damaged.back() ^= std::byte{1};
+    for (const NotReady not_ready : {NotReady::wait, NotReady::skip}) {
+        scene.folder.write("quad_color.ktx2", damaged); // only its header is good
+        Streamer other(scene.file, SceneLoad(scene.file, scene.folder.path()));
+        std::vector<Need> needs(other.piece_count());
+        const auto [first, count] = other.pieces_of("quad_mesh");
+        std::fill_n(needs.begin() + first, count, Need{2.0F, 0.0F});
+        other.set_needs(needs);
+        if (not_ready == NotReady::wait) {
+            std::size_t bytes = 0; // of a frame that uploads the mesh only
+            for (std::uint32_t i = first; i < first + count; ++i) {
+                bytes += other.piece(i).bytes;
+            }
+            other.upload({.bytes = bytes});
+            CHECK(other.mesh("quad_mesh")->best_level(0) == 0);
+        }
+        std::string message;
+        try {
+            while (!other.upload({.bytes = 30000, .not_ready = not_ready})) {
+                std::this_thread::yield();
+            }
+            other.finish_checks();
+        } catch (const Error &error) {
+            message = error.what();
+        }
+        CHECK(message.find("quad_color.ktx2: is damaged or was replaced: its SHA-256 is ") !=
+              std::string::npos);
+        CHECK_FALSE(other.texture("quad_color")->resident());
         test::write_scene(scene.folder);
     }
     test::throw_on_error();

@@ -1,6 +1,6 @@
-// Preloaded into the player by tests/pipeline/readers/test_files.py. Truncates a file to half its length
+// Preloaded into the player by tests/player/test_files.py. Truncates a file to half its length
 // while it is read: after it was opened ("open"), after its size was read ("stat"), after its first bytes
-// were read ("read"), or when it is closed ("close").
+// were read ("read"), or when it is closed after its last byte was read ("close").
 
 #include <cstdarg>
 #include <cstdlib>
@@ -15,6 +15,7 @@
 namespace {
 
 bool done = false;
+bool ended = false; // the last byte of the chosen file was read
 
 template <typename Call>
 Call real(const char *name) {
@@ -70,12 +71,19 @@ int fstat(int descriptor, struct stat *status) {
 ssize_t pread(int descriptor, void *out, std::size_t count, off_t at) {
     static const auto call = real<ssize_t (*)(int, void *, std::size_t, off_t)>("pread");
     const ssize_t result = call(descriptor, out, count, at);
+    struct stat status {};
+    const char *file = std::getenv("PARADIZE_SHRINK_FILE");
+    if (result > 0 && file != nullptr && ::stat(file, &status) == 0 && at + result == status.st_size) {
+        ended = true;
+    }
     moment("read", descriptor);
     return result;
 }
 
 int close(int descriptor) {
-    moment("close", descriptor);
+    if (ended) {
+        moment("close", descriptor);
+    }
     static const auto call = real<int (*)(int)>("close");
     return call(descriptor);
 }

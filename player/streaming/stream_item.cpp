@@ -1,0 +1,100 @@
+#include "streaming/stream_item.hpp"
+
+#include "gl/texture.hpp"
+#include "streaming/texture_format.hpp"
+
+#include <epoxy/gl.h>
+
+#include <utility>
+
+namespace paradize {
+
+void StreamedTexture::bind(unsigned unit, unsigned sampler) const {
+    gl::bind_texture(unit, target_, resident() ? texture_.name() : fallback_.name(), sampler);
+}
+
+StreamItem::StreamItem(const assets::Artifact &artifact, assets::LoadedArtifact opened)
+    : loaded(std::move(opened)), kind(artifact.kind), max_level(artifact.max_level), drawn(artifact.drawn) {
+    if (!drawn) {
+        return;
+    }
+    if (loaded.tile) {
+        tile = StreamedTile(loaded.glb, loaded.plan.pieces, loaded.path);
+    } else if (kind == assets::ArtifactKind::mesh) {
+        mesh = StreamedMesh(loaded.glb, loaded.materials);
+    } else if (kind != assets::ArtifactKind::sound) {
+        make_texture();
+    }
+    pieces_left = loaded.plan.pieces.size();
+}
+
+void StreamItem::make_texture() {
+    StreamedTexture &out = texture;
+    const assets::Ktx2 &ktx = loaded.ktx;
+    check_support(ktx, loaded.path);
+    out.target_ = ktx.faces == 6 ? GL_TEXTURE_CUBE_MAP : GL_TEXTURE_2D;
+    out.width_px_ = static_cast<int>(ktx.levels[0].width_px);
+    out.height_px_ = static_cast<int>(ktx.levels[0].height_px);
+    out.levels_ = static_cast<int>(ktx.levels.size());
+    out.has_green_ = assets::has_green(ktx.format);
+    out.finest_ = out.levels_;
+    out.fallback_ = neutral_texture(ktx);
+}
+
+void StreamItem::begin(std::uint32_t piece_index) {
+    const assets::Piece &piece = loaded.plan.pieces[piece_index];
+    if (loaded.tile) {
+        tile.begin(loaded.glb, piece_index);
+    } else if (kind == assets::ArtifactKind::mesh) {
+        mesh.begin(loaded.glb, piece.first_level);
+    } else {
+        finer = allocate_texture(loaded.ktx, piece.first_level, best_storage());
+        if (texture.resident()) {
+            copy_levels(loaded.ktx, {texture.texture_, static_cast<std::uint32_t>(texture.finest_)},
+                        {finer, piece.first_level});
+        }
+    }
+}
+
+void StreamItem::upload(const assets::Piece &piece, const assets::UploadChunk &chunk, const std::byte *data) {
+    if (loaded.tile) {
+        tile.upload(loaded.glb, chunk, data);
+    } else if (kind == assets::ArtifactKind::mesh) {
+        mesh.upload(chunk, data);
+    } else {
+        upload_rows({finer, piece.first_level}, loaded.ktx, chunk, data);
+    }
+}
+
+void StreamItem::finish(std::uint32_t piece_index) {
+    const assets::Piece &piece = loaded.plan.pieces[piece_index];
+    if (loaded.tile) {
+        tile.finish(piece_index);
+    } else if (kind == assets::ArtifactKind::mesh) {
+        mesh.finish(piece.first_level);
+    } else {
+        make_sampled(loaded.ktx, {finer, piece.first_level}, max_level);
+        texture.texture_ = std::move(finer);
+        texture.finest_ = static_cast<int>(piece.first_level);
+    }
+    --pieces_left;
+}
+
+void StreamItem::evict(std::uint32_t piece_index) {
+    const assets::Piece &piece = loaded.plan.pieces[piece_index];
+    if (loaded.tile) {
+        tile.evict(piece_index);
+    } else if (kind == assets::ArtifactKind::mesh) {
+        mesh.evict(piece.first_level);
+    } else {
+        const std::uint32_t coarser = piece.first_level + piece.levels;
+        gl::Texture left = allocate_texture(loaded.ktx, coarser, best_storage());
+        copy_levels(loaded.ktx, {texture.texture_, piece.first_level}, {left, coarser});
+        make_sampled(loaded.ktx, {left, coarser}, max_level);
+        texture.texture_ = std::move(left);
+        texture.finest_ = static_cast<int>(coarser);
+    }
+    ++pieces_left;
+}
+
+} // namespace paradize

@@ -1,0 +1,41 @@
+#pragma once
+// One artifact with its GPU objects. Scenes that share an artifact share the item.
+
+#include "assets/loaded_artifact.hpp"
+#include "gl/handle.hpp"
+#include "streaming/streamed_mesh.hpp"
+#include "streaming/streamed_tile.hpp"
+#include "streaming/streamer.hpp"
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+
+namespace paradize {
+
+struct StreamItem {
+    /// Creates what is needed before the first piece is uploaded. Throws Error if the driver cannot draw it.
+    StreamItem(const assets::Artifact &artifact, assets::LoadedArtifact opened);
+
+    /// Creates the GPU objects of a piece.
+    void begin(std::uint32_t piece_index);
+    void upload(const assets::Piece &piece, const assets::UploadChunk &chunk, const std::byte *data);
+    /// Makes an uploaded piece visible.
+    void finish(std::uint32_t piece_index);
+    void evict(std::uint32_t piece_index);
+
+    assets::LoadedArtifact loaded; // its file is released when everything is uploaded
+    StreamedTexture texture;
+    gl::Texture finer; // replaces the texture once its finest level is uploaded
+    StreamedMesh mesh;
+    StreamedTile tile;
+    assets::ArtifactKind kind;
+    std::optional<int> max_level; // coarsest mip to sample
+    std::size_t pieces_left = 0;
+    bool drawn = true; // something in its scene refers to it
+
+  private:
+    void make_texture();
+};
+
+} // namespace paradize

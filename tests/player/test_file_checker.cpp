@@ -1,0 +1,107 @@
+// Files are checked on threads; most useful with the thread sanitizer.
+#include "assets/file_checker.hpp"
+#include "error.hpp"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cstdint>
+#include <mutex>
+#include <numeric>
+#include <string>
+#include <thread>
+#include <vector>
+
+using namespace paradize;
+
+namespace {
+
+constexpr std::uint32_t count = 40;
+
+std::vector<std::uint32_t> all_files() {
+    std::vector<std::uint32_t> out(count);
+    std::iota(out.begin(), out.end(), 0U);
+    return out;
+}
+
+std::string error_of(auto &&call) {
+    try {
+        call();
+    } catch (const Error &error) {
+        return error.what();
+    }
+    return "";
+}
+
+} // namespace
+
+TEST_CASE("file checker: each file is checked once, and those that are ordered come first") {
+    std::mutex mutex;
+    std::vector<std::uint32_t> done;
+    std::atomic<bool> go{false};
+    assets::FileChecker checker(all_files(), count, [&](std::uint32_t file, const std::stop_token &) {
+        go.wait(false);
+        const std::lock_guard lock(mutex);
+        done.push_back(file);
+    });
+    checker.order(std::vector<std::uint32_t>{37, 12, 30});
+    go.store(true);
+    go.notify_all();
+    for (const std::uint32_t file : {37U, 12U, 30U}) {
+        checker.wait(file);
+        CHECK(checker.checked(file));
+    }
+    checker.finish();
+    CHECK(checker.finished());
+    REQUIRE(done.size() == count);
+    const auto place = [&](std::uint32_t file) { return std::ranges::find(done, file) - done.begin(); };
+    // Each thread may have begun with another file before the order came.
+    const auto begun = static_cast<std::ptrdiff_t>(assets::loader_threads(count));
+    for (const std::uint32_t file : {37U, 12U, 30U}) {
+        CHECK(place(file) <= begun + 3 + begun);
+    }
+    std::ranges::sort(done);
+    CHECK(done == all_files());
+}
+
+TEST_CASE("file checker: of several wrong files the first is told, whatever the order and the threads do") {
+    for (int round = 0; round < 200; ++round) {
+        assets::FileChecker checker(all_files(), count, [](std::uint32_t file, const std::stop_token &) {
+            if (file % 10 == 7) {
+                throw Error("file " + std::to_string(file));
+            }
+        });
+        checker.order(std::vector<std::uint32_t>{37, 27, 39, 3});
+        CHECK(error_of([&] { checker.wait(37); }) == "file 7");
+        CHECK(error_of([&] { checker.finish(); }) == "file 7");
+        CHECK(error_of([&] { checker.finished(); }) == "file 7");
+        CHECK_FALSE(checker.checked(7));
+        CHECK(checker.checked(3));
+    }
+}
+
+TEST_CASE("file checker: files that are not listed count as checked, and no file at all is fine") {
+    assets::FileChecker some({2}, 4, [](std::uint32_t, const std::stop_token &) {});
+    CHECK(some.checked(0));
+    some.wait(2);
+    CHECK(some.finished());
+    assets::FileChecker none({}, 4, [](std::uint32_t, const std::stop_token &) {});
+    none.finish();
+    CHECK(none.finished());
+}
+
+TEST_CASE("file checker: its end cancels what is being checked") {
+    std::atomic<int> begun{0};
+    {
+        assets::FileChecker checker(all_files(), count, [&](std::uint32_t, const std::stop_token &stop) {
+            begun.fetch_add(1);
+            begun.notify_all();
+            while (!stop.stop_requested()) {
+                std::this_thread::yield();
+            }
+        });
+        begun.wait(0);
+    }
+    CHECK(begun.load() <= static_cast<int>(assets::loader_threads(count)));
+}
