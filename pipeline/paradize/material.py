@@ -17,6 +17,9 @@ AlphaMode = Literal["opaque", "mask", "blend"]
 Channel = Literal["rgb", "r", "g", "b", "a", "luminance"]
 Wrap = Literal["clamp", "repeat", "mirror"]
 WRAPS: tuple[Wrap, ...] = ("repeat", "clamp", "mirror")
+# How much wider than a tile UVs may be, in tiles, that still give each texel a place of its own: the few that
+# two triangles show hold the mean of both.
+OVERHANG = 0.1
 REPEATED: tuple[Wrap, Wrap] = ("repeat", "repeat")
 
 
@@ -93,6 +96,21 @@ class Material:
         """The file of a map's picture; None without this map."""
         source = self.maps.get(role)
         return source.picture.file if source else None
+
+
+def uv_width(bounds: tuple[float, float, float, float] | None) -> float:
+    """How wide UVs are along u or v, whichever is more, in tiles. bounds: the least and the largest of them
+    (u, v, u, v); None: they fill a tile."""
+    low_u, low_v, high_u, high_v = bounds or (0.0, 0.0, 1.0, 1.0)
+    return max(high_u - low_u, high_v - low_v)
+
+
+def repeating(width: float) -> str:
+    """Says that no occlusion is cast for UVs of this width (uv_width)."""
+    return (
+        f"its UVs repeat ({width:.3g} tiles wide, up to {1.0 + OVERHANG:g} are taken), so that a texel has "
+        "no place of its own"
+    )
 
 
 def texels_within(index: Any, size: int, wrap: Wrap) -> Any:

@@ -74,6 +74,11 @@ def keep_inputs(
                     },
                     "settings": _settings(task.job, scene, tier),
                     "seen": views_of_job(scene, task.job),
+                    "constants": {
+                        output.artifact: list(constant)
+                        for output in task.outputs
+                        if (constant := task.products[output.product].constant) is not None
+                    },
                 }
                 for task in tasks
             },
@@ -84,6 +89,16 @@ def keep_inputs(
 def inputs_of(out: Path) -> Any | None:
     """Returns what `keep_inputs` stored of the last bake into this folder; None if nothing."""
     return Store(default_root()).get_bake(_name(out))
+
+
+def constant_of(record: Any | None, job: BakeJob, artifact: str) -> list[float] | None:
+    """Returns the values of a map of which the last bake made no file, because all its texels are equal; None
+    of others. record: from inputs_of."""
+    try:
+        values: list[float] | None = record["tasks"][job.name]["constants"].get(artifact)  # type: ignore[index]
+    except (LookupError, TypeError, AttributeError):
+        return None  # there is no bake, or it is of another version of Paradize
+    return values
 
 
 def stale(record: Any | None, scene: Scene, job: BakeJob) -> list[str] | None:

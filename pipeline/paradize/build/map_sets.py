@@ -30,7 +30,7 @@ from paradize.documents import toml_key
 from paradize.errors import GroupedError, ParadizeError, SceneError
 from paradize.files import resolved
 from paradize.kinds import is_gltf
-from paradize.material import REPEATED, Material, Picture, Wrap
+from paradize.material import REPEATED, Material, Picture, Wrap, repeating, uv_width
 from paradize.scene.map_sets import GLOSS_ROLES, DrawnMaterial, MapSet, ObjectMaps, SceneMaps
 from paradize.scene.settings import ObjectMaterial, Scene, SceneObject
 from paradize.store.file_hashes import FileHashCache
@@ -201,11 +201,14 @@ class _Finder:
                 continue
             if name in keys and self.sets[keys[name]].casts_occlusion:
                 continue
-            why = "its UVs repeat, so that a texel has no place of its own"
+            wrap = self.sets[keys[name]].wrap if name in keys else None
+            why = f"its maps are wrapped ({', '.join(wrap or REPEATED)}); its UVs are no layout of them"
             if name in known and known[name].uvs is None:
                 why = "it has no texture coordinates; `paradize mesh --atlas` makes a GLB with some"
             elif name in keys and self.sets[keys[name]].palette:
                 why = "its UVs show swatches of a palette, so that a texel has no place of its own"
+            elif name in known and known[name].repeats:
+                why = repeating(uv_width(known[name].uvs))
             self.warnings.append(f"{item.mesh}: material {name!r}: no occlusion is cast: {why}")
 
     def _warn_of_samplers(self, item: SceneObject, material: Material) -> None:
@@ -259,7 +262,8 @@ class _Finder:
         if not (given and wrap == REPEATED):
             # UVs in one tile beside the map may be its layout, unless the tile would not be drawn
             exact = palette or wrap != REPEATED
-            if facts is None or not (facts.outside if exact else facts.tiled):
+            wide = facts is not None and (facts.outside if exact else facts.repeats if cast else facts.tiled)
+            if not wide:
                 wrap = None
             elif not given:
                 self._warn_of_samplers(item, material)

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from paradize.errors import ParadizeError
-from paradize.material import REPEATED, MapSource, Material, Picture, Wrap, texels_within
+from paradize.material import OVERHANG, REPEATED, MapSource, Material, Picture, Wrap, texels_within, uv_width
 
 if TYPE_CHECKING:
     import numpy as np
@@ -46,8 +46,12 @@ class MaterialFacts:
     @property
     def tiled(self) -> bool:
         """Whether its UVs are wider than a tile."""
-        low_u, low_v, high_u, high_v = self.uvs or (0.0, 0.0, 1.0, 1.0)
-        return max(high_u - low_u, high_v - low_v) > 1.0 + _ROUNDING
+        return uv_width(self.uvs) > 1.0 + _ROUNDING
+
+    @property
+    def repeats(self) -> bool:
+        """Whether its UVs are so wide that a texel has no place of its own."""
+        return uv_width(self.uvs) > 1.0 + OVERHANG
 
     @property
     def outside(self) -> bool:

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from paradize.build.job_inputs import inputs_of, stale
+from paradize.build.job_inputs import constant_of, inputs_of, stale
 from paradize.build.map_sets import find_map_sets
 from paradize.documents import SCENE_FILE
 from paradize.errors import FormatError, SceneError, renamed
@@ -135,8 +135,12 @@ def _facts(scene: Scene, job: BakeJob, output: Output, known: _Known | None, fol
         "required_detail": None,
         "stale": None,
         "bound": None,
+        "constant": None,
     }
-    if known is None or entry is None:
+    if known is None:
+        return facts
+    if entry is None:
+        facts["constant"] = constant_of(known.inputs, job, output.artifact)
         return facts
     facts |= {key: entry[key] for key in ("first_needed_s", "file", "bytes", "tier", "errors", "levels")}
     facts["tried"] = _tried(known.manifest, output.artifact)

@@ -25,13 +25,20 @@ def overview(explanation: Explanation) -> list[Sequence[str]]:
     for facts in explanation.artifacts:
         needed = facts["first_needed_s"]
         when = "-" if needed is None else f"second {needed:g}"
-        rows.append((facts["name"], facts["reason"], when, bound_short(facts["bound"]), _bytes(facts)))
+        bound = bound_short(facts["bound"])
+        if facts["constant"] is not None:
+            when, bound = "no file", f"all texels {_values(facts)}"
+        rows.append((facts["name"], facts["reason"], when, bound, _bytes(facts)))
     return rows
 
 
 def unread(explanation: Explanation) -> list[str]:
     """A line for each picture of a material that is not baked, because no pass reads it."""
     return [f"not baked: {one['file']}: {one['reason']}" for one in explanation.unread]
+
+
+def _values(facts: dict[str, Any]) -> str:
+    return ", ".join(f"{value:g}" for value in facts["constant"])
 
 
 def _bytes(facts: dict[str, Any]) -> str:
@@ -63,6 +70,10 @@ def words_of(facts: dict[str, Any], details: bool = False) -> list[str]:
     lines = [f"{facts['name']}: {facts['reason']}", f"  {readers}"]
     if facts["first_needed_s"] is not None:
         lines[-1] += f"; first needed at second {facts['first_needed_s']:g} of the flight"
+    if facts["constant"] is not None:
+        lines.append(
+            f"  no file: all its texels are equal ({_values(facts)}); the material says it in a factor"
+        )
     if details:
         lines += [f"  {role}: {path}" for role, path in facts["sources"].items()]
         lines += [f"  {key} = {_clipped(_plain(value))}" for key, value in facts["settings"].items()]

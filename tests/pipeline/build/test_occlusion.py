@@ -13,7 +13,9 @@ from paradize.build.bake import bake
 from paradize.build.options import BuildOptions
 from paradize.build.provenance import BakeReport
 from paradize.checks import check_paths
+from paradize.cli import main as cli
 from paradize.explain.facts import explain
+from paradize.explain.words import overview, render
 from paradize.formats.ktx2.reader import decode_ktx2
 from paradize.metrics.texels import decode_texels
 from tests.pipeline.material_scene import make_panels, noise
@@ -142,6 +144,33 @@ def test_without_a_place_for_each_texel_there_is_none_and_a_warning_says_why(
     report, _ = baked(make(tmp_path / "s", obj=obj), tmp_path / "out")
     assert "nook_occlusion" not in {one.name for one in report.artifacts}
     assert any("no occlusion is cast" in text and why in text for text in report.warnings)
+
+
+@pytest.mark.parametrize(("last", "taken"), [("1.03", True), ("3.95", False)])
+def test_a_scene_and_maps_cast_the_same_models(
+    tmp_path: Path, last: str, taken: bool, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """UVs a little wider than a tile are a layout; wider ones are not, and both say so in the same words."""
+    scene = make(
+        tmp_path / "s", obj=CORNER_OBJ.replace("vt 0.05", "vt -0.02").replace("vt 0.95", f"vt {last}")
+    )
+    report, _ = baked(scene, tmp_path / "out")
+    words = ["maps", str(tmp_path / "s/corner.obj"), "-o", str(tmp_path / "maps"), "--only", "occlusion"]
+    assert cli.main([*words, "--occlusion-px", "64"]) == (0 if taken else 1)
+    assert taken == ("nook_occlusion" in {one.name for one in report.artifacts})
+    why = "its UVs repeat (3.97 tiles wide, up to 1.1 are taken), so that a texel has no place of its own"
+    assert taken or (why in capsys.readouterr().err and any(why in text for text in report.warnings))
+    assert not list(check_paths([tmp_path / "out"]))
+
+
+def test_explain_says_where_all_is_lit(tmp_path: Path) -> None:
+    flat = "usemtl stone\nv 0 0 0\nv 1 0 0\nv 0 0 1\nvt 0 0\nvt 1 0\nvt 0 1\nf 1/1 3/3 2/2\n"
+    scene = make(tmp_path / "s", obj=flat)
+    baked(scene, tmp_path / "out")
+    told = explain(scene, out=tmp_path / "out")
+    (row,) = (row for row in overview(told) if row[0] == "nook_occlusion")
+    assert row[2:4] == ("no file", "all texels 1")
+    assert "all its texels are equal (1)" in render(told)
 
 
 def test_auto_takes_the_cheapest_tier_inside_the_budget(tmp_path: Path) -> None:

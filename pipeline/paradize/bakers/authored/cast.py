@@ -8,6 +8,7 @@ from pathlib import Path
 from paradize.bakers.authored.pictures import Drawn
 from paradize.errors import BakeError
 from paradize.jobs.progress import report_step
+from paradize.material import OVERHANG, repeating, uv_width
 from paradize.metrics.occlusion import cast_errors
 from paradize.readers.model import read_model
 from paradize.scene.baker_settings import CastSettings
@@ -48,6 +49,14 @@ def cast_occlusion(
     if unknown := sorted({*materials, *settings.see_through} - names):
         what = f"no material {', '.join(map(repr, unknown))}"
         raise BakeError(what, file=model, mend=f"there are {', '.join(map(repr, sorted(names)))}")
+    for name in sorted({group.material for group in on.groups}):
+        own = on.of_materials([name])
+        used = mesh.uvs[own.triangles].reshape(-1, 2)
+        low, high = used.min(axis=0), used.max(axis=0)
+        width = uv_width((float(low[0]), float(low[1]), float(high[0]), float(high[1])))
+        if width > 1.0 + OVERHANG:
+            mend = "leave it out by naming other materials, or unwrap it into one tile"
+            raise BakeError(f"material {name!r}: {repeating(width)}", file=model, mend=mend)
     blocking = mesh.of_materials(names - {*settings.see_through}) if settings.see_through else mesh
     size, reach = settings.occlusion_px, settings.occlusion_reach
     report_step("casting occlusion")
