@@ -78,6 +78,9 @@ def _check(path: Path, options: CheckOptions) -> Iterator[Finding]:
     except OSError as error:
         yield Finding("PZ101", str(path), error.strerror or str(error), mend=_ACCEPTED)
         return
+    if path.suffix == ".toml" or kind_of(path) is SCENE:
+        yield from check_settings(path, options.scenes)
+        return
     options.checked.add(str(path))
     if path.suffix == ".glb" or data[:4] == MAGIC:
         yield from check_mesh(data, str(path))
@@ -85,8 +88,6 @@ def _check(path: Path, options: CheckOptions) -> Iterator[Finding]:
         yield from check_texture(data, str(path))
     elif path.suffix == ".png" or data[:8] == SIGNATURE:
         yield from check_picture(data, str(path))
-    elif path.suffix == ".toml" or kind_of(path) is SCENE:
-        yield from check_settings(path)
     else:
         kind = kind_of(path)
         what = f"is {kind.name}, no {SCENE_FILE}, GLB, KTX2 or PNG"

@@ -6,7 +6,7 @@ import hashlib
 import json
 import re
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 from urllib.parse import quote
 from xml.sax.saxutils import escape, quoteattr
@@ -16,10 +16,13 @@ from paradize.checks.rules import RULES, Finding
 from paradize.errors import one_line
 
 
-def render(findings: Sequence[Finding], form: str, artifacts: int = 0) -> str:
-    """form: "text", "json", "junit" or "sarif". artifacts: how many files were looked at; a text says it."""
+def render(
+    findings: Sequence[Finding], form: str, artifacts: int = 0, scenes: Mapping[str, int | None] | None = None
+) -> str:
+    """form: "text", "json", "junit" or "sarif". artifacts: how many files were looked at; scenes: how many
+    files the scenes name whose settings were looked at; None: they have faults. A text says both."""
     if form == "text":
-        return _text(findings, artifacts)
+        return _text(findings, artifacts, scenes or {})
     return {"json": _json, "junit": _junit, "sarif": _sarif}[form](findings)
 
 
@@ -30,17 +33,25 @@ def _counts(findings: Sequence[Finding]) -> tuple[int, int, int]:
     return errors, len(findings) - errors - waived, waived
 
 
-def _text(findings: Sequence[Finding], artifacts: int) -> str:
+def _text(findings: Sequence[Finding], artifacts: int, scenes: Mapping[str, int | None]) -> str:
     errors, warnings, waived = _counts(findings)
     found = [_counted(errors, "error"), _counted(warnings, "warning")] if findings else ["no finding"]
     found += [f"{waived} waived"] if waived else []
-    summary = f"{_counted(artifacts, 'artifact')} checked: {', '.join(found)}"
+    looked = [] if scenes and not artifacts else [_counted(artifacts, "artifact")]
+    looked += [f"the settings of {_counted(len(scenes), 'scene')}"] if scenes else []
+    summary = f"{' and '.join(looked)} checked: {', '.join(found)}"
+    notes = [
+        f"{path}: its settings are valid and the files that it names ({count}) are there; `paradize bake` "
+        "reads what they hold"
+        for path, count in scenes.items()
+        if count is not None
+    ]
     shared = {key for key, count in Counter(map(_advice, findings)).items() if count > 1 and key[1]}
     lines = [finding.line(mend=_advice(finding) not in shared) for finding in findings]
     mends = [
         f"{code}: {mend}" for code, mend in dict.fromkeys(map(_advice, findings)) if (code, mend) in shared
     ]
-    return "\n".join([*map(one_line, (*lines, *mends)), summary])
+    return "\n".join([*map(one_line, (*lines, *mends, *notes)), summary])
 
 
 def _counted(count: int, word: str) -> str:

@@ -38,13 +38,15 @@ _JUMP = 1e-6  # of the segment's size: how far apart the ends of two segments ma
 class CheckOptions:
     """against: the folder of an earlier bake. worse_by: the share by which an error may have grown since.
     today: decides which waivers have ended. on_progress: hears of every artifact and every search. checked:
-    takes the name of each file that was looked at."""
+    takes the name of each artifact that was looked at. scenes: takes how many files each scene names whose
+    settings were looked at; None where they have faults."""
 
     against: Path | None = None
     worse_by: float = WORSE_BY
     today: date = field(default_factory=date.today)
     on_progress: OnProgress | None = None
     checked: set[str] = field(default_factory=set, compare=False)
+    scenes: dict[str, int | None] = field(default_factory=dict, compare=False)
 
     def begin(self, step: str, done: int, total: int) -> None:
         """Reports a step to on_progress."""

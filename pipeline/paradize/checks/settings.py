@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from dataclasses import fields, is_dataclass
 from pathlib import Path
 
 from paradize.checks.rules import Finding
@@ -10,10 +11,25 @@ from paradize.errors import GroupedError, ParadizeError
 from paradize.scene.settings import load_scene
 
 
-def check_settings(path: Path) -> Iterator[Finding]:
-    """The faults of a scene's fields, and of the files that they name. Reads no source."""
+def _files(settings: object) -> Iterator[Path]:
+    """The files that settings name, at any depth."""
+    if isinstance(settings, Path):
+        yield settings
+    elif isinstance(settings, tuple):
+        for one in settings:
+            yield from _files(one)
+    elif isinstance(settings, Mapping):
+        yield from _files(tuple(settings.values()))
+    elif is_dataclass(settings):
+        yield from _files(tuple(getattr(settings, one.name) for one in fields(settings)))
+
+
+def check_settings(path: Path, scenes: dict[str, int | None]) -> Iterator[Finding]:
+    """The faults of a scene's fields, and the files that they name and that do not exist. Reads no model and
+    no picture. scenes: takes how many files the scene names; None where it has faults."""
+    scenes[str(path)] = None
     try:
-        load_scene(path)
+        scenes[str(path)] = len(set(_files(load_scene(path))))
     except ParadizeError as refused:
         for error in refused.errors if isinstance(refused, GroupedError) else (refused,):
             yield Finding(

@@ -33,5 +33,5 @@ def run(arguments: argparse.Namespace) -> int:
     with progress() as shown:
         options = CheckOptions(arguments.against, arguments.worse_by / 100.0, today, shown.step)
         findings = check_paths(arguments.paths, options)
-    show(render(findings, "json" if arguments.json else arguments.fmt, len(options.checked)))
+    show(render(findings, "json" if arguments.json else arguments.fmt, len(options.checked), options.scenes))
     return 1 if any(finding.fails for finding in findings) else 0

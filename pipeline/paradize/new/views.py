@@ -14,6 +14,7 @@ _FOVS = 5.0, 120.0  # degrees that a flight takes over
 _ASPECTS = 0.2, 5.0
 _ROWS = 720  # of the picture, where a camera says its aspect
 _MOST = 16  # cameras in a flight
+_NAMED = 4  # cameras in a note
 _LEAST_SUN_DEG = 2.0  # elevation
 _INTENSITIES = 0.05, 30.0  # of the sun, with the exposure of a new scene
 _STEEPEST = 0.999  # of a look up or down; beyond, the horizon is anywhere
@@ -82,19 +83,25 @@ def _take(sun: Sun, light: Light) -> None:
 
 @dataclass(frozen=True)
 class Lens:
-    """The field of view of a flight, and the picture's size; None: the default."""
+    """The field of view of a flight, and the picture's size; None: the default. note: what is not taken over
+    of the camera."""
 
     fov_deg: float = FOV_DEG
     viewport: tuple[int, int] | None = None
+    note: str = ""
 
 
 def lens_of(views: Views | None) -> Lens:
     """Returns the lens of the first perspective camera that a flight can have."""
     for camera in views.cameras if views else []:
         if camera.fov_deg is not None and _FOVS[0] <= camera.fov_deg <= _FOVS[1]:
-            if camera.aspect is not None and _ASPECTS[0] <= camera.aspect <= _ASPECTS[1]:
+            low, high = _ASPECTS
+            if camera.aspect is None:
+                return Lens(camera.fov_deg)
+            if low <= camera.aspect <= high:
                 return Lens(camera.fov_deg, (2 * round(0.5 * _ROWS * camera.aspect), _ROWS))
-            return Lens(camera.fov_deg)
+            what = f"the aspect of the camera {camera.name!r}, {camera.aspect:.3g}, is not taken over"
+            return Lens(camera.fov_deg, note=f"{what}; {low:g} to {high:g} is the range")
     return Lens()
 
 
@@ -112,7 +119,8 @@ def waypoints_of(
     same. place: from the model's units into the scene.
     """
     found: list[Waypoint] = []
-    notes: list[str] = []
+    left_out: dict[str, list[str]] = {}
+    others: dict[str, list[str]] = {}
     for camera in views.cameras if views else []:
         why = _fault(camera, center, farthest, place)
         if why is None and len(found) == _MOST:
@@ -120,16 +128,30 @@ def waypoints_of(
         if why is None and any(_apart(place(camera.eye), one.eye) < 1e-6 * radius for one in found):
             why = "it stands where another one does"
         if why is not None:
-            notes.append(f"the camera {camera.name!r} is left out: {why}")
+            left_out.setdefault(why, []).append(camera.name)
             continue
         if camera.fov_deg is not None and abs(camera.fov_deg - lens.fov_deg) > 0.05:
-            what = f"the camera {camera.name!r} sees {camera.fov_deg:.3g} degrees"
-            notes.append(f"{what}; the flight has one field of view, {lens.fov_deg:.3g}")
+            others.setdefault(f"{camera.fov_deg:.3g}", []).append(camera.name)
         ahead = sum((c - e) * f for c, e, f in zip(center, camera.eye, camera.forward, strict=True))
         reach = max(ahead, 0.1 * radius)
         x, y, z = (e + reach * f for e, f in zip(camera.eye, camera.forward, strict=True))
         found.append(Waypoint(place(camera.eye), place((x, y, z)), _roll_deg(camera), camera.name))
+    notes = [lens.note] if lens.note else []
+    for why, names in left_out.items():
+        notes.append(f"{_cameras(names)} {'are' if len(names) > 1 else 'is'} left out: {why}")
+    for angle, names in others.items():
+        what = f"{_cameras(names)} {'see' if len(names) > 1 else 'sees'} {angle} degrees"
+        notes.append(f"{what}; the flight has one field of view, {lens.fov_deg:.3g}")
     return found, notes
+
+
+def _cameras(names: list[str]) -> str:
+    """Names cameras, the first few of many."""
+    if len(names) == 1:
+        return f"the camera {names[0]!r}"
+    shown = ", ".join(map(repr, names[:_NAMED]))
+    more = f" and {len(names) - _NAMED} more" if len(names) > _NAMED else ""
+    return f"{len(names)} cameras ({shown}{more})"
 
 
 def _fault(camera: Camera, center: Vec3, farthest: float, place: Callable[[Vec3], Vec3]) -> str | None:

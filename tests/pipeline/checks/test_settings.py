@@ -13,6 +13,7 @@ from typing import Any
 import pytest
 
 from paradize.checks import check_paths
+from paradize.cli import main as cli
 from tests.pipeline.scenes import make_cove
 from tests.places import ROOT
 
@@ -53,6 +54,30 @@ def test_every_fault_of_a_scene_is_a_finding_with_its_place_and_mend(cove: Path)
 def test_equal_faults_at_several_places_are_all_listed(cove: Path) -> None:
     edit(cove, "[flight]", "[flight]\nspede = 1\nspude = 2")
     assert len({finding.place for finding in check_paths([cove])}) == 2
+
+
+def test_check_says_what_it_looked_at_and_that_no_model_was_read(
+    cove: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert cli.main(["check", str(cove)]) == 0
+    first, last = capsys.readouterr().out.splitlines()
+    assert re.search(
+        r"scene.toml: .* the files that it names \(\d+\) are there; `paradize bake` reads", first
+    )
+    assert last == "the settings of 1 scene checked: no finding"
+    edit(cove, "[flight]", "[flight]\nspede = 1")
+    assert cli.main(["check", str(cove)]) == 1
+    assert "are there" not in (told := capsys.readouterr().out)
+    assert told.endswith("the settings of 1 scene checked: 1 error, 0 warnings\n")
+
+
+@pytest.mark.parametrize("mode", ["opaque", "blend"])
+def test_a_cutoff_beside_a_mode_without_one_is_refused(cove: Path, mode: str) -> None:
+    scene = cove.read_text()
+    table = f'[object.material.leaf]\nalpha_mode = "{mode}"\nalpha_cutoff = 0.5\n\n[[object.instance]]'
+    cove.write_text(scene.replace("[[object.instance]]", table, 1))
+    places = {finding.place: finding for finding in check_paths([cove])}
+    assert "has no cutoff" in places["object[0].material.leaf.alpha_cutoff"].what
 
 
 @pytest.mark.parametrize("text", ["", "[scene", "\ufeff[scene]\n", "scene = 1\n", "\x00"])

@@ -133,6 +133,23 @@ def test_cameras_and_lights_that_a_scene_cannot_have_are_named(tmp_path: Path) -
     assert not new.taken and scene.sun == plain.sun and len(scene.flight.eye) == len(plain.flight.eye)
 
 
+def test_an_aspect_that_a_picture_cannot_have_is_named(tmp_path: Path) -> None:
+    made = panel({"camera": 0, "name": "wide", "translation": [0.5, 0.6, 4.0]})
+    perspective(made, 30, aspectRatio=7.0)
+    new = new_scene(tmp_path / "s", made.glb(tmp_path / "Panel.glb"))
+    (note,) = new.notes
+    assert "the aspect of the camera 'wide', 7, is not taken over; 0.2 to 5 is the range" in note
+
+
+def test_of_many_cameras_one_note_says_how_many_are_left_out(tmp_path: Path) -> None:
+    places = [{"camera": 0, "name": f"c{k}", "translation": [0.1 * k, 1.0, 4.0]} for k in range(40)]
+    made = panel(*places)
+    perspective(made, 30)
+    new = new_scene(tmp_path / "s", made.glb(tmp_path / "Panel.glb"))
+    (note,) = new.notes
+    assert "24 cameras ('c16', 'c17', 'c18', 'c19' and 20 more) are left out: a flight takes 16" in note
+
+
 def test_bright_lux_are_not_taken_over(tmp_path: Path) -> None:
     made = panel({"extensions": light(0), "rotation": quaternion((1, 0, 0), -60)})
     lit(made, {"type": "directional", "intensity": 1e5})

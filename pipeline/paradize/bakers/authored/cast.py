@@ -38,7 +38,8 @@ def cast_occlusion(
     _require_ranges(settings)
     read = read_model(model)
     mesh, report = validate_mesh(read.mesh, model)
-    if mesh.uvs is None:
+    uvs = mesh.uvs
+    if uvs is None:
         mend = "`paradize mesh --atlas` makes some; cast from the GLB that it writes"
         raise BakeError(
             "has no texture coordinates that a map of its occlusion could follow", file=model, mend=mend
@@ -51,7 +52,7 @@ def cast_occlusion(
         raise BakeError(what, file=model, mend=f"there are {', '.join(map(repr, sorted(names)))}")
     for name in sorted({group.material for group in on.groups}):
         own = on.of_materials([name])
-        used = mesh.uvs[own.triangles].reshape(-1, 2)
+        used = uvs[own.triangles].reshape(-1, 2)
         low, high = used.min(axis=0), used.max(axis=0)
         width = uv_width((float(low[0]), float(low[1]), float(high[0]), float(high[1])))
         if width > 1.0 + OVERHANG:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any, TypeVar
 
 from paradize.material import MapSource, Picture, Wrap
 from paradize.readers.gltf.buffers import Buffers, beside, data_of
@@ -10,11 +12,16 @@ from paradize.readers.gltf.document import Document
 from paradize.readers.mtl import named_file
 
 _WRAPS: dict[int, Wrap] = {33071: "clamp", 33648: "mirror", 10497: "repeat"}
-_NEAREST = 9728
+_LINEAR = 9729
+_FILTERS = {9728: "nearest", _LINEAR: "linear"}
+_SMALLER = dict.fromkeys((*_FILTERS, 9984, 9985, 9986, 9987), "trilinear")  # mips are always mixed
 _MAGIC = (b"\x89PNG\r\n\x1a\n", b"\xff\xd8\xff")
 # Pictures that only an extension allows, by the extension, and how those of them begin that are read.
 SOURCES = ("EXT_texture_webp", "EXT_texture_avif", "KHR_texture_basisu", "KHR_texture_ktx")
 _UNREAD = {b"\xabKTX ": "KTX2", b"DDS ": "DDS"}
+
+
+W = TypeVar("W")
 
 
 class Pictures:
@@ -44,9 +51,28 @@ class Pictures:
             return None
         number = document.get(entry, place, "sampler", int, None)
         sampler = {} if number is None else document.item("samplers", number, f"{place}/sampler")
-        u, v = (document.get(sampler, f"/samplers/{number}", key, int, 10497) for key in ("wrapS", "wrapT"))
-        nearest = document.get(sampler, f"/samplers/{number}", "magFilter", int, 0) == _NEAREST
-        return MapSource(picture, wrap=(_WRAPS.get(u, "repeat"), _WRAPS.get(v, "repeat")), nearest=nearest)
+        u, v = (self._said(sampler, number, key, _WRAPS, 10497, "repeat") for key in ("wrapS", "wrapT"))
+        mag = self._said(sampler, number, "magFilter", _FILTERS, _LINEAR, "linear")
+        self._said(sampler, number, "minFilter", _SMALLER, _LINEAR, "trilinear")
+        return MapSource(picture, wrap=(u, v), nearest=mag == "nearest")
+
+    def _said(
+        self,
+        sampler: dict[str, Any],
+        number: int | None,
+        key: str,
+        known: Mapping[int, W],
+        by_itself: int,
+        otherwise: W,
+    ) -> W:
+        """What a field of a sampler stands for; `otherwise`, and a warning, where glTF does not know it."""
+        place = f"/samplers/{number}"
+        value = self.document.get(sampler, place, key, int, by_itself)
+        if value not in known:
+            numbers = ", ".join(map(str, known))
+            what = f"{value} is none of {numbers}; taken as {otherwise}"
+            self.document.warn(what, f"{place}/{key}")
+        return known.get(value, otherwise)
 
     def _picture(self, index: int, where: str) -> Picture | None:
         document, place = self.document, f"/images/{index}"

@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from paradize.documents import TOML_BYTES, parse_toml
+from paradize.documents import TOML_BYTES, parse_toml, toml_key
 from paradize.errors import GroupedError, SceneError
 from paradize.files import read_file
 from paradize.kinds import SCENE, expecting
@@ -73,6 +73,13 @@ def _cross_checks(scene: Scene, faults: Faults) -> None:
         if (item.lods_by == "error") != bool(item.lod_errors):
             mend = 'write lod_errors with lods_by = "error", and only there'
             faults.add(f"object[{i}].lod_errors", f"has {len(item.lod_errors)} numbers", mend)
+        for material, table in item.materials.items():
+            if table.alpha_mode in ("opaque", "blend") and table.alpha_cutoff:
+                place = f"object[{i}].material.{toml_key(material)}.alpha_cutoff"
+                what = (
+                    f"is {table.alpha_cutoff:g} beside alpha_mode = {table.alpha_mode!r}, which has no cutoff"
+                )
+                faults.add(place, what, 'leave it out, or write alpha_mode = "mask"')
         if not any(view == "camera" or getattr(scene, view) for view in item.views):
             mend = f"the scene has no [{item.views[0]}]; name camera, or a view that there is"
             faults.add(f"object[{i}].views", "draws it nowhere", mend)

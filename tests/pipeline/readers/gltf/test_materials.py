@@ -39,6 +39,19 @@ def test_an_alpha_cutoff_above_one_hides_the_material(tmp_path: Path) -> None:
     assert (material.alpha_mode, material.opacity) == ("opaque", 1.0)
 
 
+def test_values_of_a_sampler_that_gltf_does_not_know_are_named(tmp_path: Path) -> None:
+    made, primitive = square(TEXCOORD_0=UVS)
+    sampler = made.add("samplers", wrapS=10496, wrapT=33071, magFilter=9987, minFilter=5)
+    texture = {"index": textured(made, sampler=sampler)}
+    found, model = read(tmp_path, made, primitive, pbrMetallicRoughness={"baseColorTexture": texture})
+    assert found.maps["color"].wrap == ("repeat", "clamp") and not found.maps["color"].nearest
+    assert [text.split(": ", 1)[1] for text in model.warnings] == [
+        "/samplers/0/wrapS: 10496 is none of 33071, 33648, 10497; taken as repeat",
+        "/samplers/0/magFilter: 9987 is none of 9728, 9729; taken as linear",
+        "/samplers/0/minFilter: 5 is none of 9728, 9729, 9984, 9985, 9986, 9987; taken as trilinear",
+    ]
+
+
 def test_factors_and_maps_fill_the_record(tmp_path: Path) -> None:
     made, primitive = square(TEXCOORD_0=UVS)
     sampler = made.add("samplers", wrapS=33071, wrapT=33648)
