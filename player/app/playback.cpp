@@ -19,6 +19,7 @@
 #include "gl/framebuffer.hpp"
 #include "gl/headless.hpp"
 #include "gl/shader_library.hpp"
+#include "gl/timestamp.hpp"
 #include "number_text.hpp"
 #include "render/renderer.hpp"
 #include "scene/bake_limits.hpp"
@@ -160,7 +161,8 @@ class Playback {
         std::vector<std::vector<double>> times;
         for (int i = 0; i < pass_frames; ++i) {
             const double now_s = elapsed_s + i * frame_s;
-            const auto passes = renderer_->measure_passes(now_s, flight_pose(file().flight, now_s));
+            const auto passes =
+                renderer_->measure_passes(now_s, flight_pose(file().flight, now_s), meter_clock_);
             times.resize(passes.size());
             passes_ms_.clear();
             for (std::size_t p = 0; p < passes.size(); ++p) {
@@ -244,6 +246,7 @@ class Playback {
         out.scene_ms = scene_ms_;
         out.bench = options_.bench;
         out.passes_ms = passes_ms_;
+        out.passes_clock = meter_clock_;
         out.quality = governor_ ? governor_->current().quality : options_.quality;
         out.features = features_;
         out.reference = options_.reference;
@@ -340,6 +343,7 @@ class Playback {
     std::optional<FrameGovernor> governor_;
     std::vector<double> recent_ms_; // since the last change of quality
     std::vector<std::pair<std::string, double>> passes_ms_;
+    MeterClock meter_clock_ = gl::has_timestamps() ? MeterClock::device : MeterClock::processor;
 };
 
 /// poster.png -> poster_0007.png

@@ -172,7 +172,9 @@ std::string to_json(const Report &report) {
             std::snprintf(numbers, sizeof numbers, ": %.3f", ms);
             out += (out.back() == '{' ? "" : ", ") + quoted(name) + numbers;
         }
-        out += "}, \"frames_ms\": [";
+        out += "}, \"passes_clock\": ";
+        out += report.passes_clock == MeterClock::device ? "\"device\"" : "\"processor\"";
+        out += ", \"frames_ms\": [";
         for (const double ms : report.frame_ms) {
             std::snprintf(numbers, sizeof numbers, "%s%.3f", out.back() == '[' ? "" : ", ", ms);
             out += numbers;

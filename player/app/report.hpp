@@ -2,6 +2,7 @@
 // The data and the text of --json, --bench and --fps.
 
 #include "app/frame_rate.hpp"
+#include "passes/pass_meter.hpp"
 #include "streaming/streamer.hpp"
 #include "streaming/terrain_tiles.hpp"
 
@@ -29,6 +30,7 @@ struct Report {
     std::vector<double> scene_ms; // processor time of each frame for finding what to draw
     bool bench = false;           // true: frame_ms was measured by --bench
     std::vector<std::pair<std::string, double>> passes_ms; // of --bench, in drawing order
+    MeterClock passes_clock = MeterClock::processor;       // that measured them
     Quality quality = all_at(Tier::balanced);
     std::vector<QualityFeature> features; // that apply to this scene on this device
     std::optional<int> reference;         // number of frames averaged per picture

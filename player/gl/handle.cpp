@@ -25,6 +25,9 @@ unsigned generate(Kind kind) {
     case Kind::sampler:
         glGenSamplers(1, &name);
         break;
+    case Kind::query:
+        glGenQueries(1, &name);
+        break;
     case Kind::program:
         name = glCreateProgram();
         break;
@@ -56,6 +59,9 @@ void destroy(Kind kind, unsigned name) noexcept {
         break;
     case Kind::sampler:
         glDeleteSamplers(1, &name);
+        break;
+    case Kind::query:
+        glDeleteQueries(1, &name);
         break;
     case Kind::program:
         glDeleteProgram(name);

@@ -5,7 +5,7 @@
 
 namespace paradize::gl {
 
-enum class Kind { buffer, texture, vertex_array, program, shader, framebuffer, renderbuffer, sampler };
+enum class Kind { buffer, texture, vertex_array, program, shader, framebuffer, renderbuffer, sampler, query };
 
 /// Creates one object name with the glGen function of its kind. Shaders are created by Program.
 unsigned generate(Kind kind);
@@ -48,5 +48,6 @@ using ShaderName = Handle<Kind::shader>;
 using Framebuffer = Handle<Kind::framebuffer>;
 using Renderbuffer = Handle<Kind::renderbuffer>;
 using Sampler = Handle<Kind::sampler>;
+using Query = Handle<Kind::query>;
 
 } // namespace paradize::gl

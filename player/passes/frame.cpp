@@ -85,10 +85,14 @@ void Frame::draw_view(const View &view, unsigned framebuffer, bool depth_only) {
     }
     glClearColor(0.0F, 0.0F, 0.0F, 0.0F);
     glClear(depth_only ? GL_DEPTH_BUFFER_BIT : GL_DEPTH_BUFFER_BIT | GL_COLOR_BUFFER_BIT);
+    PassMeter *const measured = view.kind == ViewKind::main ? meter : nullptr;
+    if (measured != nullptr) {
+        measured->stop(measured->clear());
+    }
     for (std::size_t i = 0; i < passes_.size(); ++i) {
         passes_[i]->draw(*this, view);
-        if (meter != nullptr && view.kind == ViewKind::main) {
-            meter->stop(i);
+        if (measured != nullptr) {
+            measured->stop(i);
         }
     }
     glDisable(GL_CLIP_DISTANCE0);

@@ -19,9 +19,6 @@ namespace paradize {
 
 class Pass;
 
-/// Time step of the simulation (Pass::step).
-inline constexpr double step_s = 1.0 / 120.0;
-
 struct Clock {
     double elapsed_s = 0.0; // since the start; unbounded, so wrap it in double before converting it to float
     double flight_s = 0.0;  // second of the flight, in [0, duration)

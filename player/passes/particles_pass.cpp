@@ -5,6 +5,8 @@
 
 #include <epoxy/gl.h>
 
+#include <glm/vec3.hpp>
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -15,7 +17,17 @@ namespace paradize {
 namespace {
 
 constexpr int floats_each = 6;
-constexpr float fade_in_share = 0.12F; // share of its life during which a new particle fades in
+constexpr float fade_in_share = 0.12F;     // share of its life during which a new particle fades in
+constexpr double most_lives_per_s = 120.0; // shorter lives than a frame cannot be seen
+
+/// Mixes the bits of a number: SplitMix64, G. L. Steele, D. Lea, C. H. Flood, "Fast Splittable Pseudorandom
+/// Number Generators", OOPSLA 2014.
+std::uint64_t mixed(std::uint64_t value) {
+    value += 0x9e3779b97f4a7c15ULL;
+    value = (value ^ (value >> 30U)) * 0xbf58476d1ce4e5b9ULL;
+    value = (value ^ (value >> 27U)) * 0x94d049bb133111ebULL;
+    return value ^ (value >> 31U);
+}
 
 } // namespace
 
@@ -33,39 +45,50 @@ float Pcg::uniform(float low, float high) {
 }
 
 ParticleSwarm::ParticleSwarm(const assets::ParticleField &field, std::uint64_t seed)
-    : field_(field), seed_(seed), random_(seed),
-      particles_(static_cast<std::size_t>(std::max(field.count, 0))) {
-    for (Particle &particle : particles_) {
+    : field_(field), seed_(seed), lives_(static_cast<std::size_t>(std::max(field.count, 0))),
+      particles_(lives_.size()) {
+    Pcg random(seed);
+    const double fading = 1.0 - static_cast<double>(field.threshold);
+    for (Lives &lives : lives_) {
+        const double falling = random.uniform(field.life_per_s.x, field.life_per_s.y);
+        lives.per_s = std::min(falling / std::max(fading, 1e-9), most_lives_per_s);
         // The first particles start at all ages, so that playback does not begin with a flash.
-        respawn(particle, random_.uniform(field_.threshold, 1.0F));
+        lives.phase = random.uniform(0.0F, 1.0F);
     }
+    move_to(0.0);
 }
 
-void ParticleSwarm::respawn(Particle &particle, float life) {
+void ParticleSwarm::respawn(std::size_t index, std::uint64_t births) {
+    Pcg random(mixed(mixed(seed_ << 32U ^ index) + births));
+    Particle &particle = particles_[index];
     // Uniform in a ball: picks points of the enclosing cube until one is inside.
     glm::vec3 p;
     do {
-        p = {random_.uniform(-1.0F, 1.0F), random_.uniform(-1.0F, 1.0F), random_.uniform(-1.0F, 1.0F)};
+        p = {random.uniform(-1.0F, 1.0F), random.uniform(-1.0F, 1.0F), random.uniform(-1.0F, 1.0F)};
     } while (p.x * p.x + p.y * p.y + p.z * p.z > 1.0F);
-    particle.position = p * field_.radius_m;
+    lives_[index].born = p * field_.radius_m;
     // Cubed, so that few particles are large.
-    const float large = random_.uniform(0.0F, 1.0F);
+    const float large = random.uniform(0.0F, 1.0F);
     particle.size_m = field_.size_m.x + (field_.size_m.y - field_.size_m.x) * large * large * large;
-    particle.rotation_rad = random_.uniform(0.0F, 2.0F * std::numbers::pi_v<float>);
-    particle.life_per_s = random_.uniform(field_.life_per_s.x, field_.life_per_s.y);
-    particle.drift_m_per_s = random_.uniform(0.02F, 0.12F);
-    particle.life = life;
-    ++particle.births;
+    particle.rotation_rad = random.uniform(0.0F, 2.0F * std::numbers::pi_v<float>);
+    lives_[index].drift_m_per_s = random.uniform(0.02F, 0.12F);
+    particle.births = births;
 }
 
-void ParticleSwarm::step(double seconds) {
-    const auto dt = static_cast<float>(seconds);
-    for (Particle &particle : particles_) {
-        particle.life -= particle.life_per_s * dt;
-        particle.position.y += particle.drift_m_per_s * dt;
-        if (particle.life < field_.threshold) {
-            respawn(particle, 1.0F);
+void ParticleSwarm::move_to(double time_s) {
+    for (std::size_t i = 0; i < particles_.size(); ++i) {
+        const double lived = lives_[i].phase + time_s * lives_[i].per_s;
+        const double whole = std::floor(lived);
+        const std::uint64_t births = static_cast<std::uint64_t>(whole) + 1;
+        Particle &particle = particles_[i];
+        if (particle.births != births) {
+            respawn(i, births);
         }
+        const Lives &lives = lives_[i];
+        const auto share = static_cast<float>(lived - whole);
+        const float age_s = lives.per_s > 0.0 ? static_cast<float>((lived - whole) / lives.per_s) : 0.0F;
+        particle.life = 1.0F - share * (1.0F - field_.threshold);
+        particle.position = lives.born + glm::vec3(0.0F, lives.drift_m_per_s * age_s, 0.0F);
         particle.opacity = particle.life * std::clamp((1.0F - particle.life) / fade_in_share, 0.0F, 1.0F);
     }
 }
@@ -87,26 +110,10 @@ ParticlesPass::ParticlesPass(const PassSetup &setup)
     glBindVertexArray(0);
 }
 
-void ParticlesPass::step(double /*time_s*/) {
-    for (ParticleSwarm &swarm : swarms_) {
-        swarm.step(step_s);
-    }
-}
-
-bool ParticlesPass::continue_from(std::span<const std::unique_ptr<Pass>> before) {
-    for (const std::unique_ptr<Pass> &pass : before) {
-        const auto *other = dynamic_cast<const ParticlesPass *>(pass.get());
-        if (other != nullptr && std::ranges::equal(swarms_, other->swarms_, &ParticleSwarm::matches)) {
-            swarms_ = other->swarms_;
-            return true;
-        }
-    }
-    return false;
-}
-
 void ParticlesPass::prepare(Frame &frame) {
     std::size_t at = 0;
-    for (const ParticleSwarm &swarm : swarms_) {
+    for (ParticleSwarm &swarm : swarms_) {
+        swarm.move_to(frame.clock.elapsed_s);
         const glm::vec3 center = frame.view(ViewKind::main).local(swarm.center());
         for (const Particle &p : swarm.particles()) {
             const glm::vec3 place = center + p.position;

@@ -1,6 +1,6 @@
 #pragma once
 // Sparkles in the air. A particle's life is its transparency and falls at its own rate. Below the threshold
-// the particle is respawned elsewhere with a new size and rotation.
+// the particle is born again elsewhere with a new size and rotation.
 
 #include "assets/scene_file.hpp"
 #include "gl/handle.hpp"
@@ -37,37 +37,41 @@ struct Particle {
     glm::vec3 position{0.0F}; // metres, relative to the field's centre
     float size_m = 0.0F;
     float rotation_rad = 0.0F;
-    float life = 1.0F;          // 1 at birth
-    float life_per_s = 0.1F;    // loss of life per second
-    float drift_m_per_s = 0.0F; // upwards
-    float opacity = 0.0F;       // life, with a short fade-in
-    std::uint32_t births = 0;
+    float life = 1.0F;    // 1 at birth
+    float opacity = 0.0F; // life, with a short fade-in
+    std::uint64_t births = 0;
 };
 
-/// One field of sparkles. It is stepped with a fixed time step, so that it does not depend on the frame rate.
+/// One field of sparkles in closed form: where each particle is depends on the second alone, so that no frame
+/// needs those before it. A particle lives again and again, as long each time; place, size and rotation of
+/// each life are random numbers of field, particle and number of births.
 class ParticleSwarm {
   public:
     ParticleSwarm(const assets::ParticleField &field, std::uint64_t seed);
-    void step(double seconds);
+    /// Sets the particles to how they are `time_s` after the start, a time not before it. Allocates nothing.
+    void move_to(double time_s);
     const std::vector<Particle> &particles() const { return particles_; }
     const glm::dvec3 &center() const { return field_.center; } // in the world
-    /// True for the same field and seed. After the same number of steps both swarms are equal.
-    bool matches(const ParticleSwarm &other) const { return field_ == other.field_ && seed_ == other.seed_; }
 
   private:
-    void respawn(Particle &particle, float life);
+    /// What stays the same over all lives of a particle, and what is random in the present one.
+    struct Lives {
+        double per_s = 0.0; // lives per second
+        double phase = 0.0; // share of a life that is over at second 0
+        glm::vec3 born{0.0F};
+        float drift_m_per_s = 0.0F; // upwards
+    };
+    void respawn(std::size_t index, std::uint64_t births);
 
     assets::ParticleField field_;
     std::uint64_t seed_;
-    Pcg random_;
+    std::vector<Lives> lives_;
     std::vector<Particle> particles_;
 };
 
 class ParticlesPass : public Pass {
   public:
     explicit ParticlesPass(const PassSetup &setup);
-    void step(double time_s) override;
-    bool continue_from(std::span<const std::unique_ptr<Pass>> before) override;
     void prepare(Frame &frame) override;
     void draw(const Frame &frame, const View &view) override;
 

@@ -39,15 +39,9 @@ class Pass {
 
     /// Called before the first frame and whenever the picture's size changes. Create render targets here.
     virtual void resize(int /*width_px*/, int /*height_px*/) {}
-    /// Advances the simulation by one fixed step from `time_s` to time_s + step_s (passes/frame.hpp). Steps
-    /// are counted from second 0, so that a frame does not depend on how it was reached. If playback starts
-    /// after 600 s, stepping starts 600 s earlier.
-    virtual void step(double /*time_s*/) {}
-    /// Takes over the simulation of the passes of another renderer. Returns false if it cannot; the pass is
-    /// then stepped from the beginning. Passes without a simulation return true.
-    virtual bool continue_from(std::span<const std::unique_ptr<Pass>> /*before*/) { return true; }
     /// Draws textures that other passes sample (shadow map, reflection, refraction) and stores them in
-    /// frame.shared. Called before the main view.
+    /// frame.shared. Called before the main view. What moves is a function of frame.clock alone, so that a
+    /// frame needs none of those before it.
     virtual void prepare(Frame & /*frame*/) {}
     /// Draws this pass in one view. Called for every view; check view.kind.
     virtual void draw(const Frame & /*frame*/, const View & /*view*/) {}

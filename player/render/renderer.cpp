@@ -16,8 +16,6 @@ namespace paradize {
 
 namespace {
 
-// Limits how far the simulation is stepped before the first frame, so that --time starts quickly.
-constexpr std::uint64_t max_steps = 600 * 120;
 std::vector<std::unique_ptr<Pass>> make_passes(std::span<const std::size_t> index, const PassSetup &setup) {
     std::vector<std::unique_ptr<Pass>> passes;
     for (const std::size_t pass : index) {
@@ -116,28 +114,8 @@ void Renderer::change_settings(const RenderSettings &settings) {
 }
 
 void Renderer::continue_from(const Renderer &before) {
-    bool all = true;
-    for (const std::unique_ptr<Pass> &pass : passes_) {
-        all = pass->continue_from(before.passes_) && all;
-    }
-    if (all) {
-        steps_ = before.steps_;
-        frame_.clock = before.frame_.clock;
-        last_s_ = before.last_s_;
-    }
-}
-
-void Renderer::step_to(double elapsed_s) {
-    const auto wanted = static_cast<std::uint64_t>(std::floor(elapsed_s / step_s + 1e-6));
-    if (wanted > steps_ + max_steps) {
-        steps_ = wanted - max_steps;
-    }
-    for (; steps_ < wanted; ++steps_) {
-        const double time_s = static_cast<double>(steps_) * step_s;
-        for (const std::unique_ptr<Pass> &pass : passes_) {
-            pass->step(time_s);
-        }
-    }
+    frame_.clock = before.frame_.clock;
+    last_s_ = before.last_s_;
 }
 
 void Renderer::set_views(const Pose &pose, const Sample &sample) {
@@ -165,7 +143,6 @@ void Renderer::set_views(const Pose &pose, const Sample &sample) {
 void Renderer::begin_frame(double elapsed_s) {
     first_draw_call_ = gl::draw_calls();
     frame_.scene_ms = 0.0;
-    step_to(elapsed_s);
     frame_.clock.delta_s = frame_.clock.frame == 0 ? 0.0 : elapsed_s - last_s_;
     frame_.clock.elapsed_s = elapsed_s;
     frame_.clock.flight_s = flight_second(elapsed_s, scene_.file().flight.duration_s);
@@ -178,8 +155,6 @@ bool Renderer::has_filters() const {
 
 /// Runs the passes that filter. The picture alternates between two targets.
 void Renderer::filter() {
-    gl::blit_depth(drawn_.name(), depth_framebuffer_.name(), width_px_, height_px_);
-    frame_.shared.depth = &resolved_depth_;
     for (std::size_t i = 0; i < passes_.size(); ++i) {
         if (!passes_[i]->filters()) {
             continue;
@@ -197,6 +172,9 @@ void Renderer::filter() {
 /// Draws, resolves and filters the linear picture.
 void Renderer::draw_linear(const Pose &pose, const Sample &sample) {
     set_views(pose, sample);
+    if (frame_.meter != nullptr) {
+        frame_.meter->stop(frame_.meter->views());
+    }
     frame_.shared = Shared();
     for (std::size_t i = 0; i < passes_.size(); ++i) {
         passes_[i]->prepare(frame_);
@@ -209,6 +187,13 @@ void Renderer::draw_linear(const Pose &pose, const Sample &sample) {
     const unsigned resolved = pictures_[picture_].framebuffer.name();
     gl::blit_color(drawn_.name(), width_px_, height_px_, resolved, width_px_, height_px_);
     frame_.shared.picture = &pictures_[picture_].color;
+    if (has_filters()) {
+        gl::blit_depth(drawn_.name(), depth_framebuffer_.name(), width_px_, height_px_);
+        frame_.shared.depth = &resolved_depth_;
+    }
+    if (frame_.meter != nullptr) {
+        frame_.meter->stop(frame_.meter->resolve());
+    }
     if (has_filters()) {
         filter();
     }
@@ -254,19 +239,22 @@ void Renderer::draw_mean(double elapsed_s, const Pose &pose, const std::vector<S
     finish();
 }
 
-std::vector<std::pair<std::string_view, double>> Renderer::measure_passes(double elapsed_s,
-                                                                          const Pose &pose) {
-    PassMeter meter(passes_.size());
+std::vector<std::pair<std::string_view, double>> Renderer::measure_passes(double elapsed_s, const Pose &pose,
+                                                                          MeterClock clock) {
+    PassMeter meter(passes_.size(), clock);
     begin_frame(elapsed_s);
     frame_.meter = &meter;
     meter.start();
     draw_linear(pose, {});
     finish();
     frame_.meter = nullptr;
-    std::vector<std::pair<std::string_view, double>> out;
+    const std::vector<double> ms = meter.ms();
+    std::vector<std::pair<std::string_view, double>> out{{"views", ms[meter.views()]},
+                                                         {"clear", ms[meter.clear()]}};
     for (std::size_t i = 0; i < passes_.size(); ++i) {
-        out.emplace_back(pass_names()[pass_indices_[i]], meter.ms()[i]);
+        out.emplace_back(pass_names()[pass_indices_[i]], ms[i]);
     }
+    out.emplace_back("resolve", ms[meter.resolve()]);
     return out;
 }
 

@@ -1,5 +1,5 @@
 #pragma once
-// Draws frames: steps the simulation, sets the views, runs the passes, resolves the picture.
+// Draws frames: sets the views, runs the passes, resolves the picture.
 
 #include "passes/frame.hpp"
 #include "passes/pass.hpp"
@@ -40,20 +40,21 @@ class Renderer {
     Renderer &operator=(const Renderer &) = delete;
 
     void resize(int width_px, int height_px);
-    /// Continues from the last frame of another renderer. Takes over its simulation if it is the same.
+    /// Continues the clock of another renderer after its last frame.
     void continue_from(const Renderer &before);
     /// Takes effect with the next frame. Passes that cannot be reused with these settings are taken from a
     /// cache or built.
     void change_settings(const RenderSettings &settings);
-    /// Draws the frame at playback time `elapsed_s`, seen from `pose`. Steps the simulation up to that time
-    /// first.
+    /// Draws the frame at playback time `elapsed_s`, seen from `pose`.
     void draw(double elapsed_s, const Pose &pose);
     /// Draws the mean of several frames in linear light. Each sample has its own place inside the pixel and
     /// its own point on the sun's disc. Exposure and all later steps follow the mean.
     void draw_mean(double elapsed_s, const Pose &pose, const std::vector<Sample> &samples);
-    /// Draws one frame and waits for the device after each pass. Returns name and milliseconds of each pass,
-    /// in drawing order.
-    std::vector<std::pair<std::string_view, double>> measure_passes(double elapsed_s, const Pose &pose);
+    /// Draws one frame and measures it. Returns name and milliseconds of each pass in drawing order, and of
+    /// what lies between them: "views" (choosing what to draw), "clear" and "resolve" of the main view's
+    /// target.
+    std::vector<std::pair<std::string_view, double>> measure_passes(double elapsed_s, const Pose &pose,
+                                                                    MeterClock clock);
 
     /// Terrain counts of the last frame. Empty if the scene has no terrain.
     std::optional<TerrainCounts> terrain_counts() const;
@@ -73,7 +74,6 @@ class Renderer {
 
   private:
     void begin_frame(double elapsed_s);
-    void step_to(double elapsed_s);
     void set_views(const Pose &pose, const Sample &sample);
     void draw_linear(const Pose &pose, const Sample &sample);
     void finish();
@@ -108,7 +108,6 @@ class Renderer {
     gl::Texture resolved_depth_;
     gl::Framebuffer depth_framebuffer_;
     std::uint64_t first_draw_call_ = 0, draw_calls_ = 0;
-    std::uint64_t steps_ = 0;
     double last_s_ = 0.0;
 };
 

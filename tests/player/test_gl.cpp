@@ -6,6 +6,7 @@
 #include "gl/program.hpp"
 #include "gl/shader_library.hpp"
 #include "gl/texture.hpp"
+#include "passes/pass_meter.hpp"
 
 #include <doctest/doctest.h>
 #include <epoxy/gl.h>
@@ -198,4 +199,24 @@ TEST_CASE("sampler: no mip coarser than max_level is sampled") {
     CHECK(coarsest(gl::make_sampler(gl::Wrap::clamp, gl::Filter::mipmapped, 1.0F, 3)) == 3.0F);
     CHECK(coarsest(gl::make_sampler(gl::Wrap::clamp, gl::Filter::mipmapped, 1.0F, 0)) == 0.0F);
     CHECK(coarsest(gl::make_sampler(gl::Wrap::clamp, gl::Filter::mipmapped)) >= 1000.0F);
+}
+
+TEST_CASE("pass meter: both clocks give each part its time, and nothing to parts that were not measured") {
+    if (!test::have_context()) {
+        return;
+    }
+    for (const MeterClock clock : {MeterClock::processor, MeterClock::device}) {
+        PassMeter meter(2, clock);
+        meter.start();
+        glClear(GL_COLOR_BUFFER_BIT);
+        meter.stop(meter.clear());
+        meter.stop(1);
+        const std::vector<double> ms = meter.ms();
+        REQUIRE(ms.size() == 5);
+        CHECK(ms[meter.clear()] > 0.0);
+        CHECK(ms[1] >= 0.0);
+        CHECK(ms[0] == 0.0);
+        CHECK(ms[meter.views()] == 0.0);
+        CHECK(ms[meter.resolve()] == 0.0);
+    }
 }

@@ -142,9 +142,11 @@ TEST_CASE("report: median of the frames, and escaped JSON") {
     report.frame_ms = {2.0, 1.0, 9.0};
     report.passes_ms = {{"sky", 0.5}, {"post", 0.25}};
     const std::string json = to_json(report);
-    CHECK(json.find(R"("bench": {"median_ms": 2.000, "p95_ms": 9.000, "low_ms": 1.000, "high_ms": 9.000, )"
-                    R"("passes_ms": {"sky": 0.500, "post": 0.250}, "frames_ms": [2.000, 1.000, 9.000]})") !=
-          std::string::npos);
+    CHECK(
+        json.find(
+            R"("bench": {"median_ms": 2.000, "p95_ms": 9.000, "low_ms": 1.000, "high_ms": 9.000, )"
+            R"("passes_ms": {"sky": 0.500, "post": 0.250}, "passes_clock": "processor", "frames_ms": [2.000, 1.000, 9.000]})") !=
+        std::string::npos);
     CHECK(json.find(R"("quality": {"shadow": "balanced", )") != std::string::npos);
     CHECK(bench_line(report).starts_with("3 frames of 0 x 0: median 2.000 ms, 95th percentile 9.000 ms, a "));
     CHECK(json.find(R"("gl_renderer": "a \"b\"\\\u000a")") != std::string::npos);

@@ -117,20 +117,27 @@ TEST_CASE(
     const assets::ParticleField field = sparkle();
     ParticleSwarm swarm(field, 1);
     std::vector<Particle> before = swarm.particles();
+    std::vector<float> fall(before.size(), -1.0F);
+    constexpr double step_s = 1.0 / 120.0;
     int births = 0;
-    for (int i = 0; i < 1200; ++i) {
-        swarm.step(step_s);
+    for (int i = 1; i <= 1200; ++i) {
+        swarm.move_to(i * step_s);
         for (std::size_t p = 0; p < before.size(); ++p) {
             const Particle &now = swarm.particles()[p];
             CHECK(now.life >= field.threshold);
             CHECK(now.life <= 1.0F);
             CHECK(now.opacity <= now.life);
             if (now.births == before[p].births) {
-                CHECK(before[p].life - now.life ==
-                      doctest::Approx(now.life_per_s * static_cast<float>(step_s)).epsilon(1e-3));
+                const float fallen = before[p].life - now.life;
+                fall[p] = fall[p] < 0.0F ? fallen : fall[p];
+                CHECK(fallen == doctest::Approx(fall[p]).epsilon(1e-3)); // as quickly in each life
+                CHECK(fallen >= 0.999F * field.life_per_s.x * static_cast<float>(step_s));
+                CHECK(fallen <= 1.001F * field.life_per_s.y * static_cast<float>(step_s));
+                CHECK(now.position.y > before[p].position.y);
                 continue;
             }
             ++births;
+            CHECK(now.births == before[p].births + 1);
             CHECK(before[p].life < field.threshold + 2.0F * field.life_per_s.y * static_cast<float>(step_s));
             CHECK(now.position != before[p].position);
             CHECK(now.size_m != before[p].size_m);
@@ -144,38 +151,54 @@ TEST_CASE(
         before = swarm.particles();
     }
     CHECK(births > 64);
-    CHECK(before[0].life_per_s != before[1].life_per_s);
+    CHECK(fall[0] != fall[1]);
+}
+
+TEST_CASE("particles: a second's particles are the same however it is reached") {
+    ParticleSwarm played(sparkle(), 3), skipped(sparkle(), 3), rewound(sparkle(), 3);
+    for (int i = 0; i < 2000; ++i) {
+        played.move_to(239.0 * i / 2000.0);
+    }
+    rewound.move_to(1e6);
+    for (ParticleSwarm *swarm : {&played, &skipped, &rewound}) {
+        swarm->move_to(239.0);
+    }
+    for (std::size_t p = 0; p < played.particles().size(); ++p) {
+        for (const ParticleSwarm *swarm : {&skipped, &rewound}) {
+            const Particle &one = played.particles()[p], &other = swarm->particles()[p];
+            CHECK(one.position == other.position);
+            CHECK(one.opacity == other.opacity);
+            CHECK(one.births == other.births);
+        }
+    }
 }
 
 TEST_CASE("particles: the same seed gives the same swarm, another seed another one") {
     ParticleSwarm one(sparkle(), 7), same(sparkle(), 7), other(sparkle(), 8);
-    for (int i = 0; i < 600; ++i) {
-        one.step(step_s);
-        same.step(step_s);
-        other.step(step_s);
+    for (ParticleSwarm *swarm : {&one, &same, &other}) {
+        swarm->move_to(5.0);
     }
     CHECK(one.particles()[5].position == same.particles()[5].position);
     CHECK(one.particles()[5].position != other.particles()[5].position);
-    CHECK(one.matches(same));
-    CHECK_FALSE(one.matches(other));
-    assets::ParticleField fewer = sparkle();
-    fewer.threshold = 0.06F;
-    CHECK_FALSE(one.matches(ParticleSwarm(fewer, 7)));
 }
 
-TEST_CASE("particles: an empty field, and one whose life does not fall") {
+TEST_CASE("particles: an empty field, one whose life does not fall, and one that is dead at birth") {
     assets::ParticleField field = sparkle();
     field.count = 0;
     ParticleSwarm none(field, 1);
-    none.step(step_s);
+    none.move_to(1.0);
     CHECK(none.particles().empty());
     field.count = 3;
     field.life_per_s = {0.0F, 0.0F};
     ParticleSwarm still(field, 1);
-    for (int i = 0; i < 100; ++i) {
-        still.step(step_s);
-    }
+    still.move_to(1e6);
     CHECK(still.particles()[0].births == 1);
+    field.life_per_s = {0.5F, 0.5F};
+    field.threshold = 1.0F;
+    ParticleSwarm dead(field, 1);
+    dead.move_to(1e6);
+    CHECK(std::isfinite(dead.particles()[0].position.y));
+    CHECK(dead.particles()[0].opacity == 0.0F);
 }
 
 TEST_CASE("random numbers are uniform in [0, 1)") {

@@ -225,7 +225,9 @@ def test_bench_reports_frames_quartiles_and_passes(player: Player, tmp_path: Pat
     assert len(bench["frames_ms"]) == 8
     told_ms = [bench[name] for name in ("low_ms", "median_ms", "high_ms", "p95_ms")]
     assert sorted(told_ms) == told_ms and set(told_ms) <= set(bench["frames_ms"])
-    assert set(bench["passes_ms"]) == {
+    assert list(bench["passes_ms"]) == [
+        "views",
+        "clear",
         "shadow",
         "reflection",
         "refraction",
@@ -235,5 +237,7 @@ def test_bench_reports_frames_quartiles_and_passes(player: Player, tmp_path: Pat
         "water",
         "particles",
         "post",
-    }
+        "resolve",
+    ]
+    assert bench["passes_clock"] == "processor"  # the device's stamps of a software rasteriser are wrong
     assert all(ms >= 0.0 for ms in bench["passes_ms"].values())
