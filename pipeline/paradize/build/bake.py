@@ -93,14 +93,15 @@ def _bake(context: BuildContext, name: str, scene_stamp: Stamp | None) -> BakeRe
     while True:
         tasks, tried = bake_jobs(runner, jobs, late_errors)
         report = report_of(context, tasks, tried)
+        whole = {one.name: one.sha256 for one in report.artifacts}  # stores hold them; `publish` trims some
         if report.errors or publish(context, found.maps, tasks, report, late_errors):
             break
     report.errors = [error.renamed(found.inside) for error in report.errors]
     report.warnings = [str(renamed(text, found.inside)) for text in report.warnings]
     warnings = store.settle()
     reused = [one for one in report.artifacts if one.status == "reused"]
-    report.fetched = sum(one.sha256 in store.fetched for one in reused)
-    report.pushed = sum(one.sha256 in store.pushed for one in report.artifacts)
+    report.fetched = sum(whole[one.name] in store.fetched for one in reused)
+    report.pushed = sum(whole[one.name] in store.pushed for one in report.artifacts)
     # After an edit during the bake no record is kept, so that the next bake checks everything.
     if options.usual and not report.errors and all(stamp(path) == old for path, old in stamps.items()):
         keep_inputs(store, context.out, scene, tasks, hash_cache, options)

@@ -143,6 +143,23 @@ def test_what_one_bakes_another_fetches_and_bakes_nothing(
     assert not list((tmp_path / "remote").rglob("*.part-*"))
 
 
+def test_an_artifact_whose_finest_levels_are_left_out_is_counted_too(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scene = make_cove(tmp_path / "scene")
+    words = scene.read_text().replace("poster_s", "viewport = [64, 36]\nposter_s")
+    for near, far in ((" 9", " 90"), ("-9", "-90"), ("[9", "[90")):
+        words = words.replace(near, far)
+    scene.write_text(words)
+    counts = []
+    for name in ("first", "second"):
+        monkeypatch.setenv("PARADIZE_STORE", str(tmp_path / name / "store"))
+        report = bake(scene, tmp_path / name / "out", BuildOptions(store=str(tmp_path / "remote")))
+        assert any(one.left_out for one in report.artifacts)
+        counts.append((report.fetched, report.pushed))
+    assert counts == [(0, 14), (14, 0)]
+
+
 def test_two_bakes_that_push_at_once_leave_all_of_it(baked: Path, home: Home, tmp_path: Path) -> None:
     with asyncssh_server(home) as port:
         url = url_of(port, tmp_path / "remote")
