@@ -1,4 +1,5 @@
-"""Scenes of many assets: ten thousand of which nothing changed, two hundred with two workers."""
+"""Many instances in a frame of the player; many assets in a scene: ten thousand of which nothing changed, two
+hundred with two workers."""
 
 from __future__ import annotations
 
@@ -9,6 +10,7 @@ import time
 from collections.abc import Iterator
 from pathlib import Path
 
+from crowds import crowd_rows
 from many import PER_OBJECT, make_many
 from row import Row, on, pair_ms
 from rows_engine import bake_command, told
@@ -83,5 +85,6 @@ def bench_two_workers(runs: int, folder: Path) -> Row:
 
 
 def rows(runs: int, folder: Path) -> Iterator[Row]:
+    yield from crowd_rows(runs, folder)
     yield bench_many(runs)
     yield bench_two_workers(runs, folder)
