@@ -15,6 +15,7 @@ mend.
 from __future__ import annotations
 
 import os
+import reprlib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -59,6 +60,33 @@ __all__ = [
 ]
 
 AnyPath = str | os.PathLike[str]
+
+
+def _path(value: AnyPath, what: str) -> Path:
+    """Raises TypeError for a value that is no path. what: the function and its argument, for the message."""
+    if isinstance(value, (str, os.PathLike)):
+        return Path(value)
+    mend = ": save it as a file" if hasattr(value, "shape") else ""
+    raise _wrong(what, value, f"a path (str or os.PathLike){mend}")
+
+
+def _budget(value: Mapping[str, float] | None, function: str) -> dict[str, float]:
+    if value is None or isinstance(value, Mapping):
+        return dict(value or {})
+    raise _wrong(f"{function}: budget", value, "a dict: metric -> worst value")
+
+
+def _options(value: object, expected: type, function: str) -> None:
+    """Raises TypeError for a value that is neither None nor an `expected`."""
+    if value is not None and not isinstance(value, expected):
+        raise _wrong(f"{function}: options", value, f"paradize.{expected.__name__}")
+
+
+def _wrong(what: str, value: object, expected: str) -> TypeError:
+    came = f"{type(value).__name__} {reprlib.repr(value)}"
+    if shape := getattr(value, "shape", None):
+        came = f"{type(value).__name__} of shape {tuple(shape)}"
+    return TypeError(f"paradize.{what}: expected {expected}, got {came}")
 
 
 class BakedMesh(BakedFiles):
@@ -127,7 +155,7 @@ def mesh(
     report, of "auto" a BakeError.
     """
     used = MeshSettings() if settings is None else settings
-    made = bake_single("mesh", Path(source), used, tier=tier, budget=dict(budget or {}))
+    made = bake_single("mesh", _path(source, "mesh: source"), used, tier=tier, budget=_budget(budget, "mesh"))
     return BakedMesh(made.files, made.report, made.rows, made.errors)
 
 
@@ -142,8 +170,10 @@ def maps(
     """Makes normal, height, gloss and du/dv maps of a colour picture or a heightmap. tier, budget: as of
     `mesh`. uv: the model whose UV layout they follow."""
     used = MapSettings() if settings is None else settings
-    layout = None if uv is None else Path(uv)
-    made = bake_single("maps", Path(source), used, tier=tier, budget=dict(budget or {}), uv=layout)
+    layout = None if uv is None else _path(uv, "maps: uv")
+    made = bake_single(
+        "maps", _path(source, "maps: source"), used, tier=tier, budget=_budget(budget, "maps"), uv=layout
+    )
     return BakedMaps(made.files, made.report, made.rows, made.errors)
 
 
@@ -157,26 +187,36 @@ def occlusion(
     """Casts a map of ambient occlusion from a model, in its UV layout. tier: as of `mesh`: 64, 256 or 1024
     rays of each texel."""
     used = OcclusionSettings() if settings is None else settings
-    made = bake_single("occlusion", Path(source), used, tier=tier, budget=dict(budget or {}))
+    made = bake_single(
+        "occlusion", _path(source, "occlusion: source"), used, tier=tier, budget=_budget(budget, "occlusion")
+    )
     return BakedMaps(made.files, made.report, made.rows, made.errors)
 
 
 def terrain(
     source: AnyPath,
-    settings: TerrainSettings,
+    settings: TerrainSettings | None = None,
     *,
     tier: str = "balanced",
     budget: Mapping[str, float] | None = None,
 ) -> BakedTerrain:
-    """Makes a mesh of a heightmap. tier, budget: as of `mesh`."""
-    made = bake_single("terrain", Path(source), settings, tier=tier, budget=dict(budget or {}))
+    """Makes a mesh of a heightmap. settings: at least its size, which a picture does not say; TypeError
+    without. tier, budget: as of `mesh`."""
+    if settings is None:
+        expected = "paradize.TerrainSettings(size_m=(x, z), height_m=h), metres: no picture says its size"
+        raise _wrong("terrain: settings", settings, expected)
+    made = bake_single(
+        "terrain", _path(source, "terrain: source"), settings, tier=tier, budget=_budget(budget, "terrain")
+    )
     return BakedTerrain(made.files, made.report, made.rows, made.errors)
 
 
 def bake(scene: AnyPath, out: AnyPath | None = None, options: BuildOptions | None = None) -> BakeReport:
     """Bakes a scene file into a folder (None: build/assets/<scene name>); what did not change is taken from
     the store. Raises GroupedError where artifacts fail; the folder then keeps what it held."""
-    report = bake_scene(Path(scene), None if out is None else Path(out), options)
+    _options(options, BuildOptions, "bake")
+    folder = None if out is None else _path(out, "bake: out")
+    report = bake_scene(_path(scene, "bake: scene"), folder, options)
     if report.errors:
         raise report.errors[0] if len(report.errors) == 1 else GroupedError(report.errors)
     return report
@@ -185,7 +225,10 @@ def bake(scene: AnyPath, out: AnyPath | None = None, options: BuildOptions | Non
 def check(*paths: AnyPath, options: CheckOptions | None = None) -> list[Finding]:
     """Judges baked folders, files and scenes by all rules (checks/RULES.md). A finding with `fails` is an
     error."""
-    return check_paths([Path(path) for path in paths], options)
+    _options(options, CheckOptions, "check")
+    return check_paths(
+        [_path(path, f"check: path {number}") for number, path in enumerate(paths, 1)], options
+    )
 
 
 def measure(
@@ -201,7 +244,8 @@ def measure(
     model or a picture; options: what a picture does not say of itself. tier: the one in use (None: the
     scene's, or balanced). runs: of each tier; None: up to 10. player: of a scene, the program that draws the
     pictures; None: nothing is drawn."""
-    path = Path(source)
+    _options(options, FileOptions, "measure")
+    path = _path(source, "measure: source")
     if path.suffix.lower() != ".toml":
         from paradize.tradeoff.tiers import measure_file
 

@@ -208,6 +208,7 @@ class Playback {
         if (LoadedScene *next = scenes_.upload(outlook, budget)) {
             activate(*next, elapsed_s);
         }
+        warn_of_memory_limit(elapsed_s);
         if (samples_.empty()) {
             renderer_->draw(elapsed_s, pose);
         } else {
@@ -299,6 +300,20 @@ class Playback {
         }
     }
 
+    /// Warns once if the picture needs more than the limit of device memory.
+    void warn_of_memory_limit(double elapsed_s) {
+        const double limit_mb = options_.vram_mb.value_or(file().vram_mb.value_or(0.0));
+        const double needed_mb = static_cast<double>(scenes_.current().streamer.counts().needed_bytes) / 1e6;
+        if (limit_mb <= 0.0 || needed_mb <= limit_mb || warned_of_memory_) {
+            return;
+        }
+        warned_of_memory_ = true;
+        log_message((options_.vram_mb ? "--vram: " : "vram_mb: ") + shortest(limit_mb) +
+                    " MB of device memory cannot hold the " + fixed(needed_mb, 1) +
+                    " MB that the picture needs at second " + fixed(elapsed_s, 1) +
+                    "; mips and levels of detail that show least are coarser or missing");
+    }
+
     /// Replaces the scene by `next`. Playback time and camera stay.
     void activate(LoadedScene &next, double elapsed_s) {
         const std::uint64_t terrain_bytes = scenes_.current().streamer.counts().terrain_bytes;
@@ -330,6 +345,7 @@ class Playback {
     const Options &options_;
     RendererOptions renderer_options_;
     SceneSwap scenes_;
+    bool warned_of_memory_ = false;
     std::unique_ptr<BakeLimits> bake_limits_ = std::make_unique<BakeLimits>(file());
     gl::ShaderLibrary shaders_;
     std::unique_ptr<Renderer> renderer_;

@@ -126,3 +126,32 @@ def test_a_result_prints_as_a_report_without_the_bytes_of_its_files(folder: Path
 def test_dir_lists_what_the_library_gives() -> None:
     """Completion in a shell reads it."""
     assert set(paradize.__all__) <= set(dir(paradize))
+
+
+@pytest.mark.parametrize(
+    ("call", "words"),
+    [
+        (
+            lambda: paradize.maps(np.zeros((4, 6, 3))),  # type: ignore[arg-type]
+            "paradize.maps: source: expected a path .*: save it as a file, got ndarray of shape (4, 6, 3)",
+        ),
+        (lambda: paradize.mesh(None), "paradize.mesh: source: expected a path .*, got NoneType None"),  # type: ignore[arg-type]
+        (lambda: paradize.bake(3), "paradize.bake: scene: expected a path .*, got int 3"),  # type: ignore[arg-type]
+        (lambda: paradize.bake("a.toml", options=5), "expected paradize.BuildOptions, got int 5"),  # type: ignore[arg-type]
+        (lambda: paradize.check("a", 7), "paradize.check: path 2: expected a path .*, got int 7"),  # type: ignore[arg-type]
+        (lambda: paradize.measure([]), "paradize.measure: source: expected a path .*, got list []"),  # type: ignore[arg-type]
+        (
+            lambda: paradize.terrain("dunes.png"),
+            "paradize.terrain: settings: expected paradize.TerrainSettings(size_m=(x, z), height_m=h)",
+        ),
+        (
+            lambda: paradize.mesh("rock.obj", budget=4),  # type: ignore[arg-type]
+            "paradize.mesh: budget: expected a dict: metric -> worst value, got int 4",
+        ),
+    ],
+)
+def test_a_wrong_argument_is_named_with_what_is_expected_and_what_came(
+    call: Callable[[], object], words: str
+) -> None:
+    with pytest.raises(TypeError, match=re.escape(words).replace(re.escape(".*"), ".*")):
+        call()

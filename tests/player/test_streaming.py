@@ -81,7 +81,9 @@ def test_a_scene_above_the_limit_plays_within_it_and_looks_the_same(player: Play
     scene = row_of_boxes(tmp_path / "scene")
     assert BOXES * MAP_BYTES > 8e6
     # Five seconds and a half of the flight. Each box is passed with the finest mip of its map.
-    told = report(player(scene, "--frames", 165, "--vram", 4, "--json", "--debug"))
+    played = player(scene, "--frames", 165, "--vram", 4, "--json", "--debug")
+    assert "cannot hold" not in played.stderr
+    told = report(played)
     assert told["total_bytes"] > 8e6
     streaming = told["streaming"]
     assert streaming["peak_bytes"] <= 4.4e6
@@ -121,7 +123,9 @@ def test_an_impossible_limit_shows_something_of_everything_and_says_what_is_miss
     player: Player, tmp_path: Path
 ) -> None:
     scene = row_of_boxes(tmp_path / "scene")
-    told = report(player(scene, "--wait-resident", "--json", "--vram", 1, "--check-finite"))
+    played = player(scene, "--wait-resident", "--json", "--vram", 1, "--check-finite", "--frames", 3)
+    assert played.stderr.count("--vram: 1 MB of device memory cannot hold the") == 1
+    told = report(played)
     assert told["streaming"]["worst_error"] > 1.0
     assert told["resident_bytes"] <= 1e6
     assert told["streaming"]["needed_bytes"] > 1e6
