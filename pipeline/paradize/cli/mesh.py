@@ -32,13 +32,22 @@ def add(sub: argparse.ArgumentParser) -> None:
         metavar="R",
         help="triangles of a level, as a share of the level before (0.5)",
     )
-    sub.add_argument(
+    instead = sub.add_mutually_exclusive_group()
+    instead.add_argument(
         "--errors",
         dest="lod_errors",
         type=rising(0.0, 1.0),
         default=(),
         metavar="A,B",
         help="levels by error instead: the coarsest mesh inside each bound, shares of the diagonal",
+    )
+    instead.add_argument(
+        "--screen-size",
+        dest="size_px",
+        type=number(4.0, 4096.0),
+        metavar="PIXELS",
+        help="levels by how they look instead: level 1 is the coarsest mesh that looks like the source at so "
+        "many pixels along its diagonal, each next one at half as many",
     )
     sub.add_argument(
         "--tangents",
@@ -85,6 +94,7 @@ def run(arguments: argparse.Namespace) -> int:
     settings = MeshSettings.of(
         arguments,
         quantise={} if arguments.quantise else None,
+        screen_size=None if arguments.size_px is None else {"size_px": arguments.size_px},
         atlas=arguments.atlas or arguments.unwrapper is not None,
         unwrapper=arguments.unwrapper or UNWRAPPERS[0],
     )

@@ -34,7 +34,8 @@ class MeshSettings(BakerSettings):
     bounding box's diagonal (None: a tenth of it, or the largest of `lod_errors` where that is more).
     lod_ratio: triangles of a level, of those of the one before, 0.05 to 0.95. lod_errors: rising bounds of
     the levels after the source, of the diagonal, instead of lod_ratio: each is the coarsest mesh inside its
-    bound. sight, instances: for levels by what the flight sees, as lods_from_path.py takes them.
+    bound. screen_size: fields of bakers/mesh/lods_by_screen_size.ScreenSize, for levels by how they look.
+    sight, instances: for levels by what the flight sees, as lods_from_path.py takes them.
     simplifier: what makes the levels, one of SIMPLIFIERS; another than ours has tier balanced alone.
     atlas: make texture coordinates where there are none or they overlap; painted: only where there are none,
     since maps are painted for those there are. unwrapper: what makes them, one of UNWRAPPERS.
@@ -51,6 +52,7 @@ class MeshSettings(BakerSettings):
     max_error: float | None = None
     lod_ratio: float = 0.5
     lod_errors: Sequence[float] = ()
+    screen_size: Mapping[str, float] | None = None
     sight: dict[str, Any] | None = None
     instances: Sequence[Mapping[str, Any]] = ()
     simplifier: str = SIMPLIFIERS[0]

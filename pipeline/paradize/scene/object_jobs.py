@@ -19,7 +19,7 @@ from paradize.scene.jobs import Output, Requirements
 from paradize.scene.map_sets import MapSet, ObjectMaps, SceneMaps
 from paradize.scene.pass_inputs import MADE_OF, map_inputs, mesh_inputs
 from paradize.scene.placement import placed
-from paradize.scene.settings import SceneObject
+from paradize.scene.settings import Head, SceneObject
 
 
 def add_object(
@@ -28,10 +28,11 @@ def add_object(
     maps: SceneMaps,
     views: tuple[str, ...],
     sight: dict[str, Any] | None,
+    size: dict[str, float] | None,
     quantise_limits: dict[str, float],
 ) -> None:
     """Adds the job of an object's mesh. views: those that draw it. sight: from camera_views; None: its levels
-    of detail do not follow the flight."""
+    of detail do not follow the flight. size: from screen_size; None: they are not by how they look."""
     name = item.name
     sets = list(maps.of_object(name))
     read = [key for one, names in sets for key in map_inputs(one, {name: names}, maps, {name: views})]
@@ -48,6 +49,7 @@ def add_object(
                 attributes=list(inputs),
                 quantise=quantise_limits if item.quantise else None,
                 sight=sight,
+                screen_size=size,
                 instances=[placed(instance) for instance in item.instances] if sight else [],
                 atlas=bool(sets),  # a map needs a UV layout
                 painted=True,  # overlapping UVs are the author's choice: the maps are painted for them
@@ -55,6 +57,12 @@ def add_object(
             )
         ),
     )
+
+
+def screen_size(head: Head, item: SceneObject) -> dict[str, float]:
+    """Returns the screen size of MeshSettings."""
+    limits = {"normal_deg": head.lod_error_deg, "silhouette": head.lod_silhouette}
+    return {"size_px": item.lod_size_px, **limits}
 
 
 def _base_colors(known: ObjectMaps) -> dict[str, list[float]]:

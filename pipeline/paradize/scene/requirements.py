@@ -13,7 +13,7 @@ from paradize.scene.finest_views import camera_views, scene_views
 from paradize.scene.ground_jobs import add_terrain, add_water
 from paradize.scene.jobs import Output, Requirements
 from paradize.scene.map_sets import SceneMaps
-from paradize.scene.object_jobs import add_map_set, add_object
+from paradize.scene.object_jobs import add_map_set, add_object, screen_size
 from paradize.scene.pass_inputs import listed, views_of_objects
 from paradize.scene.settings import VIEWS, Scene
 
@@ -44,7 +44,8 @@ def require(scene: Scene, maps: SceneMaps) -> Requirements:
     left = list(maps.sets)
     for item in scene.objects:
         path = camera_views(scene) if item.lods_by == "sight" else None
-        add_object(required, item, maps, drawn_in[item.name], path, quantise_limits)
+        size = screen_size(scene.head, item) if item.lods_by == "screen_size" else None
+        add_object(required, item, maps, drawn_in[item.name], path, size, quantise_limits)
         for one in [one for one in left if item.name in one.materials]:
             left.remove(one)  # a shared set comes with its first object
             add_map_set(required, one, maps, drawn_in)

@@ -77,6 +77,7 @@ def test_every_job_of_a_scene_holds_all_settings_of_its_baker(tmp_path: Path) ->
     [
         (mesh, "mesh a.obj -o a.glb --ratio 0.25 --weld 0.5 --crease 30", {"lod_ratio": 0.25, "weld_m": 0.5}),
         (mesh, "mesh a.obj -o a.glb --errors 0.1,0.2 --quantise", {"lod_errors": (0.1, 0.2), "quantise": {}}),
+        (mesh, "mesh a.obj -o a.glb --screen-size 64", {"screen_size": {"size_px": 64.0}}),
         (maps, "maps a.png -o m --zstd 3 --gamma 2 --destep", {"zstd": 3, "gamma": 2.0, "destep": True}),
         (
             maps,

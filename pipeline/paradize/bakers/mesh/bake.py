@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from paradize.bakers.mesh.lods import TIERS, MeasuredLevel, Plan, make_levels
+from paradize.bakers.mesh.lods_by_screen_size import ScreenSize
 from paradize.bakers.mesh.prepare import prepare_mesh
 from paradize.bakers.quantise import direction_deg_of, quantised_levels
 from paradize.data import Lod, Mesh, rounded_down, rounded_up
@@ -87,6 +88,8 @@ def _require_ranges(path: Path, settings: MeshSettings) -> None:
         raise BakeError(f"a ratio of {settings.lod_ratio:g}, expected 0.05 to 0.95", file=path)
     if errors != sorted(errors) or not all(0 <= bound <= 1 for bound in errors):
         raise BakeError(f"errors {errors}, expected rising numbers from 0 to 1", file=path)
+    if settings.screen_size is not None and not ScreenSize(**settings.screen_size).in_range():
+        raise BakeError(f"screen size {dict(settings.screen_size)}, expected 4 to 4096 pixels", file=path)
     if settings.simplifier not in SIMPLIFIERS:
         mend = f"use one of {', '.join(SIMPLIFIERS)}"
         raise BakeError(f"no simplifier {settings.simplifier!r}", file=path, mend=mend)

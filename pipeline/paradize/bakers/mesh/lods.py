@@ -1,15 +1,18 @@
 """Makes the chain of levels of detail: each level is simplified, measured, and kept or left out with a
 reason.
 
-A plan sets how levels are chosen: by a share of the triangles, by the error of each, or by what the camera's
-path can see. Only measured errors count, not the simplifier's own estimate.
+A plan sets how levels are chosen: by a share of the triangles, by the error of each, by how they look at a
+size on the screen (lods_by_screen_size.py), or by what the camera's path can see. Only measured errors count,
+not the simplifier's own estimate.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from math import isqrt
 
+from paradize.bakers.mesh.lods_by_screen_size import ScreenSize
 from paradize.bakers.mesh.refine import refine_level
 from paradize.data import Mesh
 from paradize.errors import SourceError
@@ -52,7 +55,8 @@ class Plan:
 
     count: most levels, the first included. limit: largest error of any level. ratio: triangles of a level, as
     a share of the level before. errors: bounds of the levels after the first, instead of ratio; each level is
-    the coarsest mesh inside its bound. finest: allowed error of the first level; 0: it is the source.
+    the coarsest mesh inside its bound. screen_size: each level is the coarsest that looks alike at its size,
+    instead of ratio. finest: allowed error of the first level; 0: it is the source.
     farthest: allowed error at the farthest view; no level follows one with that error. simplifier: one of
     SIMPLIFIERS.
     """
@@ -61,6 +65,7 @@ class Plan:
     limit: float = DEFAULT_MAX_ERROR
     ratio: float = RATIO
     errors: tuple[float, ...] = ()
+    screen_size: ScreenSize | None = None
     finest: float = 0.0
     farthest: float | None = None
     simplifier: str = METHODS[0]
@@ -71,16 +76,19 @@ class Plan:
         errors, limit = tuple(settings.lod_errors), settings.max_error
         if limit is None:
             limit = max(DEFAULT_MAX_ERROR, *errors, 0.0)
-        return Plan(settings.lods, limit, settings.lod_ratio, errors, simplifier=settings.simplifier)
+        size = None if settings.screen_size is None else ScreenSize(**settings.screen_size)
+        return Plan(settings.lods, limit, settings.lod_ratio, errors, size, simplifier=settings.simplifier)
 
 
 @dataclass(frozen=True)
 class MeasuredLevel:
-    """A level of detail; its errors by name, as `mesh --json` prints them; seams_kept as in stages.lod."""
+    """A level of detail; its errors by name, as `mesh --json` prints them; seams_kept as in stages.lod.
+    number: of the level that the plan asked for."""
 
     mesh: Mesh
     errors: dict[str, float]
     seams_kept: bool = True
+    number: int = 0
 
 
 def make_levels(mesh: Mesh, plan: Plan, tier: str) -> tuple[list[MeasuredLevel], list[str]]:
@@ -94,16 +102,18 @@ def make_levels(mesh: Mesh, plan: Plan, tier: str) -> tuple[list[MeasuredLevel],
     reference = Original(mesh)
     levels, notes = _chain(reference, plan)
     if TIERS[tier] == "exact" and plan.simplifier == METHODS[0]:
-        levels, left_out = _refined(reference, levels)
+        levels, left_out = _refined(reference, levels, plan.screen_size)
         notes += left_out
     return levels, list(
         dict.fromkeys(notes + _bound_notes(levels) + _uv_shift_notes(levels, plan.simplifier))
     )
 
 
-def _refined(reference: Original, levels: list[MeasuredLevel]) -> tuple[list[MeasuredLevel], list[str]]:
+def _refined(
+    reference: Original, levels: list[MeasuredLevel], screen_size: ScreenSize | None
+) -> tuple[list[MeasuredLevel], list[str]]:
     """Returns the levels, each nearer to the source where possible; levels that a coarser one then beats
-    are left out, with notes."""
+    are left out, with notes. One that no longer looks alike at its screen size stays as it was."""
     found: list[MeasuredLevel] = []
     notes: list[str] = []
     before = reference.mesh
@@ -114,7 +124,9 @@ def _refined(reference: Original, levels: list[MeasuredLevel]) -> tuple[list[Mea
         report_step(f"refining level {at} of {len(levels) - 1}")
         mesh, errors = refine_level(reference, before, level.mesh, level.errors, level.seams_kept, _SAMPLES)
         before = level.mesh
-        notes += _append_better(found, MeasuredLevel(mesh, errors, level.seams_kept))
+        if screen_size is None or not screen_size.judge(reference.mesh, level.number)(mesh):
+            level = replace(level, mesh=mesh, errors=errors)
+        notes += _append_better(found, level)
     return found, notes
 
 
@@ -161,6 +173,9 @@ def _chain(reference: Original, plan: Plan) -> tuple[list[MeasuredLevel], list[s
         if plan.errors:
             bound = min(plan.errors[at - 1], plan.limit)
             found, note = _coarsest(reference, last.mesh, bound, plan.simplifier)
+        elif plan.screen_size is not None:
+            judge = plan.screen_size.judge(mesh, at)
+            found, note = _coarsest(reference, last.mesh, plan.limit, plan.simplifier, judge)
         else:
             target = max(LEAST_TRIANGLES, int(first * plan.ratio**at))
             if target >= before:
@@ -169,12 +184,12 @@ def _chain(reference: Original, plan: Plan) -> tuple[list[MeasuredLevel], list[s
             found, note = _nearest(reference, last.mesh, target, plan.limit, plan.simplifier)
         if found is None:
             notes.append(f"no level after lod{len(levels) - 1}: {note}")
-            if plan.errors:
+            if plan.errors or plan.screen_size:
                 continue
             break
-        found = _fully_measured(reference, found)
+        found = replace(_fully_measured(reference, found), number=at)
         turned = found.errors["normal_mean_deg"]
-        if not plan.errors and turned > _TURNED_DEG:
+        if not (plan.errors or plan.screen_size) and turned > _TURNED_DEG:
             shape = f"{len(found.mesh.triangles)} triangles turn normals by {turned:.0f} degrees on the mean"
             mend = 'for coarser ones say how far each may err: --errors A,B, in a scene lods_by = "error"'
             notes.append(f"no level after lod{len(levels) - 1}: {shape}, limit {_TURNED_DEG:.0f}; {mend}")
@@ -293,10 +308,15 @@ def _nearest(
 
 
 def _coarsest(
-    reference: Original, before: Mesh, bound: float, simplifier: str
+    reference: Original,
+    before: Mesh,
+    bound: float,
+    simplifier: str,
+    judge: Callable[[Mesh], str] = lambda mesh: "",
 ) -> tuple[MeasuredLevel | None, str]:
-    """Returns the mesh of the fewest triangles with a measured error inside `bound`, by bisection of the
-    count on a logarithmic scale; None if no level saves enough triangles."""
+    """Returns the mesh of the fewest triangles with a measured error inside `bound` and without a fault, by
+    bisection of the count on a logarithmic scale; None if no level saves enough triangles, and why. judge:
+    says the fault of a mesh."""
     whole = len(before.triangles)
     low, high = LEAST_TRIANGLES, int(whole * (1 - _WORTH))
     best: MeasuredLevel | None = None
@@ -306,14 +326,15 @@ def _coarsest(
             break
         target = max(low, min(high, isqrt(low * high)))
         level, reason = _simplified(reference, before, target, bound, simplifier)
-        if level is None or level.errors["error_max"] > bound:
-            if level is not None:
-                off = level.errors["error_max"]
-                count = len(level.mesh.triangles)
-                note = f"{count} triangles are {off:.3g} of the diagonal off, limit {bound:g}"
+        if level is None:
             low = target + 1
             continue
-        count = len(level.mesh.triangles)
+        count, off = len(level.mesh.triangles), level.errors["error_max"]
+        fault = f"are {off:.3g} of the diagonal off, limit {bound:g}" if off > bound else judge(level.mesh)
+        if fault:
+            note = f"{count} triangles {fault}"
+            low = target + 1
+            continue
         if count > int(whole * (1 - _WORTH)):
             note = reason or note
             low = target + 1

@@ -137,8 +137,8 @@ class SceneObject:
 
     lods_by: str = choice(
         "ratio",
-        among=("ratio", "error", "sight"),
-        meaning="levels by share of triangles, by error, or by what the flight can see",
+        among=("ratio", "error", "screen_size", "sight"),
+        meaning="levels by share of triangles, by error, by how they look, or by what the flight can see",
     )
     lod_ratio: float = number(
         0.5, low=0.05, high=0.95, meaning="triangles of a level, as a share of the level before"
@@ -149,6 +149,13 @@ class SceneObject:
         high=1.0,
         unit="of the diagonal",
         meaning='error of each level after the first, with lods_by = "error"',
+    )
+    lod_size_px: float = number(
+        256.0,
+        low=4.0,
+        high=4096.0,
+        unit="pixels",
+        meaning="along the diagonal, where level 1 takes over, and each next at half; by screen_size only",
     )
     simplifier: str = choice("paradize", among=SIMPLIFIERS, meaning="library that makes the levels")
     unwrapper: str = choice(
