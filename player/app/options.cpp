@@ -129,6 +129,8 @@ Options parse_options(std::span<const char *const> arguments, std::span<const st
             flag = &out.json;
         } else if (name == "--mute") {
             flag = &out.mute;
+        } else if (name == "--panel") {
+            flag = &out.panel;
         } else if (name == "--debug") {
             flag = &out.debug;
         } else if (name == "--check-finite") {
@@ -183,6 +185,12 @@ Options parse_options(std::span<const char *const> arguments, std::span<const st
                 refuse(name, text, "must be megabytes, 1 to 1e9");
             }
             (name == "--vram" ? out.vram_mb : out.ram_mb) = megabytes;
+        } else if (name == "--order") {
+            const std::string_view text = value();
+            if (text != "needs" && text != "file") {
+                refuse(name, text, "must be needs or file");
+            }
+            out.file_order = text == "file";
         } else if (name == "--disable") {
             parse_passes(value(), passes, out);
         } else if (name.starts_with("-") && name.size() > 1) {
@@ -222,8 +230,9 @@ Options parse_options(std::span<const char *const> arguments, std::span<const st
 std::string usage(std::span<const std::string_view> passes) {
     return "paradize-player DIR [--headless] [--time S] [--frames N] [--size WxH] [--screenshot F.png]\n"
            "                    [--quality T|FEATURE=T,...] [--reference N] [--fps N] [--disable PASS,...]\n"
-           "                    [--vram MB] [--ram MB] [--wait-resident] [--interactive] [--bench] [--json]\n"
-           "                    [--mute] [--debug] [--check-finite]\n"
+           "                    [--vram MB] [--ram MB] [--order O] [--wait-resident] [--interactive] "
+           "[--bench]\n"
+           "                    [--json] [--panel] [--mute] [--debug] [--check-finite]\n"
            "\n"
            "Plays a baked scene. Any key ends playback.\n"
            "  --headless         no window and no sound; draws one frame, or --frames\n"
@@ -249,12 +258,16 @@ std::string usage(std::span<const std::string_view> passes) {
            "is\n"
            "                     left out (default: the scene's vram_mb, or no limit)\n"
            "  --ram MB           memory for files that wait for upload (default: 268)\n"
+           "  --order O          what is uploaded first: needs (default), what the picture needs most; file, "
+           "the\n"
+           "                     order of scene.json, to compare with\n"
            "  --wait-resident    upload everything before the first frame\n"
            "  --interactive      fly yourself: W A S D Q E, mouse, Z X roll, Shift is faster, Space pauses,\n"
            "                     M mutes, - and + volume, Escape ends\n"
            "  --bench            measure 100 frames (or --frames) with all data resident: median and 95th\n"
            "                     percentile\n"
            "  --json             print one JSON object about the run\n"
+           "  --panel            the window's title says what is resident, needed and missing\n"
            "  --mute             no sound\n"
            "  --debug            errors reported by the graphics driver are fatal\n"
            "  --check-finite     a NaN or infinity in the picture is fatal\n";

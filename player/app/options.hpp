@@ -30,10 +30,12 @@ struct Options {
     std::optional<int> reference;          // number of frames averaged per picture
     std::optional<double> fps;             // target frame rate
     std::optional<double> vram_mb, ram_mb; // limits of memory, 10^6 bytes
+    bool file_order = false;               // upload in the order of scene.json
     bool wait_resident = false;
     bool interactive = false;
     bool bench = false;
     bool json = false;
+    bool panel = false; // the window's title says how streaming stands
     bool mute = false;
     bool debug = false;        // errors reported by the driver are fatal
     bool check_finite = false; // NaN or infinity in the linear picture is fatal

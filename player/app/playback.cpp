@@ -66,6 +66,7 @@ Device device() {
 
 MemoryLimits memory_limits(const Options &options) {
     MemoryLimits out;
+    out.order = options.file_order ? UploadOrder::file : UploadOrder::needs;
     out.vram_bytes = static_cast<std::uint64_t>(options.vram_mb.value_or(0.0) * 1e6);
     if (options.ram_mb) {
         out.ram_bytes = static_cast<std::uint64_t>(*options.ram_mb * 1e6);
@@ -108,8 +109,8 @@ class Playback {
   public:
     /// `watcher` supplies scenes that replace the first one. nullptr: the scene is never replaced.
     Playback(const Options &options, PendingScene pending, const RendererOptions &renderer_options,
-             assets::SceneWatcher *watcher)
-        : options_(options), renderer_options_(renderer_options),
+             assets::SceneWatcher *watcher, double started_ms)
+        : options_(options), started_ms_(started_ms), renderer_options_(renderer_options),
           scenes_(std::move(pending), options.folder, memory_limits(options), watcher),
           shaders_(gl::ShaderLibrary::find()),
           renderer_(std::make_unique<Renderer>(scenes_.current().scene, shaders_, renderer_options)) {
@@ -136,6 +137,7 @@ class Playback {
     void reserve_frames(std::size_t frames) {
         frame_ms_.reserve(frames);
         scene_ms_.reserve(frames);
+        moments_.reserve(options_.frames ? frames : 1);
     }
 
     /// Records the duration of a finished frame, and adjusts the quality for --fps.
@@ -143,6 +145,10 @@ class Playback {
         if (frame_ms_.size() < frame_ms_.capacity()) {
             frame_ms_.push_back(ms);
             scene_ms_.push_back(renderer_->scene_ms());
+        }
+        if (moments_.size() < moments_.capacity()) {
+            moments_.push_back(
+                {(now_ms() - started_ms_) / 1e3, scenes_.current().streamer.counts().worst_error});
         }
         if (!governor_) {
             return;
@@ -169,6 +175,14 @@ class Playback {
                 times[p].push_back(passes[p].second);
                 passes_ms_.emplace_back(passes[p].first, median(times[p]));
             }
+        }
+    }
+
+    /// Shows in the window's title how streaming stands; at most once a second, because it allocates.
+    void show_panel(Window &window, double now_s) {
+        if (options_.panel && now_s >= panel_s_) {
+            panel_s_ = now_s + 1.0;
+            window.set_title(panel_line(printable(file().name), scenes_.current().streamer.counts()));
         }
     }
 
@@ -203,8 +217,10 @@ class Playback {
         // wait.
         log_unless_empty(bake_limits_->check_size(renderer_->width_px(), renderer_->height_px()));
         const UploadBudget budget =
-            options_.headless ? UploadBudget{.bytes = upload_bytes_per_frame}
-                              : UploadBudget{upload_bytes_per_frame, upload_ms_per_frame, NotReady::skip};
+            options_.headless
+                ? UploadBudget{.bytes = upload_bytes_per_frame,
+                               .not_ready = options_.file_order ? NotReady::wait : NotReady::wait_if_seen}
+                : UploadBudget{upload_bytes_per_frame, upload_ms_per_frame, NotReady::skip};
         if (LoadedScene *next = scenes_.upload(outlook, budget)) {
             activate(*next, elapsed_s);
         }
@@ -245,6 +261,7 @@ class Playback {
         out.height_px = renderer_->height_px();
         out.frame_ms = frame_ms_;
         out.scene_ms = scene_ms_;
+        out.moments = moments_;
         out.bench = options_.bench;
         out.passes_ms = passes_ms_;
         out.passes_clock = meter_clock_;
@@ -343,6 +360,7 @@ class Playback {
     }
 
     const Options &options_;
+    const double started_ms_;
     RendererOptions renderer_options_;
     SceneSwap scenes_;
     bool warned_of_memory_ = false;
@@ -351,6 +369,8 @@ class Playback {
     std::unique_ptr<Renderer> renderer_;
     std::vector<Sample> samples_;             // of --reference, otherwise empty
     std::vector<double> frame_ms_, scene_ms_; // one entry per frame
+    std::vector<StreamingMoment> moments_;
+    double panel_s_ = 0.0; // when the panel is written again
     std::vector<std::uint8_t> pixels_;
     std::vector<std::string> screenshots_;
     Device device_ = device();
@@ -397,6 +417,7 @@ void play_frames(Playback &playback, const Options &options, gl::DebugLog &log, 
             gl::blit_color(playback.renderer().output(), playback.renderer().width_px(),
                            playback.renderer().height_px(), 0, width, height);
             window->swap();
+            playback.show_panel(*window, window->seconds());
             const Input input = window->poll();
             if (input.close || input.any_key) {
                 return;
@@ -488,6 +509,7 @@ void play_window(Playback &playback, const Options &options, gl::DebugLog &log, 
             playback.record_frame_time(now_ms() - start);
         }
         window.swap();
+        playback.show_panel(window, now_s);
         if (shown != &playback.file()) {
             start_sound(playback.file(), options, audio, loaded_sha256, muted);
         }
@@ -500,6 +522,7 @@ void play_window(Playback &playback, const Options &options, gl::DebugLog &log, 
 } // namespace
 
 int run(const Options &options) {
+    const double started_ms = now_ms();
     const bool counted = options.headless || options.bench || options.frames || !options.screenshot.empty();
     // created before scene.json is read, so that no change is missed
     std::optional<assets::SceneWatcher> watcher;
@@ -528,7 +551,8 @@ int run(const Options &options) {
     if (options.debug) {
         log.install();
     }
-    Playback playback(options, std::move(pending), renderer_options, watcher ? &*watcher : nullptr);
+    Playback playback(options, std::move(pending), renderer_options, watcher ? &*watcher : nullptr,
+                      started_ms);
     if (options.debug) {
         log.throw_on_error();
     }

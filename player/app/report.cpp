@@ -1,6 +1,7 @@
 #include "app/report.hpp"
 
 #include "app/messages.hpp"
+#include "number_text.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -133,6 +134,16 @@ std::string terrain_warning(std::uint64_t bytes) {
            "`lod_error_px` in the scene, or set `quantise`, and bake it again";
 }
 
+std::string panel_line(const std::string &scene, const StreamingCounts &counts) {
+    const auto megabytes = [](std::uint64_t bytes) { return fixed(static_cast<double>(bytes) / 1e6, 1); };
+    return scene + ": " + megabytes(counts.resident_bytes) + " of " + megabytes(counts.total_bytes) +
+           " MB resident, " + megabytes(counts.needed_bytes) + " MB needed, " +
+           std::to_string(counts.evictions) + " evictions, " +
+           (counts.worst_error > 0.0F
+                ? "worst error " + fixed(static_cast<double>(counts.worst_error), 2) + " x the accepted one"
+                : "nothing missing");
+}
+
 std::string fps_line(const FrameRate &fps) {
     const double budget_ms = 1000.0 / fps.wanted;
     char numbers[200];
@@ -182,13 +193,24 @@ std::string to_json(const Report &report) {
         out += "]}";
     }
     std::snprintf(numbers, sizeof numbers,
-                  ", \"streaming\": {\"needed_bytes\": %llu, \"peak_bytes\": %llu, \"evictions\": %llu, "
-                  "\"worst_error\": %.3f}",
+                  ", \"streaming\": {\"needed_bytes\": %llu, \"peak_bytes\": %llu, \"uploads\": %llu, "
+                  "\"uploaded_bytes\": %llu, \"evictions\": %llu, \"worst_error\": %.3f, \"open_ms\": %.3f, "
+                  "\"first_frame_s\": %.4f",
                   static_cast<unsigned long long>(report.streaming.needed_bytes),
                   static_cast<unsigned long long>(report.streaming.peak_bytes),
+                  static_cast<unsigned long long>(report.streaming.uploads),
+                  static_cast<unsigned long long>(report.streaming.uploaded_bytes),
                   static_cast<unsigned long long>(report.streaming.evictions),
-                  static_cast<double>(report.streaming.worst_error));
+                  static_cast<double>(report.streaming.worst_error), report.streaming.open_ms,
+                  report.moments.empty() ? 0.0 : report.moments.front().s);
     out += numbers;
+    out += ", \"frames\": [";
+    for (const StreamingMoment &moment : report.moments) {
+        std::snprintf(numbers, sizeof numbers, "%s[%.4f, %.3f]", out.back() == '[' ? "" : ", ", moment.s,
+                      static_cast<double>(moment.worst_error));
+        out += numbers;
+    }
+    out += "]}";
     std::vector<std::string> features;
     for (const QualityFeature feature : report.features) {
         features.emplace_back(feature_names[static_cast<std::size_t>(feature)]);

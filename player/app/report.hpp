@@ -24,6 +24,12 @@ struct FrameRate {
     FeatureCosts table{};   // the calibration
 };
 
+/// How streaming stood when a frame was finished.
+struct StreamingMoment {
+    double s = 0.0;           // since the player was started
+    float worst_error = 0.0F; // as in StreamingCounts
+};
+
 struct Report {
     int width_px = 0, height_px = 0;
     std::vector<double> frame_ms; // drawing time of each frame, until the device has finished
@@ -37,6 +43,7 @@ struct Report {
     std::optional<FrameRate> fps;
     std::uint64_t draw_calls = 0; // of the last frame, in all views
     StreamingCounts streaming;
+    std::vector<StreamingMoment> moments; // one per frame of --frames; else of the first frame only
     std::optional<TerrainCounts> terrain; // of the last frame
     std::string renderer, version;
     std::vector<std::string> screenshots;
@@ -61,6 +68,9 @@ std::vector<std::string> shared_libraries();
 
 /// Returns a warning if the terrain takes more than 2 GiB of device memory, else an empty text.
 std::string terrain_warning(std::uint64_t bytes);
+
+/// Returns a line for the window's title: the scene and how its streaming stands.
+std::string panel_line(const std::string &scene, const StreamingCounts &counts);
 
 /// Returns one line: the target, whether it is reached, and the chosen qualities.
 std::string fps_line(const FrameRate &fps);

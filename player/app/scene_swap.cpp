@@ -65,7 +65,7 @@ void SceneSwap::poll(NotReady not_ready) {
             next_.reset();
             pending_.emplace(std::move(update->file), folder_, limits_, &current_->streamer);
         }
-        if (pending_ && (not_ready == NotReady::wait || pending_->load.ready())) {
+        if (pending_ && (not_ready != NotReady::skip || pending_->load.ready())) {
             next_ = std::make_unique<LoadedScene>(std::move(*pending_));
             pending_.reset();
         }
@@ -98,7 +98,7 @@ LoadedScene *SceneSwap::upload(const Outlook &outlook, const UploadBudget &budge
     }
     try {
         bool complete = upload_needed(*next_, outlook, budget);
-        if (complete && budget.not_ready == NotReady::wait) {
+        if (complete && budget.not_ready != NotReady::skip) {
             next_->streamer.finish_checks();
         }
         complete = complete && next_->streamer.checked();

@@ -111,6 +111,10 @@ bool Window::minimised() const {
     return glfwGetWindowAttrib(impl_->window, GLFW_ICONIFIED) == GLFW_TRUE;
 }
 
+void Window::set_title(const std::string &title) {
+    glfwSetWindowTitle(impl_->window, title.c_str());
+}
+
 void Window::swap() {
     glfwSwapBuffers(impl_->window);
 }

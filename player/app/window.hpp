@@ -38,6 +38,7 @@ class Window {
     void size(int &width_px, int &height_px) const;
     bool minimised() const;
     void swap();
+    void set_title(const std::string &title);
     /// Seconds since the window was created.
     double seconds() const;
 

@@ -3,6 +3,7 @@
 #include "assets/file_checker.hpp"
 #include "error.hpp"
 
+#include <ctime>
 #include <exception>
 #include <utility>
 
@@ -36,6 +37,9 @@ void ArtifactLoader::work(const std::stop_token &stop) {
             }
         }
     }
+    timespec used{};
+    ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &used);
+    cpu_ns_.fetch_add(std::int64_t{used.tv_sec} * 1'000'000'000 + used.tv_nsec);
     left_.fetch_sub(1, std::memory_order_release);
 }
 

@@ -12,8 +12,8 @@ enum Group { seen_coarse, needed, coarse, unneeded };
 
 } // namespace
 
-Schedule::Schedule(std::vector<ScheduledPiece> pieces, std::uint64_t budget_bytes)
-    : pieces_(std::move(pieces)), budget_bytes_(budget_bytes), states_(pieces_.size()),
+Schedule::Schedule(std::vector<ScheduledPiece> pieces, std::uint64_t budget_bytes, UploadOrder order)
+    : pieces_(std::move(pieces)), budget_bytes_(budget_bytes), order_(order), states_(pieces_.size()),
       children_(pieces_.size()), ranks_(pieces_.size()), planned_(pieces_.size()), evicted_(pieces_.size()) {
     for (std::vector<std::uint32_t> *list : {&loads_, &evictions_, &candidates_, &victims_}) {
         list->reserve(pieces_.size());
@@ -22,6 +22,9 @@ Schedule::Schedule(std::vector<ScheduledPiece> pieces, std::uint64_t budget_byte
 }
 
 Schedule::Rank Schedule::rank(std::uint32_t piece, const Need &need) const {
+    if (order_ == UploadOrder::file && budget_bytes_ == 0) {
+        return {pieces_[piece].coarse ? coarse : unneeded, 0.0F};
+    }
     const float error = std::max(need.now > 1.0F ? need.now : 0.0F, need.soon > 1.0F ? need.soon : 0.0F);
     if (pieces_[piece].coarse) {
         return {need.now > 1.0F ? seen_coarse : error > 0.0F ? needed : coarse, error};

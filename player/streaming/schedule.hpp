@@ -22,10 +22,15 @@ struct Need {
     float soon = 0.0F; // along the flight, less the later it is
 };
 
+/// What is loaded first, without a limit of memory: what is needed most, or the coarse pieces and then all
+/// others as they are listed. The second is there to compare with.
+enum class UploadOrder : std::uint8_t { needs, file };
+
 class Schedule {
   public:
     /// `budget_bytes` 0: no limit, everything is loaded in the end.
-    Schedule(std::vector<ScheduledPiece> pieces, std::uint64_t budget_bytes);
+    Schedule(std::vector<ScheduledPiece> pieces, std::uint64_t budget_bytes,
+             UploadOrder order = UploadOrder::needs);
 
     /// Finds what to load next and what to evict first. A piece that is needed now is never evicted. Loads
     /// come in this order: coarse pieces that are needed now, the largest error first; then the other pieces
@@ -50,8 +55,10 @@ class Schedule {
     bool resident(std::uint32_t piece) const { return states_[piece] == State::resident; }
     std::uint64_t budget_bytes() const { return budget_bytes_; }
     std::uint64_t used_bytes() const { return used_bytes_; }
-    /// Of the last plan: bytes of all pieces that are needed now, and the largest error of those that are
-    /// not resident (0: none).
+    /// Counts what the next two return. plan() does it too.
+    void count_needs(std::span<const Need> needs);
+    /// Bytes of all pieces that are needed now, and the largest error of those that are not resident (0:
+    /// none).
     std::uint64_t needed_bytes() const { return needed_bytes_; }
     float worst_error() const { return worst_error_; }
 
@@ -63,10 +70,10 @@ class Schedule {
     };
     Rank rank(std::uint32_t piece, const Need &need) const;
     bool make_room(std::uint32_t piece, std::span<const Need> needs, std::uint64_t &used);
-    void count_needs(std::span<const Need> needs);
 
     std::vector<ScheduledPiece> pieces_;
     std::uint64_t budget_bytes_ = 0;
+    UploadOrder order_ = UploadOrder::needs;
     std::uint64_t used_bytes_ = 0, needed_bytes_ = 0;
     float worst_error_ = 0.0F;
     std::vector<State> states_;

@@ -54,6 +54,7 @@ struct Streamer::Impl {
     std::optional<Current> current;
     std::vector<std::uint32_t> ahead;         // pieces for the loader
     std::vector<std::uint32_t> files_ahead;   // artifacts for the checker
+    std::vector<bool> begun_files;            // per artifact: a piece of it was begun
     mutable std::vector<bool> known_checked;  // per artifact: what the checker said last
     std::atomic<std::uint64_t> waiting_bytes; // of checked files that stay in memory until they are uploaded
     std::uint64_t max_waiting_bytes = 0;
@@ -119,7 +120,7 @@ struct Streamer::Impl {
 
     /// Creates the schedule of all pieces. A piece's parent is the next coarser one. Those of terrain have
     /// none: a cut uses what is resident, and a patch is never needed more than those that it replaces.
-    void make_schedule(std::uint64_t vram_bytes) {
+    void make_schedule(const MemoryLimits &limits) {
         std::vector<ScheduledPiece> scheduled(pieces.size());
         for (std::uint32_t i = 0; i < pieces.size(); ++i) {
             const StreamItem &item = item_of(i);
@@ -134,7 +135,7 @@ struct Streamer::Impl {
                 }
             }
         }
-        schedule.emplace(std::move(scheduled), vram_bytes);
+        schedule.emplace(std::move(scheduled), limits.vram_bytes, limits.order);
         for (std::uint32_t i = 0; i < pieces.size(); ++i) {
             if (item_of(i).pieces_left == 0) { // reused
                 schedule->set_loading(i);
@@ -178,8 +179,6 @@ struct Streamer::Impl {
         }
         queue.assign(schedule->loads().begin(), schedule->loads().end());
         order_ahead();
-        counts.needed_bytes = schedule->needed_bytes();
-        counts.worst_error = schedule->worst_error();
     }
 
     /// Tells the threads which files and pieces of the queue they shall check and stage first.
@@ -200,12 +199,24 @@ struct Streamer::Impl {
         loader->order(ahead);
     }
 
+    void count_needs() {
+        schedule->count_needs(needs);
+        counts.needed_bytes = schedule->needed_bytes();
+        counts.worst_error = schedule->worst_error();
+    }
+
+    bool is_seen(std::uint32_t piece) const { return needs[piece].now > 1.0F; }
+
     /// Returns the place in the queue of the piece to upload next, or nothing if none is ready. Its parents
-    /// come first.
-    std::optional<std::size_t> next_piece(NotReady not_ready) const {
+    /// come first. `shows_something`: this call has uploaded what is needed now.
+    std::optional<std::size_t> next_piece(NotReady not_ready, bool shows_something) const {
         for (std::size_t i = 0; i < queue.size(); ++i) {
+            if (not_ready == NotReady::wait_if_seen && shows_something && !is_seen(queue[i]) &&
+                !begun_files[pieces[queue[i]].artifact]) {
+                continue;
+            }
             const bool is_ready =
-                not_ready == NotReady::wait ||
+                not_ready != NotReady::skip ||
                 (is_checked_of(queue[i]) && (!needs_staging(queue[i]) || loader->ready(queue[i])));
             if (is_ready && schedule->can_load(queue[i])) {
                 return i;
@@ -227,6 +238,7 @@ struct Streamer::Impl {
     void begin(std::size_t place) {
         Current next;
         next.piece = queue[place];
+        begun_files[pieces[next.piece].artifact] = true;
         if (!known_checked[pieces[next.piece].artifact]) { // nor was the piece ordered
             checker->wait(pieces[next.piece].artifact);
             order_ahead();
@@ -262,10 +274,12 @@ struct Streamer::Impl {
                     current->staged ? current->staged.get() + current->bytes_done : chunk.bytes.data());
         current->bytes_done += chunk.bytes.size();
         counts.resident_bytes += chunk.bytes.size();
+        counts.uploaded_bytes += chunk.bytes.size();
         if (++current->chunks_done == piece.chunks) {
             item.finish(pieces[current->piece].index);
             schedule->set_resident(current->piece);
             --pieces_left;
+            ++counts.uploads;
             if (item.pieces_left == 0 && schedule->budget_bytes() == 0) {
                 release(item.loaded.file); // nothing is evicted
             }
@@ -310,6 +324,7 @@ Streamer::Streamer(const assets::SceneFile &file, const std::filesystem::path &f
 
 Streamer::Streamer(const assets::SceneFile &file, SceneLoad load) : impl_(std::make_unique<Impl>(file)) {
     std::vector<assets::LoadedArtifact> loaded = load.loader_->take();
+    impl_->counts.open_ms = load.loader_->open_ms();
     glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
     // Values for attributes that a mesh lacks: normal upwards, tangent along X, colour white.
     glVertexAttrib3f(gl::attribute_normal, 0.0F, 1.0F, 0.0F);
@@ -331,9 +346,10 @@ Streamer::Streamer(const assets::SceneFile &file, SceneLoad load) : impl_(std::m
     for (const std::uint32_t index : order) {
         impl_->add_pieces(index);
     }
-    impl_->make_schedule(load.limits_.vram_bytes);
+    impl_->make_schedule(load.limits_);
     impl_->max_waiting_bytes = load.limits_.ram_bytes;
     impl_->known_checked.resize(impl_->items.size());
+    impl_->begun_files.resize(impl_->items.size());
     impl_->checker = std::make_unique<assets::FileChecker>(
         load.loader_->wanted(), impl_->items.size(),
         [impl = impl_.get()](std::uint32_t artifact, const std::stop_token &stop) {
@@ -398,6 +414,7 @@ bool Streamer::upload(const UploadBudget &budget) {
     }
     impl_->plan();
     std::size_t used = 0;
+    bool shows_something = false;
     while (true) {
         if (!impl_->current && impl_->queue.empty()) {
             impl_->plan();
@@ -406,7 +423,7 @@ bool Streamer::upload(const UploadBudget &budget) {
             if (used >= budget.bytes) {
                 break; // waits for no file that this frame does not use
             }
-            const std::optional<std::size_t> place = impl_->next_piece(budget.not_ready);
+            const std::optional<std::size_t> place = impl_->next_piece(budget.not_ready, shows_something);
             if (!place) {
                 break;
             }
@@ -419,8 +436,10 @@ bool Streamer::upload(const UploadBudget &budget) {
             break;
         }
         used += bytes;
+        shows_something = shows_something || impl_->is_seen(impl_->current->piece);
         impl_->upload_next();
     }
+    impl_->count_needs();
     return !impl_->current && impl_->queue.empty();
 }
 

@@ -54,14 +54,16 @@ class StreamedTexture {
     int finest_ = 0; // finest resident level; levels_: none
 };
 
-enum class NotReady { wait, skip };
+/// What to do if the next piece is not in memory yet: wait for it, or take another one. `wait_if_seen` waits,
+/// but a call that uploads what is needed now begins no file of which nothing is needed now: a picture does
+/// not wait for files that it does not show.
+enum class NotReady { wait, wait_if_seen, skip };
 
 /// What a call of Streamer::upload() may use. At least one chunk is uploaded, so that streaming always
 /// progresses.
 struct UploadBudget {
     std::size_t bytes = std::numeric_limits<std::size_t>::max();
     double ms = std::numeric_limits<double>::infinity();
-    // If the next piece is not in memory yet: wait for it, or take another one.
     NotReady not_ready = NotReady::wait;
 };
 
@@ -71,15 +73,18 @@ struct MemoryLimits {
     std::uint64_t vram_bytes = 0; // of meshes and textures on the device; 0: no limit
     // File bytes that wait in memory. Beyond it, files are read again piece by piece.
     std::uint64_t ram_bytes = std::uint64_t{256} << 20U;
+    UploadOrder order = UploadOrder::needs;
 };
 
 struct StreamingCounts {
     std::uint64_t resident_bytes = 0;
-    std::uint64_t total_bytes = 0;   // of all that the scene refers to
-    std::uint64_t terrain_bytes = 0; // part of total_bytes
-    std::uint64_t needed_bytes = 0;  // needed by the last frame, resident or not
-    std::uint64_t peak_bytes = 0;    // largest so far, with the copies that uploads need
-    std::uint64_t evictions = 0;     // pieces
+    std::uint64_t total_bytes = 0;            // of all that the scene refers to
+    std::uint64_t terrain_bytes = 0;          // part of total_bytes
+    std::uint64_t needed_bytes = 0;           // needed by the last frame, resident or not
+    std::uint64_t peak_bytes = 0;             // largest so far, with the copies that uploads need
+    std::uint64_t uploads = 0, evictions = 0; // pieces
+    std::uint64_t uploaded_bytes = 0;
+    double open_ms = 0.0;     // processor time for opening all files and reading their headers
     float worst_error = 0.0F; // on screen, relative to the accepted error; 0: all that is needed is there
 };
 

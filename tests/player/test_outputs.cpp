@@ -203,3 +203,15 @@ TEST_CASE("free camera: starts at the flight's pose and moves along its view") {
     camera.move(input, 0.5);
     CHECK(camera.pose().roll_rad == doctest::Approx(0.3));
 }
+
+TEST_CASE("panel: the window's title says what is resident, needed and missing") {
+    StreamingCounts counts;
+    counts.resident_bytes = 12'340'000;
+    counts.total_bytes = 45'000'000;
+    counts.needed_bytes = 20'000'000;
+    counts.evictions = 3;
+    CHECK(panel_line("Isle", counts) ==
+          "Isle: 12.3 of 45.0 MB resident, 20.0 MB needed, 3 evictions, nothing missing");
+    counts.worst_error = 2.5F;
+    CHECK(panel_line("Isle", counts).ends_with("worst error 2.50 x the accepted one"));
+}

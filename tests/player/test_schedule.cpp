@@ -225,3 +225,21 @@ TEST_CASE("schedule: a piece that is given up is planned no more, nor what depen
     schedule.plan(needs, 100);
     CHECK(std::ranges::equal(schedule.loads(), std::vector<std::uint32_t>{0}));
 }
+
+TEST_CASE("schedule: in the order of the file needs change nothing but the error that is told") {
+    std::vector<ScheduledPiece> pieces(4);
+    for (std::uint32_t i = 0; i < 4; ++i) {
+        pieces[i].bytes = 10;
+        pieces[i].coarse = i % 2 == 0;
+    }
+    Schedule schedule(pieces, 0, UploadOrder::file);
+    const std::vector<Need> needs{{0.0F, 0.0F}, {2.0F, 0.0F}, {0.0F, 0.0F}, {9.0F, 0.0F}};
+    schedule.plan(needs, 100);
+    CHECK(std::ranges::equal(schedule.loads(), std::vector<std::uint32_t>{0, 2, 1, 3}));
+    CHECK(schedule.worst_error() == 9.0F);
+    schedule.set_loading(3);
+    schedule.set_resident(3);
+    schedule.count_needs(needs);
+    CHECK(schedule.worst_error() == 2.0F);
+    CHECK(schedule.needed_bytes() == 20);
+}

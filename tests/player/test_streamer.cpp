@@ -239,19 +239,15 @@ TEST_CASE(
     const SmallScene scene;
     test::Bytes damaged = test::ktx2_file(assets::PixelFormat::rgba8_srgb, 256, 256);
     damaged.back() ^= std::byte{1};
-    for (const NotReady not_ready : {NotReady::wait, NotReady::skip}) {
+    for (const NotReady not_ready : {NotReady::wait_if_seen, NotReady::skip}) {
         scene.folder.write("quad_color.ktx2", damaged); // only its header is good
         Streamer other(scene.file, SceneLoad(scene.file, scene.folder.path()));
         std::vector<Need> needs(other.piece_count());
         const auto [first, count] = other.pieces_of("quad_mesh");
         std::fill_n(needs.begin() + first, count, Need{2.0F, 0.0F});
         other.set_needs(needs);
-        if (not_ready == NotReady::wait) {
-            std::size_t bytes = 0; // of a frame that uploads the mesh only
-            for (std::uint32_t i = first; i < first + count; ++i) {
-                bytes += other.piece(i).bytes;
-            }
-            other.upload({.bytes = bytes});
+        if (not_ready == NotReady::wait_if_seen) {
+            CHECK_FALSE(other.upload({.not_ready = not_ready})); // a frame that shows the mesh only
             CHECK(other.mesh("quad_mesh")->best_level(0) == 0);
         }
         std::string message;

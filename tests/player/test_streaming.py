@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import subprocess
 from collections.abc import Callable
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -147,3 +148,40 @@ def test_little_memory_for_files_gives_the_same_picture(player: Player, tmp_path
         pictures.append(load(path))
     assert np.array_equal(pictures[0], pictures[1])
     assert np.array_equal(pictures[0], pictures[2])
+
+
+def test_json_tells_how_the_error_falls_while_the_scene_streams(player: Player, tmp_path: Path) -> None:
+    scene = row_of_boxes(tmp_path / "scene")
+    errors = {}
+    for order in ("needs", "file"):
+        told = report(player(scene, "--time", 4.8, "--frames", 4, "--order", order, "--json"))
+        streaming = told["streaming"]
+        frames = streaming["frames"]
+        assert len(frames) == 4
+        assert all(a[0] < b[0] for a, b in pairwise(frames))
+        assert streaming["first_frame_s"] == frames[0][0] > 0.0
+        assert streaming["uploaded_bytes"] == told["resident_bytes"]
+        assert streaming["uploads"] > BOXES
+        errors[order] = [error for _, error in frames]
+    # The last box stands before the camera. Its map is the last of scene.json.
+    assert errors["needs"][0] == 0.0
+    assert errors["file"][0] > 1.0
+    assert errors["file"][-1] == 0.0
+    result = player(scene, "--order", "size")
+    assert result.returncode == 2
+    assert "--order size: must be needs or file" in result.stderr
+
+
+def test_checking_goes_on_after_the_picture_and_a_damaged_file_elsewhere_is_told(
+    player: Player, tmp_path: Path
+) -> None:
+    scene = row_of_boxes(tmp_path / "scene")
+    far = scene / f"color{BOXES - 1}.ktx2"
+    data = bytearray(far.read_bytes())
+    data[-1] ^= 1
+    far.write_bytes(data)
+    shot = tmp_path / "shot.png"
+    result = player(scene, "--frames", 1, "--vram", 4, "--screenshot", shot)
+    assert result.returncode == 1
+    assert f"{far.name}: is damaged or was replaced" in result.stderr
+    assert (tmp_path / "shot_0000.png").is_file()  # it needs other files only

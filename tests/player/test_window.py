@@ -42,7 +42,7 @@ def on_a_display(*command: object) -> subprocess.CompletedProcess[str]:
 
 def test_a_window_s_picture_is_the_headless_one(player: Player, bare: Path, tmp_path: Path) -> None:
     arguments = [bare, "--time", 2, "--frames", 2, "--wait-resident", "--json", "--debug", "--screenshot"]
-    result = on_a_display(PLAYER, *arguments, tmp_path / "window.png")
+    result = on_a_display(PLAYER, "--panel", *arguments, tmp_path / "window.png")
     assert result.returncode == 0, result.stderr
     assert json.loads(result.stdout)["frames"] == 2
     assert player(*arguments, tmp_path / "headless.png").returncode == 0

@@ -1,0 +1,159 @@
+"""Streaming: start, order, worst frame, and a scene several times larger than its limit of device memory.
+
+The player runs headless, so a frame waits for the data that its schedule names;
+times are those that it states in --json. The curve of error against seconds goes to build/bench/stream.svg.
+"""
+
+from __future__ import annotations
+
+import json
+import statistics
+import time
+from collections.abc import Iterator
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from PIL import Image
+
+from row import CORES, Row, on
+from stream_chart import CHART, Curve, draw
+from streamed import play, row_of_boxes, without_data
+from tests.pictures import difference
+from tests.places import ROOT
+
+ISLAND = ROOT / "build/assets/island"
+SIZE = ("--size", "320x180")
+BOXES, EDGE, SECONDS = 48, 2048, 24.0  # 1.07 GB of textures
+LIMIT_MB = 128  # an eighth of it, as 256 MB are of 2 GB
+LIKE_FLIP = 0.15  # a picture is recognisable up to this FLIP to the final one
+STEP = 15  # frames from one compared picture to the next
+
+
+def curve(report: dict[str, Any]) -> Curve:
+    return [(second, error) for second, error in report["streaming"]["frames"]]
+
+
+def first_like(scene: Path, folder: Path) -> tuple[int, float]:
+    """The first frame that is recognisable, and its FLIP to the final one of the same moment."""
+    folder.mkdir()
+    play(scene, *SIZE, "--frames", 8, "--screenshot", folder / "stream.png")
+    play(scene, *SIZE, "--frames", 8, "--wait-resident", "--screenshot", folder / "whole.png")
+    for frame in range(8):
+        found = difference(folder / f"whole_{frame:04}.png", folder / f"stream_{frame:04}.png")["flip"]
+        if found <= LIKE_FLIP:
+            return frame, found
+    raise AssertionError("no frame of eight is like the final one")
+
+
+def bench_start(name: str, scene: Path, folder: Path, runs: int) -> Row:
+    """Beside the same shaders and draw calls with textures of one texel."""
+    frame, flip = first_like(scene, folder / f"{name}-pictures")
+    bare = without_data(scene, folder / f"{name}-bare")
+    times: tuple[list[float], list[float]] = ([], [])
+    for _ in range(runs):
+        times[0].append(curve(play(scene, *SIZE, "--frames", frame + 1))[frame][0] * 1e3)
+        times[1].append(curve(play(bare, *SIZE, "--frames", 1))[0][0] * 1e3)
+    return Row(
+        f"start to a recognisable picture, {name}", statistics.median(times[0]),
+        "the same shaders and draw calls, one texel in each texture", statistics.median(times[1]),
+        f"frame {frame}, FLIP {flip:.3f} to the final one", "-", 1 / 1.3,
+        inside="from the start of the program to the end of the frame", ours_on=on(CORES), peer_on=on(CORES),
+    )  # fmt: skip
+
+
+def area(points: Curve, seconds: float) -> float:
+    """Below the curve's steps, until `seconds`."""
+    ended = [*points, (max(seconds, points[-1][0]), points[-1][1])]
+    return sum((min(b[0], seconds) - a[0]) * a[1] for a, b in pairwise(ended) if a[0] < seconds)
+
+
+def bench_order(runs: int) -> Row:
+    """The error's area in the first ten seconds, after the first frame of both."""
+    found: dict[str, list[Curve]] = {"needs": [], "file": []}
+    for _ in range(min(runs, 3)):
+        for order, curves in found.items():
+            curves.append(curve(play(ISLAND, *SIZE, "--frames", 45, "--order", order)))
+    areas = {order: statistics.median(area(one, 10.0) for one in curves) for order, curves in found.items()}
+    draw({order: curves[-1] for order, curves in found.items()})
+    return Row(
+        "error on screen x seconds, the first ten of the island", areas["needs"], "the order of scene.json",
+        areas["file"], "as a multiple of the accepted error", "the same", 2, "x s",
+        inside="from the end of the first frame on", ours_on=on(CORES), peer_on=on(CORES),
+    )  # fmt: skip
+
+
+def frame_ms(report: dict[str, Any]) -> float:
+    """The 99th percentile of the frames but the first, which compile shaders."""
+    seconds = [second for second, _ in curve(report)]
+    return float(np.percentile([(b - a) * 1e3 for a, b in pairwise(seconds[5:])], 99))
+
+
+def bench_large(scene: Path, folder: Path) -> Iterator[Row]:
+    """A scene eight times larger than its limit, over its whole flight."""
+    folder.mkdir()
+    frames = int(SECONDS * 30)
+    flight = (*SIZE, "--frames", frames)
+    limited = play(scene, *flight, "--vram", LIMIT_MB)
+    whole = play(scene, *flight, "--wait-resident")
+    yield Row(
+        "worst frame (99th percentile) while a scene streams under its limit", frame_ms(limited),
+        "the same flight, all resident", frame_ms(whole), "-", "-", 1 / 1.5,
+        inside=f"{frames} frames without the first", ours_on=on(CORES), peer_on=on(CORES),
+    )  # fmt: skip
+    play(scene, *flight, "--vram", LIMIT_MB, "--screenshot", folder / "limited.png")
+    play(scene, *flight, "--wait-resident", "--screenshot", folder / "whole.png")
+    flips = [
+        difference(folder / f"whole_{i:04}.png", folder / f"limited_{i:04}.png")["flip"]
+        for i in range(0, frames, STEP)
+    ]
+    told = limited["streaming"]
+    megabytes = limited["total_bytes"] / 1e6
+    yield Row(
+        f"{megabytes:.0f} MB under {LIMIT_MB} MB: peak on the device", told["peak_bytes"] / 1e6,
+        "the limit", LIMIT_MB, f"{told['evictions']} evictions; FLIP to the unlimited flight: mean "
+        f"{statistics.mean(flips):.5f}, worst {max(flips):.4f}", "-", 1 / 1.1, "MB",
+        inside="meshes and textures with the copies that uploads need", ours_on=on(CORES), peer_on="-",
+    )  # fmt: skip
+
+
+def bench_naive(runs: int) -> Row:
+    """To checked headers, beside a loader that reads the pictures themselves. To its favour it parses no OBJ,
+    makes no tangents and compresses nothing."""
+    bake = json.loads((ISLAND / "scene.json").read_text())
+    pictures = [ISLAND / entry["file"] for entry in bake["artifacts"].values() if entry["kind"] == "texture"]
+    made = [Path(str(CHART.parent / "naive") + f"{i}.png") for i in range(len(pictures))]
+    random = np.random.default_rng(1)
+    for path, source in zip(made, pictures, strict=True):
+        edge = int.from_bytes(source.read_bytes()[20:24], "little")
+        smooth = np.kron(
+            random.integers(0, 256, (edge // 8, edge // 8, 3), np.uint8), np.ones((8, 8, 1), np.uint8)
+        )
+        Image.fromarray(smooth).save(path, compress_level=1)
+    ours, peer = [], []
+    for _ in range(runs):
+        ours.append(play(ISLAND, *SIZE, "--frames", 1)["streaming"]["open_ms"])
+        start = time.perf_counter()
+        for path in made:
+            image = Image.open(path).convert("RGB")
+            while image.width > 1:
+                image = image.reduce(2)
+        peer.append((time.perf_counter() - start) * 1e3)
+    for path in made:
+        path.unlink()
+    return Row(
+        "island to checked headers", statistics.median(ours), "PNG of the same sizes: decode, mips (Pillow)",
+        statistics.median(peer), "-", "-", 100,
+        inside="opening and reading, files in the page cache", ours_on=on(CORES), peer_on=on(1),
+    )  # fmt: skip
+
+
+def rows(runs: int, folder: Path) -> Iterator[Row]:
+    assert (ISLAND / "scene.json").is_file(), "make assets bakes the island"
+    yield bench_start("the island", ISLAND, folder, runs)
+    yield bench_order(runs)
+    yield bench_naive(runs)
+    large = row_of_boxes(folder / "large", BOXES, EDGE, SECONDS)
+    yield bench_start("1 GB of maps", large, folder, runs)
+    yield from bench_large(large, folder / "large-pictures")
