@@ -10,7 +10,8 @@ namespace {
 
 constexpr double max_turn_rad = 1e3;
 constexpr double min_scale = 1e-6, max_scale = 1e6;
-constexpr int max_particles = 1000000; // of all fields together
+constexpr int max_particles = 1000000;        // of all fields together
+constexpr std::size_t max_instances = 200000; // of all objects together
 
 AlphaMode alpha_mode(const JsonObject &from) {
     const std::string mode = from.text_or("alpha_mode", "opaque");
@@ -115,6 +116,7 @@ void read_objects(const JsonObject &root, SceneFile &out) {
     if (!root.has("objects")) {
         return;
     }
+    std::size_t left = max_instances;
     for (const JsonObject &from : root.objects("objects", max_entries)) {
         Object value;
         value.name = from.text("name");
@@ -140,7 +142,11 @@ void read_objects(const JsonObject &root, SceneFile &out) {
                 value.materials.push_back(material(out, materials->object(name), name));
             }
         }
-        for (const JsonObject &at : from.objects("instances", max_entries)) {
+        for (const JsonObject &at : from.objects("instances", max_instances)) {
+            if (left-- == 0) {
+                from.fail("instances", "make more than " + std::to_string(max_instances) +
+                                           " instances in all objects together");
+            }
             value.instances.push_back(placement(at));
         }
         from.reject_unknown_keys();

@@ -193,6 +193,19 @@ TEST_CASE("scene.json: too many particles in all fields together are rejected") 
         "scene.json: particles[1].count: makes more than 1000000 particles in all fields together", Error);
 }
 
+TEST_CASE("scene.json: too many instances in all objects together are rejected") {
+    std::string text = test::SceneText().str();
+    const std::string one = R"({"position": [0, 0, 0], "rotation": [0, 0.6, 0, 0.8], "scale": [2, 2, -3]})";
+    const std::size_t at = text.find(one);
+    REQUIRE(at != std::string::npos);
+    std::string more;
+    for (int i = 0; i < 200000; ++i) {
+        more += R"({"position": [1, 2, 3]},)";
+    }
+    text.insert(at, more);
+    CHECK_THROWS_WITH_AS(assets::parse_scene(text, "scene.json"), doctest::Contains("200000"), Error);
+}
+
 TEST_CASE("scene.json: invalid JSON gives the player's own message") {
     CHECK_THROWS_WITH_AS(assets::parse_scene("{\"a\" 1}", "scene.json"),
                          doctest::Contains("scene.json: is not valid JSON: parse error at line 1"), Error);

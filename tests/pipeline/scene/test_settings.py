@@ -223,3 +223,26 @@ def test_a_scale_that_is_no_size_is_refused(tmp_path: Path, scale: str) -> None:
     (tmp_path / "palm.obj").write_bytes(b"")
     told = faults(tmp_path, OBJECT + f"[[object.instance]]\nscale = {scale}\n")
     assert len(told) == 1 and "object[0].instance[0].scale: is " in told[0] and "mirrored" in told[0]
+
+
+def test_more_instances_or_particles_than_the_player_takes_are_refused_with_the_limit(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    clouds = "".join(
+        f'[[particles]]\ncenter = [0, 0, 0]\nname = "p{i}"\ncount = {count}\n'
+        for i, count in enumerate((4, 600_000))
+    )
+    load(tmp_path, LEAST + clouds)
+    told = faults(
+        tmp_path, LEAST + clouds + '[[particles]]\ncenter = [0, 0, 0]\nname = "more"\ncount = 400_000\n'
+    )
+    for part in ("particles[1].count", "has 600000", "1000004 particles", "takes 1000000", "leave 4 out"):
+        assert part in told[0]
+    monkeypatch.setattr("paradize.scene.settings.load.MOST_INSTANCES", 3)
+    (tmp_path / "a.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    (tmp_path / "rows.csv").write_text("x,y,z\n" + "1,2,3\n" * 2)
+    thing = '[[object]]\nname = "{}"\nmesh = "a.obj"\ninstances = "rows.csv"\n'
+    load(tmp_path, LEAST + thing.format("a"))
+    told = faults(tmp_path, LEAST + thing.format("a") + thing.format("b"))
+    for part in ("object[0].instance", "has 2", "4 instances", "takes 3", "leave 1 out"):
+        assert part in told[0]

@@ -15,6 +15,9 @@ from paradize.scene.settings.instance_table import read_instances
 from paradize.scene.settings.objects import SceneObject
 from paradize.scene.settings.scene import Scene
 
+# What the player takes in a scene (player/assets/scene_objects.cpp).
+MOST_INSTANCES, MOST_PARTICLES = 200_000, 1_000_000
+
 
 def load_scene(path: Path) -> Scene:
     """Reads and checks a scene TOML; its source files must exist.
@@ -61,6 +64,21 @@ def _read_toml(path: Path) -> dict[str, Any]:
     return tree
 
 
+def _check_totals(scene: Scene, faults: Faults) -> None:
+    """Adds a fault where objects or clouds together are more than the player takes."""
+    instances = [(f"object[{i}].instance", len(item.instances)) for i, item in enumerate(scene.objects)]
+    particles = [(f"particles[{i}].count", cloud.count) for i, cloud in enumerate(scene.particles)]
+    for what, most, counts in (
+        ("instances", MOST_INSTANCES, instances),
+        ("particles", MOST_PARTICLES, particles),
+    ):
+        total = sum(count for _, count in counts)
+        if total > most:
+            place, count = max(counts, key=lambda entry: entry[1])
+            mend = f"the player takes {most} in a scene; leave {total - most} out, or split the scene"
+            faults.add(place, f"has {count}, and all together {total} {what}", mend)
+
+
 def _cross_checks(scene: Scene, faults: Faults) -> None:
     """Adds the faults that concern more than one field."""
     first: dict[str, int] = {}
@@ -97,6 +115,7 @@ def _cross_checks(scene: Scene, faults: Faults) -> None:
         if sparkles.setdefault(cloud.name, i) != i:
             what = f"{cloud.name!r} is already particles[{sparkles[cloud.name]}]"
             faults.add(f"particles[{i}].name", what, "rename one")
+    _check_totals(scene, faults)
     flight = scene.flight
     if len(flight.eye) != len(flight.target):
         counts = f"{len(flight.target)} target waypoints for {len(flight.eye)} eye waypoints"
