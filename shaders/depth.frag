@@ -2,6 +2,7 @@
 // share of its texels in a fixed pattern, which the filter of the shadow map makes a lighter shadow: E.
 // Enderton et al., "Stochastic Transparency", I3D 2010. Macro ALPHA_MODE as in object.frag.
 #include "lib/hash.glsl"
+#include "lib/material.glsl"
 
 #ifndef ALPHA_MODE
 #define ALPHA_MODE 0
@@ -9,9 +10,6 @@
 
 #if ALPHA_MODE
 uniform sampler2D u_color;
-uniform float u_has_color; // 1: there is a colour map; 0: there is none
-uniform float u_opacity;   // multiplied with the map's alpha
-uniform float u_alpha_cutoff;
 
 in vec2 v_uv;
 in float v_alpha;
@@ -19,9 +17,10 @@ in float v_alpha;
 
 void main() {
 #if ALPHA_MODE
-    float alpha = u_opacity * clamp(v_alpha, 0.0, 1.0) * (u_has_color > 0.5 ? texture(u_color, v_uv).a : 1.0);
+    float texel = material.has_color > 0.5 ? texture(u_color, v_uv).a : 1.0;
+    float alpha = material.base_color.a * clamp(v_alpha, 0.0, 1.0) * texel;
 #if ALPHA_MODE == 1
-    float least = u_alpha_cutoff;
+    float least = material.alpha_cutoff;
 #else
     float least = max(gradient_noise(gl_FragCoord.xy), 1e-3);
 #endif

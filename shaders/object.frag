@@ -4,6 +4,7 @@
 #include "lib/clip_frag.glsl"
 #include "lib/fog.glsl"
 #include "lib/light.glsl"
+#include "lib/material.glsl"
 #include "lib/normal.glsl"
 #include "lib/parallax.glsl"
 
@@ -17,24 +18,10 @@
 uniform sampler2D u_color;
 uniform sampler2D u_normal;
 uniform sampler2D u_height;
-uniform sampler2D u_gloss;          // R specular intensity, G smoothness
-uniform sampler2D u_occlusion;      // R share of the light from all around, G metalness
+uniform sampler2D u_gloss;     // R specular intensity, G smoothness
+uniform sampler2D u_occlusion; // R share of the light from all around, G metalness
 uniform sampler2D u_emission;
-uniform vec4 u_base_color;          // linear RGB and opacity, multiplied with the colour map
-uniform float u_has_color;          // 1: there is a colour map; 0: there is none
-uniform float u_has_normal;
-uniform float u_has_height;
-uniform float u_has_gloss;
-uniform float u_has_occlusion;
-uniform float u_has_emission;
-uniform vec2 u_parallax;            // scale, bias
-uniform vec2 u_specular_smoothness; // specular, smoothness; multiplied with the gloss map
-uniform vec2 u_metalness;           // metalness; 1 if the occlusion map's G multiplies it, else 0
-uniform float u_occlusion_strength; // 0: none of the occlusion map
-uniform vec3 u_emission_color;      // linear, multiplied with the emission map
-uniform float u_alpha_cutoff;
-uniform float u_translucency;
-uniform float u_multisampled;       // 1: alpha becomes coverage; 0: discards fragments below the cutoff
+uniform float u_multisampled; // 1: alpha becomes coverage; 0: discards fragments below the cutoff
 
 in vec3 v_position;
 in vec3 v_normal;
@@ -61,49 +48,50 @@ void main() {
     vec3 geometric = safe_normalize(v_normal, vec3(0.0, 1.0, 0.0)) * facing;
 
     vec2 uv = v_uv;
-    if (u_has_height > 0.5 && u_parallax.x > 0.0) {
+    if (material.has_height > 0.5 && material.parallax.x > 0.0) {
         vec3 v = safe_normalize(to_eye, geometric);
         vec3 bitangent = v_tangent.w * cross(v_normal, v_tangent.xyz);
         uv = parallax_uv(u_height, v_uv, vec3(dot(v, v_tangent.xyz), dot(v, bitangent), dot(v, v_normal)),
-                         u_parallax.x, u_parallax.y);
+                         material.parallax.x, material.parallax.y);
     }
 
-    vec4 base = u_has_color > 0.5 ? FETCH(u_color) : vec4(1.0);
-    base *= u_base_color;
+    vec4 base = material.has_color > 0.5 ? FETCH(u_color) : vec4(1.0);
+    base *= material.base_color;
 #if VERTEX_COLORS
     base *= clamp(v_color, 0.0, 1.0);
 #endif
     // Sample all maps before the discard, because derivatives are undefined after it.
-    vec3 local_normal = u_has_normal > 0.5 ? decode_normal(FETCH(u_normal).rg, 1.0) : vec3(0.0, 0.0, 1.0);
-    vec2 gloss = u_has_gloss > 0.5 ? FETCH(u_gloss).rg : vec2(1.0);
-    vec2 occlusion = u_has_occlusion > 0.5 ? FETCH(u_occlusion).rg : vec2(1.0);
-    vec3 emission = u_emission_color * (u_has_emission > 0.5 ? FETCH(u_emission).rgb : vec3(1.0));
+    vec3 local_normal =
+        material.has_normal > 0.5 ? decode_normal(FETCH(u_normal).rg, 1.0) : vec3(0.0, 0.0, 1.0);
+    vec2 gloss = material.has_gloss > 0.5 ? FETCH(u_gloss).rg : vec2(1.0);
+    vec2 occlusion = material.has_occlusion > 0.5 ? FETCH(u_occlusion).rg : vec2(1.0);
+    vec3 emission = material.emission_color * (material.has_emission > 0.5 ? FETCH(u_emission).rgb : vec3(1.0));
     vec3 world_normal = tangent_to_world(local_normal, v_normal, v_tangent) * facing;
-    float alpha = filtered_alpha(world_normal, alpha_of_smoothness(gloss.g * u_specular_smoothness.y));
+    float alpha = filtered_alpha(world_normal, alpha_of_smoothness(gloss.g * material.specular_smoothness.y));
 
     float coverage = 1.0;
 #if ALPHA_MODE == 1
     float alpha_step = fwidth(base.a);
     if (u_multisampled > 0.5) {
         // Sharpens alpha to an edge of one pixel at any distance: B. Golus, "Anti-aliased Alpha Test", 2017.
-        coverage = clamp((base.a - u_alpha_cutoff) / max(alpha_step, 1e-3) + 0.5, 0.0, 1.0);
+        coverage = clamp((base.a - material.alpha_cutoff) / max(alpha_step, 1e-3) + 0.5, 0.0, 1.0);
         if (coverage <= 0.0) {
             discard;
         }
-    } else if (base.a < u_alpha_cutoff) {
+    } else if (base.a < material.alpha_cutoff) {
         discard;
     }
 #elif ALPHA_MODE == 2
     coverage = base.a;
 #endif
 
-    float metalness = u_metalness.x * mix(1.0, occlusion.g, u_metalness.y);
+    float metalness = material.metalness.x * mix(1.0, occlusion.g, material.metalness.y);
     Surface s = matte_surface(v_position, world_normal, geometric, base.rgb * (1.0 - metalness));
-    s.coat = clamp(0.08 * gloss.r * u_specular_smoothness.x, 0.0, 1.0);
+    s.coat = clamp(0.08 * gloss.r * material.specular_smoothness.x, 0.0, 1.0);
     s.f0 = mix(vec3(s.coat), base.rgb, metalness);
     s.alpha = alpha;
-    s.translucency = u_translucency;
-    s.occlusion = 1.0 + u_occlusion_strength * (occlusion.r - 1.0);
+    s.translucency = material.translucency;
+    s.occlusion = 1.0 + material.occlusion_strength * (occlusion.r - 1.0);
     vec3 color = min(shade(s) + emission, vec3(60000.0)); // the target's half floats end at 65504
 
 #if ALPHA_MODE == 2

@@ -10,8 +10,8 @@ namespace paradize::assets {
 
 enum class ObjectMap : std::size_t { color, normal, height, gloss, occlusion, emission };
 
-/// The members of scene.json that name the artifacts. Shaders sample the map NAME as u_NAME if u_has_NAME is
-/// 1. The index in this list is the texture unit.
+/// The members of scene.json that name the artifacts. Shaders sample the map NAME as u_NAME if
+/// material.has_NAME is 1. The index in this list is the texture unit.
 inline constexpr std::array<std::string_view, 6> object_map_names{"color", "normal",    "height",
                                                                   "gloss", "occlusion", "emission"};
 

@@ -37,4 +37,11 @@ void attribute_numbers(unsigned location, int components, unsigned component_typ
                           reinterpret_cast<const void *>(offset_bytes));
 }
 
+std::size_t aligned_uniform_bytes(std::size_t bytes) {
+    GLint alignment = 1;
+    glGetIntegerv(GL_UNIFORM_BUFFER_OFFSET_ALIGNMENT, &alignment);
+    const auto step = static_cast<std::size_t>(alignment);
+    return (bytes + step - 1) / step * step;
+}
+
 } // namespace paradize::gl

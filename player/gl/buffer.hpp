@@ -41,4 +41,7 @@ void attribute_floats(unsigned location, int components, const Buffer &buffer, i
 void attribute_numbers(unsigned location, int components, unsigned component_type, bool normalized,
                        const Buffer &buffer, int stride_bytes, std::size_t offset_bytes);
 
+/// Returns the distance between blocks of so many bytes in a uniform buffer.
+std::size_t aligned_uniform_bytes(std::size_t bytes);
+
 } // namespace paradize::gl

@@ -2,6 +2,7 @@
 
 #include "error.hpp"
 #include "gl/frame_uniforms.hpp"
+#include "gl/material_uniforms.hpp"
 #include "gl/shader_library.hpp"
 
 #include <epoxy/gl.h>
@@ -63,10 +64,10 @@ ShaderName compile(const ShaderLibrary &library, std::string_view file, GLenum t
 
 struct Member {
     const char *name;
-    GLint offset;
+    std::size_t offset;
 };
 
-constexpr std::array<Member, 15> members{{
+constexpr std::array<Member, 15> frame_members{{
     {"view_projection", offsetof(FrameUniforms, view_projection)},
     {"view", offsetof(FrameUniforms, view)},
     {"inverse_view_projection", offsetof(FrameUniforms, inverse_view_projection)},
@@ -84,27 +85,60 @@ constexpr std::array<Member, 15> members{{
     {"anchor", offsetof(FrameUniforms, anchor)},
 }};
 
+constexpr std::size_t first_map = offsetof(MaterialUniforms, has_map);
+constexpr std::array<Member, 14> material_members{{
+    {"MaterialUniforms.base_color", offsetof(MaterialUniforms, base_color)},
+    {"MaterialUniforms.emission_color", offsetof(MaterialUniforms, emission_color)},
+    {"MaterialUniforms.translucency", offsetof(MaterialUniforms, translucency)},
+    {"MaterialUniforms.has_color", first_map},
+    {"MaterialUniforms.has_normal", first_map + 4},
+    {"MaterialUniforms.has_height", first_map + 8},
+    {"MaterialUniforms.has_gloss", first_map + 12},
+    {"MaterialUniforms.has_occlusion", first_map + 16},
+    {"MaterialUniforms.has_emission", first_map + 20},
+    {"MaterialUniforms.parallax", offsetof(MaterialUniforms, parallax)},
+    {"MaterialUniforms.specular_smoothness", offsetof(MaterialUniforms, specular_smoothness)},
+    {"MaterialUniforms.metalness", offsetof(MaterialUniforms, metalness)},
+    {"MaterialUniforms.occlusion_strength", offsetof(MaterialUniforms, occlusion_strength)},
+    {"MaterialUniforms.alpha_cutoff", offsetof(MaterialUniforms, alpha_cutoff)},
+}};
+
+struct Block {
+    const char *name;
+    unsigned binding;
+    std::span<const Member> members;
+    const char *shader, *header; // where shaders and player declare it
+};
+
+const std::array<Block, 2> blocks{{
+    {"FrameUniforms", frame_uniforms_binding, frame_members, "lib/frame.glsl", "gl/frame_uniforms.hpp"},
+    {"MaterialUniforms", material_uniforms_binding, material_members, "lib/material.glsl",
+     "gl/material_uniforms.hpp"},
+}};
+
 /// Checks that the shader's block has the same members and offsets as the struct, and binds it.
-void bind_frame_uniforms(unsigned program, std::string_view file) {
-    const unsigned block = glGetUniformBlockIndex(program, "FrameUniforms");
-    if (block == GL_INVALID_INDEX) {
+void bind_block(unsigned program, std::string_view file, const Block &block) {
+    const unsigned at = glGetUniformBlockIndex(program, block.name);
+    if (at == GL_INVALID_INDEX) {
         return;
     }
-    for (const Member &member : members) {
+    for (const Member &member : block.members) {
         unsigned index = GL_INVALID_INDEX;
         glGetUniformIndices(program, 1, &member.name, &index);
         GLint offset = -1;
         if (index != GL_INVALID_INDEX) {
             glGetActiveUniformsiv(program, 1, &index, GL_UNIFORM_OFFSET, &offset);
         }
-        if (offset != member.offset) {
-            throw Error("shader " + std::string(file) + ": FrameUniforms." + member.name + " lies at byte " +
+        if (offset != static_cast<GLint>(member.offset)) {
+            const std::string_view name = member.name;
+            throw Error("shader " + std::string(file) + ": " + block.name + "." +
+                        std::string(name.substr(name.find('.') + 1)) + " lies at byte " +
                         std::to_string(offset) + ", the player writes it at " +
-                        std::to_string(member.offset) +
-                        "; make the block in lib/frame.glsl the same as gl/frame_uniforms.hpp");
+                        std::to_string(member.offset) + "; make the block in " + block.shader +
+                        " the same as " + block.header);
         }
     }
-    glUniformBlockBinding(program, block, frame_uniforms_binding);
+    glUniformBlockBinding(program, at, block.binding);
 }
 
 ProgramName link(const ShaderLibrary &library, std::string_view vertex_file, std::string_view fragment_file,
@@ -126,7 +160,9 @@ ProgramName link(const ShaderLibrary &library, std::string_view vertex_file, std
         throw Error("shaders " + std::string(vertex_file) + " and " + std::string(fragment_file) +
                     " do not link:\n" + log.data());
     }
-    bind_frame_uniforms(name, fragment_file);
+    for (const Block &block : blocks) {
+        bind_block(name, fragment_file, block);
+    }
     return program;
 }
 

@@ -14,14 +14,15 @@ namespace paradize::gl {
 
 class ShaderLibrary;
 
-/// Binding point of the uniform block FrameUniforms.
+/// Binding points of the uniform blocks FrameUniforms and MaterialUniforms.
 inline constexpr unsigned frame_uniforms_binding = 0;
+inline constexpr unsigned material_uniforms_binding = 1;
 
 class Program {
   public:
     Program() noexcept = default;
     /// Loads, compiles and links. If a program of the same files and defines exists, shares that one and its
-    /// uniform values. Binds the block FrameUniforms if the program uses it, and checks its offsets. Throws
+    /// uniform values. Binds the blocks of uniforms that the program uses, and checks their offsets. Throws
     /// Error with file, line and the driver's message.
     Program(const ShaderLibrary &library, std::string_view vertex_file, std::string_view fragment_file,
             std::initializer_list<std::string_view> defines = {});

@@ -1,5 +1,6 @@
 #include "passes/frame.hpp"
 
+#include "gl/buffer.hpp"
 #include "gl/draw.hpp"
 #include "gl/frame_uniforms.hpp"
 #include "gl/framebuffer.hpp"
@@ -22,10 +23,7 @@ constexpr float no_water = -1e9F;
 
 Frame::Frame(const Scene &drawn_scene, std::span<const std::unique_ptr<Pass>> passes)
     : scene(drawn_scene), transforms_(drawn_scene.objects()), passes_(passes) {
-    GLint alignment = 1;
-    glGetIntegerv(GL_UNIFORM_BUFFER_OFFSET_ALIGNMENT, &alignment);
-    const auto step = static_cast<std::size_t>(alignment);
-    slot_bytes_ = (sizeof(gl::FrameUniforms) + step - 1) / step * step;
+    slot_bytes_ = gl::aligned_uniform_bytes(sizeof(gl::FrameUniforms));
     uniforms_ = gl::Buffer::create();
     glBindBuffer(GL_UNIFORM_BUFFER, uniforms_.name());
     glBufferData(GL_UNIFORM_BUFFER, static_cast<GLsizeiptr>(slot_bytes_ * uniform_slots), nullptr,

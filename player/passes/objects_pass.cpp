@@ -44,6 +44,37 @@ std::string alpha_define(AlphaMode mode) {
     return define("ALPHA_MODE", static_cast<int>(mode));
 }
 
+/// Uniforms that no material has.
+gl::MaterialUniforms not_written() {
+    gl::MaterialUniforms out;
+    out.alpha_cutoff = -1.0F;
+    return out;
+}
+
+gl::MaterialUniforms uniforms_of(const Material &material) {
+    const assets::Material &values = material.values;
+    gl::MaterialUniforms out;
+    assets::for_each_map([&](ObjectMap map, std::string_view) {
+        // The placeholder of these two would darken the surface or make it glow.
+        const bool must_be_resident = map == ObjectMap::occlusion || map == ObjectMap::emission;
+        const StreamedTexture *texture = material.maps[map];
+        const bool has = texture != nullptr && (texture->resident() || !must_be_resident);
+        out.has_map[static_cast<std::size_t>(map)] = has ? 1.0F : 0.0F;
+    });
+    const StreamedTexture *occlusion = material.maps[ObjectMap::occlusion];
+    const bool has_metal_map = occlusion != nullptr && occlusion->has_green();
+    const bool leaf = values.two_sided && values.alpha_mode == AlphaMode::mask;
+    out.base_color = glm::vec4(values.color, values.opacity);
+    out.parallax = parallax_of(values);
+    out.specular_smoothness = glm::vec2(values.specular, values.smoothness);
+    out.metalness = glm::vec2(values.metalness, has_metal_map ? 1.0F : 0.0F);
+    out.occlusion_strength = values.occlusion_strength;
+    out.emission_color = values.emission;
+    out.alpha_cutoff = values.alpha_cutoff;
+    out.translucency = leaf ? leaf_translucency : 0.0F;
+    return out;
+}
+
 std::string colors_define(bool vertex_colors) {
     return define("VERTEX_COLORS", vertex_colors ? 1 : 0);
 }
@@ -54,29 +85,25 @@ ObjectsPass::Lit::Lit(const PassSetup &setup, AlphaMode mode, bool vertex_colors
     : program(setup.shaders, "object.vert", "object.frag",
               {shadow_define(setup.settings), define("PARALLAX_STEPS", setup.settings.parallax_steps),
                alpha_define(mode), colors_define(vertex_colors)}),
-      environment(setup, program), base_color(program.location("u_base_color")),
-      parallax(program.location("u_parallax")), shine(program.location("u_specular_smoothness")),
-      metalness(program.location("u_metalness")),
-      occlusion_strength(program.location("u_occlusion_strength")),
-      emission(program.location("u_emission_color")), cutoff(program.location("u_alpha_cutoff")),
-      translucency(program.location("u_translucency")), multisampled(program.location("u_multisampled")) {
+      environment(setup, program), multisampled(program.location("u_multisampled")) {
     assets::for_each_map([&](ObjectMap map, std::string_view name) {
         program.set_unit(("u_" + std::string(name)).c_str(), static_cast<int>(unit_of(map)));
-        has_map[map] = program.location(("u_has_" + std::string(name)).c_str());
     });
 }
 
 ObjectsPass::Depth::Depth(const PassSetup &setup, AlphaMode mode, bool vertex_colors)
     : program(setup.shaders, "depth.vert", "depth.frag",
-              {define("INSTANCED", 1), alpha_define(mode), colors_define(vertex_colors)}),
-      has_color(program.location("u_has_color")), opacity(program.location("u_opacity")),
-      cutoff(program.location("u_alpha_cutoff")) {
+              {define("INSTANCED", 1), alpha_define(mode), colors_define(vertex_colors)}) {
     program.set_unit("u_color", static_cast<int>(unit_of(ObjectMap::color)));
 }
 
 ObjectsPass::ObjectsPass(const PassSetup &setup, DrawnMaterials drawn)
     : drawn_(drawn), list_(setup.scene.objects(), drawn), samplers_of_(setup.scene.material_count()),
-      instances_(gl::make_buffer(GL_ARRAY_BUFFER, sizeof(InstanceRows), gl::Usage::streamed)) {
+      instances_(gl::make_buffer(GL_ARRAY_BUFFER, sizeof(InstanceRows), gl::Usage::streamed)),
+      uniform_bytes_(gl::aligned_uniform_bytes(sizeof(gl::MaterialUniforms))),
+      written_(setup.scene.material_count(), not_written()) {
+    uniforms_ = gl::make_buffer(GL_UNIFORM_BUFFER, std::max<std::size_t>(written_.size(), 1) * uniform_bytes_,
+                                gl::Usage::streamed);
     const bool draws_light = drawn == DrawnMaterials::solid;
     if (draws_light) {
         casters_.emplace(setup.scene.objects(), DrawnMaterials::all);
@@ -136,6 +163,16 @@ void ObjectsPass::bind_map(const Material &material, ObjectMap map) {
     }
 }
 
+void ObjectsPass::bind_uniforms(const Material &material) {
+    const std::size_t offset = material.id * uniform_bytes_;
+    if (const gl::MaterialUniforms now = uniforms_of(material); written_[material.id] != now) {
+        written_[material.id] = now;
+        gl::write_buffer(GL_UNIFORM_BUFFER, uniforms_, offset, std::as_bytes(std::span(&now, 1)));
+    }
+    glBindBufferRange(GL_UNIFORM_BUFFER, gl::material_uniforms_binding, uniforms_.name(),
+                      static_cast<GLintptr>(offset), sizeof(gl::MaterialUniforms));
+}
+
 void ObjectsPass::use_lit(const Frame &frame, const View &view, const Material &material) {
     const assets::Material &values = material.values;
     const Lit &lit = *lit_[variant_of(values)];
@@ -151,25 +188,8 @@ void ObjectsPass::use_lit(const Frame &frame, const View &view, const Material &
         return;
     }
     material_ = material.id;
-    assets::for_each_map([&](ObjectMap map, std::string_view) {
-        bind_map(material, map);
-        // The placeholder of these two would darken the surface or make it glow.
-        const bool must_be_resident = map == ObjectMap::occlusion || map == ObjectMap::emission;
-        const StreamedTexture *texture = material.maps[map];
-        const bool has = texture != nullptr && (texture->resident() || !must_be_resident);
-        gl::Program::set(lit.has_map[map], has ? 1.0F : 0.0F);
-    });
-    const StreamedTexture *occlusion = material.maps[ObjectMap::occlusion];
-    const bool has_metal_map = occlusion != nullptr && occlusion->has_green();
-    gl::Program::set(lit.base_color, glm::vec4(values.color, values.opacity));
-    gl::Program::set(lit.parallax, parallax_of(values));
-    gl::Program::set(lit.shine, glm::vec2(values.specular, values.smoothness));
-    gl::Program::set(lit.metalness, glm::vec2(values.metalness, has_metal_map ? 1.0F : 0.0F));
-    gl::Program::set(lit.occlusion_strength, values.occlusion_strength);
-    gl::Program::set(lit.emission, values.emission);
-    gl::Program::set(lit.cutoff, values.alpha_cutoff);
-    const bool leaf = values.two_sided && values.alpha_mode == AlphaMode::mask;
-    gl::Program::set(lit.translucency, leaf ? leaf_translucency : 0.0F);
+    assets::for_each_map([&](ObjectMap map, std::string_view) { bind_map(material, map); });
+    bind_uniforms(material);
 }
 
 void ObjectsPass::use_depth(const Material &material) {
@@ -186,9 +206,7 @@ void ObjectsPass::use_depth(const Material &material) {
     material_ = material.id;
     if (values.alpha_mode != AlphaMode::opaque) {
         bind_map(material, ObjectMap::color);
-        gl::Program::set(depth.has_color, material.maps[ObjectMap::color] != nullptr ? 1.0F : 0.0F);
-        gl::Program::set(depth.opacity, values.opacity);
-        gl::Program::set(depth.cutoff, values.alpha_cutoff);
+        bind_uniforms(material);
     }
 }
 

@@ -2,6 +2,7 @@
 // Draws all objects: opaque materials and those with holes in one pass, blended ones in a later pass.
 
 #include "gl/handle.hpp"
+#include "gl/material_uniforms.hpp"
 #include "gl/program.hpp"
 #include "gl/texture.hpp"
 #include "passes/draw_list.hpp"
@@ -31,15 +32,12 @@ class ObjectsPass : public Pass {
 
         gl::Program program;
         EnvironmentBindings environment;
-        assets::PerMap<int> has_map; // of the uniforms u_has_NAME
-        int base_color, parallax, shine, metalness, occlusion_strength, emission, cutoff, translucency,
-            multisampled;
+        int multisampled;
     };
     struct Depth {
         Depth(const PassSetup &setup, assets::AlphaMode mode, bool vertex_colors);
 
         gl::Program program;
-        int has_color, opacity, cutoff;
     };
     static constexpr std::size_t variants = 6;
     static std::size_t variant_of(const assets::Material &material);
@@ -50,6 +48,8 @@ class ObjectsPass : public Pass {
     /// Binds the program and the material of a command, as far as they differ from the last command's.
     void use_lit(const Frame &frame, const View &view, const Material &material);
     void use_depth(const Material &material);
+    /// Binds the uniforms of a material. Writes them if other maps are resident than before.
+    void bind_uniforms(const Material &material);
     void bind_map(const Material &material, assets::ObjectMap map);
     void draw_command(const DrawCommand &command, const View &view);
     /// Forgets what is bound, because other passes bind too.
@@ -83,6 +83,9 @@ class ObjectsPass : public Pass {
     std::vector<CachedSampler> samplers_;
     std::vector<assets::PerMap<unsigned>> samplers_of_; // by Material::id
     gl::Buffer instances_;
+    gl::Buffer uniforms_;           // gl::MaterialUniforms by Material::id
+    std::size_t uniform_bytes_ = 0; // of each, aligned
+    std::vector<gl::MaterialUniforms> written_;
     // what is bound
     std::optional<std::size_t> variant_;
     std::optional<std::uint32_t> material_;

@@ -163,6 +163,22 @@ TEST_CASE("program: a FrameUniforms block that differs from the struct is reject
     CHECK_THROWS_AS(gl::Program(library, "b.vert", "a.frag"), Error);
 }
 
+TEST_CASE("program: a MaterialUniforms block that differs from the struct is rejected") {
+    if (!test::have_context()) {
+        return;
+    }
+    const test::Folder folder;
+    folder.write("a.vert", vertex_text);
+    folder.write(
+        "a.frag",
+        "layout(std140) uniform MaterialUniforms { vec4 base_color; float translucency; } material;\n"
+        "out vec4 color;\nvoid main() { color = material.base_color * material.translucency; }\n");
+    CHECK_THROWS_WITH_AS(
+        gl::Program(gl::ShaderLibrary(folder.path()), "a.vert", "a.frag"),
+        doctest::Contains("MaterialUniforms.emission_color lies at byte -1, the player writes it at 16"),
+        Error);
+}
+
 TEST_CASE("shaders: each include comes once, defines and dialect are in the preamble") {
     const test::Folder folder;
     folder.write("lib/a.glsl", std::string("const float A = 1.0;\n"));

@@ -1,0 +1,40 @@
+#pragma once
+// The uniform block of an object's material: std140, one copy per material. shaders/lib/material.glsl
+// declares the same members in the same order and says what they mean. Program checks their offsets when it
+// links.
+
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
+#include <glm/vec4.hpp>
+
+#include <array>
+#include <cstddef>
+
+namespace paradize::gl {
+
+struct MaterialUniforms {
+    glm::vec4 base_color{1.0F};
+    glm::vec3 emission_color{0.0F};
+    float translucency = 0.0F;
+    std::array<float, 6> has_map{}; // has_color, has_normal ... in the order of assets::ObjectMap
+    glm::vec2 parallax{0.0F};
+    glm::vec2 specular_smoothness{0.0F};
+    glm::vec2 metalness{0.0F};
+    float occlusion_strength = 0.0F;
+    float alpha_cutoff = 0.0F;
+    std::array<float, 2> unused{}; // a block's size is a multiple of 16 bytes
+
+    bool operator==(const MaterialUniforms &) const = default;
+};
+
+static_assert(sizeof(MaterialUniforms) == 96);
+static_assert(offsetof(MaterialUniforms, emission_color) == 16);
+static_assert(offsetof(MaterialUniforms, translucency) == 28);
+static_assert(offsetof(MaterialUniforms, has_map) == 32);
+static_assert(offsetof(MaterialUniforms, parallax) == 56);
+static_assert(offsetof(MaterialUniforms, specular_smoothness) == 64);
+static_assert(offsetof(MaterialUniforms, metalness) == 72);
+static_assert(offsetof(MaterialUniforms, occlusion_strength) == 80);
+static_assert(offsetof(MaterialUniforms, alpha_cutoff) == 84);
+
+} // namespace paradize::gl

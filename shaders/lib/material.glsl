@@ -1,0 +1,17 @@
+// The material of an object. player/gl/material_uniforms.hpp has the same members.
+layout(std140) uniform MaterialUniforms {
+    vec4 base_color;         // linear RGB and opacity, multiplied with the colour map
+    vec3 emission_color;     // linear, multiplied with the emission map
+    float translucency;      // share of the light from behind that leaves let through
+    float has_color;         // 1: there is a colour map; 0: there is none
+    float has_normal;
+    float has_height;
+    float has_gloss;
+    float has_occlusion;
+    float has_emission;
+    vec2 parallax;            // scale, bias
+    vec2 specular_smoothness; // multiplied with the gloss map
+    vec2 metalness;           // metalness; 1 if the occlusion map's G multiplies it, else 0
+    float occlusion_strength; // 0: none of the occlusion map
+    float alpha_cutoff;
+} material;
