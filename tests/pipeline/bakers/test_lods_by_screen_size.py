@@ -73,8 +73,7 @@ def test_where_no_level_looks_alike_the_note_says_what_is_off_and_what_is_allowe
     assert "degrees, limit 0.001, silhouette by " in notes[0] and "limit 0.0001" in notes[0]
 
 
-def test_back_faces_of_an_open_sheet_count_as_they_are_seen() -> None:
-    """A level that turned a leaf over looks unlike it, from either side."""
+def test_a_sheet_that_lost_a_part_was_bent_or_turned_over_looks_unlike() -> None:
     leaf = Mesh(
         np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], np.float32),
         np.array([[0, 1, 2], [0, 2, 3]], np.uint32),
@@ -85,6 +84,8 @@ def test_back_faces_of_an_open_sheet_count_as_they_are_seen() -> None:
     assert judge(leaf) == ""
     half = replace(leaf, triangles=leaf.triangles[:1], groups=(Group("leaf", "leaf", 0, 1),))
     assert "silhouette" in judge(half)
+    over = replace(leaf, triangles=np.ascontiguousarray(leaf.triangles[:, ::-1]))
+    assert "silhouette" in judge(over)
     bent = replace(leaf, normals=np.tile(np.float32([0.6, 0, 0.8]), (4, 1)))
     assert "normals by 37 degrees, limit 10" in judge(bent)
 

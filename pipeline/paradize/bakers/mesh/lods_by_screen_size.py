@@ -3,8 +3,8 @@ over.
 
 A level by ratio may have so few triangles that it looks unlike the source at any size, and is never drawn.
 Here the size comes first: level 1 takes over where the mesh has `size_px` pixels along its diagonal, and each
-next level where it has half as many. Compared are the normals of the vertices and the silhouette, without
-maps (metrics/seen.py); the published levels are measured with them (build/lods_seen.py).
+next level where it has half as many. Compared are the normals of the vertices and the silhouette of
+front faces, without maps (metrics/seen.py); the published levels are measured with maps (build/lods_seen.py).
 """
 
 from __future__ import annotations
@@ -13,7 +13,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from paradize.data import Mesh
-from paradize.kernels.reference.seen import SeenMaterial, SeenMesh
 from paradize.metrics.seen import LARGEST_PX, SMALLEST_PX, Limits, seen_difference, seen_mesh
 
 
@@ -37,10 +36,14 @@ class ScreenSize:
 
     def judge(self, source: Mesh, level: int) -> Callable[[Mesh], str]:
         """Returns a function that says why a mesh may not be this level; an empty string where it may."""
-        finest, limits, size = _shown(source), Limits(self.normal_deg, self.silhouette), self.of_level(level)
+        finest, limits, size = (
+            seen_mesh(source, {}),
+            Limits(self.normal_deg, self.silhouette),
+            self.of_level(level),
+        )
 
         def fault(mesh: Mesh) -> str:
-            found = seen_difference(finest, _shown(mesh), size)
+            found = seen_difference(finest, seen_mesh(mesh, {}), size)
             if found.inside(limits):
                 return ""
             return (
@@ -49,7 +52,3 @@ class ScreenSize:
             )
 
         return fault
-
-
-def _shown(mesh: Mesh) -> SeenMesh:
-    return seen_mesh(mesh, {group.material: SeenMaterial(two_sided=True) for group in mesh.groups})
