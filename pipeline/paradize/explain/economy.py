@@ -149,6 +149,11 @@ def economy_words(facts: dict[str, Any], kind: str) -> list[str]:
             f"normals by {level['seen_p99_deg']:.2g} degrees "
             f"and changes the silhouette on {level['seen_silhouette']:.2%} of its box"
         )
+        if level["size_px"] < 0.5 * level["seen_px"]:  # it differs too much at any size
+            words[-1] += (
+                f" at {level['seen_px']:.3g} pixels already, more than the scene allows: "
+                'lods_by = "screen_size" of the object makes levels that are drawn'
+            )
     if facts["maps"]:
         names = ", ".join(f"{name} {short(size)}" for name, size in facts["maps"].items())
         words.append(f"maps of its picture that no pass reads are not baked: {names}")

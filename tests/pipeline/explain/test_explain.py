@@ -15,7 +15,7 @@ import pytest
 
 from paradize.build.bake import bake
 from paradize.build.options import BuildOptions
-from paradize.explain.economy import economy, textures_by_owner
+from paradize.explain.economy import economy, economy_words, textures_by_owner
 from paradize.explain.facts import explain
 from paradize.explain.gutters import decides
 from paradize.explain.words import render
@@ -118,6 +118,17 @@ def test_the_words_of_a_gutter_follow_from_its_numbers(facts: dict[str, Any], wo
     text = "; ".join(decides(gutter | facts))
     assert all(word in text for word in words), text
     assert "shimmer" not in "; ".join(decides(gutter | {"level_in_use": 2}))
+
+
+def test_a_level_that_looks_alike_at_no_size_is_told_with_a_mend() -> None:
+    level = {"size_px": 40.0, "seen_px": 40.0, "seen_p99_deg": 9.0, "seen_silhouette": 0.002}
+    never = {"size_px": 1.0, "seen_px": 4.0, "seen_p99_deg": 24.0, "seen_silhouette": 0.037}
+    facts = {"view": None, "limit": None, "maps": {}, "left_out": 0, "seen": [level, never]}
+    _, drawn, not_drawn = economy_words(facts, "mesh")
+    assert "level 1 is drawn where the object is up to 40 pixels" in drawn and "already" not in drawn
+    assert "level 2 is drawn where the object is up to 1 pixels" in not_drawn
+    assert "3.70% of its box at 4 pixels already, more than the scene allows" in not_drawn
+    assert 'lods_by = "screen_size"' in not_drawn
 
 
 def test_maps_that_were_not_made_are_reckoned_in_the_size_that_the_picture_has(tmp_path: Path) -> None:
