@@ -221,6 +221,9 @@ TEST_CASE("pass meter: both clocks give each part its time, and nothing to parts
     if (!test::have_context()) {
         return;
     }
+    const gl::Texture color = gl::make_target(GL_RGBA8, 8, 8);
+    const gl::Framebuffer framebuffer = gl::make_framebuffer(color, {});
+    gl::bind_framebuffer(framebuffer.name(), 8, 8);
     for (const MeterClock clock : {MeterClock::processor, MeterClock::device}) {
         PassMeter meter(2, clock);
         meter.start();
