@@ -80,6 +80,28 @@ def models_below(folders: Iterable[Path], without: Iterable[str] = ()) -> list[P
     return list(found)
 
 
+def without_model(manifest: str) -> dict[str, str]:
+    """The files of a corpus that hold no valid model by its MANIFEST.md, and why: those that its
+    scan, which is not ours, found to have no face (f=0, 0 tris), no face with an area, numbers that are none,
+    or indices of nothing. manifest: rows of a table, the path first, the scan's words last."""
+    found = {}
+    for line in manifest.splitlines():
+        cells = [cell.strip() for cell in line.strip().strip("|").split("|")]
+        path, scan = cells[0], cells[-1]
+        if Path(path).suffix.lower() not in SUFFIXES:
+            continue
+        faces = re.search(r"\bf=(\d+)|\b(\d+) tris\b", scan)
+        count = None if faces is None else int(faces[1] or faces[2])
+        flat = re.search(r"degenerate faces\((\d+)\)", scan)
+        if count == 0:
+            found[path] = "no face"
+        elif flat and int(flat[1]) == count:
+            found[path] = "no face with an area"
+        elif broken := re.search(r"NaN/Inf/short/garbage numbers|out-of-range/zero index", scan):
+            found[path] = broken[0]
+    return found
+
+
 def key_of(model: Path) -> str:
     """Of a model by its bytes and where it lies: files of one text may have other pictures beside them."""
     return sha256(f"{model.parent.name}/{model.name}\n".encode() + model.read_bytes()).hexdigest()[:16]
