@@ -84,6 +84,13 @@ class Mesh:
         """(n, 3) float64, metres: positions + origin."""
         return self.positions.astype(np.float64) + self.origin
 
+    @property
+    def is_used(self) -> npt.NDArray[np.bool_]:
+        """(n,) whether a triangle has the vertex as a corner."""
+        used = np.zeros(len(self.positions), np.bool_)
+        used[self.triangles] = True
+        return used
+
     def of_materials(self, names: Collection[str]) -> Mesh:
         """The triangles of these materials, with all vertices."""
         kept = [group for group in self.groups if group.material in names]

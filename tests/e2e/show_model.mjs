@@ -107,6 +107,17 @@ function dispose(model) {
     });
 }
 
+// The material files that an OBJ names, of all its mtllib lines, encoded for an URL.
+function librariesOf(text) {
+    return [...text.matchAll(/^mtllib\s+(.+?)\s*$/gm)].map((line) => encodeURIComponent(line[1]));
+}
+
+// Empty where there is no such file.
+async function textOf(url) {
+    const answer = await fetch(url);
+    return answer.ok ? await answer.text() : "";
+}
+
 async function load(path) {
     const missing = [];
     const manager = new LoadingManager();
@@ -123,39 +134,38 @@ async function load(path) {
         return [scene, missing];
     }
     const text = await (await fetch(url)).text();
-    const library = /^mtllib\s+(.+?)\s*$/m.exec(text);
+    const statements = (await Promise.all(librariesOf(text).map((name) => textOf(folder + name)))).join("\n");
     const loader = new OBJLoader(manager);
     const pictures = new Map([[undefined, null]]);
     let infos = {};
     let blender = false;
-    if (library) {
-        const answer = await fetch(folder + encodeURIComponent(library[1]));
-        if (answer.ok) {
-            const statements = await answer.text();
-            blender = statements.startsWith("# Blender");
-            const materials = new MTLLoader(manager).parse(statements, folder);
-            infos = materials.materialsInfo;
-            const files = Object.values(infos).flatMap((info) =>
-                ["map_kd", "map_ke", "map_pr", "map_pm", "map_d", "norm"].map((key) => info[key]),
-            );
-            for (const file of new Set(files.filter((one) => one))) {
-                const loading = new TextureLoader(manager).loadAsync(folder + file.split(/\s+/).at(-1));
-                const texture = await loading.catch(() => null); // the manager says which are missing
-                if (texture) {
-                    texture.wrapS = texture.wrapT = RepeatWrapping;
-                }
-                pictures.set(file, texture);
+    if (statements) {
+        blender = statements.startsWith("# Blender");
+        const materials = new MTLLoader(manager).parse(statements, folder);
+        infos = materials.materialsInfo;
+        const files = Object.values(infos).flatMap((info) =>
+            ["map_kd", "map_ke", "map_pr", "map_pm", "map_d", "norm"].map((key) => info[key]),
+        );
+        for (const file of new Set(files.filter((one) => one))) {
+            const loading = new TextureLoader(manager).loadAsync(folder + file.split(/\s+/).at(-1));
+            const texture = await loading.catch(() => null); // the manager says which are missing
+            if (texture) {
+                texture.wrapS = texture.wrapT = RepeatWrapping;
             }
-            for (const name of Object.keys(infos)) {
-                materials.materials[name] = new MeshPhysicalMaterial({ name });
-            }
-            loader.setMaterials(materials);
+            pictures.set(file, texture);
         }
+        for (const name of Object.keys(infos)) {
+            materials.materials[name] = new MeshPhysicalMaterial({ name });
+        }
+        loader.setMaterials(materials);
     }
     const object = loader.parse(text);
     const used = (one) => physical(one, infos[one.name] ?? {}, (file) => pictures.get(file), blender);
     object.traverse((part) => {
         if (part.isMesh) {
+            if (!part.geometry.getAttribute("normal").array.every(Number.isFinite)) {
+                part.geometry.computeVertexNormals(); // faces name normals that the file does not hold
+            }
             part.material = Array.isArray(part.material) ? part.material.map(used) : used(part.material);
             for (const material of [part.material].flat()) {
                 material.vertexColors = part.geometry.hasAttribute("color"); // OBJLoader: only without an MTL

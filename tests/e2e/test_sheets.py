@@ -25,19 +25,22 @@ pytestmark = pytest.mark.skipif(
 
 
 def write_box(folder: Path, colors: NDArray[np.uint8]) -> Path:
-    """A box with a picture on five sides; the sixth, of another material, has a colour of its own."""
+    """A box with a picture on five sides; the sixth, of a material of another file, has a colour of its own and
+    names normals that there are not."""
     folder.mkdir()
     (folder / "checker.png").write_bytes(encode_png(colors))
-    (folder / "box.mtl").write_text("newmtl picture\nmap_Kd checker.png\nnewmtl plain\nKd 0.7 0.2 0.1\n")
+    (folder / "box.mtl").write_text("newmtl picture\nmap_Kd checker.png\n")
+    (folder / "plain.mtl").write_text("newmtl plain\nKd 0.7 0.2 0.1\n")
     corners = [(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]
-    lines = ["mtllib box.mtl", *(f"v {x} {y} {z}" for x, y, z in corners)]
+    lines = ["mtllib box.mtl", "mtllib plain.mtl", *(f"v {x} {y} {z}" for x, y, z in corners)]
     lines += ["vt 0 0", "vt 1 0", "vt 1 1", "vt 0 1"]
     for material, faces in (
         ("picture", [(1, 2, 4, 3), (3, 4, 8, 7), (1, 5, 6, 2), (2, 6, 8, 4), (1, 3, 7, 5)]),
         ("plain", [(5, 7, 8, 6)]),
     ):
         lines.append(f"usemtl {material}")
-        lines += ["f " + " ".join(f"{v}/{t}" for t, v in enumerate(face, 1)) for face in faces]
+        normal = "/1" if material == "plain" else ""
+        lines += ["f " + " ".join(f"{v}/{t}{normal}" for t, v in enumerate(face, 1)) for face in faces]
     (folder / "box.obj").write_text("\n".join(lines) + "\n")
     return folder / "box.obj"
 

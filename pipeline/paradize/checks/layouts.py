@@ -57,7 +57,7 @@ def check_layout(
 ) -> Iterator[Finding]:
     """The findings in the layout of one map set. mesh: its triangles, with these UVs. file: for messages.
     picture: returns the KTX2 of its colour map."""
-    used = np.unique(mesh.triangles)  # other materials of the model may repeat their maps
+    used = np.flatnonzero(mesh.is_used)  # other materials of the model may repeat their maps
     outside = np.abs(uvs[used] - 0.5).max(axis=1) - 0.5
     bad = outside > _BEYOND
     if bad.any():

@@ -20,7 +20,7 @@ MAX_BOUND_GAP = 0.02
 
 def diagonal(mesh: Mesh) -> float:
     """The diagonal of the bounding box of all used vertices, metres, float64."""
-    positions = mesh.positions[np.unique(mesh.triangles)].astype(np.float64)
+    positions = mesh.positions[mesh.is_used].astype(np.float64)
     x, y, z = (float(side) for side in positions.max(axis=0) - positions.min(axis=0))
     return float(np.sqrt(x * x + y * y + z * z))
 

@@ -12,8 +12,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from paradize.bakers.mesh.bake import MeshProduct, bake_mesh
 from paradize.bakers.mesh.lods import Plan
 from paradize.data import Mesh
@@ -37,7 +35,7 @@ def sight_plan(views: dict[str, Any], instances: Sequence[Mapping[str, Any]]) ->
     pixel_per_m = 2.0 * (sine / cosine) / height  # metres that a pixel covers, per metre of distance
 
     def plan(mesh: Mesh, requested: Plan) -> Plan:
-        used = mesh.absolute_positions[np.unique(mesh.triangles)]
+        used = mesh.absolute_positions[mesh.is_used]
         low, high = used.min(axis=0), used.max(axis=0)
         center = [float(value) for value in (low + high) / 2]
         size = diagonal(mesh)
