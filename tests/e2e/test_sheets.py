@@ -25,7 +25,7 @@ pytestmark = pytest.mark.skipif(
 
 
 def write_box(folder: Path, colors: NDArray[np.uint8]) -> Path:
-    """A box with a picture on five sides; the sixth, of a material of another file, has a colour of its own and
+    """A box with a picture on five sides; the sixth, of a material of another file, has its own colour and
     names normals that there are not."""
     folder.mkdir()
     (folder / "checker.png").write_bytes(encode_png(colors))
