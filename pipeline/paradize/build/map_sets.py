@@ -26,18 +26,18 @@ from paradize.build.drawn_materials import (
 from paradize.build.model_facts import MaterialFacts, ModelFacts
 from paradize.build.model_reader import ModelReader
 from paradize.build.options import BuildOptions
+from paradize.build.udim import MEND, named_as_tile, udim_fault
 from paradize.documents import toml_key
 from paradize.errors import GroupedError, ParadizeError, SceneError
 from paradize.files import resolved
 from paradize.kinds import is_gltf
-from paradize.material import REPEATED, Material, Picture, Wrap, repeating, uv_width
+from paradize.material import REPEATED, Material, Wrap, repeating, uv_width
 from paradize.scene.map_sets import GLOSS_ROLES, DrawnMaterial, MapSet, ObjectMaps, SceneMaps
 from paradize.scene.settings import ObjectMaterial, Scene, SceneObject
 from paradize.store.file_hashes import FileHashCache
 
 _WORTH = 2  # halvings after which four bytes a texel are less than the blocks of the whole picture
 _MOST_NAME = 80  # characters of a set's name
-_UDIM = re.compile(r"<udim>|(?<![0-9])1001(?![0-9])", re.IGNORECASE)
 _COMPARED = (
     "layout", "wrap", "palette", "derived", "relief", "strength", "height_strength", "gloss_groups", "bleed",
     "authored",
@@ -119,6 +119,10 @@ class _Finder:
     def add(self, index: int, item: SceneObject, facts: ModelFacts | None) -> None:
         """Adds an object's materials and map sets. facts: of its model; None where it cannot be read, which
         the job of the mesh says."""
+        replaced = item.color is not None or any(one.color for one in item.materials.values())
+        if what := udim_fault({}, (), facts.missing if facts and not replaced else ()):
+            what = f"{item.mesh.name}: {what}"
+            raise SceneError(what, file=self.scene_path, place=f"object[{index}].mesh", mend=MEND)
         known = facts.materials if facts else {}
         names = list(known) or list(item.materials) or [""]
         materials = {name: joined(item, name, known.get(name)) for name in names}
@@ -228,19 +232,11 @@ class _Finder:
     ) -> None:
         """Raises SceneError for a material whose pictures are tiles of several."""
         tiles = facts.tiles if facts else ()
-        if len(tiles) < 2:
-            return
-        numbered = [str(1001 + u - 10 * v) for u, v in sorted(tiles)]
-        for role, source in material.maps.items():
-            if _is_tile(source.picture, numbered):
-                numbers = ", ".join(numbered[:8])
-                what = f"the {role} map of {item.mesh.name} is one of several UDIM tiles"
-                raise SceneError(
-                    f"{what}; its UVs lie in {numbers}",
-                    file=self.scene_path,
-                    place=f"object[{index}].material.{name}",
-                    mend="join the tiles into one picture, or give each tile a material of its own",
-                )
+        if what := udim_fault(material.maps, tiles, ()):
+            place = f"object[{index}].material.{name}"
+            raise SceneError(f"{item.mesh.name}: {what}", file=self.scene_path, place=place, mend=MEND)
+        if what := named_as_tile(material.maps, tiles):
+            self.warnings.append(f"{item.mesh}: material {name!r}: {what}")
 
     def _set(
         self,
@@ -297,15 +293,6 @@ class _Finder:
 
 
 _FLAT = {"color", "alpha"}
-
-
-def _is_tile(picture: Picture, numbers: Collection[str]) -> bool:
-    """Whether a picture's name stands for UDIM tiles of these numbers, or has one of them beside it."""
-    name = picture.name or picture.file.name
-    if "<udim>" in name.lower():
-        return True
-    others = (_UDIM.sub(number, picture.file.name) for number in numbers)
-    return any(other != picture.file.name and (picture.file.parent / other).exists() for other in others)
 
 
 def _stem(item: str, materials: tuple[str, ...]) -> str:

@@ -123,6 +123,11 @@ def read_model_facts(
     return {"facts": facts, "data": data}
 
 
+def tiles_of(mesh: Mesh) -> tuple[tuple[int, int], ...]:
+    """The tiles that UVs lie in, if each triangle lies in one; else none."""
+    return _uv_tiles(mesh)[2]
+
+
 def _uv_tiles(mesh: Mesh) -> tuple[Any, float | None, tuple[tuple[int, int], ...]]:
     """Returns MaterialFacts' uvs, width_m and tiles."""
     import numpy as np

@@ -12,6 +12,8 @@ from dataclasses import dataclass, field
 from math import ceil, cos, log10, pi, sin, sqrt
 from pathlib import Path
 
+from paradize.build.model_facts import tiles_of
+from paradize.build.udim import MEND, udim_fault
 from paradize.documents import toml_text
 from paradize.errors import BakeError, SourceError
 from paradize.files import read_parts, resolved
@@ -21,6 +23,7 @@ from paradize.new.floors import least_floor
 from paradize.new.sources import FACES, write_heightmap, write_sand, write_sky, write_vase
 from paradize.new.views import FOV_DEG, Sun, lens_of, sun_of, waypoints_of
 from paradize.readers.model import read_model
+from paradize.readers.record import Model as ReadModel
 from paradize.readers.record import Vec3, Views
 from paradize.scene.reference import SCHEMA, schema_text
 from paradize.store.atomic import PARTIAL
@@ -108,6 +111,7 @@ def _copy_model(source: Path, aside: Path) -> _Model:
     """Copies the model and its files into aside/model, and measures it."""
     read = read_model(source)
     folder, root = aside / "model", resolved(source).parent
+    _refuse_udim(source, read)
     maps = {path for material in read.materials.values() for path in _pictures_of(material)}
     for path in {resolved(source), *read.libraries, *maps}:
         target = folder / resolved(path).relative_to(root)
@@ -148,6 +152,14 @@ def _copy_model(source: Path, aside: Path) -> _Model:
     used = dict.fromkeys(group.material for group in read.mesh.groups)
     model.cutouts = tuple(name for name in used if _is_cut(read.materials.get(name)))
     return model
+
+
+def _refuse_udim(source: Path, read: ReadModel) -> None:
+    """Raises SourceError for a model whose pictures are UDIM tiles."""
+    for name in dict.fromkeys(group.material for group in read.mesh.groups):
+        maps = read.materials[name].maps if name in read.materials else {}
+        if what := udim_fault(maps, tiles_of(read.mesh.of_materials([name])), read.absent):
+            raise SourceError(what, file=source, place=f"material {name!r}", mend=MEND)
 
 
 def _is_cut(material: Material | None) -> bool:

@@ -16,12 +16,13 @@ from paradize.build.model_facts import read_model_facts
 from paradize.build.options import BuildOptions
 from paradize.build.provenance import BakeReport
 from paradize.checks import check_paths
-from paradize.errors import SceneError
+from paradize.errors import SceneError, SourceError
 from paradize.explain.facts import explain
 from paradize.export.scene import export
 from paradize.formats.ktx2.reader import decode_ktx2
 from paradize.formats.png import decode_png
 from paradize.metrics.texels import decode_texels
+from paradize.new.scene import new_scene
 from paradize.scene.pass_inputs import unread_pictures
 from paradize.scene.settings import load_scene
 from tests.pipeline.material_scene import make_panels, noise, squares
@@ -245,6 +246,53 @@ def test_udim_tiles_are_refused_by_name(tmp_path: Path) -> None:
     shutil.copy(folder / "wood.png", folder / "wood.1012.png")
     with pytest.raises(SceneError, match=r"UDIM.*1001"):
         find_map_sets(load_scene(path), path)
+
+
+def two_tiles(folder: Path, picture: str, *files: str) -> Path:
+    """A model whose squares lie in UDIM tiles 1001 and 1002."""
+    folder.mkdir()
+    for file in files:
+        write_image(folder / file, noise(1))
+    (folder / "panel.mtl").write_text(f"newmtl wood\nmap_Kd {picture}\n")
+    first = squares(["wood"], "panel.mtl")
+    second = squares(["wood"], "panel.mtl", low=1.1, high=1.9).splitlines()
+    count = sum(line.startswith("v ") for line in second)
+    moved = [_moved(line, count) for line in second[2:]]
+    (folder / "panel.obj").write_text(first + "\n".join(moved) + "\n")
+    return folder / "panel.obj"
+
+
+@pytest.mark.parametrize(
+    ("picture", "files"),
+    [
+        ("wood.<UDIM>.png", ("wood.1001.png", "wood.1012.png")),
+        ("wood.<UVTILE>.png", ("wood.u1_v1.png",)),
+        ("wood.1001.png", ("wood.1001.png", "wood.1012.png")),
+        ("wood_1012.png", ("wood_1001.png", "wood_1012.png")),
+    ],
+)
+def test_udim_tiles_are_refused_by_new_and_by_bake_with_what_to_do(
+    tmp_path: Path, picture: str, files: tuple[str, ...]
+) -> None:
+    model = two_tiles(tmp_path / "m", picture, *files)
+    with pytest.raises(SourceError, match=r"UDIM tiles.*join the tiles into one picture"):
+        new_scene(tmp_path / "new", model)
+    assert not (tmp_path / "new").exists()
+    scene = make_panels(tmp_path / "m")
+    for file in two_tiles(tmp_path / "again", picture, *files).parent.iterdir():
+        shutil.copy(file, tmp_path / "m" / file.name)
+    text = scene.read_text()
+    start, end = text.index("[object.material.metal]"), text.index("[[object.instance]]")
+    scene.write_text(text[:start] + text[end:])
+    with pytest.raises(SceneError, match=r"UDIM tiles.*join the tiles into one picture"):
+        find_map_sets(load_scene(scene), scene)
+
+
+def test_a_picture_named_as_one_tile_of_several_warns_that_it_is_repeated(tmp_path: Path) -> None:
+    model = two_tiles(tmp_path / "m", "wood.1001.png", "wood.1001.png")
+    new = new_scene(tmp_path / "new", model).scene
+    (told,) = [text for text in find_map_sets(load_scene(new), new).warnings if "UDIM" in text]
+    assert "named as UDIM tile 1001" in told and "it is repeated" in told
 
 
 def test_a_tiled_material_beside_one_with_a_layout_passes_check(tmp_path: Path) -> None:
