@@ -13,6 +13,8 @@ island := build/assets/island
 jobs ?= $(shell nproc)
 # Under -j ninja would look for the job server of make, which a recipe does not hand on, and complain.
 alone := MAKEFLAGS= MFLAGS=
+# Tests start some thousand interpreters: each would compile the package anew where bytecode is switched off.
+unexport PYTHONDONTWRITEBYTECODE
 # Steps of setup run beside each other: packages are fetched while something is compiled.
 MAKEFLAGS += -j3
 step := setup/step.sh
