@@ -8,6 +8,7 @@ from __future__ import annotations
 import json
 import subprocess
 from collections.abc import Callable, Iterator
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,7 @@ import numpy as np
 import pytest
 
 from paradize.build.bake import bake
+from paradize.export.scene import export
 from tests.e2e.three import ExportPage, camera, three_page
 from tests.pictures import save
 from tests.pipeline.material_scene import make_panels
@@ -38,19 +40,22 @@ def exported(
     paradize: Callable[..., subprocess.CompletedProcess[str]],
     tmp_path_factory: pytest.TempPathFactory,
 ) -> tuple[Path, Path, dict[str, Any]]:
-    """The folder of a baked scene, the GLB that it is exported to, and what the command printed."""
+    """The folder of a baked scene, the GLB that it is exported to, and what was told of it. The picture of the
+    cove's ground is small."""
     top = tmp_path_factory.mktemp("export")
     path = top / f"{request.param}.glb"
     if request.param == "island":
         baked = request.getfixturevalue("island")
-    else:
-        baked = top / "baked"
-        with pytest.MonkeyPatch.context() as patch:
-            patch.setenv("PARADIZE_STORE", str(top / "store"))
-            assert not bake(make_cove(top / "scene"), baked).errors
-    done = paradize("export", baked, "-o", path, "--json")
-    assert done.returncode == 0, done.stderr
-    return baked, path, json.loads(done.stdout)
+        done = paradize("export", baked, "-o", path, "--json")
+        assert done.returncode == 0, done.stderr
+        return baked, path, json.loads(done.stdout)
+    baked = top / "baked"
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("PARADIZE_STORE", str(top / "store"))
+        assert not bake(make_cove(top / "scene"), baked).errors
+        for module in ("scene", "heights"):
+            patch.setattr(f"paradize.export.{module}.GROUND_TEXELS", 256)
+        return baked, path, asdict(export(baked, path))
 
 
 def test_khronos_validator_finds_nothing_in_an_exported_scene(

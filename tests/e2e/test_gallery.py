@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from paradize.export.scene import export
 from tests.e2e.model_pictures import tone_mapped
 from tests.e2e.three import ExportPage, three_page
 from tests.made.gallery import MADE, MIRRORED, SKY, UNEVEN, UPRIGHT, Exhibit, make_gallery, write_models
@@ -82,10 +83,13 @@ def gallery(
 
 
 @pytest.fixture(scope="module")
-def exported(gallery: Path, paradize: Callable[..., subprocess.CompletedProcess[str]]) -> Path:
+def exported(gallery: Path) -> Path:
+    """With a picture of the ground half as wide as `paradize export` makes it."""
     path = gallery.parent / "gallery.glb"
-    done = paradize("export", gallery, "-o", path)
-    assert done.returncode == 0, done.stderr
+    with pytest.MonkeyPatch.context() as patch:
+        for module in ("scene", "heights"):
+            patch.setattr(f"paradize.export.{module}.GROUND_TEXELS", 1024)
+        export(gallery, path)
     return path
 
 

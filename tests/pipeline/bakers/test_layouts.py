@@ -1,5 +1,5 @@
-"""`paradize maps --uv` on layouts as hostile as they come: no slope crosses an island's border, and nothing
-outside an island is ever seen."""
+"""Maps of a UV layout, on layouts as hostile as they come: no slope crosses an island's border, and nothing
+outside an island is ever seen. `paradize maps --uv` does the same."""
 
 from __future__ import annotations
 
@@ -13,8 +13,10 @@ import OpenImageIO as oiio
 import pytest
 
 from paradize.bakers.color import bake_color
+from paradize.bakers.maps.bake import bake_maps
 from paradize.formats.ktx2.reader import decode_ktx2
 from paradize.metrics.texels import decode_texels
+from paradize.scene.baker_settings import MapSettings
 from tests.pipeline.layouts import SIZE, cards, rect
 from tests.pipeline.scenes import write_image
 from tests.sweeps import sweep
@@ -78,17 +80,14 @@ def painted(islands: list[Corners], levels: list[int]) -> np.ndarray:
     return picture
 
 
-def baked(
-    paradize: Callable[..., Any], folder: Path, islands: list[Corners], picture: np.ndarray, wrap: str
-) -> np.ndarray:
-    """(64, 64, 3) uint8: the normal map that the command line writes."""
+def baked(folder: Path, islands: list[Corners], picture: np.ndarray, wrap: str) -> np.ndarray:
+    """(64, 64, 3) uint8: the normal map."""
     (folder / "a.obj").write_text(cards(islands))
     write_image(folder / "a.png", picture)
-    done = paradize(
-        "maps", folder / "a.png", "-o", folder, "--uv", folder / "a.obj", "--only", "normal",
-        "--format", "png", "--strength", 50, "--wrap", wrap,
-    )  # fmt: skip
-    assert done.returncode == 0, done.stderr
+    settings = MapSettings(only=["normal"], fmt="png", strength=50.0, wrap=wrap)
+    (folder / "a_normal.png").write_bytes(
+        bake_maps(folder / "a.png", settings, uv=folder / "a.obj")["normal"].data
+    )
     return np.asarray(oiio.ImageBuf(str(folder / "a_normal.png")).get_pixels(oiio.UINT8))
 
 
@@ -99,13 +98,11 @@ def baked(
         test=[(name, ("clamp", "repeat")[k % 2]) for k, name in enumerate(LAYOUTS)],
     ),
 )
-def test_flat_islands_stay_flat_whatever_lies_between_them(
-    paradize: Callable[..., Any], tmp_path: Path, name: str, wrap: str
-) -> None:
+def test_flat_islands_stay_flat_whatever_lies_between_them(tmp_path: Path, name: str, wrap: str) -> None:
     islands = LAYOUTS[name]
     alike = name in ("overlapping", "touching")
     levels = [120] * len(islands) if alike else [40 + 37 * k % 200 for k in range(len(islands))]
-    codes = baked(paradize, tmp_path, islands, painted(islands, levels), wrap)
+    codes = baked(tmp_path, islands, painted(islands, levels), wrap)
     assert np.array_equal(np.unique(codes.reshape(-1, 3), axis=0), [[128, 128, 255]])
 
 
@@ -128,11 +125,9 @@ def test_a_ramp_keeps_its_slope_up_to_the_border(paradize: Callable[..., Any], t
     assert inside[20, 10, 0] < 120
 
 
-def test_a_layout_of_nothing_leaves_the_picture_as_it_is(
-    paradize: Callable[..., Any], tmp_path: Path
-) -> None:
+def test_a_layout_of_nothing_leaves_the_picture_as_it_is(tmp_path: Path) -> None:
     nothing = [[(5.0, 5.0), (5.0, 5.0), (5.0, 5.0)]]
-    codes = baked(paradize, tmp_path, nothing, np.full((SIZE, SIZE, 3), 90, np.uint8), "clamp")
+    codes = baked(tmp_path, nothing, np.full((SIZE, SIZE, 3), 90, np.uint8), "clamp")
     assert (codes == [128, 128, 255]).all()
 
 

@@ -54,8 +54,13 @@ def truth(scene: Path, tmp_path_factory: pytest.TempPathFactory) -> Bytes:
     return {path.name: path.read_bytes() for path in (top / "out").iterdir()}
 
 
-@pytest.mark.parametrize("scene", sweep(SCENES, test=["cove", "few"]), indirect=True)
-@pytest.mark.parametrize(("jobs", "threads"), [(2, 1), (4, 3)])
+@pytest.mark.parametrize(
+    ("scene", "jobs", "threads"),
+    sweep(
+        [(scene, *many) for scene in SCENES for many in ((2, 1), (4, 3))], test=[("cove", 2, 1), ("few", 4, 3)]
+    ),
+    indirect=["scene"],
+)
 def test_any_number_of_workers_and_threads(
     baked: Callable[..., Bytes], truth: Bytes, jobs: int, threads: int
 ) -> None:
@@ -89,7 +94,7 @@ def test_a_copy_of_a_model_under_another_name_changes_no_bytes_of_the_first(
 
 
 @pytest.mark.parametrize("scene", sweep(SCENES, test=["cove"]), indirect=True)
-@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.parametrize("seed", sweep([1, 2], test=[1]))
 def test_any_order_of_the_jobs(
     baked: Callable[..., Bytes], truth: Bytes, monkeypatch: pytest.MonkeyPatch, seed: int
 ) -> None:

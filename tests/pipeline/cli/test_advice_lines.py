@@ -29,10 +29,16 @@ PACKAGE = ROOT / "pipeline/paradize"
 # --- commands: a line that is refused, and the line as advised ----------------------------------------
 
 
+@pytest.fixture(scope="module")
+def store(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Of all lines: the cove is baked once."""
+    return tmp_path_factory.mktemp("store")
+
+
 @pytest.fixture
-def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def here(tmp_path: Path, store: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """The cove's sources, in the working folder."""
-    monkeypatch.setenv("PARADIZE_STORE", str(tmp_path / "store"))
+    monkeypatch.setenv("PARADIZE_STORE", str(store))
     monkeypatch.setenv("PARADIZE_REPORT", "")
     monkeypatch.chdir(make_cove(tmp_path / "here").parent)
     Path("bare.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")

@@ -156,8 +156,6 @@ def test_instances_sun_camera_and_sea_floor_stand_as_the_scene_says(
 ) -> None:
     """The sun shines along its node's -Z, also from the zenith; sand repeats by the metre both ways."""
     repeats: list[tuple[float, float]] = []
-    monkeypatch.setattr("paradize.export.scene.GROUND_TEXELS", 64)
-    monkeypatch.setattr("paradize.export.heights.GROUND_TEXELS", 64)
     light = paradize_export.ground_light
 
     def spied(sand: Any, effect: Any, share: Any, repeat: tuple[float, float]) -> Any:
