@@ -39,7 +39,8 @@ endef
 # than cores, because some tests wait.
 beside := -n $(shell echo $$(($(jobs) + 1))) --dist loadfile --no-loadscope-reorder --durations=10
 
-.PHONY: help setup setup-test assets run wheel check test extremes bench sheets deep fix clean lint types island cpp-tests cpp-sanitized
+.PHONY: help setup setup-test assets run wheel check test extremes bench sheets deep fix clean lint types island cpp-tests \
+    cpp-sanitized compiled-tests
 .DEFAULT_GOAL := help
 
 help: ## this list
@@ -63,7 +64,7 @@ wheel: $(stamps)/kernels ## build/wheel: what pip installs elsewhere, without a 
 
 check: lint types island ## lint, types, formatting, and the island's assets; changes nothing
 
-test: setup-test check cpp-tests ## every check and every test that fits in a few minutes
+test: setup-test check cpp-tests compiled-tests ## every check and every test that fits in a few minutes
 	@$(alone) $(bin)/python -m pytest -m "not deep" $(beside) --ctest=build/ctest.log
 
 extremes: setup-test ## what every stage and metric does with zero, NaN, 1e30 ...: stage, extreme, error, verdict
@@ -103,6 +104,10 @@ island: setup
 
 cpp-tests: setup $(stamps)/debian-test
 	$(call cpp_tests,test)
+
+# pytest compiles the tests' modules. Processes that begin at once would each do so.
+compiled-tests: setup-test
+	@$(bin)/pytest --collect-only -m "not deep" >build/collected.log || { cat build/collected.log; exit 1; }
 
 cpp-sanitized: setup-test
 	$(call cpp_tests,threads)

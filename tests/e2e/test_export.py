@@ -40,8 +40,8 @@ def exported(
     paradize: Callable[..., subprocess.CompletedProcess[str]],
     tmp_path_factory: pytest.TempPathFactory,
 ) -> tuple[Path, Path, dict[str, Any]]:
-    """The folder of a baked scene, the GLB that it is exported to, and what was told of it. The picture of the
-    cove's ground is small."""
+    """The folder of a baked scene, the GLB that it is exported to, and what was told of it. The cove's
+    ground becomes a small picture."""
     top = tmp_path_factory.mktemp("export")
     path = top / f"{request.param}.glb"
     if request.param == "island":

@@ -57,7 +57,8 @@ def truth(scene: Path, tmp_path_factory: pytest.TempPathFactory) -> Bytes:
 @pytest.mark.parametrize(
     ("scene", "jobs", "threads"),
     sweep(
-        [(scene, *many) for scene in SCENES for many in ((2, 1), (4, 3))], test=[("cove", 2, 1), ("few", 4, 3)]
+        [(scene, *many) for scene in SCENES for many in ((2, 1), (4, 3))],
+        test=[("cove", 2, 1), ("few", 4, 3)],
     ),
     indirect=["scene"],
 )
