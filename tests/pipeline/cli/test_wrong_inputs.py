@@ -110,7 +110,8 @@ def test_a_wrong_kind_of_input_is_one_message_whose_advice_works(at: Path, comma
     code, out, err = run(*COMMANDS[command][0](file))
     told = out if command == "check" else err
     assert code == 1, (code, out, err)
-    lines = [line for line in told.splitlines() if "warning" not in line]
+    # On a busy machine work takes so long that its progress is told.
+    lines = [line for line in told.splitlines() if "warning" not in line and " so far: " not in line]
     message = lines[0]
     assert file in message and len(message) < 500 and message.isprintable()
     assert len([line for line in lines if not line.startswith("1 error, ")]) == 1, told
