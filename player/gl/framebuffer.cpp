@@ -38,6 +38,16 @@ Framebuffer make_framebuffer(const Texture &color, const Texture &depth) {
     return framebuffer;
 }
 
+Framebuffer make_layer_framebuffer(const Texture &depth_layers, int layer) {
+    Framebuffer framebuffer = Framebuffer::create();
+    glBindFramebuffer(GL_FRAMEBUFFER, framebuffer.name());
+    glDrawBuffer(GL_NONE);
+    glReadBuffer(GL_NONE);
+    glFramebufferTextureLayer(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, depth_layers.name(), 0, layer);
+    check_complete();
+    return framebuffer;
+}
+
 Framebuffer make_framebuffer(const Renderbuffer &color, const Renderbuffer &depth) {
     Framebuffer framebuffer = Framebuffer::create();
     glBindFramebuffer(GL_FRAMEBUFFER, framebuffer.name());

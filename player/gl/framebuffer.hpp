@@ -8,6 +8,8 @@ namespace paradize::gl {
 /// Creates a framebuffer with 2D textures. Either may be empty; without colour there is no draw buffer.
 /// Throws Error if it is incomplete.
 Framebuffer make_framebuffer(const Texture &color, const Texture &depth);
+/// Creates a framebuffer that draws into one layer of an array of depth textures.
+Framebuffer make_layer_framebuffer(const Texture &depth_layers, int layer);
 /// Creates a framebuffer with renderbuffers, which may be multisampled.
 Framebuffer make_framebuffer(const Renderbuffer &color, const Renderbuffer &depth);
 

@@ -96,7 +96,8 @@ ShaderSource ShaderLibrary::source(std::string_view file, std::span<const std::s
         // Without this, samplers in ES default to lowp, which errs by 1e-4 on Mesa.
         out.text =
             "#version 300 es\nprecision highp float;\nprecision highp int;\nprecision highp sampler2D;\n"
-            "precision highp samplerCube;\nprecision highp sampler2DShadow;\n";
+            "precision highp samplerCube;\nprecision highp sampler2DArray;\n"
+            "precision highp sampler2DArrayShadow;\n";
     }
     for (const std::string_view define : defines) {
         out.text += "#define " + std::string(define) + "\n";

@@ -37,20 +37,13 @@ void transfer_format(unsigned internal_format, GLenum &format, GLenum &type) {
     }
 }
 
-Texture allocate(unsigned internal_format, int width_px, int height_px, GLint filter) {
-    Texture texture = Texture::create();
-    GLenum format = 0;
-    GLenum type = 0;
-    transfer_format(internal_format, format, type);
-    glBindTexture(GL_TEXTURE_2D, texture.name());
-    glTexImage2D(GL_TEXTURE_2D, 0, static_cast<GLint>(internal_format), width_px, height_px, 0, format, type,
-                 nullptr);
-    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAX_LEVEL, 0);
-    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, filter);
-    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, filter);
-    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
-    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
-    return texture;
+/// Sets what the texture that is bound to `target` reads: one level, clamped.
+void set_sampling(GLenum target, GLint filter) {
+    glTexParameteri(target, GL_TEXTURE_MAX_LEVEL, 0);
+    glTexParameteri(target, GL_TEXTURE_MIN_FILTER, filter);
+    glTexParameteri(target, GL_TEXTURE_MAG_FILTER, filter);
+    glTexParameteri(target, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
+    glTexParameteri(target, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
 }
 
 GLint edge_of(Wrap wrap) {
@@ -65,14 +58,26 @@ GLint edge_of(Wrap wrap) {
 Texture make_target(unsigned internal_format, int width_px, int height_px) {
     const bool depth = internal_format == GL_DEPTH_COMPONENT16 || internal_format == GL_DEPTH_COMPONENT24 ||
                        internal_format == GL_DEPTH_COMPONENT32F || internal_format == GL_DEPTH24_STENCIL8;
+    Texture texture = Texture::create();
+    GLenum format = 0;
+    GLenum type = 0;
+    transfer_format(internal_format, format, type);
+    glBindTexture(GL_TEXTURE_2D, texture.name());
+    glTexImage2D(GL_TEXTURE_2D, 0, static_cast<GLint>(internal_format), width_px, height_px, 0, format, type,
+                 nullptr);
     // Depth is not filtered: the mean of neighbouring depths has no meaning.
-    return allocate(internal_format, width_px, height_px, depth ? GL_NEAREST : GL_LINEAR);
+    set_sampling(GL_TEXTURE_2D, depth ? GL_NEAREST : GL_LINEAR);
+    return texture;
 }
 
-Texture make_depth_comparison_target(int size_px) {
-    Texture texture = allocate(GL_DEPTH_COMPONENT24, size_px, size_px, GL_LINEAR);
-    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_COMPARE_MODE, GL_COMPARE_REF_TO_TEXTURE);
-    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_COMPARE_FUNC, GL_LEQUAL);
+Texture make_depth_comparison_layers(int size_px, int layers) {
+    Texture texture = Texture::create();
+    glBindTexture(GL_TEXTURE_2D_ARRAY, texture.name());
+    glTexImage3D(GL_TEXTURE_2D_ARRAY, 0, GL_DEPTH_COMPONENT24, size_px, size_px, layers, 0,
+                 GL_DEPTH_COMPONENT, GL_FLOAT, nullptr);
+    set_sampling(GL_TEXTURE_2D_ARRAY, GL_LINEAR);
+    glTexParameteri(GL_TEXTURE_2D_ARRAY, GL_TEXTURE_COMPARE_MODE, GL_COMPARE_REF_TO_TEXTURE);
+    glTexParameteri(GL_TEXTURE_2D_ARRAY, GL_TEXTURE_COMPARE_FUNC, GL_LEQUAL);
     return texture;
 }
 

@@ -63,7 +63,7 @@ glm::vec3 water_glow(const assets::SceneFile &file) {
 }
 
 EnvironmentBindings::EnvironmentBindings(const PassSetup &setup, const gl::Program &program)
-    : no_shadow_(gl::make_depth_comparison_target(1)) {
+    : no_shadow_(gl::make_depth_comparison_layers(1, 1)) {
     program.set_unit("u_sky", unit_sky);
     program.set_unit("u_shadow_map", unit_shadow);
     program.set_unit("u_shadow_depth", unit_shadow_depth);
@@ -79,8 +79,8 @@ EnvironmentBindings::EnvironmentBindings(const PassSetup &setup, const gl::Progr
     sky_blur_location_ = program.location("u_sky_blur");
     sky_trimmed_mips_location_ = program.location("u_sky_trimmed_mips");
     shadow_texel_location_ = program.location("u_shadow_texel");
-    shadow_texel_m_location_ = program.location("u_shadow_texel_m");
-    shadow_radius_location_ = program.location("u_shadow_radius");
+    shadow_cascades_location_ = program.location("u_shadow_cascades");
+    shadow_penumbra_location_ = program.location("u_shadow_penumbra_m");
     shadow_blur_m_location_ = program.location("u_shadow_blur_m");
     shadow_range_m_location_ = program.location("u_shadow_range_m");
     wave_rows_location_ = program.location("u_wave_rows");
@@ -110,18 +110,20 @@ void EnvironmentBindings::apply(const Frame &frame, const View &view) const {
 
     const gl::Texture *shadow = frame.shared.shadow_map;
     const unsigned shadow_name = shadow != nullptr ? shadow->name() : no_shadow_.name();
-    gl::bind_texture(unit_shadow, GL_TEXTURE_2D, shadow_name);
+    gl::bind_texture(unit_shadow, GL_TEXTURE_2D_ARRAY, shadow_name);
     if (depth_sampler_) {
-        gl::bind_texture(unit_shadow_depth, GL_TEXTURE_2D, shadow_name, depth_sampler_.name());
+        gl::bind_texture(unit_shadow_depth, GL_TEXTURE_2D_ARRAY, shadow_name, depth_sampler_.name());
     }
     if (file.shadow) {
-        const auto size_px = static_cast<float>(frame.settings.shadow_size_px);
-        const float texel_m = file.shadow->extent_m / size_px;
-        // The penumbra grows with the sun's angle and the height of the casters, about ten metres here.
-        const float spread_m = std::max(file.sun.angular_diameter_rad, 0.004F) * 14.0F;
-        gl::Program::set(shadow_texel_location_, 1.0F / size_px);
-        gl::Program::set(shadow_texel_m_location_, texel_m);
-        gl::Program::set(shadow_radius_location_, std::clamp(spread_m / texel_m, 1.3F, 4.0F));
+        // The penumbra grows with the sun's angle and the distance of the casters, about fourteen metres
+        // here.
+        const float sun_radius_rad = 0.5F * std::max(file.sun.angular_diameter_rad, 0.004F);
+        gl::Program::set(shadow_texel_location_, 1.0F / static_cast<float>(frame.settings.shadow_size_px));
+        gl::Program::set(shadow_penumbra_location_, sun_radius_rad * 14.0F);
+        if (shadow_cascades_location_ >= 0) {
+            glUniform4fv(shadow_cascades_location_, frame.settings.shadow_cascades,
+                         glm::value_ptr(frame.shared.shadow_cascades[0]));
+        }
         const View &light = frame.view(ViewKind::light);
         gl::Program::set(shadow_range_m_location_, light.far_m - light.near_m);
         gl::Program::set(shadow_blur_m_location_, file.shadow->blur_distance_m);
@@ -161,6 +163,10 @@ void EnvironmentBindings::apply(const Frame &frame, const View &view) const {
 
 std::string shadow_define(const RenderSettings &settings) {
     return "SHADOW_FILTER " + std::to_string(static_cast<int>(settings.shadow_filter));
+}
+
+std::string cascades_define(const RenderSettings &settings) {
+    return "SHADOW_CASCADES " + std::to_string(settings.shadow_cascades);
 }
 
 void depth_bias(bool on) {

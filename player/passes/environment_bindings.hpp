@@ -11,6 +11,7 @@
 #include <glm/vec4.hpp>
 
 #include <array>
+#include <string>
 
 namespace paradize {
 
@@ -52,8 +53,8 @@ class EnvironmentBindings {
     gl::Sampler depth_sampler_; // reads raw depth from the shadow map; empty if the filter does not need it
     gl::Sampler wave_sampler_;  // adds the mip bias of the settings; empty: the maps' own samplers
     float sky_blur_ = -1.0F;
-    int sky_blur_location_ = -1, shadow_texel_location_ = -1, shadow_texel_m_location_ = -1;
-    int shadow_radius_location_ = -1, shadow_blur_m_location_ = -1, shadow_range_m_location_ = -1;
+    int sky_blur_location_ = -1, shadow_texel_location_ = -1, shadow_cascades_location_ = -1;
+    int shadow_penumbra_location_ = -1, shadow_blur_m_location_ = -1, shadow_range_m_location_ = -1;
     int wave_rows_location_ = -1, wave_offsets_location_ = -1, caustics_location_ = -1;
     int sun_refracted_location_ = -1, water_glow_location_ = -1, water_scatter_location_ = -1;
     int clip_plane_location_ = -1, refraction_index_location_ = -1, refracting_location_ = -1;
@@ -66,8 +67,9 @@ glm::vec3 water_glow(const assets::SceneFile &file);
 /// Returns the share of light that water scatters per metre.
 float water_scatter(const assets::Water &water);
 
-/// Returns the define SHADOW_FILTER for programs that include lib/shadow.glsl.
+/// Return the defines SHADOW_FILTER and SHADOW_CASCADES for programs that include lib/shadow.glsl.
 std::string shadow_define(const RenderSettings &settings);
+std::string cascades_define(const RenderSettings &settings);
 
 /// Switches the polygon offset against self-shadowing on or off.
 void depth_bias(bool on);

@@ -46,6 +46,13 @@ float Frame::water_m() const {
     return static_cast<float>(level_m - view(ViewKind::main).anchor.y);
 }
 
+void Frame::cull_casters(const View &light) {
+    const View &main = view(ViewKind::main);
+    std::vector<DrawItem> &casters = visible_[static_cast<std::size_t>(ViewKind::light)];
+    casters.clear();
+    scene.collect(light, main.eye, main.pixels_at_1m, settings.lod_error_px, casters);
+}
+
 void Frame::draw_view(const View &view, unsigned framebuffer, bool depth_only) {
     const assets::SceneFile &file = scene.file();
     gl::FrameUniforms block;

@@ -4,6 +4,7 @@
 #include "gl/handle.hpp"
 #include "passes/draw_list.hpp"
 #include "passes/pass_meter.hpp"
+#include "scene/cascades.hpp"
 #include "scene/quality.hpp"
 #include "scene/view.hpp"
 #include "streaming/scene.hpp"
@@ -28,12 +29,13 @@ struct Clock {
 
 /// Textures that one pass makes for others in the same frame. nullptr: that pass is disabled or absent.
 struct Shared {
-    const gl::Texture *shadow_map = nullptr;       // depth seen by the light, from the shadow pass
-    const gl::Texture *reflection = nullptr;       // linear HDR, seen by ViewKind::mirror
-    const gl::Texture *refraction = nullptr;       // linear HDR, seen by ViewKind::refraction
-    const gl::Texture *refraction_depth = nullptr; // window depth [0, 1] of the refraction view
-    const gl::Texture *picture = nullptr;          // resolved linear HDR, RGBA16F; for filter() and finish()
-    const gl::Texture *depth = nullptr;            // its window depth [0, 1], one sample; for filter()
+    const gl::Texture *shadow_map = nullptr;               // depth seen by the light, a layer per cascade
+    std::array<glm::vec4, max_cascades> shadow_cascades{}; // cascade_fit() of each
+    const gl::Texture *reflection = nullptr;               // linear HDR, seen by ViewKind::mirror
+    const gl::Texture *refraction = nullptr;               // linear HDR, seen by ViewKind::refraction
+    const gl::Texture *refraction_depth = nullptr;         // window depth [0, 1] of the refraction view
+    const gl::Texture *picture = nullptr; // resolved linear HDR, RGBA16F; for filter() and finish()
+    const gl::Texture *depth = nullptr;   // its window depth [0, 1], one sample; for filter()
 };
 
 class Frame {
@@ -66,6 +68,9 @@ class Frame {
 
     /// The transforms of all instances in this frame's views.
     const InstanceTransforms &transforms() const { return transforms_; }
+
+    /// Lists what `light` sees as visible(ViewKind::light), with the main view's levels of detail.
+    void cull_casters(const View &light);
 
     /// Returns the terrain with this frame's cut, or nullptr if the scene has none.
     TerrainTiles *terrain() const { return terrain_.get(); }

@@ -83,8 +83,9 @@ std::string colors_define(bool vertex_colors) {
 
 ObjectsPass::Lit::Lit(const PassSetup &setup, AlphaMode mode, bool vertex_colors)
     : program(setup.shaders, "object.vert", "object.frag",
-              {shadow_define(setup.settings), define("PARALLAX_STEPS", setup.settings.parallax_steps),
-               alpha_define(mode), colors_define(vertex_colors)}),
+              {shadow_define(setup.settings), cascades_define(setup.settings),
+               define("PARALLAX_STEPS", setup.settings.parallax_steps), alpha_define(mode),
+               colors_define(vertex_colors)}),
       environment(setup, program), multisampled(program.location("u_multisampled")) {
     assets::for_each_map([&](ObjectMap map, std::string_view name) {
         program.set_unit(("u_" + std::string(name)).c_str(), static_cast<int>(unit_of(map)));

@@ -37,7 +37,8 @@ bool always(const RenderSettings & /*a*/, const RenderSettings & /*b*/) {
 }
 
 bool same_light(const RenderSettings &a, const RenderSettings &b) {
-    return a.shadow_filter == b.shadow_filter && a.mip_bias == b.mip_bias;
+    return a.shadow_filter == b.shadow_filter && a.shadow_cascades == b.shadow_cascades &&
+           a.mip_bias == b.mip_bias;
 }
 
 bool same_surface(const RenderSettings &a, const RenderSettings &b) {
@@ -58,7 +59,9 @@ bool has_blended(const SceneFile &file) {
 
 constexpr std::array<Entry, 10> entries{{
     {"shadow", [](const SceneFile &f) { return f.shadow.has_value(); },
-     [](const RenderSettings &a, const RenderSettings &b) { return a.shadow_size_px == b.shadow_size_px; },
+     [](const RenderSettings &a, const RenderSettings &b) {
+         return a.shadow_size_px == b.shadow_size_px && a.shadow_cascades == b.shadow_cascades;
+     },
      make<ShadowPass>},
     {"reflection", [](const SceneFile &f) { return f.water && f.reflection_scale; },
      [](const RenderSettings &a, const RenderSettings &b) {

@@ -46,19 +46,30 @@ std::uint64_t fingerprint(const Frame &frame, const View &light) {
 } // namespace
 
 ShadowPass::ShadowPass(const PassSetup &setup)
-    : map_(gl::make_depth_comparison_target(setup.settings.shadow_size_px)),
-      framebuffer_(gl::make_framebuffer({}, map_)), size_px_(setup.settings.shadow_size_px) {}
+    : maps_(gl::make_depth_comparison_layers(setup.settings.shadow_size_px, setup.settings.shadow_cascades)),
+      cascades_(static_cast<std::size_t>(setup.settings.shadow_cascades)) {
+    for (std::size_t i = 0; i < cascades_.size(); ++i) {
+        cascades_[i].framebuffer = gl::make_layer_framebuffer(maps_, static_cast<int>(i));
+    }
+}
 
 void ShadowPass::prepare(Frame &frame) {
-    View light = frame.view(ViewKind::light);
-    light.width_px = size_px_;
-    light.height_px = size_px_;
-    const std::uint64_t now = fingerprint(frame, light);
-    if (now != drawn_fingerprint_) {
-        frame.draw_view(light, framebuffer_.name(), true);
-        drawn_fingerprint_ = now;
+    const assets::Shadow &shadow = *frame.scene.file().shadow;
+    const View &light = frame.view(ViewKind::light);
+    for (std::size_t i = 0; i < cascades_.size(); ++i) {
+        Cascade &cascade = cascades_[i];
+        const View view = cascade_view(shadow, light, frame.view(ViewKind::main), static_cast<int>(i));
+        frame.shared.shadow_cascades[i] = cascade_fit(shadow, light, view);
+        if (i > 0) {
+            frame.cull_casters(view);
+        }
+        const std::uint64_t now = fingerprint(frame, view);
+        if (now != cascade.drawn_fingerprint) {
+            frame.draw_view(view, cascade.framebuffer.name(), true);
+            cascade.drawn_fingerprint = now;
+        }
     }
-    frame.shared.shadow_map = &map_;
+    frame.shared.shadow_map = &maps_;
 }
 
 } // namespace paradize

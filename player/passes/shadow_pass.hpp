@@ -1,11 +1,12 @@
 #pragma once
-// Draws the sun's shadow map. Casters do not move, so the map is redrawn only when its content changes:
-// another level of detail, or data that has just become resident.
+// Draws the cascades of the sun's shadow map. Casters do not move, so a cascade is redrawn only when its
+// content changes: it has moved, a level of detail is another, or data has just become resident.
 
 #include "gl/handle.hpp"
 #include "passes/pass.hpp"
 
 #include <cstdint>
+#include <vector>
 
 namespace paradize {
 
@@ -15,10 +16,13 @@ class ShadowPass : public Pass {
     void prepare(Frame &frame) override;
 
   private:
-    gl::Texture map_; // depth, compared on lookup; 1 is lit
-    gl::Framebuffer framebuffer_;
-    int size_px_ = 0;
-    std::uint64_t drawn_fingerprint_ = 0; // of what the map shows; 0: nothing yet
+    struct Cascade {
+        gl::Framebuffer framebuffer;
+        std::uint64_t drawn_fingerprint = 0; // of what its layer shows; 0: nothing yet
+    };
+
+    gl::Texture maps_; // depth, a layer per cascade, compared on lookup; 1 is lit
+    std::vector<Cascade> cascades_;
 };
 
 } // namespace paradize

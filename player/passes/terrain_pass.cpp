@@ -15,7 +15,8 @@ constexpr float grain_shift_m = 0.12F;
 
 TerrainPass::TerrainPass(const PassSetup &setup)
     : depth_(setup.shaders, "depth.vert", "depth.frag"),
-      program_(setup.shaders, "terrain.vert", "terrain.frag", {shadow_define(setup.settings)}),
+      program_(setup.shaders, "terrain.vert", "terrain.frag",
+               {shadow_define(setup.settings), cascades_define(setup.settings)}),
       environment_(setup, program_),
       repeat_sampler_(gl::make_sampler(gl::Wrap::repeat, gl::Filter::mipmapped, setup.settings.anisotropy,
                                        std::nullopt, setup.settings.mip_bias)),

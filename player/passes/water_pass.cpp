@@ -31,7 +31,8 @@ float grid_line(int index, float reach_m) {
 } // namespace
 
 WaterPass::WaterPass(const PassSetup &setup)
-    : program_(setup.shaders, "water.vert", "water.frag", {shadow_define(setup.settings)}),
+    : program_(setup.shaders, "water.vert", "water.frag",
+               {shadow_define(setup.settings), cascades_define(setup.settings)}),
       environment_(setup, program_), clamped_(gl::make_sampler(gl::Wrap::clamp, gl::Filter::linear)),
       grid_(gl::VertexArray::create()), half_size_location_(program_.location("u_half_size_m")),
       has_textures_location_(program_.location("u_has_textures")),

@@ -1,5 +1,7 @@
 #include "scene/quality.hpp"
 
+#include "scene/cascades.hpp"
+
 #include <algorithm>
 #include <cmath>
 
@@ -54,6 +56,7 @@ RenderSettings render_settings(const assets::SceneFile &file, const Quality &qua
     out.shadow_size_px =
         pick(quality, QualityFeature::shadow, std::max(size / 2, std::min(size, smallest_shadow_px)), size,
              std::max(size, std::min(2 * size, device.max_texture_px)));
+    out.shadow_cascades = pick(quality, QualityFeature::shadow, 1, max_cascades, max_cascades);
     out.shadow_filter =
         pick(quality, QualityFeature::shadow, ShadowFilter::hard, ShadowFilter::disc, ShadowFilter::penumbra);
     const auto scale = [&](QualityFeature feature, std::optional<float> scene_scale) {

@@ -32,7 +32,8 @@ enum class ShadowFilter { hard = 0, disc = 1, penumbra = 2, nearest = 3 };
 
 /// Settings that the passes are built and drawn with.
 struct RenderSettings {
-    int shadow_size_px = 2048;
+    int shadow_size_px = 2048; // of each cascade
+    int shadow_cascades = 3;   // scene/cascades.hpp; 1: the whole square alone
     ShadowFilter shadow_filter = ShadowFilter::disc;
     float reflection_scale = 1.0F; // relative to the picture's size
     float refraction_scale = 1.0F;

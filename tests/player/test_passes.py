@@ -264,14 +264,14 @@ def test_parallax_moves_the_wood_and_only_the_wood(posed: Posed) -> None:
     flat = without(posed, "palm")
     for material in flat["objects"][0]["materials"].values():
         material["parallax_scale"] = material["parallax_bias"] = 0.0
-    changed = differs(
-        posed.render(eye, target, scene=scene), posed.render(eye, target, scene=flat), 3.5 / 255.0
+    # Without shadows, which hide some of it.
+    whole, unmoved, bare = (
+        posed.render(eye, target, scene=one, disable="shadow")
+        for one in (scene, flat, without(posed, "jetty"))
     )
-    jetty = differs(
-        posed.render(eye, target, scene=scene), posed.render(eye, target, scene=without(posed, "jetty"))
-    )
+    changed, jetty = differs(whole, unmoved, 3.5 / 255.0), differs(whole, bare)
     assert (changed & jetty).sum() > 0.05 * jetty.sum()
-    assert (changed & ~jetty).mean() < 0.02  # its shadow and its reflection remain
+    assert (changed & ~jetty).mean() < 0.02  # its reflection remains
 
 
 def test_an_eye_at_the_water_surface_gives_a_clean_picture(posed: Posed) -> None:

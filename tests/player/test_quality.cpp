@@ -57,6 +57,7 @@ TEST_CASE("quality: each feature changes its own setting only") {
             case QualityFeature::shadow:
                 settings.shadow_size_px = balanced.shadow_size_px;
                 settings.shadow_filter = balanced.shadow_filter;
+                settings.shadow_cascades = balanced.shadow_cascades;
                 break;
             case QualityFeature::reflection:
                 settings.reflection_scale = balanced.reflection_scale;

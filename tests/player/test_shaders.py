@@ -16,11 +16,12 @@ PREAMBLES = {
     "300 es": "#version 300 es\n"
     + "".join(
         f"precision highp {what};\n"
-        for what in ("float", "int", "sampler2D", "samplerCube", "sampler2DShadow")
+        for what in ("float", "int", "sampler2D", "samplerCube", "sampler2DArray", "sampler2DArrayShadow")
     ),
 }
 VARIANTS = [f"ALPHA_MODE {mode}\n#define VERTEX_COLORS {colors}" for mode in range(3) for colors in (0, 1)]
 STEPS = [f"PARALLAX_STEPS {i}" for i in (0, 1, 24, 128)]  # the values that player/scene/quality.cpp sets
+SHADOWS = [f"SHADOW_FILTER {i}\n#define SHADOW_CASCADES {n}" for i in range(4) for n in (1, 3)]
 INCLUDE = re.compile(r'^#include "(lib/[a-z0-9_]+\.glsl)"$')
 
 
@@ -60,7 +61,7 @@ def test_every_shader_compiles_for_desktop_and_web(name: str, version: str, tmp_
 
 
 @pytest.mark.parametrize("version", PREAMBLES)
-@pytest.mark.parametrize("switch", [*(f"SHADOW_FILTER {i}" for i in range(4)), *STEPS])
+@pytest.mark.parametrize("switch", [*SHADOWS, *STEPS])
 @pytest.mark.parametrize("name", ["object.frag", "terrain.frag", "water.frag"])
 def test_every_quality_compiles_for_desktop_and_web(
     name: str, version: str, switch: str, tmp_path: Path
