@@ -33,6 +33,7 @@ SAME = 1.5 / 255.0  # a colour that changes by less is the same
 # Ten points of a triangle, as barycentric weights.
 _PLACES = np.array([(i, j, 3 - i - j) for i in range(4) for j in range(4 - i)], np.float64)
 _WEIGHTS = (_PLACES + 1.0 / 3.0) / 4.0
+_WITH_CORNERS = np.concatenate([_WEIGHTS, np.eye(3)])  # where the next swatch shows first
 
 
 def measure_flat(
@@ -95,7 +96,7 @@ def _coarsest_level(
     flat: bool = True,
 ) -> int:
     """Returns the coarsest level with which at most `share` of the surface is more than `off` from the
-    finest. flat: of the flat triangles alone."""
+    finest. Where none may be, the corners of triangles count too. flat: of the flat triangles alone."""
     if mesh.uvs is None or not len(mesh.triangles):
         return len(chain) - 1
     corners = mesh.absolute_positions[mesh.triangles]
@@ -103,10 +104,11 @@ def _coarsest_level(
     cross = np.stack([a[:, i - 2] * b[:, i - 1] - a[:, i - 1] * b[:, i - 2] for i in range(3)], axis=1)
     area = np.sqrt(cross[:, 0] ** 2 + cross[:, 1] ** 2 + cross[:, 2] ** 2)
     chosen = flat_triangles(mesh, mesh.uvs, *size) if flat else np.ones(len(area), np.bool_)
+    weights = _WITH_CORNERS if share == 0.0 else _WEIGHTS
     uvs = mesh.uvs.astype(np.float64)[mesh.triangles[chosen]]
     # (places, triangles, 2)
-    at = sum(_WEIGHTS[:, k, None, None] * uvs[None, :, k] for k in range(3)) + np.zeros((len(_WEIGHTS), 1, 1))
-    shown = np.broadcast_to(area[chosen] / len(_WEIGHTS), at.shape[:2])
+    at = sum(weights[:, k, None, None] * uvs[None, :, k] for k in range(3)) + np.zeros((len(weights), 1, 1))
+    shown = np.broadcast_to(area[chosen] / len(weights), at.shape[:2])
     accepted = share * math.fsum(area.tolist())
     finest = _sampled(chain[0], at, wrap)
     level = 0

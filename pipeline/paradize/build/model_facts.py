@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from paradize.errors import ParadizeError
-from paradize.material import OVERHANG, REPEATED, MapSource, Material, Picture, Wrap, texels_within, uv_width
+from paradize.material import OVERHANG, REPEATED, MapSource, Material, Picture, uv_width
 
 if TYPE_CHECKING:
     import numpy as np
@@ -20,10 +20,6 @@ if TYPE_CHECKING:
     from paradize.data import Mesh
 
 _ROUNDING = 1e-4  # of a tile
-PLAIN = 1.0 / 32.0  # of the range: a triangle whose colours differ by less shows one swatch
-_PALETTE = 0.99  # of the surface is plain, where the picture is a palette
-_SAME = 1.0 / 255.0
-_HALF = (0.05, 0.95)  # alpha between these is neither a hole nor opaque
 _MOST_TILES = 100
 
 
@@ -81,6 +77,7 @@ def read_model_facts(
     Returns {"facts": ModelFacts, "data": {(material, role): bytes of a picture inside the model's file}}, or
     {"error", "tried"}: the error of a model that cannot be read, and the files beside it that were read.
     """
+    from paradize.build.shown_colors import shown_colors
     from paradize.readers.model import read_model
 
     tried: list[Path] = []
@@ -102,12 +99,12 @@ def read_model_facts(
         palette, shrink, alpha = False, 0, "opaque"
         wrap = (material.leading.wrap if material.leading else None) or REPEATED
         if "color" in own:
-            palette, shrink, alpha = _shown(mesh, own["color"], decoded, wrap)
+            palette, shrink, alpha = shown_colors(mesh, own["color"], decoded, wrap)
         if "alpha" in own:
             source = MapSource(own["alpha"], "luminance")
             if "alpha" in material.maps and "alpha" not in given:
                 source = material.maps["alpha"]
-            alpha = _shown(mesh, own["alpha"], decoded, wrap, alpha_map=source)[2]
+            alpha = shown_colors(mesh, own["alpha"], decoded, wrap, alpha_map=source)[2]
         sources = {}
         for role, by in material.maps.items():
             if by.picture.data is not None:
@@ -132,13 +129,15 @@ def _uv_tiles(mesh: Mesh) -> tuple[Any, float | None, tuple[tuple[int, int], ...
     """Returns MaterialFacts' uvs, width_m and tiles."""
     import numpy as np
 
+    from paradize.build.shown_colors import areas_of
+
     if mesh.uvs is None or not len(mesh.triangles):
         return None, None, ()
     corners = mesh.uvs[mesh.triangles].astype(np.float64)
     low, high = corners.min(axis=1), corners.max(axis=1)
     p, q = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     covered = float(np.abs(p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0]).sum())
-    width_m = float(np.sqrt(_areas(mesh).sum() / covered)) if covered > 0.0 else None
+    width_m = float(np.sqrt(areas_of(mesh).sum() / covered)) if covered > 0.0 else None
     first = np.floor(low + _ROUNDING)
     last = np.maximum(first, np.ceil(high - _ROUNDING) - 1)
     tiles: tuple[tuple[int, int], ...] = ()
@@ -148,117 +147,6 @@ def _uv_tiles(mesh: Mesh) -> tuple[Any, float | None, tuple[tuple[int, int], ...
             tiles = tuple((int(u), int(v)) for u, v in found)
     least, most = low.min(axis=0).tolist(), high.max(axis=0).tolist()
     return (*least, *most), width_m, tiles
-
-
-def _shown(
-    mesh: Mesh,
-    color: Picture,
-    decoded: dict[Any, Any],
-    wrap: tuple[Wrap, Wrap],
-    *,
-    alpha_map: MapSource | None = None,
-) -> tuple[bool, int, str]:
-    """Returns what triangles show of a colour map: MaterialFacts' palette, shrink and alpha. decoded:
-    pictures that were read before. wrap: of their sampler. alpha_map: it is this picture of alpha, read as
-    ColorSettings says."""
-    import numpy as np
-
-    key = color.file if color.data is None else id(color.data)
-    if key not in decoded:
-        decoded[key] = _pixels(color)
-    pixels = decoded[key]
-    if pixels is None or mesh.uvs is None or not len(mesh.triangles):
-        return False, 0, "opaque"
-    rows, columns, channels = pixels.shape
-    corners = mesh.uvs[mesh.triangles].astype(np.float64)
-    seen, middle = [], []
-    for i in range(5):
-        for j in range(5 - i):
-            weights = (np.array([i, j, 4 - i - j], np.float64) + 1e-3) / (4.0 + 3e-3)
-            middle.append((corners * weights[None, :, None]).sum(axis=1))
-            at = middle[-1] * [columns, rows]
-            x, y = np.floor(at).T
-            seen.append(pixels[texels_within(y, rows, wrap[1]), texels_within(x, columns, wrap[0])])
-    colors = np.stack(seen)  # (places, triangles, channels)
-    places = np.concatenate(middle)
-    area = _areas(mesh)
-    palette = False
-    p, q = (corners[:, k] - corners[:, 0] for k in (1, 2))
-    sides = np.array([columns, rows])
-    p, q = p * sides, q * sides
-    longest = np.sqrt(np.maximum.reduce([(edge * edge).sum(axis=1) for edge in (p, q, q - p)]))
-    flat = np.abs(p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0]) <= 1e-3 * longest
-    plain = flat | (np.ptp(colors[:, :, :3], axis=0).max(axis=1) <= PLAIN)
-    if area.sum() > 0.0 and area[plain].sum() >= _PALETTE * area.sum():
-        middles = colors[len(colors) // 2, :, :3]
-        palette = bool((np.ptp(middles, axis=0) > PLAIN).any())
-    shrink = _shrink(pixels[:, :, :3], places, wrap) if palette else 0
-    own = channels in (2, 4) and bool((pixels[:, :, -1] < 1.0).any())
-    if alpha_map is None and not own:
-        return palette, shrink, "opaque"
-    channel = "a" if alpha_map is None else alpha_map.channel
-    if channel == "a" and channels not in (2, 4):
-        return palette, shrink, "opaque"
-    at = {"r": 0, "g": 1, "b": 2}.get(channel, -1 if own or channel == "a" else 0)
-    alpha = colors[:, :, min(at, 0) if channels < 3 else at]
-    if alpha_map is not None and alpha_map.inverted:
-        alpha = 1.0 - alpha
-    holes, between = (
-        float((alpha <= _HALF[0]).mean()),
-        float(((alpha > _HALF[0]) & (alpha < _HALF[1])).mean()),
-    )
-    if holes + between == 0.0:
-        return palette, shrink, "opaque"
-    return palette, shrink, "mask" if between <= holes else "blend"
-
-
-def _shrink(pixels: npt.NDArray[np.float32], places: npt.NDArray[np.float64], wrap: tuple[Wrap, Wrap]) -> int:
-    """How often a picture can be halved without a change of its colours at places (n, 2), of its sides."""
-    import numpy as np
-
-    def seen(level: npt.NDArray[np.float32]) -> npt.NDArray[np.float64]:
-        rows, columns = level.shape[:2]
-        x, y = places[:, 0] * columns - 0.5, places[:, 1] * rows - 0.5
-        left, top = np.floor(x), np.floor(y)
-        s, t = (x - left)[:, None], (y - top)[:, None]
-        beside = [texels_within(left + i, columns, wrap[0]) for i in (0, 1)]
-        below = [texels_within(top + j, rows, wrap[1]) for j in (0, 1)]
-        corner = [level[j, i] for j in below for i in beside]
-        upper, lower = (corner[k] * (1.0 - s) + corner[k + 1] * s for k in (0, 2))
-        return np.asarray(upper * (1.0 - t) + lower * t)
-
-    finest, times = seen(pixels), 0
-    while min(pixels.shape[:2]) > 1 and not (pixels.shape[0] % 2 or pixels.shape[1] % 2):
-        pixels = 0.25 * (pixels[::2, ::2] + pixels[1::2, ::2] + pixels[::2, 1::2] + pixels[1::2, 1::2])
-        if np.abs(seen(pixels) - finest).max() > _SAME:
-            break
-        times += 1
-    return times
-
-
-def _areas(mesh: Mesh) -> npt.NDArray[np.float64]:
-    import numpy as np
-
-    corners = mesh.positions.astype(np.float64)[mesh.triangles]
-    cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    return np.asarray(np.sqrt((cross * cross).sum(axis=1)))
-
-
-def _pixels(picture: Picture) -> npt.NDArray[np.float32] | None:
-    """The pixels (h, w, c) of a picture as floats; None where it cannot be read: its bake says so."""
-    import tempfile
-
-    from paradize.readers.image import read_image
-
-    try:
-        if picture.data is None:
-            return read_image(picture.file).pixels
-        with tempfile.NamedTemporaryFile() as file:
-            file.write(picture.data)
-            file.flush()
-            return read_image(Path(file.name)).pixels
-    except ParadizeError:
-        return None
 
 
 def to_json(facts: ModelFacts) -> dict[str, Any]:

@@ -48,15 +48,24 @@ def check_layouts(manifest: dict[str, Any], folder: Path) -> Iterator[Finding]:
         for material, names in sets:
             mesh = whole.of_materials(names)
             if mesh.uvs is not None:
-                picture = partial(read_entry, folder, manifest["artifacts"][material["maps"]["color"]])
-                yield from isolated(check_layout(mesh, mesh.uvs, file, picture), file)
+                color = manifest["artifacts"][material["maps"]["color"]]
+                picture, edge = partial(read_entry, folder, color), _EDGE
+                if color["gutter"] is None and color["max_level"] is not None and color["required_detail"]:
+                    edge *= (
+                        1 << color["required_detail"]["left_out"]
+                    )  # a palette's gradients, now as much steeper
+                yield from isolated(check_layout(mesh, mesh.uvs, file, picture, edge), file)
 
 
 def check_layout(
-    mesh: Mesh, uvs: npt.NDArray[np.float32], file: str, picture: Callable[[], bytes]
+    mesh: Mesh,
+    uvs: npt.NDArray[np.float32],
+    file: str,
+    picture: Callable[[], bytes],
+    edge: float = _EDGE,
 ) -> Iterator[Finding]:
     """The findings in the layout of one map set. mesh: its triangles, with these UVs. file: for messages.
-    picture: returns the KTX2 of its colour map."""
+    picture: returns the KTX2 of its colour map. edge: difference of neighbours that counts as one."""
     used = np.flatnonzero(mesh.is_used)  # other materials of the model may repeat their maps
     outside = np.abs(uvs[used] - 0.5).max(axis=1) - 0.5
     bad = outside > _BEYOND
@@ -67,7 +76,7 @@ def check_layout(
         return
     corners = np.clip(uvs[mesh.triangles].astype(np.float64), 0.0, 1.0)
     area = _areas(mesh.positions[mesh.triangles].astype(np.float64))
-    painted = _painted(corners, picture)
+    painted = _painted(corners, picture, edge)
     if area[painted].sum() <= _PLAIN * area.sum():
         return
     shown, corners = mesh.triangles[painted], corners[painted]
@@ -86,17 +95,20 @@ def check_layout(
     yield from _density(spread, triangles, corners, file)
 
 
-def _painted(corners: npt.NDArray[np.float64], picture: Callable[[], bytes]) -> npt.NDArray[np.bool_]:
-    """Which triangles show edges of the colour map. Those without, as on swatches and gradients of a palette,
-    may share texels, and their density means nothing. corners: (m, 3, 2) texture coordinates."""
+def _painted(
+    corners: npt.NDArray[np.float64], picture: Callable[[], bytes], most: float
+) -> npt.NDArray[np.bool_]:
+    """Which triangles show edges of the colour map: neighbours that differ by more than `most`. Those
+    without, as on swatches and gradients of a palette, may share texels, and their density means nothing.
+    corners: (m, 3, 2) texture coordinates."""
     try:
         colors = decode_texels(decode_ktx2(picture()))[:, :, :3]
     except (OSError, ParadizeError):  # another rule reports it
         return np.ones(len(corners), np.bool_)
     # Between the centres of four texels their colours are mixed; cell (0, 0) ends at the first centre.
     around = np.pad(colors, ((1, 1), (1, 1), (0, 0)), mode="edge")
-    across = np.abs(np.diff(around, axis=1)).max(axis=2) > _EDGE
-    down = np.abs(np.diff(around, axis=0)).max(axis=2) > _EDGE
+    across = np.abs(np.diff(around, axis=1)).max(axis=2) > most
+    down = np.abs(np.diff(around, axis=0)).max(axis=2) > most
     edge = across[:-1] | across[1:] | down[:, :-1] | down[:, 1:]
     found = np.zeros(len(corners), np.bool_)
     for weights in _SAMPLES:

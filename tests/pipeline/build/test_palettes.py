@@ -39,12 +39,12 @@ def store(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("PARADIZE_STORE", str(tmp_path / "store"))
 
 
-def model(first: int, spread: float) -> str:
-    """An OBJ of a row of squares, each on a swatch of its own. spread: of its UVs, as a share of the swatch
-    (0: points)."""
+def model(first: int, spread: float, times: int) -> str:
+    """An OBJ of a row of squares. Each swatch is shown so many times. spread: of a square's UVs, as a share
+    of the swatch (0: points)."""
     lines = ["mtllib kit.mtl", "usemtl colors"]
-    for k in range(6):
-        column, row = (first + k) % SWATCHES, (first + 3 * k) // SWATCHES % SWATCHES
+    for k in range(6 * times):
+        column, row = (first + k % 6) % SWATCHES, (first + 3 * (k % 6)) // SWATCHES % SWATCHES
         for x, y in ((0, 0), (1, 0), (1, 1), (0, 1)):
             lines.append(f"v {0.5 * (k - 3 + x):g} {y:g} {0.1 * k:g}")
             u, v = (at + 0.5 + spread * (corner - 0.5) for at, corner in ((column, x), (row, y)))
@@ -54,13 +54,15 @@ def model(first: int, spread: float) -> str:
     return "\n".join(lines) + "\n"
 
 
-def make_kit(folder: Path, picture: np.ndarray, *, spread: float = 0.4, count: int = 2) -> Path:
+def make_kit(
+    folder: Path, picture: np.ndarray, *, spread: float = 0.4, count: int = 2, times: int = 1
+) -> Path:
     folder.mkdir(parents=True)
     write_image(folder / "colors.png", picture)
     (folder / "kit.mtl").write_text("newmtl colors\nmap_Kd colors.png\n")
     objects = ""
     for k in range(count):
-        (folder / f"piece{k}.obj").write_text(model(5 * k, spread))
+        (folder / f"piece{k}.obj").write_text(model(5 * k, spread, times))
         objects += f'[[object]]\nname = "piece{k}"\nmesh = "piece{k}.obj"\nlods = 1\n[[object.instance]]\n'
         objects += f"position = [0.0, {1.5 * k}, 0.0]\n"
     path = folder / "kit.toml"
@@ -70,6 +72,13 @@ def make_kit(folder: Path, picture: np.ndarray, *, spread: float = 0.4, count: i
 
 def swatches() -> np.ndarray:
     return np.repeat(np.repeat(COLORS, SIDE // SWATCHES, axis=0), SIDE // SWATCHES, axis=1)
+
+
+def gradients() -> np.ndarray:
+    """Swatches that darken evenly from top to bottom, to half."""
+    step = SIDE // SWATCHES
+    down = 1.0 - 0.5 * (np.arange(SIDE) % step + 0.5) / step
+    return np.rint(swatches() * down[:, None, None]).astype(np.uint8)
 
 
 def baked(scene: Path, out: Path) -> tuple[set[str], dict[str, Any]]:
@@ -121,6 +130,29 @@ def test_a_painted_picture_and_a_plain_one_are_no_palettes(tmp_path: Path) -> No
         assert not any(one.palette for one in found), name
     path = make_kit(tmp_path / "kit", swatches())
     assert all(one.palette for one in find_map_sets(load_scene(path), path).maps.sets)
+
+
+def test_gradients_that_faces_share_are_a_palette_too(tmp_path: Path) -> None:
+    kit = make_kit(tmp_path / "s", gradients(), spread=0.8, times=2)
+    textures, manifest = baked(kit, tmp_path / "out")
+    assert textures == {"piece0_color"}  # no bumps are made of them
+    entry = manifest["artifacts"]["piece0_color"]
+    finest = decode_texels(decode_ktx2((tmp_path / "out" / entry["file"]).read_bytes()))[:, :, :3]
+    step = len(finest) // SWATCHES
+    assert 8 <= len(finest) < SIDE // 2
+    middles = (
+        finest[step // 2 - 1 :: step, step // 2 :: step] / 2
+        + finest[step // 2 :: step, step // 2 :: step] / 2
+    )
+    assert np.abs(255.0 * middles - 0.75 * COLORS).max() <= 2.0
+
+
+def test_gradients_are_no_palette_where_each_has_one_place_or_grain(tmp_path: Path) -> None:
+    grain = np.random.default_rng(5).integers(-6, 7, (SIDE, SIDE, 1))
+    rough = np.clip(gradients() + grain, 0, 255).astype(np.uint8)
+    for name, picture, times in (("once", gradients(), 1), ("grain", rough, 2)):
+        path = make_kit(tmp_path / name, picture, spread=0.8, times=times)
+        assert not any(one.palette for one in find_map_sets(load_scene(path), path).maps.sets), name
 
 
 def test_the_palette_of_an_unlit_kit_is_one_small_texture_of_its_light(tmp_path: Path) -> None:

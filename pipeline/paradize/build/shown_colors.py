@@ -1,0 +1,178 @@
+"""Looks at what the triangles of a material show of its colour map: swatches and gradients of a palette, and
+alpha."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from paradize.data import Mesh
+from paradize.errors import ParadizeError
+from paradize.kernels.reference.atlas import layout_raster
+from paradize.material import MapSource, Picture, Wrap, texels_within
+from paradize.readers.image import read_image
+
+PLAIN = 1.0 / 32.0  # of the range: a triangle whose colours differ by less shows one swatch
+_PALETTE = 0.99  # of the surface is plain, where the picture is a palette
+_SHARED = 0.1  # of the texels shows on several places, where gradients are a palette's
+_SIDE = 1024  # texels a side of the raster in which these are counted
+_BEND = 3.5 / 255.0  # a texel that differs by less from the line between its neighbours is part of a gradient
+_SAME = 1.0 / 255.0
+_HALF = (0.05, 0.95)  # alpha between these is neither a hole nor opaque
+
+
+def shown_colors(
+    mesh: Mesh,
+    color: Picture,
+    decoded: dict[Any, Any],
+    wrap: tuple[Wrap, Wrap],
+    *,
+    alpha_map: MapSource | None = None,
+) -> tuple[bool, int, str]:
+    """Returns what triangles show of a colour map: MaterialFacts' palette, shrink and alpha. decoded:
+    pictures that were read before. wrap: of their sampler. alpha_map: it is this picture of alpha, read as
+    ColorSettings says."""
+    key = color.file if color.data is None else id(color.data)
+    if key not in decoded:
+        decoded[key] = _pixels(color)
+    pixels = decoded[key]
+    if pixels is None or mesh.uvs is None or not len(mesh.triangles):
+        return False, 0, "opaque"
+    rows, columns, channels = pixels.shape
+    corners = mesh.uvs[mesh.triangles].astype(np.float64)
+    seen, middle, weights, texels = [], [], [], []
+    for i in range(5):
+        for j in range(5 - i):
+            weights.append((np.array([i, j, 4 - i - j], np.float64) + 1e-3) / (4.0 + 3e-3))
+            middle.append((corners * weights[-1][None, :, None]).sum(axis=1))
+            at = middle[-1] * [columns, rows]
+            x, y = np.floor(at).T
+            texels.append((texels_within(y, rows, wrap[1]), texels_within(x, columns, wrap[0])))
+            seen.append(pixels[texels[-1]])
+    colors = np.stack(seen)  # (places, triangles, channels)
+    places = np.concatenate(middle)
+    area = areas_of(mesh)
+    palette = False
+    p, q = (corners[:, k] - corners[:, 0] for k in (1, 2))
+    sides = np.array([columns, rows])
+    p, q = p * sides, q * sides
+    longest = np.sqrt(np.maximum.reduce([(edge * edge).sum(axis=1) for edge in (p, q, q - p)]))
+    flat = np.abs(p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0]) <= 1e-3 * longest
+    plain = flat | (np.ptp(colors[:, :, :3], axis=0).max(axis=1) <= PLAIN)
+    enough = _PALETTE * area.sum()
+    if area[plain].sum() < enough:
+        gradient = ~plain & (_off_gradient(colors[:, :, :3], weights) <= PLAIN)
+        if area[plain | gradient].sum() >= enough:
+            gradient &= _bend(pixels, texels) <= _BEND
+        if area[plain | gradient].sum() >= enough and _are_shared(mesh, corners, (plain | gradient) & ~flat):
+            plain |= gradient
+    if area.sum() > 0.0 and area[plain].sum() >= enough:
+        middles = colors[len(colors) // 2, :, :3]
+        palette = bool((np.ptp(middles, axis=0) > PLAIN).any())
+    shrink = _shrink(pixels[:, :, :3], places, wrap) if palette else 0
+    own = channels in (2, 4) and bool((pixels[:, :, -1] < 1.0).any())
+    if alpha_map is None and not own:
+        return palette, shrink, "opaque"
+    channel = "a" if alpha_map is None else alpha_map.channel
+    if channel == "a" and channels not in (2, 4):
+        return palette, shrink, "opaque"
+    at = {"r": 0, "g": 1, "b": 2}.get(channel, -1 if own or channel == "a" else 0)
+    alpha = colors[:, :, min(at, 0) if channels < 3 else at]
+    if alpha_map is not None and alpha_map.inverted:
+        alpha = 1.0 - alpha
+    holes, between = (
+        float((alpha <= _HALF[0]).mean()),
+        float(((alpha > _HALF[0]) & (alpha < _HALF[1])).mean()),
+    )
+    if holes + between == 0.0:
+        return palette, shrink, "opaque"
+    return palette, shrink, "mask" if between <= holes else "blend"
+
+
+def _bend(
+    pixels: npt.NDArray[np.float32], texels: Sequence[tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]]
+) -> npt.NDArray[np.float32]:
+    """How far the colours of each triangle's texels lie from the line between their neighbours, twice; the
+    largest of rows, columns and channels. texels: (rows, columns) of all triangles, by place."""
+    last = np.array(pixels.shape[:2]) - 1
+    bend = np.zeros(len(texels[0][0]), np.float32)
+    for y, x in texels:
+        y, x = np.clip(y, 1, max(last[0] - 1, 0)), np.clip(x, 1, max(last[1] - 1, 0))
+        for up, aside in ((1, 0), (0, 1)):
+            ends = pixels[np.maximum(y - up, 0), np.maximum(x - aside, 0)]
+            ends = ends + pixels[np.minimum(y + up, last[0]), np.minimum(x + aside, last[1])]
+            bend = np.maximum(bend, np.abs(ends - 2.0 * pixels[y, x])[:, :3].max(axis=1))
+    return bend
+
+
+def _off_gradient(
+    colors: npt.NDArray[np.float32], weights: Sequence[npt.NDArray[np.float64]]
+) -> npt.NDArray[np.float64]:
+    """How far the colours (places, triangles, channels) of each triangle lie from those that change evenly
+    across it and fit them best. weights: barycentric, of each place; they lie alike about the middle."""
+    away = [one - 1.0 / 3.0 for one in weights]
+    scale = 0.5 * sum(float((one * one).sum()) for one in away)
+    mean = sum(colors) / len(colors)
+    slopes = [sum(one[k] * color for one, color in zip(away, colors, strict=True)) / scale for k in range(3)]
+    off = np.zeros(colors.shape[1:])
+    for one, color in zip(away, colors, strict=True):
+        even = mean + sum(one[k] * slopes[k] for k in range(3))
+        off = np.maximum(off, np.abs(color - even))
+    return np.asarray(off.max(axis=1))
+
+
+def _are_shared(mesh: Mesh, corners: npt.NDArray[np.float64], chosen: npt.NDArray[np.bool_]) -> bool:
+    """Whether some of the chosen triangles show the same texels, as those of a layout of its own never do.
+    corners: (m, 3, 2) texture coordinates."""
+    places = np.clip(corners[chosen] - np.floor(corners[chosen].min(axis=1, keepdims=True)), 0.0, 1.0)
+    points = mesh.positions.astype(np.float64)
+    points = (points - points.min(axis=0)) / (float(np.ptp(points, axis=0).max()) or 1.0)
+    covered, twice, _ = layout_raster(points, mesh.triangles[chosen], places, resolution=_SIDE, gap=0)
+    return twice >= _SHARED * covered > 0
+
+
+def _shrink(pixels: npt.NDArray[np.float32], places: npt.NDArray[np.float64], wrap: tuple[Wrap, Wrap]) -> int:
+    """How often a picture can be halved without a change of its colours at places (n, 2), of its sides."""
+
+    def seen(level: npt.NDArray[np.float32]) -> npt.NDArray[np.float64]:
+        rows, columns = level.shape[:2]
+        x, y = places[:, 0] * columns - 0.5, places[:, 1] * rows - 0.5
+        left, top = np.floor(x), np.floor(y)
+        s, t = (x - left)[:, None], (y - top)[:, None]
+        beside = [texels_within(left + i, columns, wrap[0]) for i in (0, 1)]
+        below = [texels_within(top + j, rows, wrap[1]) for j in (0, 1)]
+        corner = [level[j, i] for j in below for i in beside]
+        upper, lower = (corner[k] * (1.0 - s) + corner[k + 1] * s for k in (0, 2))
+        return np.asarray(upper * (1.0 - t) + lower * t)
+
+    finest, times = seen(pixels), 0
+    while min(pixels.shape[:2]) > 1 and not (pixels.shape[0] % 2 or pixels.shape[1] % 2):
+        pixels = 0.25 * (pixels[::2, ::2] + pixels[1::2, ::2] + pixels[::2, 1::2] + pixels[1::2, 1::2])
+        if np.abs(seen(pixels) - finest).max() > _SAME:
+            break
+        times += 1
+    return times
+
+
+def areas_of(mesh: Mesh) -> npt.NDArray[np.float64]:
+    corners = mesh.positions.astype(np.float64)[mesh.triangles]
+    cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    return np.asarray(np.sqrt((cross * cross).sum(axis=1)))
+
+
+def _pixels(picture: Picture) -> npt.NDArray[np.float32] | None:
+    """The pixels (h, w, c) of a picture as floats; None where it cannot be read: its bake says so."""
+    try:
+        if picture.data is None:
+            return read_image(picture.file).pixels
+        with tempfile.NamedTemporaryFile() as file:
+            file.write(picture.data)
+            file.flush()
+            return read_image(Path(file.name)).pixels
+    except ParadizeError:
+        return None
