@@ -221,6 +221,21 @@ def test_a_table_of_instances_is_read_as_its_refusal_advises(
     assert len(read_instances(file)) == 1
 
 
+def test_a_scene_takes_what_a_cutoff_without_a_mask_is_advised(tmp_path: Path) -> None:
+    scene = make_cove(tmp_path)
+    lines = ['alpha_mode = "blend"', "alpha_cutoff = 0.5"]
+    table = "\n".join(["[object.material.leaf]", *lines, "", "[[object.instance]]"])
+    scene.write_text(scene.read_text().replace("[[object.instance]]", table, 1))
+    (fault,) = faults_of(scene)
+    assert "leave it out" in fault.mend
+    text = scene.read_text()
+    scene.write_text(text.replace(lines[1], ""))
+    assert faults_of(scene) == []
+    (written,) = re.findall(r'or write (\w+ = "\w+")', fault.mend)
+    scene.write_text(text.replace(lines[0], written))
+    assert faults_of(scene) == []
+
+
 COVERED = [  # of messages that are followed above, in test_advice.py and in test_wrong_inputs.py
     r"(\{\}|\d)* ?numbers, .*|allowed: .*|\{\}, or \{\}|write one or more of .*|did you mean .*|known: .*",
     r"write the smaller numbers? first|write it as .*|write a rule's code.*|write \{ soft.*",
@@ -230,6 +245,7 @@ COVERED = [  # of messages that are followed above, in test_advice.py and in tes
     r"write lod_errors with .*|write one target .*|the scene has no \[.*|must .*",
     *(".*" + re.escape(says) + ".*" for _, says, _ in LINES.values()),
     r"`paradize .*|.*; `paradize new DIR` .*|write \{\}|write \{\}:///folder",
+    r"leave it out, or write alpha_mode = \"mask\"",
 ]
 _CHARTS = "weld the mesh (--weld), so that triangles share edges, or paint its own layout"
 ELSEWHERE = {  # where it is followed; or why it is not
