@@ -16,7 +16,7 @@ std::size_t loader_threads(std::size_t files) {
 FileChecker::FileChecker(std::vector<std::uint32_t> files, std::size_t count, Check check)
     : files_(std::move(files)), check_(std::move(check)), states_(count, State::checked), places_(count),
       errors_(files_.size()), left_(files_.size()), first_error_(files_.size()) {
-    first_.reserve(files_.size());
+    first_.reserve(files_.size() + 1); // and one that is waited for
     for (std::size_t place = 0; place < files_.size(); ++place) {
         states_[files_[place]] = State::waiting;
         places_[files_[place]] = place;
@@ -34,6 +34,7 @@ FileChecker::~FileChecker() {
 
 void FileChecker::order(std::span<const std::uint32_t> files) {
     const std::lock_guard lock(mutex_);
+    changed_.notify_all();
     first_.assign(files.begin(),
                   files.begin() + static_cast<std::ptrdiff_t>(std::min(files.size(), files_.size())));
 }
@@ -49,7 +50,7 @@ const std::uint32_t *FileChecker::next() {
     while (cursor_ < files_.size() && states_[files_[cursor_]] != State::waiting) {
         ++cursor_;
     }
-    return cursor_ < first_error_ ? &files_[cursor_] : nullptr;
+    return rest_ && cursor_ < first_error_ ? &files_[cursor_] : nullptr;
 }
 
 std::optional<std::string> FileChecker::error_of(std::uint32_t file, const std::stop_token &stop) const {
@@ -63,10 +64,14 @@ std::optional<std::string> FileChecker::error_of(std::uint32_t file, const std::
 
 void FileChecker::work(const std::stop_token &stop) {
     std::unique_lock lock(mutex_);
-    while (!stop.stop_requested()) {
-        const std::uint32_t *found = next();
-        if (found == nullptr) {
-            return;
+    while (true) {
+        const std::uint32_t *found = nullptr;
+        changed_.wait(lock, stop, [&] {
+            found = next();
+            return found != nullptr || cursor_ >= first_error_;
+        });
+        if (found == nullptr || stop.stop_requested()) {
+            return; // nothing is left
         }
         const std::uint32_t file = *found;
         states_[file] = State::running;
@@ -76,6 +81,7 @@ void FileChecker::work(const std::stop_token &stop) {
         states_[file] = error ? State::wrong : State::checked;
         --left_;
         if (error) {
+            rest_ = true; // a file before it may be wrong, too
             errors_[places_[file]] = *error;
             first_error_ = std::min(first_error_, places_[file]);
         }
@@ -103,13 +109,26 @@ bool FileChecker::checked(std::uint32_t file) const {
 
 void FileChecker::wait(std::uint32_t file) {
     std::unique_lock lock(mutex_);
+    if (states_[file] == State::waiting && std::ranges::find(first_, file) == first_.end()) {
+        first_.insert(first_.begin(), file);
+        changed_.notify_all();
+    }
     changed_.wait(lock, [&] { return states_[file] == State::checked || error_known(); });
     if (states_[file] != State::checked) {
         throw_error();
     }
 }
 
+void FileChecker::begin_rest() {
+    const std::lock_guard lock(mutex_);
+    if (!rest_) {
+        rest_ = true;
+        changed_.notify_all();
+    }
+}
+
 void FileChecker::finish() {
+    begin_rest();
     std::unique_lock lock(mutex_);
     changed_.wait(lock, [&] { return left_ == 0 || error_known(); });
     throw_error();

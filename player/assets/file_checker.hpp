@@ -1,5 +1,6 @@
 #pragma once
-// Checks files on threads while others are drawn already: first those whose pieces are wanted first.
+// Checks files on threads while others are drawn already: first those whose pieces are wanted first, and the
+// others only once begin_rest() is called, so that the first picture shares its processors with none of them.
 
 #include <condition_variable>
 #include <cstddef>
@@ -32,9 +33,11 @@ class FileChecker {
 
     /// Replaces what is checked first. At most one entry per file counts.
     void order(std::span<const std::uint32_t> files);
+    /// Lets the threads check what is not ordered. wait() does so if a file is wrong, finish() always.
+    void begin_rest();
     bool checked(std::uint32_t file) const;
-    /// Waits until the file is checked. Throws Error if a file is wrong: the first of them in the order of
-    /// the constructor, whatever the threads do.
+    /// Waits until the file is checked. Throws Error if a file is wrong: the first of
+    /// them in the order of the constructor, whatever the threads do.
     void wait(std::uint32_t file);
     /// Waits for all files. Throws like wait().
     void finish();
@@ -52,7 +55,8 @@ class FileChecker {
     const std::vector<std::uint32_t> files_;
     const Check check_;
     mutable std::mutex mutex_; // guards all below but the threads
-    std::condition_variable changed_;
+    std::condition_variable_any changed_;
+    bool rest_ = false;                // files that are not ordered are checked, too
     std::vector<State> states_;        // per number
     std::vector<std::size_t> places_;  // per number: its place in files_
     std::vector<std::string> errors_;  // per place

@@ -54,6 +54,7 @@ struct Streamer::Impl {
     std::optional<Current> current;
     std::vector<std::uint32_t> ahead;         // pieces for the loader
     std::vector<std::uint32_t> files_ahead;   // artifacts for the checker
+    bool has_uploaded = false;                // upload() was called
     std::vector<bool> begun_files;            // per artifact: a piece of it was begun
     mutable std::vector<bool> known_checked;  // per artifact: what the checker said last
     std::atomic<std::uint64_t> waiting_bytes; // of checked files that stay in memory until they are uploaded
@@ -188,7 +189,9 @@ struct Streamer::Impl {
         for (const std::uint32_t piece : queue) {
             const std::uint32_t artifact = pieces[piece].artifact;
             if (!is_checked(artifact)) {
-                if (std::ranges::find(files_ahead, artifact) == files_ahead.end()) {
+                // Until the first picture stands, only files that it shows.
+                if ((has_uploaded || is_seen(piece)) &&
+                    std::ranges::find(files_ahead, artifact) == files_ahead.end()) {
                     files_ahead.push_back(artifact);
                 }
             } else if (needs_staging(piece)) {
@@ -406,6 +409,9 @@ void Streamer::set_needs(std::span<const Need> needs) {
 bool Streamer::upload(const UploadBudget &budget) {
     using Clock = std::chrono::steady_clock;
     const auto start = Clock::now();
+    if (impl_->has_uploaded) {
+        impl_->checker->begin_rest();
+    }
     if (budget.not_ready == NotReady::skip) {
         impl_->checker->finished(); // throws if a file is wrong
     }
@@ -440,6 +446,7 @@ bool Streamer::upload(const UploadBudget &budget) {
         impl_->upload_next();
     }
     impl_->count_needs();
+    impl_->has_uploaded = true;
     return !impl_->current && impl_->queue.empty();
 }
 
