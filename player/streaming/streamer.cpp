@@ -51,7 +51,7 @@ struct Streamer::Impl {
         std::uint64_t bytes_done = 0;
         std::unique_ptr<std::byte[]> staged; // nullptr: the chunks are in memory
     };
-    std::optional<Current> current;
+    std::optional<Current> current, paused;   // paused: gives way to pieces that are needed now
     std::vector<std::uint32_t> ahead;         // pieces for the loader
     std::vector<std::uint32_t> files_ahead;   // artifacts for the checker
     bool has_uploaded = false;                // upload() was called
@@ -214,18 +214,31 @@ struct Streamer::Impl {
     /// come first. `shows_something`: this call has uploaded what is needed now.
     std::optional<std::size_t> next_piece(NotReady not_ready, bool shows_something) const {
         for (std::size_t i = 0; i < queue.size(); ++i) {
-            if (not_ready == NotReady::wait_if_seen && shows_something && !is_seen(queue[i]) &&
-                !begun_files[pieces[queue[i]].artifact]) {
-                continue;
-            }
-            const bool is_ready =
-                not_ready != NotReady::skip ||
-                (is_checked_of(queue[i]) && (!needs_staging(queue[i]) || loader->ready(queue[i])));
-            if (is_ready && schedule->can_load(queue[i])) {
+            const bool may_wait = not_ready != NotReady::wait_if_seen || !shows_something ||
+                                  is_seen(queue[i]) || begun_files[pieces[queue[i]].artifact];
+            if (may_wait && can_begin(queue[i], not_ready)) {
                 return i;
             }
         }
         return std::nullopt;
+    }
+
+    bool can_begin(std::uint32_t piece, NotReady not_ready) const {
+        const bool is_ready = not_ready != NotReady::skip ||
+                              (is_checked_of(piece) && (!needs_staging(piece) || loader->ready(piece)));
+        return is_ready && schedule->can_load(piece);
+    }
+
+    /// Lets pieces that are needed now go before one that is not and is half uploaded.
+    void give_way(NotReady not_ready) {
+        const auto goes_first = [&](std::uint32_t piece) {
+            return is_seen(piece) && can_begin(piece, not_ready);
+        };
+        if (current && !paused && !is_seen(current->piece) && std::ranges::any_of(queue, goes_first)) {
+            paused = std::exchange(current, std::nullopt);
+        } else if (paused && !current && std::ranges::none_of(queue, goes_first)) {
+            current = std::exchange(paused, std::nullopt);
+        }
     }
 
     /// Drops all pieces of an artifact whose file cannot be read any more.
@@ -425,6 +438,7 @@ bool Streamer::upload(const UploadBudget &budget) {
         if (!impl_->current && impl_->queue.empty()) {
             impl_->plan();
         }
+        impl_->give_way(budget.not_ready);
         if (!impl_->current) {
             if (used >= budget.bytes) {
                 break; // waits for no file that this frame does not use
@@ -447,7 +461,7 @@ bool Streamer::upload(const UploadBudget &budget) {
     }
     impl_->count_needs();
     impl_->has_uploaded = true;
-    return !impl_->current && impl_->queue.empty();
+    return !impl_->current && !impl_->paused && impl_->queue.empty();
 }
 
 void Streamer::finish_checks() {

@@ -19,7 +19,7 @@ from tests.places import ROOT
 from tests.player.synthetic import identity, instance, material, write_scene
 
 PLAYER = ROOT / "build/bin/paradize-player"
-SPACING_M = 30.0
+SPACING_M = 6.0
 
 
 def play(scene: Path, *arguments: object) -> dict[str, Any]:

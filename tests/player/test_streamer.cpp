@@ -267,6 +267,36 @@ TEST_CASE(
     test::throw_on_error();
 }
 
+TEST_CASE("streamer: a large piece that is half uploaded gives way to one that is needed now") {
+    if (!test::have_context()) {
+        return;
+    }
+    SmallScene scene;
+    scene.put("quad_color", test::ktx2_file(assets::PixelFormat::rgba8_srgb, 1024, 1024)); // mip 0: 4 MB
+    const UploadBudget frame{.bytes = 1 << 20, .not_ready = NotReady::wait_if_seen};
+    Streamer streamer = scene.streamer();
+    std::vector<Need> needs(streamer.piece_count());
+    const auto [first, count] = streamer.pieces_of("quad_color");
+    std::fill_n(needs.begin() + first, count, Need{0.0F, 2.0F});
+    streamer.set_needs(needs);
+    while (streamer.counts().uploads + 1 < count) {
+        streamer.upload(frame);
+    }
+    streamer.upload(frame); // a part of mip 0
+    REQUIRE_FALSE(streamer.texture("quad_color")->complete());
+    CHECK_FALSE(streamer.texture("sky")->resident());
+    const auto [sky, skies] = streamer.pieces_of("sky");
+    std::fill_n(needs.begin() + sky, skies, Need{5.0F, 0.0F});
+    streamer.set_needs(needs);
+    streamer.upload(frame);
+    CHECK(streamer.texture("sky")->complete());
+    while (!streamer.upload(frame)) {
+    }
+    CHECK(streamer.texture("quad_color")->complete());
+    CHECK(streamer.counts().resident_bytes == streamer.counts().total_bytes);
+    test::throw_on_error();
+}
+
 TEST_CASE("streamer: a compressed texture gives the same texels, and its memory is freed") {
     if (!test::have_context()) {
         return;
