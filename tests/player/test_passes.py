@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -141,6 +142,26 @@ def test_fronds_cast_shadows_with_their_alpha_cutoff(posed: Posed) -> None:
     assert (
         around(cards, WIDTH / 2, HEIGHT / 2, 50).sum() > 1.1 * around(leaves, WIDTH / 2, HEIGHT / 2, 50).sum()
     )
+
+
+def test_leaflets_cast_shadows_of_their_own(posed: Posed) -> None:
+    """Beside the same shadow in a map of 4 mm a texel. One map of the whole square, 5 cm a texel,
+    shows a third of its detail, at an error of 0.073."""
+    scene = posed.scene()
+    scene["particles"] = []
+    sun, top = np.asarray(scene["sun"]["direction"]), np.asarray(crown(posed))
+    place = top - sun * (top[1] - 0.4) / sun[1]
+    eye, target = (place[0] - 2.0, 4.0, place[2] + 4.0), (place[0], 0.4, place[2])
+    near = copy.deepcopy(scene)
+    near["shadow"] |= {"extent_m": 16.0, "center": [float(place[0]), 0.4, float(place[2])], "size": 4096}
+    visible = [
+        posed.render(eye, target, scene=one).mean(axis=2)
+        / np.maximum(posed.render(eye, target, scene=one, disable="shadow").mean(axis=2), 1e-3)
+        for one in (scene, near)
+    ]
+    detail = [float(np.abs(np.diff(shadow, axis=1)).sum()) for shadow in visible]
+    assert detail[0] > 0.38 * detail[1]
+    assert np.sqrt(np.mean((visible[0] - visible[1]) ** 2)) < 0.067
 
 
 @pytest.mark.parametrize("elevation_deg", [12.0, 45.0, 85.0])
