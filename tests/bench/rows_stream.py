@@ -52,6 +52,8 @@ def bench_start(name: str, scene: Path, folder: Path, runs: int) -> Row:
     frame, flip = first_like(scene, folder / f"{name}-pictures")
     bare = without_data(scene, folder / f"{name}-bare")
     times: tuple[list[float], list[float]] = ([], [])
+    for _ in range(2):  # the driver compiles other variants of the shaders for it, and keeps them
+        play(bare, *SIZE, "--frames", 1)
     for _ in range(runs):
         times[0].append(curve(play(scene, *SIZE, "--frames", frame + 1))[frame][0] * 1e3)
         times[1].append(curve(play(bare, *SIZE, "--frames", 1))[0][0] * 1e3)
@@ -134,18 +136,18 @@ def bench_naive(runs: int) -> Row:
     ours, peer = [], []
     for _ in range(runs):
         ours.append(play(ISLAND, *SIZE, "--frames", 1)["streaming"]["open_ms"])
-        start = time.perf_counter()
+        start = time.process_time()
         for path in made:
             image = Image.open(path).convert("RGB")
             while image.width > 1:
                 image = image.reduce(2)
-        peer.append((time.perf_counter() - start) * 1e3)
+        peer.append((time.process_time() - start) * 1e3)
     for path in made:
         path.unlink()
     return Row(
         "island to checked headers", statistics.median(ours), "PNG of the same sizes: decode, mips (Pillow)",
         statistics.median(peer), "-", "-", 100,
-        inside="opening and reading, files in the page cache", ours_on=on(CORES), peer_on=on(1),
+        inside="processor time; files in the page cache", ours_on=on(CORES), peer_on=on(1),
     )  # fmt: skip
 
 
