@@ -16,6 +16,7 @@ from hypothesis import strategies as st
 
 from paradize.data import Texture
 from paradize.errors import FormatError
+from paradize.formats.ktx2.cut import cut_ktx2
 from paradize.formats.ktx2.encode import encode_ktx2
 from paradize.formats.ktx2.layout import FORMATS, full_level_count, level_bytes
 from paradize.formats.ktx2.reader import decode_ktx2
@@ -48,6 +49,14 @@ def test_golden_header_reads_as_the_specification_numbers_it() -> None:
     )
     offsets = [struct.unpack_from("<3Q", data, 80 + 24 * level)[0] for level in range(4)]
     assert offsets == sorted(offsets, reverse=True), "the smallest level comes first in the file"
+
+
+@pytest.mark.parametrize("zstd_level", [None, 3])
+def test_without_its_finest_levels_a_texture_is_packed_as_before(zstd_level: int | None) -> None:
+    whole = make_texture("BC5_SNORM", 64, 32)
+    coarse = Texture("BC5_SNORM", 16, 8, whole.levels[2:], 1)
+    cut = cut_ktx2(encode_ktx2(whole, zstd_level=zstd_level), 2, zstd_level=3)
+    assert cut == encode_ktx2(coarse, zstd_level=zstd_level)
 
 
 # vkFormat, typeSize, colour model, bytes of a block, and of each sample: channel and qualifiers, offset,
