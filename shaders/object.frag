@@ -87,8 +87,9 @@ void main() {
 
     float metalness = material.metalness.x * mix(1.0, occlusion.g, material.metalness.y);
     Surface s = matte_surface(v_position, world_normal, geometric, base.rgb * (1.0 - metalness));
-    s.coat = clamp(0.08 * gloss.r * material.specular_smoothness.x, 0.0, 1.0);
-    s.f0 = mix(vec3(s.coat), base.rgb, metalness);
+    s.reflector = dielectric_reflector(0.08 * gloss.r * material.specular_smoothness.x);
+    s.reflector.metal = base.rgb;
+    s.reflector.metalness = metalness;
     s.alpha = alpha;
     s.translucency = material.translucency;
     s.occlusion = 1.0 + material.occlusion_strength * (occlusion.r - 1.0);

@@ -138,8 +138,7 @@ void main() {
     vec3 geometric = safe_normalize(v_normal, vec3(0.0, 1.0, 0.0));
     vec3 world_normal = tangent_to_world(local_normal, v_normal, v_tangent);
     Surface s = matte_surface(v_position, world_normal, geometric, albedo);
-    s.coat = mix(0.04 * u_sand_mix.z, 0.02, wet);
-    s.f0 = vec3(s.coat);
+    s.reflector = dielectric_reflector(mix(0.04 * u_sand_mix.z, 0.02, wet));
     s.alpha = filtered_alpha(s.normal, alpha_of_smoothness(mix(u_sand_mix.w, u_wet.z, wet)));
     vec3 color = shade(s);
 

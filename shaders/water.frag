@@ -127,8 +127,8 @@ void main() {
     float alpha = max(alpha_of_smoothness(u_specular_smoothness.y), 0.03);
     alpha = sqrt(clamp(alpha * alpha + 0.012 * (unresolved.x + unresolved.y), 0.0, 1.0));
     alpha = filtered_alpha(n, alpha);
-    color += sun_radiance.rgb * visibility *
-             specular_ggx(n, v, sun_direction.xyz, vec3(WATER_F0 * u_specular_smoothness.x), alpha, 60.0);
+    Reflector surface = dielectric_reflector(WATER_F0 * u_specular_smoothness.x);
+    color += sun_radiance.rgb * visibility * specular_ggx(n, v, sun_direction.xyz, surface, alpha, 60.0);
 
     // Foam at the shore, in a broken line that moves with the swash. Deep water and water without a
     // refraction texture are opaque.

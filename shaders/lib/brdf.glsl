@@ -24,8 +24,6 @@ float ggx_visibility(float n_l, float n_v, float alpha) {
     return 0.5 / max(smith, 1e-4);
 }
 
-float largest(vec3 v) { return max(max(v.r, v.g), v.b); }
-
 // Share of the light from all around that microfacets reflect towards v in one bounce, as factors of f0 and of 1
 // (Schlick's term): B. Karis, "Real Shading in Unreal Engine 4", 2013. A fit to the integral of GGX with
 // height-correlated Smith, within 0.02 (0.05 where n_v < 0.2).
@@ -41,11 +39,23 @@ vec2 directional_albedo(float n_v, float alpha) {
     return clamp(r.xy / r.zw, 0.0, 1.0);
 }
 
-// The same share for a reflectance f0. Below f0 = 0.02 the grazing term fades out too: S. Lagarde, 2011.
-vec3 single_scattering(vec3 f0, float n_v, float alpha) {
-    vec2 factors = directional_albedo(n_v, alpha);
-    return f0 * factors.x + clamp(50.0 * largest(f0), 0.0, 1.0) * factors.y;
-}
+// What a surface reflects: a share of it as a metal, the rest as a non-metal.
+struct Reflector {
+    float dielectric; // reflectance of the non-metal at normal incidence, f0
+    vec3 metal;       // of the metal
+    float metalness;  // the metal's share
+};
+
+Reflector dielectric_reflector(float f0) { return Reflector(clamp(f0, 0.0, 1.0), vec3(0.0), 0.0); }
+
+vec3 reflectance_f0(Reflector r) { return mix(vec3(r.dielectric), r.metal, r.metalness); }
+
+// Reflectance at grazing angles, f90. A metal's is 1. A non-metal's falls to 0 below f0 = 0.02: S. Lagarde, 2011.
+// They mix as in The Khronos Group, "KHR_materials_specular", 2023: what dims the non-metal leaves the metal as it is.
+float reflectance_f90(Reflector r) { return mix(clamp(50.0 * r.dielectric, 0.0, 1.0), 1.0, r.metalness); }
+
+// Reflectance of a non-metal for one direction of light. It fades out below f0 = 0.02.
+float dielectric_fresnel(float f0, float cosine) { return fresnel_schlick(f0, cosine) * smoothstep(0.0, 0.02, f0); }
 
 // Factor on the sun's light of one bounce for what bounces again between microfacets, which else is lost: rough
 // metals would be dark. E. Turquin, "Practical multiple scattering compensation for microfacet models", 2019.
@@ -56,15 +66,16 @@ vec3 multiple_scattering(vec3 f0, float n_v, float alpha) {
 
 // Reflectance of light from all around towards v, with all bounces: C. Fdez-Aguera, "A Multiple-Scattering
 // Microfacet Model for Real-Time Image-based Lighting", JCGT 8(1), 2019.
-vec3 environment_reflectance(vec3 f0, float n_v, float alpha) {
+vec3 environment_reflectance(Reflector r, float n_v, float alpha) {
+    vec3 f0 = reflectance_f0(r);
     vec2 factors = directional_albedo(n_v, alpha);
     vec3 mean_fresnel = f0 + (1.0 - f0) / 21.0;
-    return single_scattering(f0, n_v, alpha) / (1.0 - mean_fresnel * (1.0 - factors.x - factors.y));
+    vec3 once = f0 * factors.x + reflectance_f90(r) * factors.y;
+    return once / max(1.0 - mean_fresnel * (1.0 - factors.x - factors.y), vec3(1e-3));
 }
 
-// Specular reflectance of light from direction l towards v, including the factor n.l, at most `limit`. f0 is
-// the reflectance at normal incidence.
-vec3 specular_ggx(vec3 n, vec3 v, vec3 l, vec3 f0, float alpha, float limit) {
+// Specular reflectance of light from direction l towards v, including the factor n.l, at most `limit`.
+vec3 specular_ggx(vec3 n, vec3 v, vec3 l, Reflector r, float alpha, float limit) {
     float n_l = dot(n, l);
     if (n_l <= 0.0) {
         return vec3(0.0);
@@ -72,16 +83,16 @@ vec3 specular_ggx(vec3 n, vec3 v, vec3 l, vec3 f0, float alpha, float limit) {
     vec3 h = safe_normalize(v + l, n);
     float n_v = max(dot(n, v), 1e-3);
     float n_h = clamp(dot(n, h), 0.0, 1.0);
-    vec3 f = fresnel_schlick(f0, dot(v, h)) * smoothstep(0.0, 0.02, largest(f0));
-    f *= multiple_scattering(f0, n_v, alpha);
+    float v_h = dot(v, h);
+    vec3 f = mix(vec3(dielectric_fresnel(r.dielectric, v_h)), fresnel_schlick(r.metal, v_h), r.metalness);
+    f *= multiple_scattering(reflectance_f0(r), n_v, alpha);
     return min(ggx_distribution(n_h, alpha) * ggx_visibility(n_l, n_v, alpha) * f * n_l, vec3(limit));
 }
 
 // Share of the light from l that enters a non-metal instead of being reflected towards v at its surface: The Khronos Group,
 // "glTF 2.0 Specification", 2021, appendix B.2.1 (fresnel_mix).
 float sun_entering(vec3 n, vec3 v, vec3 l, float f0) {
-    vec3 h = safe_normalize(v + l, n);
-    return 1.0 - fresnel_schlick(f0, dot(v, h)) * smoothstep(0.0, 0.02, f0);
+    return 1.0 - dielectric_fresnel(f0, dot(v, safe_normalize(v + l, n)));
 }
 
 // Widens alpha by the variance of the normal inside a pixel, so that highlights do not shimmer: Y. Tokuyoshi,

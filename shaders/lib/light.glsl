@@ -21,32 +21,32 @@ vec3 sky_ambient(vec3 n) {
 }
 
 // Specular reflection of the sky by a rough surface. Without a sky, the light from all around is reflected.
-vec3 sky_specular(vec3 n, vec3 v, vec3 f0, float alpha) {
+vec3 sky_specular(vec3 n, vec3 v, Reflector reflector, float alpha) {
     vec3 r = reflect(-v, n);
+    vec3 share = environment_reflectance(reflector, dot(n, v), alpha);
     if (u_sky_blur < 0.0) {
-        return sky_ambient(r) * environment_reflectance(f0, dot(n, v), alpha);
+        return sky_ambient(r) * share;
     }
     float lod = (u_sky_blur + u_sky_trimmed_mips) * sqrt(sqrt(alpha)) - u_sky_trimmed_mips;
-    return textureLod(u_sky, r, lod).rgb * environment_reflectance(f0, dot(n, v), alpha);
+    return textureLod(u_sky, r, lod).rgb * share;
 }
 
 uniform float u_refracting; // 1 in the refraction view, where alpha holds the packed depth
 
 struct Surface {
-    vec3 position;      // metres, in the view's coordinates
-    vec3 normal;        // unit, from the normal map
-    vec3 geometric;     // unit, of the triangle's visible side
-    vec3 albedo;        // linear
-    vec3 f0;            // specular reflectance at normal incidence
-    float coat;         // the same of its share that is no metal: what that reflects does not reach the albedo
-    float alpha;        // GGX roughness
-    float translucency; // share of the light from behind that passes through
-    float occlusion;    // share of the light from all around that arrives
+    vec3 position;       // metres, in the view's coordinates
+    vec3 normal;         // unit, from the normal map
+    vec3 geometric;      // unit, of the triangle's visible side
+    vec3 albedo;         // linear
+    Reflector reflector; // what its dielectric reflects does not reach the albedo
+    float alpha;         // GGX roughness
+    float translucency;  // share of the light from behind that passes through
+    float occlusion;     // share of the light from all around that arrives
 };
 
 // An opaque surface without specular reflection. Set the other members afterwards where they apply.
 Surface matte_surface(vec3 position, vec3 normal, vec3 geometric, vec3 albedo) {
-    return Surface(position, normal, geometric, albedo, vec3(0.0), 0.0, 1.0, 0.0, 1.0);
+    return Surface(position, normal, geometric, albedo, dielectric_reflector(0.0), 1.0, 0.0, 1.0);
 }
 
 // Linear radiance towards the eye, without haze. Includes absorption and caustics under water.
@@ -84,16 +84,17 @@ vec3 shade(Surface s) {
     }
     // Surfaces under water have no specular reflection. It fades out over a few centimetres of depth.
     float above_water = submerged ? (1.0 - smoothstep(0.03, 0.10, depth)) * (1.0 - u_refracting) : 1.0;
-    if (s.coat > 0.0) {
-        float reflected = environment_reflectance(vec3(s.coat), dot(s.normal, v), s.alpha).r;
-        direct *= mix(1.0, sun_entering(s.normal, v, sun_direction.xyz, s.coat), above_water);
+    float f0 = s.reflector.dielectric;
+    if (f0 > 0.0) {
+        float reflected = environment_reflectance(dielectric_reflector(f0), dot(s.normal, v), s.alpha).r;
+        direct *= mix(1.0, sun_entering(s.normal, v, sun_direction.xyz, f0), above_water);
         sky *= 1.0 - above_water * reflected;
     }
     vec3 color = (s.albedo * direct + transmitted * transmission) * (1.0 / PI) * sun + s.albedo * sky +
                  transmitted * ambient_transmission;
-    if (largest(s.f0) > 0.0 && above_water > 0.0) {
-        color += above_water * unattenuated * specular_ggx(s.normal, v, sun_direction.xyz, s.f0, s.alpha, 16.0);
-        color += above_water * sky_specular(s.normal, v, s.f0, s.alpha) *
+    if (max(f0, s.reflector.metalness) > 0.0 && above_water > 0.0) {
+        color += above_water * unattenuated * specular_ggx(s.normal, v, sun_direction.xyz, s.reflector, s.alpha, 16.0);
+        color += above_water * sky_specular(s.normal, v, s.reflector, s.alpha) *
                  specular_occlusion(dot(s.normal, v), s.occlusion, s.alpha);
     }
     return color;

@@ -328,13 +328,13 @@ def directional_albedo(n_v: F64, roughness: float) -> F64:
     return np.array(found)
 
 
-def reflectance(f0: F64, n_v: F64, roughness: float) -> F64:
+def reflectance(f0: F64, n_v: F64, roughness: float, f90: float = 1.0) -> F64:
     """All bounces of light from all sides: C. Fdez-Aguera, "A Multiple-Scattering Microfacet Model for
     Real-Time Image-based Lighting", 2019. roughness: the square root of GGX's alpha."""
     at = np.linspace(0.0, 1.0, 65)
     table = directional_albedo(at, roughness)
     scale, bias = (np.interp(n_v, at, table[:, k])[..., None] for k in (0, 1))
-    return np.asarray((f0 * scale + bias) / (1 - (f0 + (1 - f0) / 21) * (1 - scale - bias)))
+    return np.asarray((f0 * scale + f90 * bias) / (1 - (f0 + (1 - f0) / 21) * (1 - scale - bias)))
 
 
 def further_bounces(f0: float, n_v: float, roughness: float) -> float:
@@ -377,6 +377,36 @@ def test_a_white_surface_is_as_bright_as_light_from_all_sides(
         seen = middle(render([one], {"a": quad(normal)}, ambient=1.0))
         straight = middle(render([thing("a", {"m": material(**WHITE)})], {"a": quad(normal)}, ambient=1.0))
         assert seen == pytest.approx(straight, abs=0.02), tilt
+
+
+@pytest.mark.parametrize("metalness", [0.0, 0.3, 1.0])
+@pytest.mark.parametrize("specular", [0.0, 0.125, 0.5])
+def test_at_grazing_angles_metal_and_the_rest_reflect_each_its_share(
+    render: Render, metalness: float, specular: float
+) -> None:
+    """Metal reflects all light there. The rest does from f0 = 0.02 on; below it less, at 0 nothing."""
+    grey, n_v = 0.2, 0.2
+    one = thing(
+        "a", {"m": material(color=[grey] * 3, metalness=metalness, specular=specular, smoothness=0.0)}
+    )
+    normal = np.array([(1 - n_v * n_v) ** 0.5, 0.0, n_v])
+    plain = 0.08 * specular
+    shown = min(50 * plain, 1.0)
+    f0, f90 = metalness * grey + (1 - metalness) * plain, metalness + (1 - metalness) * shown
+    color = (1 - metalness) * grey
+
+    below = 1 - reflectance(np.full(3, plain), np.array(n_v), 1.0, shown)
+    seen = middle(render([one], {"a": quad((*normal,), size=6.0)}, ambient=1.0))
+    expected = 0.75 * (color * below + reflectance(np.full(3, f0), np.array(n_v), 1.0, f90))
+    assert seen == pytest.approx(expected, abs=0.02)
+
+    sun = 2 * n_v * normal - [0.0, 0.0, 1.0]  # the eye sees it mirrored
+    seen = middle(render([one], {"a": quad((*normal,), size=6.0)}, sun=([*sun], 4 * pi)))
+    grazing = (1 - n_v) ** 5
+    of_plain = shown * shown * (3 - 2 * shown) * (plain + (1 - plain) * grazing)
+    once = (1 - metalness) * of_plain + metalness * (grey + (1 - grey) * grazing)
+    expected = np.full(3, 4 * n_v * color * (1 - of_plain) + once * further_bounces(f0, n_v, 1.0))
+    assert seen == pytest.approx(expected, abs=0.02)
 
 
 @pytest.mark.parametrize("smoothness", [0.0, 0.5, 0.8])
