@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from paradize.data import Mesh
+from paradize.kernels.reference import Shading, Surface
 from paradize.metrics.mapped_normal import uv_shift
 from paradize.stages.lod import METHODS, simplify
 from tests.pipeline.shapes import grid, sphere
@@ -60,3 +61,34 @@ def test_a_texture_that_is_held_slides_less_by_every_method(method: str) -> None
         for weight in (1.0, 16.0)
     )
     assert held < 0.8 * loose
+
+
+@pytest.mark.parametrize("unit", [0.0, 0.3, 40.0])
+@pytest.mark.parametrize("texture", ["smooth", "torn", "far"])
+def test_the_search_finds_the_least_of_all_triangles(texture: str, unit: float) -> None:
+    """To the bit, whatever the texture coordinates: the same as of each triangle alone."""
+    random = np.random.default_rng(7)
+    ball, coarse = sphere(8), sphere(5)
+    uvs, wanted = uvs_of(ball), uvs_of(coarse)
+    if texture == "torn":  # each triangle shows a part of its own
+        ball = replace(
+            ball,
+            positions=ball.positions[ball.triangles.reshape(-1)],
+            triangles=np.arange(ball.triangles.size, dtype=np.uint32).reshape(-1, 3),
+        )
+        uvs = random.random((len(ball.positions), 2), np.float32)
+    if texture == "far":
+        wanted = wanted + np.float32([3.0, -2.0])
+
+    def shading(mesh: Mesh, uvs: np.ndarray, triangles: np.ndarray) -> Shading:
+        return Shading(
+            Surface(mesh.positions, triangles), np.zeros_like(mesh.positions), None, uvs, triangles
+        )
+
+    whole = shading(ball, uvs, ball.triangles)
+    alone = [shading(ball, uvs, ball.triangles[k : k + 1]) for k in range(len(ball.triangles))]
+    for k in range(0, len(coarse.triangles), 6):
+        seen = shading(coarse, wanted, coarse.triangles[k : k + 1])
+        least = min(seen.shift_from(one, unit=unit, samples=1)[2] for one in alone)
+        for threads in (1, 3):
+            assert seen.shift_from(whole, unit=unit, samples=1, threads=threads)[2] == least

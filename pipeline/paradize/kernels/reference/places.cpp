@@ -10,6 +10,7 @@
 
 #include "math/functions.hpp"
 #include "reference/samples.hpp"
+#include "reference/uv_tree.hpp"
 
 namespace paradize::reference {
 namespace {
@@ -243,7 +244,8 @@ Angles normal_angles(const Tree &from, const Shading &seen, const Tree &to, cons
 
 Spread uv_shift(const Tree &from, const Shading &seen, const Tree &to, const Shading &truth, double unit,
                 std::uint64_t samples, unsigned threads) {
-    const Surface &surface = from.surface(), &other = to.surface();
+    const Surface &surface = from.surface();
+    const UvTree tree(to, truth.triangles, truth.uvs);
     const std::size_t count = surface.triangles.size() / 3;
     const Shares shares(surface, samples, 1);
     // Where there are more triangles than samples, every so many-th is looked at.
@@ -251,6 +253,7 @@ Spread uv_shift(const Tree &from, const Shading &seen, const Tree &to, const Sha
     std::vector<double> shifts(shares.first.back(), -1);
     for_chunks((count + chunk_size - 1) / chunk_size, threads, [&](std::size_t chunk) {
         std::vector<std::pair<double, double>> uvs;
+        std::vector<UvTree::Entry> open;
         for (std::size_t s = chunk * chunk_size; s < std::min(count, (chunk + 1) * chunk_size); ++s) {
             if (s % stride != 0)
                 continue;
@@ -262,27 +265,25 @@ Spread uv_shift(const Tree &from, const Shading &seen, const Tree &to, const Sha
                 const auto [u, v] = uvs[k];
                 const auto uv = mixed<2>(seen.uvs, seen, i, {1 - u - v, u, v});
                 double best = biggest;
-                to.search(p, best, [&](std::uint32_t t) {
-                    Corners image{};
-                    for (std::size_t j = 0; j < 3; ++j)
-                        for (std::size_t axis = 0; axis < 2; ++axis)
-                            image[j][axis] =
-                                truth.uvs[truth.triangles[t * std::size_t{3} + j] * std::size_t{2} + axis];
-                    const Point looked{uv[0], uv[1], 0};
-                    const Corners there = corners_of(other, t);
-                    // The place that shows the same texel, or, as in palettes, where many do or nearly so,
-                    // the nearest place with what it shows beside.
-                    for (const auto &weights : {weights_at(looked, image), weights_at(p, there)}) {
-                        Point miss = looked, off = p;
-                        for (std::size_t j = 0; j < 3; ++j) {
-                            miss = along(miss, -weights[j], image[j]);
-                            off = along(off, -weights[j], there[j]);
+                tree.search(
+                    p, uv, unit, best, open, [&](const Corners &there, const std::array<Uv, 3> &shows) {
+                        Corners image{};
+                        for (std::size_t j = 0; j < 3; ++j)
+                            image[j] = {shows[j][0], shows[j][1], 0};
+                        const Point looked{uv[0], uv[1], 0};
+                        // The place that shows the same texel, or, as in palettes, where many do or nearly
+                        // so, the nearest place with what it shows beside.
+                        for (const auto &weights : {weights_at(looked, image), weights_at(p, there)}) {
+                            Point miss = looked, off = p;
+                            for (std::size_t j = 0; j < 3; ++j) {
+                                miss = along(miss, -weights[j], image[j]);
+                                off = along(off, -weights[j], there[j]);
+                            }
+                            best =
+                                std::min(best, std::sqrt(dot(off, off)) + unit * std::sqrt(dot(miss, miss)));
                         }
-                        const double far = std::sqrt(dot(off, off)) + unit * std::sqrt(dot(miss, miss));
-                        best = std::min(best, far * far);
-                    }
-                });
-                shifts[shares.first[i] + k] = std::sqrt(best);
+                    });
+                shifts[shares.first[i] + k] = best;
             }
         }
     });

@@ -54,68 +54,6 @@ struct Packet {
 
 class Tree {
   public:
-    explicit Tree(const Surface &surface);
-
-    const Surface &surface() const { return surface_; }
-    // Triangles in an order in which neighbours lie near each other.
-    std::span<const std::uint32_t> order() const { return order_; }
-    std::uint32_t triangle(double slot) const { return order_[static_cast<std::size_t>(slot)]; }
-
-    // Lowers `best` and sets `slot` of every point to those of the nearest triangle; `hint` (a slot) is tried
-    // first. With `facing` (any length; null: none) only triangles whose normal has a positive product with
-    // it count.
-    void nearest(Packet &packet, double hint, const Point *facing) const;
-
-    // The corners of the triangle in a slot: of neighbours they lie side by side.
-    Corners corners(std::size_t slot) const {
-        const std::array<float, 9> &c = corners_[slot];
-        return {Point{c[0], c[1], c[2]}, Point{c[3], c[4], c[5]}, Point{c[6], c[7], c[8]}};
-    }
-
-    // Calls test(triangle) for every triangle whose box is nearer to p than `best` (squared), the nearest
-    // boxes first; `test` lowers `best`.
-    template <typename Test>
-    void search(const Point &p, double &best, Test test) const {
-        search_slots(p, best, [&](std::size_t slot) { test(order_[slot]); });
-    }
-    // The same by slots.
-    template <typename Test>
-    void search_slots(const Point &p, double &best, Test test) const {
-        std::array<Entry, most_open> open;
-        std::size_t depth = 1;
-        open[0] = {0, 0};
-        while (depth > 0) {
-            const Entry at = open[--depth];
-            if (at.distance > best)
-                continue;
-            if (at.child & leaf_bit) {
-                const std::size_t first = (at.child & ~leaf_bit) >> 3, count = at.child & 7;
-                for (std::size_t i = first; i < first + count; ++i)
-                    test(i);
-                continue;
-            }
-            const Node &node = nodes_[at.child];
-            std::array<Entry, 4> found;
-            std::size_t count = 0;
-            for (std::size_t k = 0; k < 4; ++k) {
-                double sum = 0;
-                for (std::size_t axis = 0; axis < 3; ++axis) {
-                    const double below = node.low[axis][k] - p[axis], above = p[axis] - node.high[axis][k];
-                    const double off = below > above ? below : above;
-                    sum += off > 0 ? off * off : 0;
-                }
-                if (node.child[k] == empty || sum > best)
-                    continue;
-                std::size_t to = count++;
-                for (; to > 0 && found[to - 1].distance < sum; --to)
-                    found[to] = found[to - 1];
-                found[to] = {sum, node.child[k]};
-            }
-            for (std::size_t k = 0; k < count; ++k)
-                open[depth++] = found[k];
-        }
-    }
-
     struct Entry {
         double distance;
         std::uint64_t child;
@@ -128,6 +66,25 @@ class Tree {
         double low[3][4], high[3][4];
         std::uint64_t child[4];
     };
+
+    explicit Tree(const Surface &surface);
+
+    const Surface &surface() const { return surface_; }
+    // Triangles in an order in which neighbours lie near each other.
+    std::span<const std::uint32_t> order() const { return order_; }
+    std::uint32_t triangle(double slot) const { return order_[static_cast<std::size_t>(slot)]; }
+    std::span<const Node> nodes() const { return nodes_; } // the root first, children behind their parents
+
+    // Lowers `best` and sets `slot` of every point to those of the nearest triangle; `hint` (a slot) is tried
+    // first. With `facing` (any length; null: none) only triangles whose normal has a positive product with
+    // it count.
+    void nearest(Packet &packet, double hint, const Point *facing) const;
+
+    // The corners of the triangle in a slot: of neighbours they lie side by side.
+    Corners corners(std::size_t slot) const {
+        const std::array<float, 9> &c = corners_[slot];
+        return {Point{c[0], c[1], c[2]}, Point{c[3], c[4], c[5]}, Point{c[6], c[7], c[8]}};
+    }
 
   private:
     struct Range {
