@@ -10,8 +10,10 @@ from paradize.scene.settings import Scene
 
 # A bake provides what the player's finest quality reads (player/scene/quality.cpp; a test compares them):
 # FINEST_LOD times lod_error_px, reflection and refraction at least FINEST_SCALE times the camera's picture, a
-# shadow map FINEST_SHADOW times as wide.
+# shadow map FINEST_SHADOW times as wide, in SHADOW_CASCADES cascades, each with texels CASCADE_RATIO times
+# smaller (player/scene/cascades.hpp).
 FINEST_LOD, FINEST_SCALE, FINEST_SHADOW = 0.25, 1.0, 2
+SHADOW_CASCADES, CASCADE_RATIO = 3, 3
 COARSEST_LOD = 3.0  # the player's coarsest quality: COARSEST_LOD times lod_error_px
 
 
@@ -35,9 +37,12 @@ def finest_scales(scene: Scene) -> dict[str, float]:
 
 
 def finest_shadow_texel_m(scene: Scene) -> float | None:
-    """Returns the width of a shadow map texel in the player's finest quality, metres; None without
-    shadows."""
-    return scene.shadow.extent_m / (FINEST_SHADOW * scene.shadow.size) if scene.shadow else None
+    """Returns the width of a texel of the finest shadow map cascade in the player's finest quality, metres;
+    None without shadows."""
+    if scene.shadow is None:
+        return None
+    finer: int = CASCADE_RATIO ** (SHADOW_CASCADES - 1)
+    return scene.shadow.extent_m / (FINEST_SHADOW * scene.shadow.size * finer)
 
 
 def scene_views(scene: Scene) -> dict[str, Any]:

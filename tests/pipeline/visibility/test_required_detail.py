@@ -289,6 +289,10 @@ def test_the_finest_quality_of_the_player_is_the_one_that_is_asked_for() -> None
     assert f"{lods} * file.lod_error_px)" in " ".join(quality.split())
     assert f"0.5F * balanced, balanced, std::max(balanced, {finest_views.FINEST_SCALE}F))" in quality
     assert f"std::min({finest_views.FINEST_SHADOW} * size, device.max_texture_px)" in quality
+    assert "QualityFeature::shadow, 1, max_cascades, max_cascades)" in quality
+    cascades = (ROOT / "player/scene/cascades.hpp").read_text()
+    assert f"max_cascades = {finest_views.SHADOW_CASCADES};" in cascades
+    assert f"cascade_ratio = {finest_views.CASCADE_RATIO};" in cascades
 
 
 @pytest.fixture(scope="module", params=[50.0, 90.0], ids=["narrow", "wide"])
