@@ -427,14 +427,15 @@ def test_the_light_that_a_varnish_reflects_of_the_sun_does_not_reach_the_colour_
     assert middle(render([one], {"a": quad()}, **sun)) == pytest.approx([0.5 * 0.5 + lobe] * 3, abs=2 * STEP)
 
 
+@pytest.mark.parametrize("size", [1, 4])
 @pytest.mark.parametrize(
     "fmt, texels, factor", [("R8_UNORM", (128,), 1.0), ("RG8_UNORM", (128, 64), 64 / 255)]
 )
 def test_occlusion_darkens_the_light_from_all_around_and_its_green_is_metalness(
-    render: Render, fmt: str, texels: tuple[int, ...], factor: float
+    render: Render, fmt: str, texels: tuple[int, ...], factor: float, size: int
 ) -> None:
     one = material(**WHITE, metalness=0.5, occlusion="map", occlusion_strength=0.5, smoothness=0.0)
-    maps = {"map": texel(*texels, fmt=fmt)}
+    maps = {"map": texture(fmt, np.full((size, size, len(texels)), texels, np.uint8))}
     sunny = middle(render([thing("a", {"m": one})], {"a": quad()}, maps, sun=([0.0, 0.0, 1.0], 0.5 * pi)))
     metalness = 0.5 * factor
     lobe = metalness * 0.5 * pi / (4 * pi)  # GGX with alpha 1, straight on

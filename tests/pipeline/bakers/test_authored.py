@@ -272,14 +272,15 @@ def test_the_smaller_picture_of_a_map_is_enlarged_and_said(tmp_path: Path) -> No
 def test_a_map_whose_texels_are_equal_is_a_constant_and_no_texture(tmp_path: Path, name: str) -> None:
     flat = np.tile(np.uint8([128, 127, 255]), (16, 16, 1))
     grey = write(tmp_path / "g.png", np.full((16, 16), 51, np.uint8))
+    white = write(tmp_path / "w.png", np.full((16, 16), 255, np.uint8))
     sources = {
         "normal": {"normal": write(tmp_path / "n.png", flat)},
         "height": {"height": grey},
         "gloss": {"roughness": grey},
-        "occlusion": {"occlusion": grey, "metalness": grey},
+        "occlusion": {"occlusion": white, "metalness": grey},
     }[name]
     made = bake_authored(sources, roughness=0.5, specular=0.25)[name]
-    wanted = {"normal": (0, 0, 1), "height": (0.2,), "gloss": (0.25, 0.9), "occlusion": (0.2, 0.2)}[name]
+    wanted = {"normal": (0, 0, 1), "height": (0.2,), "gloss": (0.25, 0.9), "occlusion": (1, 0.2)}[name]
     assert made.data == b"" and made.constant == pytest.approx(wanted, abs=1e-6)
     (product,) = BAKERS["authored"][1](sources, {}, "fast")
     assert product.artifact.constant is not None and product.data == b""
@@ -288,6 +289,19 @@ def test_a_map_whose_texels_are_equal_is_a_constant_and_no_texture(tmp_path: Pat
 def test_a_tilted_normal_map_is_a_texture_since_no_factor_tilts(tmp_path: Path) -> None:
     tilted = write(tmp_path / "n.png", np.tile(np.uint8([200, 128, 230]), (4, 4, 1)))
     assert bake_authored({"normal": tilted})["normal"].constant is None
+
+
+@pytest.mark.parametrize("metal", [False, True])
+@pytest.mark.parametrize("tier", ["fast", "balanced"])
+def test_occlusion_of_one_grey_is_a_texture_of_one_texel_since_no_factor_darkens(
+    tmp_path: Path, metal: bool, tier: str
+) -> None:
+    grey = write(tmp_path / "g.png", np.full((16, 32), 51, np.uint8))
+    sources = {"occlusion": grey} | ({"metalness": grey} if metal else {})
+    made = bake_authored(sources, tier=tier, occlusion_strength=0.5)["occlusion"]
+    assert made.constant is None and (made.width, made.height) == (1, 1)
+    assert level(made)[0, 0, : 1 + metal] == pytest.approx([0.6, 0.2][: 1 + metal], abs=0.5 / 255)
+    assert made.errors["occlusion_psnr_db"] > 50
 
 
 def test_emission_is_a_colour_without_alpha_and_a_constant_where_it_is_one(tmp_path: Path) -> None:

@@ -70,6 +70,26 @@ def test_each_material_has_the_maps_that_its_pictures_make_and_check_finds_nothi
     assert not found, found
 
 
+@pytest.mark.parametrize("grey", [102, 255])
+def test_an_occlusion_picture_of_one_grey_darkens_as_one_texel_and_white_makes_no_map(
+    tmp_path: Path, grey: int
+) -> None:
+    scene = make_panels(tmp_path / "s")
+    write_image(tmp_path / "s/orm.png", np.full((64, 64, 3), (grey, 128, 51), np.uint8))
+    report, manifest = baked(scene, tmp_path / "out")
+    metal = manifest["objects"][0]["materials"]["metal"]
+    assert metal["occlusion_strength"] == 1.0
+    if grey == 255:
+        assert metal["maps"]["occlusion"] is None and metal["metalness"] == pytest.approx(0.2)
+    else:
+        (made,) = (one for one in report.artifacts if one.name == metal["maps"]["occlusion"])
+        texture = decode_ktx2((tmp_path / "out" / made.file).read_bytes())
+        assert (texture.width, texture.height) == (1, 1) and metal["metalness"] == 1.0
+        assert decode_texels(texture, 0)[0, 0, :2] == pytest.approx([0.4, 0.2], abs=1e-6)
+    found = list(check_paths([tmp_path / "out"]))
+    assert not found, found
+
+
 @pytest.mark.parametrize(
     ("picture", "size", "tiled"), [("height", 64, True), ("height", 48, False), ("color", 64, False)]
 )

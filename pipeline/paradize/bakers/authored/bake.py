@@ -3,7 +3,8 @@
 The conventions are those of formats/FORMAT.md: normals are green up, gloss holds specular intensity and
 smoothness, occlusion 1 where nothing is hidden. Pictures are data, whatever their profile of colours says.
 A map whose texels are all equal is no texture: the product says its constant, which the material's factor
-takes. A tilted normal map is a texture all the same, since no factor tilts.
+takes. A tilted normal map is a texture all the same, since no factor tilts, and so is occlusion that hides
+light, as one texel.
 """
 
 from __future__ import annotations
@@ -179,6 +180,15 @@ class _Maps:
             normals = MadeNormals(self._bumps, self._layouts, self._wrap, rows.size)
         return GlossMap(rows, normals, truth), warnings
 
+    def one_texel(self, values: tuple[float, ...]) -> ValueMap:
+        """A map of one texel of these values."""
+        channels = [
+            Channel(Drawn(Path(), np.full((1, 1), value, np.float32)), 0.0, 1.0, lambda v: v)
+            for value in values
+        ]
+        rows = ValueRows(channels, lambda _: None, self._wrap)
+        return ValueMap(rows, rows.truth(lambda _: None) if self._measure else None)
+
     def _find_coding(self) -> tuple[Any, list[str]]:
         drawn = self._drawn["normal"]
         return normal_coding(
@@ -277,10 +287,13 @@ def _enlarged(channels: list[Channel], size: tuple[int, int]) -> list[str]:
 
 def _product(name: str, maps: _Maps, used: AuthoredSettings, tier: str, fmt: str | None) -> MapProduct:
     made, warnings = maps.make(name)
-    rows, columns = made.rows.size
     constant = made.rows.constant()
-    if constant is not None:
+    if constant is not None and name == "occlusion" and constant[0] < 1.0:
+        made = maps.one_texel(constant)
+    elif constant is not None:
+        rows, columns = made.rows.size
         return constant_product(constant, columns, rows, tier, warnings)
+    rows, columns = made.rows.size
     narrow = isinstance(made, ValueMap) and len(made.rows.channels) == 1
     formats = formats_of(name, rows, columns, tier=tier, narrow=name == "occlusion" and narrow)
 
