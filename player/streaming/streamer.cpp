@@ -182,14 +182,14 @@ struct Streamer::Impl {
         order_ahead();
     }
 
-    /// Tells the threads which files and pieces of the queue they shall check and stage first.
+    /// Gives the threads the files and pieces of the queue that they check and stage first.
     void order_ahead() {
         files_ahead.clear();
         ahead.clear();
         for (const std::uint32_t piece : queue) {
             const std::uint32_t artifact = pieces[piece].artifact;
             if (!is_checked(artifact)) {
-                // Until the first picture stands, only files that it shows.
+                // Until the first picture is complete, only files that it shows.
                 if ((has_uploaded || is_seen(piece)) &&
                     std::ranges::find(files_ahead, artifact) == files_ahead.end()) {
                     files_ahead.push_back(artifact);

@@ -20,6 +20,8 @@ from paradize.build.options import BuildOptions
 from paradize.build.provenance import BakeReport
 from paradize.errors import GroupedError
 from paradize.formats.scene_manifest import decode_scene
+from paradize.jobs import process
+from paradize.jobs.process import WorkerPool
 from paradize.store.atomic import PARTIAL
 from tests.pipeline.scenes import make_cove, write_image
 from tests.processes import started
@@ -65,6 +67,30 @@ def copied(baked: tuple[Path, Path, Path], tmp_path: Path) -> tuple[Path, Path]:
     shutil.copytree(out, tmp_path / "out")
     shutil.copytree(store, tmp_path / "store")
     return tmp_path / "scene" / scene.name, tmp_path / "out"
+
+
+def test_a_bake_ends_the_workers_that_it_started(
+    copied: tuple[Path, Path], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pools = []
+
+    def pool() -> WorkerPool:
+        pools.append(WorkerPool())
+        return pools[-1]
+
+    processes = []
+    monkeypatch.setattr("paradize.build.bake.WorkerPool", pool)
+    start = process.start_worker
+
+    def start_worker(*given: Any) -> process.Worker:
+        worker = start(*given)
+        processes.append(worker.process)
+        return worker
+
+    monkeypatch.setattr("paradize.jobs.pool.start_worker", start_worker)
+    assert not bake(*copied, BuildOptions(force=True)).errors
+    assert len(pools) == 1 and processes
+    assert all(one.poll() is not None for one in processes)
 
 
 def manifest_of(out: Path) -> dict[str, Any]:
