@@ -289,6 +289,7 @@ def two_tiles(folder: Path, picture: str, *files: str) -> Path:
         ("wood.<UVTILE>.png", ("wood.u1_v1.png",)),
         ("wood.1001.png", ("wood.1001.png", "wood.1012.png")),
         ("wood_1012.png", ("wood_1001.png", "wood_1012.png")),
+        ("scan1500.1001.png", ("scan1500.1001.png", "scan1500.1012.png")),
     ],
 )
 def test_udim_tiles_are_refused_by_new_and_by_bake_with_what_to_do(
@@ -313,6 +314,45 @@ def test_a_picture_named_as_one_tile_of_several_warns_that_it_is_repeated(tmp_pa
     new = new_scene(tmp_path / "new", model).scene
     (told,) = [text for text in find_map_sets(load_scene(new), new).warnings if "UDIM" in text]
     assert "named as UDIM tile 1001" in told and "it is repeated" in told
+
+
+def wall(folder: Path, picture: str, tiles: list[tuple[int, int]], *files: str) -> Path:
+    """A model of a square for each tile of UVs, all with one picture."""
+    folder.mkdir()
+    for file in files:
+        write_image(folder / file, noise(1))
+    (folder / "wall.mtl").write_text(f"newmtl brick\nmap_Kd {picture}\n")
+    lines = ["mtllib wall.mtl", "usemtl brick"]
+    for k, (u, v) in enumerate(tiles):
+        for x, y in ((0, 0), (1, 0), (1, 1), (0, 1)):
+            lines += [f"v {k + x} {y} 0", f"vt {u + x} {v + y}"]
+        lines.append("f " + " ".join(f"{4 * k + i}/{4 * k + i}" for i in (1, 2, 3, 4)))
+    (folder / "wall.obj").write_text("\n".join(lines) + "\n")
+    return folder / "wall.obj"
+
+
+@pytest.mark.parametrize(
+    ("picture", "tiles", "beside"),
+    [
+        ("IMG_1500.png", [(0, 0), (1, 0), (2, 0)], ["IMG_1002.png", "IMG_1003.png"]),  # photos by a camera
+        ("IMG_1001.png", [(0, 0), (1, 0), (2, 0)], ["IMG_1002.png"]),  # no tile 1003
+        ("brick.1001.png", [(0, 0), (10, 0)], ["brick.1011.png"]),  # 1011 would be (0, 1) too
+        ("brick.1001.png", [(0, 0), (-1, 1)], ["brick.1010.png"]),
+        ("brick.1011.png", [(0, 1), (0, -1)], ["brick.991.png", "brick.1001.png"]),
+    ],
+)
+def test_a_picture_with_a_number_that_is_no_udim_tile_for_certain_is_repeated(
+    tmp_path: Path, picture: str, tiles: list[tuple[int, int]], beside: list[str]
+) -> None:
+    model = wall(tmp_path / "m", picture, tiles, picture, *beside)
+    new = new_scene(tmp_path / "new", model).scene
+    for name in beside:
+        shutil.copy(tmp_path / "m" / name, new.parent / "model" / name)
+    found = find_map_sets(load_scene(new), new)
+    assert [one.name for one in found.maps.sets] == ["wall"]
+    told = [text for text in found.warnings if "UDIM" in text]
+    assert len(told) == (picture == "IMG_1001.png")
+    assert all("UVs lie in 1001, 1002, 1003, and no picture of 1003 is beside it" in text for text in told)
 
 
 def test_a_tiled_material_beside_one_with_a_layout_passes_check(tmp_path: Path) -> None:
