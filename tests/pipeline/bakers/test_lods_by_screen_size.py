@@ -73,6 +73,20 @@ def test_where_no_level_looks_alike_the_note_says_what_is_off_and_what_is_allowe
     assert "degrees, limit 0.001, silhouette by " in notes[0] and "limit 0.0001" in notes[0]
 
 
+@pytest.mark.parametrize(
+    "plan",
+    [
+        Plan(count=4, screen_size=ScreenSize(64.0, 0.001, 0.0001)),
+        Plan(count=4, errors=(1e-7, 2e-7, 3e-7)),
+    ],
+)
+def test_a_model_that_gets_no_level_is_told_once_however_many_were_tried(plan: Plan) -> None:
+    levels, notes = make_levels(sphere(5), plan, "balanced")
+    assert len(levels) == 1
+    (told,) = [text for text in notes if text.startswith("no level after lod0: ")]
+    assert ("at 16 pixels" if plan.screen_size else "limit 3e-07") in told
+
+
 def test_a_sheet_that_lost_a_part_was_bent_or_turned_over_looks_unlike() -> None:
     leaf = Mesh(
         np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], np.float32),

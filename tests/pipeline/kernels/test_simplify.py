@@ -304,7 +304,8 @@ def test_planks_lose_their_thickness_before_their_width(each: int, least: float,
 def test_a_level_of_broken_boxes_is_not_made_and_the_reason_is_told() -> None:
     steps, notes = make_levels(planks(20, (1, 1, 1)), Plan(count=2), "balanced")
     assert len(steps) == 1
-    assert any("triangles turn normals by" in note for note in notes)
+    (told,) = [note for note in notes if "triangles turn normals by" in note]
+    assert 'lods_by = "error"' in told and "--screen-size" in told and 'lods_by = "screen_size"' in told
     steps, _ = make_levels(planks(20), Plan(count=2), "balanced")
     assert len(steps) == 2 and steps[1].errors["normal_mean_deg"] <= 15
 

@@ -55,8 +55,8 @@ class Plan:
 
     count: most levels, the first included. limit: largest error of any level. ratio: triangles of a level, as
     a share of the level before. errors: bounds of the levels after the first, instead of ratio; each level is
-    the coarsest mesh inside its bound. screen_size: each level is the coarsest that looks alike at its size,
-    instead of ratio. finest: allowed error of the first level; 0: it is the source.
+    the coarsest mesh inside its bound. screen_size: each level is the coarsest that looks like the
+    source at its size, instead of ratio. finest: allowed error of the first level; 0: it is the source.
     farthest: allowed error at the farthest view; no level follows one with that error. simplifier: one of
     SIMPLIFIERS.
     """
@@ -113,7 +113,7 @@ def _refined(
     reference: Original, levels: list[MeasuredLevel], screen_size: ScreenSize | None
 ) -> tuple[list[MeasuredLevel], list[str]]:
     """Returns the levels, each nearer to the source where possible; levels that a coarser one then beats
-    are left out, with notes. One that no longer looks alike at its screen size stays as it was."""
+    are left out, with notes. One that no longer looks like the source at its screen size stays as it was."""
     found: list[MeasuredLevel] = []
     notes: list[str] = []
     before = reference.mesh
@@ -183,7 +183,12 @@ def _chain(reference: Original, plan: Plan) -> tuple[list[MeasuredLevel], list[s
                 break
             found, note = _nearest(reference, last.mesh, target, plan.limit, plan.simplifier)
         if found is None:
-            notes.append(f"no level after lod{len(levels) - 1}: {note}")
+            none = f"no level after lod{len(levels) - 1}: "
+            if notes and notes[-1].startswith(
+                none
+            ):  # a wider bound or a smaller size says it for those before
+                notes.pop()
+            notes.append(none + note)
             if plan.errors or plan.screen_size:
                 continue
             break
@@ -191,7 +196,11 @@ def _chain(reference: Original, plan: Plan) -> tuple[list[MeasuredLevel], list[s
         turned = found.errors["normal_mean_deg"]
         if not (plan.errors or plan.screen_size) and turned > _TURNED_DEG:
             shape = f"{len(found.mesh.triangles)} triangles turn normals by {turned:.0f} degrees on the mean"
-            mend = 'for coarser ones say how far each may err: --errors A,B, in a scene lods_by = "error"'
+            mend = (
+                "for coarser ones say how far each may err (--errors A,B, in a scene "
+                'lods_by = "error"), or make them by how they look (--screen-size PIXELS, in a scene '
+                'lods_by = "screen_size")'
+            )
             notes.append(f"no level after lod{len(levels) - 1}: {shape}, limit {_TURNED_DEG:.0f}; {mend}")
             break
         notes += _append_better(levels, found)
