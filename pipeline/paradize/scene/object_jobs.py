@@ -21,6 +21,8 @@ from paradize.scene.pass_inputs import MADE_OF, map_inputs, mesh_inputs
 from paradize.scene.placement import placed
 from paradize.scene.settings import Head, SceneObject
 
+_LOD_SIZE_PX = 256.0  # without lod_size_px
+
 
 def add_object(
     required: Requirements,
@@ -62,7 +64,7 @@ def add_object(
 def screen_size(head: Head, item: SceneObject) -> dict[str, float]:
     """Returns the screen size of MeshSettings."""
     limits = {"normal_deg": head.lod_error_deg, "silhouette": head.lod_silhouette}
-    return {"size_px": item.lod_size_px, **limits}
+    return {"size_px": _LOD_SIZE_PX if item.lod_size_px is None else item.lod_size_px, **limits}
 
 
 def _base_colors(known: ObjectMaps) -> dict[str, list[float]]:

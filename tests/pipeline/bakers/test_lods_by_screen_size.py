@@ -129,7 +129,6 @@ def test_a_scene_passes_its_limits_to_the_levels_that_ask_for_them(tmp_path: Pat
         return next(job for job in jobs if job.name == "post mesh").settings["screen_size"]
 
     assert settings_of("") is None
-    assert settings_of("lod_size_px = 64") is None
     assert settings_of('lods_by = "screen_size"') == {
         "size_px": 256.0, "normal_deg": 10.0, "silhouette": 0.004,
     }  # fmt: skip

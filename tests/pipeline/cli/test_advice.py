@@ -262,6 +262,11 @@ SCENES = {
         "object[0].lod_errors",
         lambda text, mend: text.replace("lods = 3", re.findall(r'lods_by = "\w+"', mend)[0]),
     ),
+    "a size of levels by ratio": Row(
+        add("lod_size_px = 50", "lods = 3"),
+        "object[0].lod_size_px",
+        lambda text, mend: text.replace("lods = 3", re.findall(r'lods_by = "\w+"', mend)[0]),
+    ),
     "an object drawn nowhere": Row(
         both(add('views = ["shadow"]', "lods = 3"), swap("[shadow]\nsize = 256\nextent_m = 20.0\n", "")),
         "object[0].views",

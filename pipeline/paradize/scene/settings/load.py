@@ -91,6 +91,11 @@ def _cross_checks(scene: Scene, faults: Faults) -> None:
         if (item.lods_by == "error") != bool(item.lod_errors):
             mend = 'write lod_errors with lods_by = "error", and only there'
             faults.add(f"object[{i}].lod_errors", f"has {len(item.lod_errors)} numbers", mend)
+        if item.lods_by != "screen_size" and item.lod_size_px is not None:
+            mend = 'write lod_size_px with lods_by = "screen_size", and only there'
+            faults.add(
+                f"object[{i}].lod_size_px", f"is {item.lod_size_px:g} beside lods_by = {item.lods_by!r}", mend
+            )
         for material, table in item.materials.items():
             if table.alpha_mode in ("opaque", "blend") and table.alpha_cutoff:
                 place = f"object[{i}].material.{toml_key(material)}.alpha_cutoff"

@@ -150,12 +150,13 @@ class SceneObject:
         unit="of the diagonal",
         meaning='error of each level after the first, with lods_by = "error"',
     )
-    lod_size_px: float = number(
-        256.0,
+    lod_size_px: float | None = number(
+        None,
         low=4.0,
         high=4096.0,
         unit="pixels",
-        meaning="along the diagonal, where level 1 takes over, and each next at half; by screen_size only",
+        meaning="along the diagonal, where level 1 takes over, and each next at half; without it 256. With "
+        'lods_by = "screen_size" only',
     )
     simplifier: str = choice("paradize", among=SIMPLIFIERS, meaning="library that makes the levels")
     unwrapper: str = choice(
