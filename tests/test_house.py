@@ -32,7 +32,7 @@ FLOORS = (
     {"documents"},
     {"files"},
     {"kernels", "data", "map_table", "artifact", "material", "placement"},
-    {"errors", "tiers", "angles"},
+    {"errors", "tiers", "angles", "player_limits"},
 )
 FLOOR = {room: floor for floor, rooms in enumerate(FLOORS) for room in rooms}
 # What knows neither a scene nor its settings.

@@ -11,6 +11,7 @@ import json
 from pathlib import Path
 from typing import Any
 
+from paradize import player_limits
 from paradize.documents import JSON_BYTES, parse_json
 from paradize.errors import FormatError
 from paradize.files import read_file
@@ -116,6 +117,12 @@ _required_detail = table(
 )
 
 _instance = table(position=_vec3, rotation=_unit_quaternion, scale=list_of(_axis_scale, size=3))
+
+
+def _instances(value: Any, place: str) -> None:
+    list_of(_instance, min_size=1, max_size=player_limits.MOST_INSTANCES)(value, place)
+
+
 check_artifact = table(  # the fields of paradize.artifact.PUBLISHED
     file=file_name,
     kind=_kind,
@@ -223,7 +230,7 @@ _manifest = table(
             radius_m=_positive,
             lods=list_of(table(node=text, error_m=_positive), min_size=1),
             materials=map_of(_material),
-            instances=list_of(_instance, min_size=1, max_size=100_000),
+            instances=_instances,
         )
     ),
     particles=list_of(

@@ -82,6 +82,16 @@ def test_a_mirrored_instance_and_thousands_of_them_are_read(manifest: dict[str, 
     assert decode_scene(json.dumps(manifest).encode())["objects"][0]["instances"][-1] == one
 
 
+def test_an_object_of_a_manifest_may_have_as_many_instances_as_the_player_takes(
+    manifest: dict[str, Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("paradize.player_limits.MOST_INSTANCES", 3)
+    manifest["objects"][0]["instances"] = [box(manifest)] * 3
+    decode_scene(json.dumps(manifest).encode())
+    manifest["objects"][0]["instances"] *= 2
+    assert "objects[0].instances" in refusal(manifest)
+
+
 def test_materials_with_the_same_maps_used_alike_are_one_set(manifest: dict[str, Any]) -> None:
     (item,) = manifest["objects"]
     ((_, names),) = map_sets(item)

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from paradize import player_limits
 from paradize.errors import GroupedError, SceneError
 from paradize.scene.settings import Instance, Scene, load_scene
 
@@ -238,7 +239,7 @@ def test_more_instances_or_particles_than_the_player_takes_are_refused_with_the_
     )
     for part in ("particles[1].count", "has 600000", "1000004 particles", "takes 1000000", "leave 4 out"):
         assert part in told[0]
-    monkeypatch.setattr("paradize.scene.settings.load.MOST_INSTANCES", 3)
+    monkeypatch.setattr("paradize.player_limits.MOST_INSTANCES", 3)
     (tmp_path / "a.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
     (tmp_path / "rows.csv").write_text("x,y,z\n" + "1,2,3\n" * 2)
     thing = '[[object]]\nname = "{}"\nmesh = "a.obj"\ninstances = "rows.csv"\n'
@@ -246,3 +247,13 @@ def test_more_instances_or_particles_than_the_player_takes_are_refused_with_the_
     told = faults(tmp_path, LEAST + thing.format("a") + thing.format("b"))
     for part in ("object[0].instance", "has 2", "4 instances", "takes 3", "leave 1 out"):
         assert part in told[0]
+
+
+def test_a_table_may_hold_as_many_instances_as_a_scene(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert player_limits.MOST_INSTANCES == 200_000
+    monkeypatch.setattr("paradize.player_limits.MOST_INSTANCES", 3)
+    assert len(table(tmp_path, "x,y,z\n" + "1,2,3\n" * 3).objects[0].instances) == 3
+    with pytest.raises(SceneError, match=r"line 5.*more than 3 instances.*takes 3 in a scene"):
+        table(tmp_path, "x,y,z\n" + "1,2,3\n" * 4)

@@ -6,13 +6,13 @@ import csv
 from collections.abc import Iterator
 from pathlib import Path
 
+from paradize import player_limits
 from paradize.files import read_file
 from paradize.scene.schema import Faults
 from paradize.scene.schema.field import show, suggestion
 from paradize.scene.settings.objects import Instance
 
 MAX_BYTES = 32 << 20
-MOST = 100_000  # rows
 _POSITION, _SCALES = ("x", "y", "z"), ("scale_x", "scale_y", "scale_z")
 _ANGLES = ("yaw_deg", "pitch_deg", "roll_deg")
 _COLUMNS = (*_POSITION, *_ANGLES, "scale", *_SCALES)
@@ -29,12 +29,14 @@ def read_instances(path: Path) -> tuple[Instance, ...]:
     _check_header(names, faults)
     faults.raise_if_any()
     instances: list[Instance | None] = []
+    most = player_limits.MOST_INSTANCES
     for line, row in rows:
         if len(row) != len(names):
             mend = f"write one for each of {', '.join(names)}"
             faults.add(f"line {line}", f"has {len(row)} values, expected {len(names)}", mend)
-        elif len(instances) == MOST:
-            faults.add(f"line {line}", f"more than {MOST} instances", "spread them over several objects")
+        elif len(instances) == most:
+            mend = f"the player takes {most} in a scene; leave the rest out, or split the scene"
+            faults.add(f"line {line}", f"more than {most} instances", mend)
             break
         else:
             instances.append(_instance(dict(zip(names, row, strict=True)), line, faults))

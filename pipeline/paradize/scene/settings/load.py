@@ -6,6 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from paradize import player_limits
 from paradize.documents import TOML_BYTES, parse_toml, toml_key
 from paradize.errors import GroupedError, SceneError
 from paradize.files import read_file
@@ -14,9 +15,6 @@ from paradize.scene.schema import Faults, read_table
 from paradize.scene.settings.instance_table import read_instances
 from paradize.scene.settings.objects import SceneObject
 from paradize.scene.settings.scene import Scene
-
-# What the player takes in a scene (player/assets/scene_objects.cpp).
-MOST_INSTANCES, MOST_PARTICLES = 200_000, 1_000_000
 
 
 def load_scene(path: Path) -> Scene:
@@ -69,8 +67,8 @@ def _check_totals(scene: Scene, faults: Faults) -> None:
     instances = [(f"object[{i}].instance", len(item.instances)) for i, item in enumerate(scene.objects)]
     particles = [(f"particles[{i}].count", cloud.count) for i, cloud in enumerate(scene.particles)]
     for what, most, counts in (
-        ("instances", MOST_INSTANCES, instances),
-        ("particles", MOST_PARTICLES, particles),
+        ("instances", player_limits.MOST_INSTANCES, instances),
+        ("particles", player_limits.MOST_PARTICLES, particles),
     ):
         total = sum(count for _, count in counts)
         if total > most:
