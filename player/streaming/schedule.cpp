@@ -94,14 +94,10 @@ void Schedule::plan(std::span<const Need> needs, std::uint64_t ahead_bytes) {
 
 /// Chooses pieces to evict until `piece` fits. False, and chooses none, if it does not fit.
 bool Schedule::make_room(std::uint32_t piece, std::span<const Need> needs, std::uint64_t &used) {
-    const auto fits = [&] {
-        return budget_bytes_ == 0 ||
-               used + pieces_[piece].bytes + pieces_[piece].working_bytes <= budget_bytes_;
-    };
     const std::size_t first = evictions_.size();
     for (const std::uint32_t victim : victims_) {
         const float error = ranks_[victim].error;
-        if (fits() || !(error < ranks_[piece].error || (error == 0.0F && pieces_[piece].coarse))) {
+        if (fits(piece, used) || !(error < ranks_[piece].error || (error == 0.0F && pieces_[piece].coarse))) {
             break;
         }
         if (evicted_[victim] || kept_children_[victim] != 0 ||
@@ -116,7 +112,7 @@ bool Schedule::make_room(std::uint32_t piece, std::span<const Need> needs, std::
         }
     }
     // A coarse piece that is seen is loaded even beyond the budget: without it there is nothing to see.
-    if (fits() || (pieces_[piece].coarse && needs[piece].now > 1.0F)) {
+    if (fits(piece, used) || (pieces_[piece].coarse && needs[piece].now > 1.0F)) {
         return true;
     }
     for (; evictions_.size() > first; evictions_.pop_back()) {
@@ -132,7 +128,7 @@ bool Schedule::make_room(std::uint32_t piece, std::span<const Need> needs, std::
 
 void Schedule::set_loading(std::uint32_t piece) {
     states_[piece] = State::loading;
-    used_bytes_ += pieces_[piece].bytes;
+    used_bytes_ += pieces_[piece].bytes + pieces_[piece].working_bytes;
     for (const std::uint32_t parent : pieces_[piece].parents) {
         ++children_[parent];
     }
@@ -140,6 +136,7 @@ void Schedule::set_loading(std::uint32_t piece) {
 
 void Schedule::set_resident(std::uint32_t piece) {
     states_[piece] = State::resident;
+    used_bytes_ -= pieces_[piece].working_bytes;
 }
 
 void Schedule::set_absent(std::uint32_t piece) {

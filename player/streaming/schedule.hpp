@@ -41,16 +41,19 @@ class Schedule {
     std::span<const std::uint32_t> loads() const { return loads_; }
     std::span<const std::uint32_t> evictions() const { return evictions_; } // children before parents
 
-    /// Report what was done. A loading piece counts as used memory.
+    /// Report what was done. A loading piece counts as used memory, with its working bytes, however long it
+    /// takes.
     void set_loading(std::uint32_t piece);
-    void set_resident(std::uint32_t piece);
+    void set_resident(std::uint32_t piece); // from loading
     void set_absent(std::uint32_t piece);
     /// The piece cannot be loaded any more. False if it is resident, or was given up before.
     bool give_up(std::uint32_t piece);
 
     /// True if all parents are resident.
     bool can_load(std::uint32_t piece) const;
-    std::uint64_t working_bytes(std::uint32_t piece) const { return pieces_[piece].working_bytes; }
+
+    /// True if the piece fits the limit now, with its working bytes.
+    bool has_room(std::uint32_t piece) const { return fits(piece, used_bytes_); }
 
     bool resident(std::uint32_t piece) const { return states_[piece] == State::resident; }
     std::uint64_t budget_bytes() const { return budget_bytes_; }
@@ -69,6 +72,10 @@ class Schedule {
         float error = 0.0F;
     };
     Rank rank(std::uint32_t piece, const Need &need) const;
+    bool fits(std::uint32_t piece, std::uint64_t used) const {
+        return budget_bytes_ == 0 ||
+               used + pieces_[piece].bytes + pieces_[piece].working_bytes <= budget_bytes_;
+    }
     bool make_room(std::uint32_t piece, std::span<const Need> needs, std::uint64_t &used);
 
     std::vector<ScheduledPiece> pieces_;

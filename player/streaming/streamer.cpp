@@ -223,7 +223,12 @@ struct Streamer::Impl {
         return std::nullopt;
     }
 
+    /// A plan makes room for its pieces one after another: one that begins while another is half uploaded
+    /// needs room for its own copies as well.
     bool can_begin(std::uint32_t piece, NotReady not_ready) const {
+        if ((current || paused) && !schedule->has_room(piece)) {
+            return false;
+        }
         const bool is_ready = not_ready != NotReady::skip ||
                               (is_checked_of(piece) && (!needs_staging(piece) || loader->ready(piece)));
         return is_ready && schedule->can_load(piece);
@@ -272,8 +277,7 @@ struct Streamer::Impl {
         }
         queue.erase(queue.begin() + static_cast<std::ptrdiff_t>(place));
         schedule->set_loading(next.piece);
-        counts.peak_bytes =
-            std::max(counts.peak_bytes, schedule->used_bytes() + schedule->working_bytes(next.piece));
+        counts.peak_bytes = std::max(counts.peak_bytes, schedule->used_bytes());
         item_of(next.piece).begin(pieces[next.piece].index);
         current = std::move(next);
     }

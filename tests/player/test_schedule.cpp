@@ -211,6 +211,24 @@ TEST_CASE(
     CHECK(limited > 20);
 }
 
+TEST_CASE("schedule: the working bytes of a piece that is half uploaded leave less room for others") {
+    std::vector<ScheduledPiece> pieces(3, ScheduledPiece{.bytes = 40, .working_bytes = 20, .parents = {}});
+    pieces[2].working_bytes = 0;
+    Schedule schedule(pieces, 120);
+    const std::vector<Need> needs{{0.0F, 2.0F}, {4.0F, 0.0F}, {3.0F, 0.0F}};
+    schedule.set_loading(0);
+    CHECK(schedule.used_bytes() == 60);
+    schedule.plan(needs, 1000);
+    CHECK(std::ranges::equal(schedule.loads(), std::vector<std::uint32_t>{1})); // 60 + 40 + 20
+    schedule.set_loading(1);
+    CHECK(schedule.used_bytes() == 120);
+    schedule.set_resident(0);
+    schedule.set_resident(1);
+    CHECK(schedule.used_bytes() == 80);
+    schedule.plan(needs, 1000);
+    CHECK(std::ranges::equal(schedule.loads(), std::vector<std::uint32_t>{2}));
+}
+
 TEST_CASE("schedule: a piece that is given up is planned no more, nor what depends on it") {
     std::vector<ScheduledPiece> pieces(3);
     for (std::uint32_t i = 0; i < 3; ++i) {

@@ -16,6 +16,7 @@
 #include <optional>
 #include <string>
 #include <thread>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -50,6 +51,35 @@ int wrong_bytes(const Streamer &streamer) {
         wrong += texels[i] != i % 256 ? 1 : 0;
     }
     return wrong;
+}
+
+// Bytes of all RGBA8 textures on the device, with those that nothing draws yet.
+std::uint64_t allocated_bytes() {
+    std::uint64_t bytes = 0;
+    for (unsigned name = 1; name < 4096; ++name) {
+        if (glIsTexture(name) != GL_TRUE) {
+            continue;
+        }
+        for (const auto &[target, image, faces] :
+             {std::tuple(GL_TEXTURE_2D, GL_TEXTURE_2D, 1),
+              std::tuple(GL_TEXTURE_CUBE_MAP, GL_TEXTURE_CUBE_MAP_POSITIVE_X, 6)}) {
+            glBindTexture(target, name);
+            GLint bound = 0; // still the texture before, where the target is not this one's
+            glGetIntegerv(target == GL_TEXTURE_2D ? GL_TEXTURE_BINDING_2D : GL_TEXTURE_BINDING_CUBE_MAP,
+                          &bound);
+            for (int level = 0; bound == static_cast<GLint>(name) && level < 16; ++level) {
+                GLint width = 0, height = 0;
+                glGetTexLevelParameteriv(image, level, GL_TEXTURE_WIDTH, &width);
+                glGetTexLevelParameteriv(image, level, GL_TEXTURE_HEIGHT, &height);
+                bytes += static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height) * 4U *
+                         static_cast<std::uint64_t>(faces);
+            }
+        }
+    }
+    glBindTexture(GL_TEXTURE_2D, 0);
+    glBindTexture(GL_TEXTURE_CUBE_MAP, 0);
+    test::clear_errors(); // of targets that are not a texture's own
+    return bytes;
 }
 
 // Uploads a scene completely. Returns the error, or an empty text.
@@ -294,6 +324,79 @@ TEST_CASE("streamer: a large piece that is half uploaded gives way to one that i
     }
     CHECK(streamer.texture("quad_color")->complete());
     CHECK(streamer.counts().resident_bytes == streamer.counts().total_bytes);
+    test::throw_on_error();
+}
+
+TEST_CASE("streamer: what a texture that gave way has allocated counts under the limit and in the peak") {
+    if (!test::have_context()) {
+        return;
+    }
+    SmallScene scene;
+    scene.put("quad_color", test::ktx2_file(assets::PixelFormat::rgba8_srgb, 1024, 1024)); // 5.6 MB
+    scene.put("sky", test::ktx2_file(assets::PixelFormat::rgba8_unorm, 256, 256, 6));      // 2.1 MB
+    constexpr std::uint64_t limit = 8400000; // one of them and the copy that the other needs
+    const std::uint64_t before = allocated_bytes();
+    Streamer streamer(scene.file, SceneLoad(scene.file, scene.folder.path(), nullptr, {.vram_bytes = limit}));
+    std::uint64_t peak = 0;
+    bool gave_way = false;
+    const auto upload = [&] { // one chunk
+        const bool done = streamer.upload({.bytes = 1});
+        const std::uint64_t now = allocated_bytes() - before;
+        peak = std::max(peak, now);
+        CHECK(now <= limit);
+        CHECK(now <= streamer.counts().peak_bytes + 1000); // and the placeholders
+        return done;
+    };
+    std::vector<Need> needs(streamer.piece_count());
+    const auto [first, count] = streamer.pieces_of("quad_color");
+    std::fill_n(needs.begin() + first, count, Need{0.0F, 2.0F});
+    streamer.set_needs(needs);
+    while (allocated_bytes() - before < 6500000) { // mip 0 and the copy of the others
+        upload();
+    }
+    REQUIRE_FALSE(streamer.texture("quad_color")->complete());
+    const auto [sky, skies] = streamer.pieces_of("sky");
+    std::fill_n(needs.begin() + sky, skies, Need{5.0F, 0.0F});
+    streamer.set_needs(needs);
+    while (!upload()) {
+        gave_way =
+            gave_way || (streamer.texture("sky")->resident() && !streamer.texture("quad_color")->complete());
+    }
+    CHECK(gave_way);
+    CHECK(streamer.texture("sky")->complete());
+    CHECK(streamer.texture("quad_color")->complete());
+    CHECK(streamer.counts().peak_bytes <= limit);
+    CHECK(peak > 6500000);
+    test::throw_on_error();
+}
+
+TEST_CASE("streamer: a piece gives way only to one that fits beside it") {
+    if (!test::have_context()) {
+        return;
+    }
+    SmallScene scene;
+    scene.put("quad_color", test::ktx2_file(assets::PixelFormat::rgba8_srgb, 1024, 1024)); // 5.6 MB
+    scene.put("sky", test::ktx2_file(assets::PixelFormat::rgba8_unorm, 256, 256, 6));      // 2.1 MB
+    constexpr std::uint64_t limit = 8400000; // both, but not with the copies that both need
+    const std::uint64_t before = allocated_bytes();
+    Streamer streamer(scene.file, SceneLoad(scene.file, scene.folder.path(), nullptr, {.vram_bytes = limit}));
+    std::vector<Need> needs(streamer.piece_count());
+    const auto [color, colors] = streamer.pieces_of("quad_color");
+    const auto [sky, skies] = streamer.pieces_of("sky");
+    std::fill_n(needs.begin() + color, colors - 1, Need{2.0F, 0.0F});
+    std::fill_n(needs.begin() + sky, skies - 1, Need{2.0F, 0.0F});
+    streamer.set_needs(needs);
+    REQUIRE(streamer.upload({}));
+    // The first of the plan is not needed now, the second is.
+    needs[color + colors - 1] = {0.0F, 9.0F};
+    needs[sky + skies - 1] = {5.0F, 0.0F};
+    streamer.set_needs(needs);
+    while (!streamer.upload({.bytes = 1})) {
+        CHECK(allocated_bytes() - before <= limit);
+    }
+    CHECK(streamer.counts().peak_bytes <= limit);
+    CHECK(streamer.texture("sky")->complete());
+    CHECK(streamer.texture("quad_color")->complete());
     test::throw_on_error();
 }
 
