@@ -114,7 +114,7 @@ def _off_gradient(
     colors: npt.NDArray[np.float32], weights: Sequence[npt.NDArray[np.float64]]
 ) -> npt.NDArray[np.float64]:
     """How far the colours (places, triangles, channels) of each triangle lie from those that change evenly
-    across it and fit them best. weights: barycentric, of each place; they lie alike about the middle."""
+    across it and fit them best. weights: barycentric, of each place; they are symmetric about the middle."""
     away = [one - 1.0 / 3.0 for one in weights]
     scale = 0.5 * sum(float((one * one).sum()) for one in away)
     mean = sum(colors) / len(colors)

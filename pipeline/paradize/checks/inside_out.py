@@ -77,7 +77,7 @@ def inside_out(mesh: Mesh) -> list[npt.NDArray[np.bool_]]:
 def _closed(
     triangles: npt.NDArray[np.int64], part: npt.NDArray[np.uint32], count: int, vertices: int
 ) -> npt.NDArray[np.bool_]:
-    """Which of `count` parts have two triangles at each edge, which walk it in opposite directions."""
+    """Which of `count` parts have two triangles at each edge, which name its ends in opposite order."""
     start, stop = triangles.reshape(-1), np.roll(triangles, -1, axis=1).reshape(-1)
     walked, back = start * vertices + stop, stop * vertices + start
     once, edge, times = np.unique(walked, return_inverse=True, return_counts=True)
