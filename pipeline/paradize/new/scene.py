@@ -113,7 +113,7 @@ def _copy_model(source: Path, aside: Path) -> _Model:
     folder, root = aside / "model", resolved(source).parent
     _refuse_udim(source, read)
     maps = {path for material in read.materials.values() for path in _pictures_of(material)}
-    for path in {resolved(source), *read.libraries, *maps}:
+    for path in {resolved(source), *read.libraries, *read.unread, *maps}:
         target = folder / resolved(path).relative_to(root)
         target.parent.mkdir(parents=True, exist_ok=True)
         if not (target.exists() and target.samefile(path)):

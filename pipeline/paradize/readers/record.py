@@ -62,9 +62,9 @@ class Model:
     materials: by name; the groups of the mesh name them. smoothing: (m,) uint32, smoothing group of each
     triangle, 0 off, UNKNOWN_SMOOTHING where the file has none. lines: (m,) uint32, the line of each
     triangle's face; None where the file has no lines. libraries: files beside the model that were read.
-    absent: files that are named but missing. repairs: what the reader left out, as `mesh --json` has it: by
-    name count, triangle and line of the first (None: not known). views: cameras and lights; None where the
-    format has none."""
+    absent: files that are named but missing. unread: pictures of a kind that is not read. repairs: what the
+    reader left out, as `mesh --json` has it: by name count, triangle and line of the first (None: not known).
+    views: cameras and lights; None where the format has none."""
 
     mesh: Mesh
     source: SourcePositions
@@ -77,3 +77,4 @@ class Model:
     absent: list[Path] = field(default_factory=list)
     repairs: dict[str, dict[str, int | None]] = field(default_factory=dict)
     views: Views | None = None
+    unread: list[Path] = field(default_factory=list)

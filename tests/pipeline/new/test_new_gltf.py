@@ -47,6 +47,18 @@ def light(number: int) -> dict[str, Any]:
     return {LIGHTS: {"light": number}}
 
 
+def test_a_picture_that_is_not_read_is_copied_so_that_the_scene_says_the_same_of_it(tmp_path: Path) -> None:
+    made, primitive = square(TEXCOORD_0=np.float32([[0, 0], [1, 0], [1, 1], [0, 1]]))
+    (tmp_path / "m").mkdir()
+    (tmp_path / "m/wood.ktx2").write_bytes(b"\xabKTX 20\xbb\r\n\x1a\n")
+    texture = made.add("textures", source=made.add("images", uri="wood.ktx2"))
+    primitive["material"] = made.add("materials", normalTexture={"index": texture})
+    new = new_scene(tmp_path / "s", shown(primitive, made).glb(tmp_path / "m/a.glb"))
+    for notes in (new.notes, read_model(tmp_path / "s/model/a.glb").warnings):
+        assert any("'wood.ktx2': KTX2 is not read" in text and "ktxdecompress" in text for text in notes)
+        assert not any("does not exist" in text for text in notes)
+
+
 def test_the_flight_begins_at_the_cameras_of_the_model(tmp_path: Path) -> None:
     """Level, and rolled by 30 degrees from above on the right."""
     yaw, roll = quaternion((0, 1, 0), 45), quaternion((0, 0, 1), 30)

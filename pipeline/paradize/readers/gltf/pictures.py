@@ -25,11 +25,12 @@ W = TypeVar("W")
 
 
 class Pictures:
-    """absent: files that textures name and that do not exist."""
+    """absent, unread: files that textures name and that do not exist, or are of a kind that is not read."""
 
     def __init__(self, document: Document, buffers: Buffers) -> None:
         self.document, self.buffers = document, buffers
         self.absent: list[Path] = []
+        self.unread: list[Path] = []
         self._found: dict[int, Picture | None] = {}
 
     def source(self, texture: int, where: str) -> MapSource | None:
@@ -104,6 +105,7 @@ class Pictures:
             return None
         if path.suffix.lower() in (".ktx2", ".ktx", ".basis", ".avif"):
             kind = path.suffix[1:].upper()
+            self.unread.append(path)
             document.warn(f"picture {uri[:120]!r}: {kind} is not read; left out{_mend(kind)}", place)
             return None
         return Picture(path, None, path.name)

@@ -61,6 +61,7 @@ def read_gltf(path: Path, root: Path | None = None, on_library: list[Path] | Non
         smoothing,
         libraries=reader.buffers.libraries,
         absent=reader.pictures.absent,
+        unread=reader.pictures.unread,
         views=views,
     )
 
