@@ -73,7 +73,7 @@ def _detail_and_others(value: Any, place: str) -> None:
 
 REQUIRED_DETAIL = map_of(_detail_and_others)
 FLAT = map_of(_level)
-PALETTES = map_of(table(level=_level, max_level=_level))
+PALETTES = map_of(table(level=_level, max_level=_level, level_psnr_db=_positive))
 SECONDS = map_of(_positive)
 
 

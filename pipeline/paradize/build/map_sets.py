@@ -266,6 +266,14 @@ class _Finder:
         layout = item.mesh if wrap is None and not palette else None
         strength = (0.0 if authored else 1.0) if item.strength is None else item.strength
         derived = {"normal": True, "gloss": table.specular is not None, "height": True}
+        asked = {"strength": item.strength, "specular": table.specular}
+        if palette and any(asked.values()) and not is_unlit(material):
+            named = " and ".join(f"{key} = {value:g}" for key, value in asked.items() if value)
+            self.warnings.append(
+                f"{item.mesh}: material {material.name!r}: no map is made of the colour ({named}): "
+                "its triangles show swatches or gradients of a palette "
+                '(wrap = "clamp" or "repeat" says that it is none)'
+            )
         if palette or is_unlit(material):
             derived = {}
         bump_m, width_m = material.bump_m, facts.width_m if facts else None

@@ -43,7 +43,7 @@ class _Baked:
     meshes: facts of each object's mesh. flight_errors, tree: of the camera's path and of the terrain.
     gutters: by (object, map set), as gutter_limits.measure_gutters returns them. constants:
     of textures that are not published, because all their texels are equal. palettes: the coarsest level of
-    a palette that shows the same colours."""
+    a palette that shows the same colours; palettes_psnr_db: its PSNR against the finest."""
 
     artifacts: dict[str, Artifact]
     data: dict[str, Path] = field(default_factory=dict)
@@ -53,6 +53,7 @@ class _Baked:
     gutters: dict[tuple[str, str], dict[str, Any]] = field(default_factory=dict)
     constants: dict[str, list[float]] = field(default_factory=dict)
     palettes: dict[str, int] = field(default_factory=dict)
+    palettes_psnr_db: dict[str, float] = field(default_factory=dict)
 
     @property
     def hashes(self) -> dict[str, str]:
@@ -218,7 +219,8 @@ def _measure_objects(
             before = baked.artifacts[name].max_level
             last = facts["max_level"] if before is None else min(before, facts["max_level"])
             baked.artifacts[name] = replace(baked.artifacts[name], max_level=last)
-            baked.palettes[name] = min(facts["level"], baked.palettes.get(name, facts["level"]))
+            for known, fact in ((baked.palettes, "level"), (baked.palettes_psnr_db, "level_psnr_db")):
+                known[name] = min(facts[fact], known.get(name, facts[fact]))
     normal_mapped: dict[str, list[list[dict[str, float]]]] = {}  # levels of each set, by mesh
     for (owner, _), found in measured["lod_normal_error"].items():
         normal_mapped.setdefault(f"{owner}_mesh", []).append(found["levels"])
@@ -297,6 +299,11 @@ def _trim(context: BuildContext, maps: SceneMaps, baked: _Baked) -> None:
         baked.artifacts[name], rest = trimmed(one, {**required, "level": level}, baked.data[name])
         if rest is None:
             continue
+        if baked.artifacts[name].left_out > required["level"]:  # finer than views need, so they see the loss
+            metric, errors = f"{name.rpartition('_')[2]}_psnr_db", dict(baked.artifacts[name].errors)
+            if metric in errors:
+                errors[metric] = min(errors[metric], baked.palettes_psnr_db[name])
+            baked.artifacts[name] = replace(baked.artifacts[name], errors=errors)
         baked.artifacts[name] = _with_excesses(context.scene, baked.artifacts[name])
         baked.data[name] = keep_artifact(context.store, rest)[1]
         if name in baked.meshes:

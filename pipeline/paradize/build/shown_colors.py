@@ -5,23 +5,23 @@ from __future__ import annotations
 
 import tempfile
 from collections.abc import Sequence
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from paradize.build.shown_texels import BEND, PLAIN, centres, owners_of, without_drawn
 from paradize.data import Mesh
 from paradize.errors import ParadizeError
 from paradize.kernels.reference.atlas import layout_raster
 from paradize.material import MapSource, Picture, Wrap, texels_within
 from paradize.readers.image import read_image
 
-PLAIN = 1.0 / 32.0  # of the range: a triangle whose colours differ by less shows one swatch
 _PALETTE = 0.99  # of the surface is plain, where the picture is a palette
 _SHARED = 0.1  # of the texels shows on several places, where gradients are a palette's
 _SIDE = 1024  # texels a side of the raster in which these are counted
-_BEND = 3.5 / 255.0  # a texel that differs by less from the line between its neighbours is part of a gradient
 _SAME = 1.0 / 255.0
 _HALF = (0.05, 0.95)  # alpha between these is neither a hole nor opaque
 
@@ -68,13 +68,16 @@ def shown_colors(
     if area[plain].sum() < enough:
         gradient = ~plain & (_off_gradient(colors[:, :, :3], weights) <= PLAIN)
         if area[plain | gradient].sum() >= enough:
-            gradient &= _bend(pixels, texels) <= _BEND
+            gradient &= _bend(pixels, texels) <= BEND
         if area[plain | gradient].sum() >= enough and _are_shared(mesh, corners, (plain | gradient) & ~flat):
             plain |= gradient
-    if area.sum() > 0.0 and area[plain].sum() >= enough:
-        middles = colors[len(colors) // 2, :, :3]
-        palette = bool((np.ptp(middles, axis=0) > PLAIN).any())
-    shrink = _shrink(pixels[:, :, :3], places, wrap) if palette else 0
+    middles = colors[len(colors) // 2, :, :3]
+    if area.sum() > 0.0 and area[plain].sum() >= enough and (np.ptp(middles, axis=0) > PLAIN).any():
+        solid = ~flat
+        share = enough - area[plain & flat].sum()
+        kept = without_drawn(mesh, pixels[:, :, :3], wrap, plain & solid, area, share)
+        palette = bool(area[kept].sum() >= share)
+    shrink = _shrink(mesh, pixels[:, :, :3], places, wrap) if palette else 0
     own = channels in (2, 4) and bool((pixels[:, :, -1] < 1.0).any())
     if alpha_map is None and not own:
         return palette, shrink, "opaque"
@@ -136,10 +139,19 @@ def _are_shared(mesh: Mesh, corners: npt.NDArray[np.float64], chosen: npt.NDArra
     return twice >= _SHARED * covered > 0
 
 
-def _shrink(pixels: npt.NDArray[np.float32], places: npt.NDArray[np.float64], wrap: tuple[Wrap, Wrap]) -> int:
-    """How often a picture can be halved without a change of its colours at places (n, 2), of its sides."""
+def _shrink(
+    mesh: Mesh,
+    pixels: npt.NDArray[np.float32],
+    places: npt.NDArray[np.float64],
+    wrap: tuple[Wrap, Wrap],
+) -> int:
+    """How often a picture can be halved without a change of its colours at places (n, 2), of its sides, and
+    at all texels that triangles cover."""
+    owners = owners_of(mesh, pixels.shape, wrap)
+    if owners is None:
+        return 0
 
-    def seen(level: npt.NDArray[np.float32]) -> npt.NDArray[np.float64]:
+    def seen(level: npt.NDArray[np.float32], places: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
         rows, columns = level.shape[:2]
         x, y = places[:, 0] * columns - 0.5, places[:, 1] * rows - 0.5
         left, top = np.floor(x), np.floor(y)
@@ -150,10 +162,11 @@ def _shrink(pixels: npt.NDArray[np.float32], places: npt.NDArray[np.float64], wr
         upper, lower = (corner[k] * (1.0 - s) + corner[k + 1] * s for k in (0, 2))
         return np.asarray(upper * (1.0 - t) + lower * t)
 
-    finest, times = seen(pixels), 0
+    finest, times = pixels, 0
     while min(pixels.shape[:2]) > 1 and not (pixels.shape[0] % 2 or pixels.shape[1] % 2):
         pixels = 0.25 * (pixels[::2, ::2] + pixels[1::2, ::2] + pixels[::2, 1::2] + pixels[1::2, 1::2])
-        if np.abs(seen(pixels) - finest).max() > _SAME:
+        parts = chain([places], centres(owners))
+        if any(np.abs(seen(pixels, part) - seen(finest, part)).max() > _SAME for part in parts):
             break
         times += 1
     return times

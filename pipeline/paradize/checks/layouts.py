@@ -26,8 +26,7 @@ _EDGE = (
 )  # difference of neighbouring texels that counts as an edge; a compressed gradient has less
 _PLAIN = 0.05  # share of the area that shows edges, up to which a map counts as a palette
 # Inside the triangle: its corners may lie on the centres of texels, where nothing is mixed.
-_SAMPLES = np.array([[a, b, 10 - a - b] for a in range(11) for b in range(11 - a)], np.float64)
-_SAMPLES = (_SAMPLES + 1.0 / 3.0) / 11.0
+_FEW = 10_000  # triangles, up to which edges are looked for more closely
 _OVERLAP = 0.05  # of the covered texels
 _UNEVEN = 8.0  # texels a metre: the densest twentieth of the area over the sparsest
 
@@ -111,7 +110,9 @@ def _painted(
     down = np.abs(np.diff(around, axis=0)).max(axis=2) > most
     edge = across[:-1] | across[1:] | down[:, :-1] | down[:, 1:]
     found = np.zeros(len(corners), np.bool_)
-    for weights in _SAMPLES:
+    steps = 32 if len(corners) <= _FEW else 10
+    samples = [[a, b, steps - a - b] for a in range(steps + 1) for b in range(steps + 1 - a)]
+    for weights in (np.array(samples, np.float64) + 1.0 / 3.0) / (steps + 1.0):
         places = (corners * weights[None, :, None]).sum(axis=1) * np.array(colors.shape[1::-1]) + 0.5
         column, row = places.astype(np.int64).T
         found |= edge[row, column]

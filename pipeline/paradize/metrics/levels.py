@@ -80,16 +80,16 @@ def _angles(error: Error) -> dict[str, float]:
 
 def _differences(error: Error) -> dict[str, float]:
     errors = {
-        "psnr_db": _psnr(error.sum, error.number),
+        "psnr_db": psnr(error.sum, error.number),
         "p99": rounded(error.p99),
         "max": rounded(error.max),
     }
     if error.alpha_number:
-        errors["alpha_psnr_db"] = _psnr(error.alpha_squares, error.alpha_number)
+        errors["alpha_psnr_db"] = psnr(error.alpha_squares, error.alpha_number)
     return errors
 
 
-def _psnr(squares: float, count: int) -> float:
+def psnr(squares: float, count: int) -> float:
     """PSNR in dB. The logarithm is Decimal's, which is the same on all machines, unlike numpy's and
     libm's."""
     mean = squares / count if count else 0.0

@@ -199,11 +199,19 @@ def uv_islands(uvs: F32, triangles: npt.NDArray[np.uint32]) -> I32:
 
 
 def rasterise(
-    uvs: F32, triangles: npt.NDArray[np.uint32], ids: I32, *, height: int, width: int, work_limit: float = 2e9
+    uvs: F32,
+    triangles: npt.NDArray[np.uint32],
+    ids: I32,
+    *,
+    height: int,
+    width: int,
+    work_limit: float = 2e9,
+    touched: bool = True,
 ) -> I32:
     """Draws ids (m,) of triangles (m, 3) by their top-left UVs (n, 2) into (height, width) int32; -1: none.
 
-    Conservative: each touched texel gets an id, also from a line or a point. Raises ValueError where the UVs
+    Conservative: each touched texel gets an id, also from a line or a point; where not `touched`, only texels
+    whose centre a triangle covers. Raises ValueError where the UVs
     repeat so often that more than work_limit texels would be visited.
     """
     uvs = _f32(uvs, shape=(None, 2), name="uvs")
@@ -213,6 +221,7 @@ def rasterise(
         np.ascontiguousarray(triangles, np.uint32),
         np.ascontiguousarray(ids, np.int32),
         work_limit,
+        touched,
         out,
     )
     return out

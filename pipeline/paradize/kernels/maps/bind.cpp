@@ -123,13 +123,14 @@ void uv_islands(const In<float> &uvs, const In<std::uint32_t> &triangles, const 
 }
 
 void rasterise(const In<float> &uvs, const In<std::uint32_t> &triangles, const In<std::int32_t> &ids,
-               double work_limit, const Out<std::int32_t> &result) {
+               double work_limit, bool touched, const Out<std::int32_t> &result) {
     check_indices(triangles, uvs.size() / 2);
     need(ids.size() == triangles.size() / 3, "ids and triangles differ in number");
     need(result.ndim() == 2 && result.size() > 0, "the map is not two-dimensional");
     const auto to = out(result, result.size());
     nb::gil_scoped_release unlocked;
-    maps::rasterise(flat(uvs), flat(triangles), flat(ids), result.shape(0), result.shape(1), work_limit, to);
+    maps::rasterise(flat(uvs), flat(triangles), flat(ids), result.shape(0), result.shape(1), work_limit, to,
+                    touched);
 }
 
 void nearest_covered(const In<std::uint8_t> &covered, bool wrap_x, bool wrap_y,

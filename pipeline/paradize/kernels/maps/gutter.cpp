@@ -224,7 +224,7 @@ std::vector<std::int32_t> uv_islands(std::span<const float> uvs, std::span<const
 
 void rasterise(std::span<const float> uvs, std::span<const std::uint32_t> triangles,
                std::span<const std::int32_t> ids, std::size_t rows, std::size_t columns, double work_limit,
-               std::span<std::int32_t> out) {
+               std::span<std::int32_t> out, bool touched) {
     std::fill(out.begin(), out.end(), -1);
     double work = 0.0;
     const auto require = [](bool enough) {
@@ -233,6 +233,9 @@ void rasterise(std::span<const float> uvs, std::span<const std::uint32_t> triang
         }
     };
     for (const double slack : {0.0, 0.5}) {
+        if (slack > 0.0 && !touched) {
+            break;
+        }
         for (std::size_t t = 0; t < ids.size(); ++t) {
             Triangle triangle{};
             for (std::size_t k = 0; k < 3; ++k) {
