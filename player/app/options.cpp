@@ -221,6 +221,14 @@ Options parse_options(std::span<const char *const> arguments, std::span<const st
     if (out.fps && (quality_given || out.bench)) {
         throw UsageError("--fps chooses the quality itself: leave out --quality and --bench");
     }
+    if (out.file_order && out.vram_mb) {
+        throw UsageError(
+            "--order file uploads everything, --vram only what the picture needs most: leave out "
+            "one of them");
+    }
+    if (out.panel && out.headless) {
+        throw UsageError("--panel is the title of the window: leave out --headless");
+    }
     if (out.interactive && out.frames) {
         throw UsageError("--interactive ends with Escape, not after a number of frames: leave out --frames");
     }

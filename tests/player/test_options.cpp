@@ -60,6 +60,14 @@ TEST_CASE("command line: wrong usage is an error") {
     CHECK_THROWS_AS(parse({"a", "--ram", "nan"}), UsageError);
     CHECK_THROWS_AS(parse({"a", "--headless", "--interactive"}), UsageError);
     CHECK_THROWS_AS(parse({"a", "--frames", "3", "--interactive"}), UsageError);
+    CHECK_THROWS_WITH_AS(parse({"a", "--panel", "--headless"}),
+                         "--panel is the title of the window: leave out --headless", UsageError);
+    CHECK(parse({"a", "--order", "needs", "--vram", "9"}).vram_mb == 9.0);
+    CHECK_THROWS_WITH_AS(
+        parse({"a", "--vram", "9", "--order", "file"}),
+        "--order file uploads everything, --vram only what the picture needs most: leave out "
+        "one of them",
+        UsageError);
     CHECK_THROWS_WITH_AS(parse({"a", "--disable", "sky,wter"}),
                          "--disable wter: is not a pass; choose from sky, water", UsageError);
 }
