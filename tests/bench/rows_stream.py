@@ -19,9 +19,10 @@ from PIL import Image
 
 from row import CORES, Row, on
 from stream_chart import CHART, Curve, draw
-from streamed import play, row_of_boxes, without_data
+from streamed import colored, play, without_data
 from tests.pictures import difference
 from tests.places import ROOT
+from tests.player.boxes import row_of_boxes
 
 ISLAND = ROOT / "build/assets/island"
 SIZE = ("--size", "320x180")
@@ -156,6 +157,7 @@ def rows(runs: int, folder: Path) -> Iterator[Row]:
     yield bench_start("the island", ISLAND, folder, runs)
     yield bench_order(runs)
     yield bench_naive(runs)
-    large = row_of_boxes(folder / "large", BOXES, EDGE, SECONDS)
+    maps = (colored(EDGE, i) for i in range(BOXES))
+    large = row_of_boxes(folder / "large", maps, spacing_m=6.0, seconds=SECONDS)
     yield bench_start("1 GB of maps", large, folder, runs)
     yield from bench_large(large, folder / "large-pictures")

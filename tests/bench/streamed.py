@@ -16,10 +16,8 @@ from paradize.data import Texture
 from paradize.formats.ktx2.encode import encode_ktx2
 from tests.conftest import RENDER_ENVIRONMENT
 from tests.places import ROOT
-from tests.player.synthetic import identity, instance, material, write_scene
 
 PLAYER = ROOT / "build/bin/paradize-player"
-SPACING_M = 6.0
 
 
 def play(scene: Path, *arguments: object) -> dict[str, Any]:
@@ -41,44 +39,6 @@ def colored(edge: int, seed: int) -> bytes:
         blocks = levels[-1].reshape(half, 2, half, 2, 4).astype(np.uint16)
         levels.append((blocks.sum(axis=(1, 3)) // 4).astype(np.uint8))
     return encode_ktx2(Texture("RGBA8_SRGB", edge, edge, tuple(level.tobytes() for level in levels), 1))
-
-
-def row_of_boxes(folder: Path, boxes: int, edge: int, seconds: float) -> Path:
-    """Boxes in a row, each with a colour map of its own, and a flight past them, near enough for mip 0."""
-    scene = write_scene(folder, bare=True)
-    manifest: dict[str, Any] = json.loads((scene / "scene.json").read_text())
-    entry, box = manifest["artifacts"].pop("box_color"), manifest["objects"][0]
-    manifest["objects"] = []
-    for i in range(boxes):
-        data = colored(edge, i)
-        (scene / f"color{i}.ktx2").write_bytes(data)
-        manifest["artifacts"][f"color{i}"] = entry | {"file": f"color{i}.ktx2"} | identity(data)
-        wood = material(f"color{i}")
-        manifest["objects"].append(
-            box
-            | {
-                "name": f"box{i}",
-                "materials": {"wood": wood, "leaf": wood | {"two_sided": True}},
-                "instances": [instance([SPACING_M * i, 0.0, 0.0], 0.4)],
-            }
-        )
-    along = [0.0, SPACING_M * (boxes - 1), 0.0, 0.0]
-    manifest["flight"] |= {
-        "duration_s": seconds,
-        "fov_rad": 0.06,
-        "segments": [
-            {
-                "eye": [along, [1.0, 0.0, 0.0, 0.0], [5.0, 0.0, 0.0, 0.0]],
-                "target": [along, [1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 0.0, 0.0]],
-                "roll": [0.0, 0.0, 0.0, 0.0],
-            }
-        ],
-        "time_table": [[0.0, 0.0, 1 / seconds], [seconds, 1.0, 1 / seconds]],
-    }
-    manifest["artifacts"] = dict(sorted(manifest["artifacts"].items()))
-    manifest["streaming"] = sorted(manifest["artifacts"])
-    (scene / "scene.json").write_text(json.dumps(manifest))
-    return scene
 
 
 def without_data(scene: Path, folder: Path) -> Path:

@@ -13,7 +13,8 @@ import numpy as np
 import pytest
 
 from tests.pictures import load
-from tests.player.synthetic import identity, instance, material, texture, write_scene
+from tests.player.boxes import row_of_boxes
+from tests.player.synthetic import texture
 
 Player = Callable[..., "subprocess.CompletedProcess[str]"]
 BOXES = 6
@@ -21,55 +22,16 @@ EDGE = 512
 MAP_BYTES = EDGE * EDGE * 4 * 4 // 3
 
 
-def row_of_boxes(folder: Path, *, unused: int = 0) -> Path:
-    """Boxes 30 m apart, each with its own colour map, and a flight that passes close by them in six seconds.
-    `unused`: cube maps that nothing refers to."""
-    scene = write_scene(folder, bare=True)
-    manifest: dict[str, Any] = json.loads((scene / "scene.json").read_text())
-    entry = manifest["artifacts"]["box_color"]
-    box = manifest["objects"][0]
-    manifest["objects"] = []
-    del manifest["artifacts"]["box_color"]
+def six_boxes(folder: Path, *, unused: int = 0) -> Path:
+    """Boxes 30 m apart, and a flight past them in six seconds. `unused`: cube maps that nothing refers to."""
     random = np.random.default_rng(5)
-    for i in range(BOXES):
+    maps = []
+    for _ in range(BOXES):
         pixels = random.integers(0, 255, (EDGE, EDGE, 4), dtype=np.uint8)
         pixels[..., 3] = 255
-        data = texture("RGBA8_SRGB", pixels)
-        (scene / f"color{i}.ktx2").write_bytes(data)
-        manifest["artifacts"][f"color{i}"] = entry | {"file": f"color{i}.ktx2"} | identity(data)
-        wood = material(f"color{i}")
-        manifest["objects"].append(
-            box
-            | {
-                "name": f"box{i}",
-                "materials": {"wood": wood, "leaf": wood | {"two_sided": True}},
-                "instances": [instance([30.0 * i, 0.0, 0.0], 0.4)],
-            }
-        )
+        maps.append(texture("RGBA8_SRGB", pixels))
     cube = texture("RGBA16F", np.ones((6, 256, 256, 4), np.float16))
-    for i in range(unused):
-        (scene / f"unused{i}.ktx2").write_bytes(cube)
-        manifest["artifacts"][f"unused{i}"] = (
-            entry | {"file": f"unused{i}.ktx2", "kind": "cubemap"} | identity(cube)
-        )
-    reach = 30.0 * (BOXES - 1)
-    along = [0.0, reach, 0.0, 0.0]
-    manifest["flight"] |= {
-        "duration_s": 6.0,
-        "fov_rad": 0.06,
-        "segments": [
-            {
-                "eye": [along, [1.0, 0.0, 0.0, 0.0], [5.0, 0.0, 0.0, 0.0]],
-                "target": [along, [1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 0.0, 0.0]],
-                "roll": [0.0, 0.0, 0.0, 0.0],
-            }
-        ],
-        "time_table": [[0.0, 0.0, 1 / 6.0], [6.0, 1.0, 1 / 6.0]],
-    }
-    manifest["artifacts"] = dict(sorted(manifest["artifacts"].items()))
-    manifest["streaming"] = sorted(manifest["artifacts"])
-    (scene / "scene.json").write_text(json.dumps(manifest))
-    return scene
+    return row_of_boxes(folder, maps, spacing_m=30.0, seconds=6.0, unused=[cube] * unused)
 
 
 def report(result: subprocess.CompletedProcess[str]) -> dict[str, Any]:
@@ -79,7 +41,7 @@ def report(result: subprocess.CompletedProcess[str]) -> dict[str, Any]:
 
 
 def test_a_scene_above_the_limit_plays_within_it_and_looks_the_same(player: Player, tmp_path: Path) -> None:
-    scene = row_of_boxes(tmp_path / "scene")
+    scene = six_boxes(tmp_path / "scene")
     assert BOXES * MAP_BYTES > 8e6
     # Five seconds and a half of the flight. Each box is passed with the finest mip of its map.
     played = player(scene, "--frames", 165, "--vram", 4, "--json", "--debug")
@@ -105,7 +67,7 @@ def test_a_scene_above_the_limit_plays_within_it_and_looks_the_same(player: Play
 
 
 def test_the_second_that_playback_starts_at_is_loaded_first(player: Player, tmp_path: Path) -> None:
-    scene = row_of_boxes(tmp_path / "scene")
+    scene = six_boxes(tmp_path / "scene")
     picture, first = tmp_path / "picture.png", tmp_path / "first.png"
     for second in (0.0, 4.8):
         report(player(scene, "--time", second, "--screenshot", picture, "--json"))
@@ -114,8 +76,8 @@ def test_the_second_that_playback_starts_at_is_loaded_first(player: Player, tmp_
 
 
 def test_what_nothing_refers_to_takes_no_device_memory(player: Player, tmp_path: Path) -> None:
-    plain = report(player(row_of_boxes(tmp_path / "plain"), "--wait-resident", "--json"))
-    more = report(player(row_of_boxes(tmp_path / "more", unused=20), "--wait-resident", "--json"))
+    plain = report(player(six_boxes(tmp_path / "plain"), "--wait-resident", "--json"))
+    more = report(player(six_boxes(tmp_path / "more", unused=20), "--wait-resident", "--json"))
     assert more["resident_bytes"] == more["total_bytes"] == plain["total_bytes"]
     assert more["streaming"]["peak_bytes"] == plain["streaming"]["peak_bytes"]
 
@@ -123,7 +85,7 @@ def test_what_nothing_refers_to_takes_no_device_memory(player: Player, tmp_path:
 def test_an_impossible_limit_shows_something_of_everything_and_says_what_is_missing(
     player: Player, tmp_path: Path
 ) -> None:
-    scene = row_of_boxes(tmp_path / "scene")
+    scene = six_boxes(tmp_path / "scene")
     played = player(scene, "--wait-resident", "--json", "--vram", 1, "--check-finite", "--frames", 3)
     assert played.stderr.count("--vram: 1 MB of device memory cannot hold the") == 1
     told = report(played)
@@ -140,7 +102,7 @@ def test_limits_are_megabytes(player: Player, tmp_path: Path, option: str) -> No
 
 
 def test_little_memory_for_files_gives_the_same_picture(player: Player, tmp_path: Path) -> None:
-    scene = row_of_boxes(tmp_path / "scene")
+    scene = six_boxes(tmp_path / "scene")
     pictures = []
     for name, limits in (("plenty", []), ("little", ["--ram", 1]), ("both", ["--ram", 1, "--vram", 4])):
         path = tmp_path / f"{name}.png"
@@ -151,7 +113,7 @@ def test_little_memory_for_files_gives_the_same_picture(player: Player, tmp_path
 
 
 def test_json_tells_how_the_error_falls_while_the_scene_streams(player: Player, tmp_path: Path) -> None:
-    scene = row_of_boxes(tmp_path / "scene")
+    scene = six_boxes(tmp_path / "scene")
     errors = {}
     for order in ("needs", "file"):
         told = report(player(scene, "--time", 4.8, "--frames", 4, "--order", order, "--json"))
@@ -175,7 +137,7 @@ def test_json_tells_how_the_error_falls_while_the_scene_streams(player: Player, 
 def test_checking_goes_on_after_the_picture_and_a_damaged_file_elsewhere_is_told(
     player: Player, tmp_path: Path
 ) -> None:
-    scene = row_of_boxes(tmp_path / "scene")
+    scene = six_boxes(tmp_path / "scene")
     far = scene / f"color{BOXES - 1}.ktx2"
     data = bytearray(far.read_bytes())
     data[-1] ^= 1

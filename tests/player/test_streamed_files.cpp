@@ -1,0 +1,171 @@
+// Files that change, shrink, vanish or are damaged while a scene streams.
+#include "assets/scene_file.hpp"
+#include "context.hpp"
+#include "error.hpp"
+#include "files.hpp"
+#include "small_scene.hpp"
+#include "streaming/streamer.hpp"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cstddef>
+#include <filesystem>
+#include <string>
+#include <thread>
+#include <vector>
+
+using namespace paradize;
+using paradize::test::SmallScene;
+
+TEST_CASE("streamer: files that shrink, grow or vanish during streaming are drawn as they were") {
+    if (!test::have_context()) {
+        return;
+    }
+    SmallScene scene;
+    for (const bool compressed : {false, true}) {
+        if (compressed) {
+            scene.put("quad_color", test::zstd_ktx2_file(assets::PixelFormat::rgba8_srgb, 256, 256));
+        }
+        Streamer streamer = scene.streamer();
+        CHECK_FALSE(streamer.upload({.bytes = 30000})); // in the middle of streaming
+        streamer.finish_checks();
+        for (const assets::Artifact &artifact : scene.file.artifacts) {
+            std::filesystem::resize_file(scene.folder.path() / artifact.file,
+                                         artifact.name == "sky" ? 1 << 20 : 0);
+        }
+        std::filesystem::remove(scene.folder.path() / "quad_mesh.glb");
+        while (!streamer.upload({.bytes = 30000})) {
+        }
+        CHECK(test::wrong_bytes(streamer) == 0);
+        test::write_scene(scene.folder);
+    }
+    test::throw_on_error();
+}
+
+TEST_CASE(
+    "streamer: a scene above the memory limit gives the same texels, even if a bake deletes its files") {
+    if (!test::have_context()) {
+        return;
+    }
+    SmallScene scene;
+    for (const bool compressed : {false, true}) {
+        if (compressed) {
+            scene.put("quad_color", test::zstd_ktx2_file(assets::PixelFormat::rgba8_srgb, 256, 256));
+        }
+        Streamer streamer(scene.file, SceneLoad(scene.file, scene.folder.path(), nullptr, {.ram_bytes = 0}));
+        streamer.finish_checks();
+        for (const assets::Artifact &artifact : scene.file.artifacts) {
+            std::filesystem::remove(scene.folder.path() / artifact.file);
+        }
+        while (!streamer.upload({.bytes = 30000})) {
+        }
+        CHECK(test::wrong_bytes(streamer) == 0);
+        CHECK(streamer.counts().resident_bytes == streamer.counts().total_bytes);
+        test::write_scene(scene.folder);
+    }
+    test::throw_on_error();
+}
+
+TEST_CASE(
+    "streamer: a file that is changed or shrinks after it was checked ends that artifact, not the scene") {
+    if (!test::have_context()) {
+        return;
+    }
+    const SmallScene scene;
+    const std::filesystem::path color = scene.folder.path() / "quad_color.ktx2";
+    for (const bool shrinks : {false, true}) {
+        Streamer streamer(scene.file, SceneLoad(scene.file, scene.folder.path(), nullptr, {.ram_bytes = 0}));
+        streamer.upload({.bytes = 30000}); // the coarse mips
+        streamer.finish_checks();
+        CHECK(streamer.failures().empty());
+        // The loader may have staged level 0 already; a new level 0 is staged after the change.
+        if (shrinks) {
+            std::filesystem::resize_file(color, 100);
+        } else {
+            test::Bytes damaged = test::ktx2_file(assets::PixelFormat::rgba8_srgb, 256, 256);
+            damaged.back() ^= std::byte{1};
+            scene.folder.write("quad_color.ktx2", damaged);
+        }
+        while (!streamer.upload({.bytes = 30000})) {
+        }
+        CHECK(streamer.texture("quad_color")->resident());
+        CHECK(streamer.texture("sky")->complete());
+        CHECK(streamer.mesh("quad_mesh")->best_level(0) == 0);
+        if (streamer.failures().empty()) {
+            CHECK(test::wrong_bytes(streamer) == 0); // staged before the change
+        } else {
+            CHECK(streamer.failures().size() == 1);
+            CHECK_FALSE(streamer.texture("quad_color")->complete());
+        }
+        test::write_scene(scene.folder);
+    }
+    test::throw_on_error();
+}
+
+TEST_CASE("streamer: a file that was changed before its first piece is read again is named, and nothing is "
+          "drawn of it") {
+    if (!test::have_context()) {
+        return;
+    }
+    const SmallScene scene;
+    const std::filesystem::path color = scene.folder.path() / "quad_color.ktx2";
+    for (const bool shrinks : {false, true}) {
+        Streamer streamer(scene.file, SceneLoad(scene.file, scene.folder.path(), nullptr, {.ram_bytes = 0}));
+        streamer.finish_checks(); // nothing is read again before the first upload
+        if (shrinks) {
+            std::filesystem::resize_file(color, 100);
+        } else {
+            test::Bytes damaged = test::ktx2_file(assets::PixelFormat::rgba8_srgb, 256, 256);
+            damaged.back() ^= std::byte{1};
+            scene.folder.write("quad_color.ktx2", damaged);
+        }
+        while (!streamer.upload({.bytes = 30000})) {
+        }
+        REQUIRE(streamer.failures().size() == 1);
+        const std::string &message = streamer.failures().front();
+        CHECK_MESSAGE(
+            message.starts_with(color.string() + (shrinks ? ": ended at byte " : ": was changed while")),
+            message);
+        CHECK_FALSE(streamer.texture("quad_color")->resident());
+        CHECK(streamer.texture("sky")->complete());
+        test::write_scene(scene.folder);
+    }
+    test::throw_on_error();
+}
+
+TEST_CASE(
+    "streamer: what is seen is drawn before the other files are read, and these are checked all the same") {
+    if (!test::have_context()) {
+        return;
+    }
+    const SmallScene scene;
+    test::Bytes damaged = test::ktx2_file(assets::PixelFormat::rgba8_srgb, 256, 256);
+    damaged.back() ^= std::byte{1};
+    for (const NotReady not_ready : {NotReady::wait_if_seen, NotReady::skip}) {
+        scene.folder.write("quad_color.ktx2", damaged); // only its header is good
+        Streamer other(scene.file, SceneLoad(scene.file, scene.folder.path()));
+        std::vector<Need> needs(other.piece_count());
+        const auto [first, count] = other.pieces_of("quad_mesh");
+        std::fill_n(needs.begin() + first, count, Need{2.0F, 0.0F});
+        other.set_needs(needs);
+        if (not_ready == NotReady::wait_if_seen) {
+            CHECK_FALSE(other.upload({.not_ready = not_ready})); // a frame that shows the mesh only
+            CHECK(other.mesh("quad_mesh")->best_level(0) == 0);
+        }
+        std::string message;
+        try {
+            while (!other.upload({.bytes = 30000, .not_ready = not_ready})) {
+                std::this_thread::yield();
+            }
+            other.finish_checks();
+        } catch (const Error &error) {
+            message = error.what();
+        }
+        CHECK(message.find("quad_color.ktx2: is damaged or was replaced: its SHA-256 is ") !=
+              std::string::npos);
+        CHECK_FALSE(other.texture("quad_color")->resident());
+        test::write_scene(scene.folder);
+    }
+    test::throw_on_error();
+}

@@ -1,0 +1,229 @@
+// What a limit of device memory keeps, evicts and counts.
+#include "assets/ktx2.hpp"
+#include "context.hpp"
+#include "files.hpp"
+#include "small_scene.hpp"
+#include "streaming/streamer.hpp"
+
+#include <doctest/doctest.h>
+#include <epoxy/gl.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <string_view>
+#include <tuple>
+#include <vector>
+
+using namespace paradize;
+using paradize::test::SmallScene;
+
+namespace {
+
+// Bytes of all RGBA8 textures on the device, with those that nothing draws yet.
+std::uint64_t allocated_bytes() {
+    std::uint64_t bytes = 0;
+    for (unsigned name = 1; name < 4096; ++name) {
+        if (glIsTexture(name) != GL_TRUE) {
+            continue;
+        }
+        for (const auto &[target, image, faces] :
+             {std::tuple(GL_TEXTURE_2D, GL_TEXTURE_2D, 1),
+              std::tuple(GL_TEXTURE_CUBE_MAP, GL_TEXTURE_CUBE_MAP_POSITIVE_X, 6)}) {
+            glBindTexture(target, name);
+            GLint bound = 0; // still the texture before, where the target is not this one's
+            glGetIntegerv(target == GL_TEXTURE_2D ? GL_TEXTURE_BINDING_2D : GL_TEXTURE_BINDING_CUBE_MAP,
+                          &bound);
+            for (int level = 0; bound == static_cast<GLint>(name) && level < 16; ++level) {
+                GLint width = 0, height = 0;
+                glGetTexLevelParameteriv(image, level, GL_TEXTURE_WIDTH, &width);
+                glGetTexLevelParameteriv(image, level, GL_TEXTURE_HEIGHT, &height);
+                bytes += static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height) * 4U *
+                         static_cast<std::uint64_t>(faces);
+            }
+        }
+    }
+    glBindTexture(GL_TEXTURE_2D, 0);
+    glBindTexture(GL_TEXTURE_CUBE_MAP, 0);
+    test::clear_errors(); // of targets that are not a texture's own
+    return bytes;
+}
+
+} // namespace
+
+TEST_CASE("streamer: a large piece that is half uploaded gives way to one that is needed now") {
+    if (!test::have_context()) {
+        return;
+    }
+    SmallScene scene;
+    scene.put("quad_color", test::ktx2_file(assets::PixelFormat::rgba8_srgb, 1024, 1024)); // mip 0: 4 MB
+    const UploadBudget frame{.bytes = 1 << 20, .not_ready = NotReady::wait_if_seen};
+    Streamer streamer = scene.streamer();
+    std::vector<Need> needs(streamer.piece_count());
+    const auto [first, count] = streamer.pieces_of("quad_color");
+    std::fill_n(needs.begin() + first, count, Need{0.0F, 2.0F});
+    streamer.set_needs(needs);
+    while (streamer.counts().uploads + 1 < count) {
+        streamer.upload(frame);
+    }
+    streamer.upload(frame); // a part of mip 0
+    REQUIRE_FALSE(streamer.texture("quad_color")->complete());
+    CHECK_FALSE(streamer.texture("sky")->resident());
+    const auto [sky, skies] = streamer.pieces_of("sky");
+    std::fill_n(needs.begin() + sky, skies, Need{5.0F, 0.0F});
+    streamer.set_needs(needs);
+    streamer.upload(frame);
+    CHECK(streamer.texture("sky")->complete());
+    while (!streamer.upload(frame)) {
+    }
+    CHECK(streamer.texture("quad_color")->complete());
+    CHECK(streamer.counts().resident_bytes == streamer.counts().total_bytes);
+    test::throw_on_error();
+}
+
+TEST_CASE("streamer: what a texture that gave way has allocated counts under the limit and in the peak") {
+    if (!test::have_context()) {
+        return;
+    }
+    SmallScene scene;
+    scene.put("quad_color", test::ktx2_file(assets::PixelFormat::rgba8_srgb, 1024, 1024)); // 5.6 MB
+    scene.put("sky", test::ktx2_file(assets::PixelFormat::rgba8_unorm, 256, 256, 6));      // 2.1 MB
+    constexpr std::uint64_t limit = 8400000; // one of them and the copy that the other needs
+    const std::uint64_t before = allocated_bytes();
+    Streamer streamer(scene.file, SceneLoad(scene.file, scene.folder.path(), nullptr, {.vram_bytes = limit}));
+    std::uint64_t peak = 0;
+    bool gave_way = false;
+    const auto upload = [&] { // one chunk
+        const bool done = streamer.upload({.bytes = 1});
+        const std::uint64_t now = allocated_bytes() - before;
+        peak = std::max(peak, now);
+        CHECK(now <= limit);
+        CHECK(now <= streamer.counts().peak_bytes + 1000); // and the placeholders
+        return done;
+    };
+    std::vector<Need> needs(streamer.piece_count());
+    const auto [first, count] = streamer.pieces_of("quad_color");
+    std::fill_n(needs.begin() + first, count, Need{0.0F, 2.0F});
+    streamer.set_needs(needs);
+    while (allocated_bytes() - before < 6500000) { // mip 0 and the copy of the others
+        upload();
+    }
+    REQUIRE_FALSE(streamer.texture("quad_color")->complete());
+    const auto [sky, skies] = streamer.pieces_of("sky");
+    std::fill_n(needs.begin() + sky, skies, Need{5.0F, 0.0F});
+    streamer.set_needs(needs);
+    while (!upload()) {
+        gave_way =
+            gave_way || (streamer.texture("sky")->resident() && !streamer.texture("quad_color")->complete());
+    }
+    CHECK(gave_way);
+    CHECK(streamer.texture("sky")->complete());
+    CHECK(streamer.texture("quad_color")->complete());
+    CHECK(streamer.counts().peak_bytes <= limit);
+    CHECK(peak > 6500000);
+    test::throw_on_error();
+}
+
+TEST_CASE("streamer: a piece gives way only to one that fits beside it") {
+    if (!test::have_context()) {
+        return;
+    }
+    SmallScene scene;
+    scene.put("quad_color", test::ktx2_file(assets::PixelFormat::rgba8_srgb, 1024, 1024)); // 5.6 MB
+    scene.put("sky", test::ktx2_file(assets::PixelFormat::rgba8_unorm, 256, 256, 6));      // 2.1 MB
+    constexpr std::uint64_t limit = 8400000; // both, but not with the copies that both need
+    const std::uint64_t before = allocated_bytes();
+    Streamer streamer(scene.file, SceneLoad(scene.file, scene.folder.path(), nullptr, {.vram_bytes = limit}));
+    std::vector<Need> needs(streamer.piece_count());
+    const auto [color, colors] = streamer.pieces_of("quad_color");
+    const auto [sky, skies] = streamer.pieces_of("sky");
+    std::fill_n(needs.begin() + color, colors - 1, Need{2.0F, 0.0F});
+    std::fill_n(needs.begin() + sky, skies - 1, Need{2.0F, 0.0F});
+    streamer.set_needs(needs);
+    REQUIRE(streamer.upload({}));
+    // The first of the plan is not needed now, the second is.
+    needs[color + colors - 1] = {0.0F, 9.0F};
+    needs[sky + skies - 1] = {5.0F, 0.0F};
+    streamer.set_needs(needs);
+    while (!streamer.upload({.bytes = 1})) {
+        CHECK(allocated_bytes() - before <= limit);
+    }
+    CHECK(streamer.counts().peak_bytes <= limit);
+    CHECK(streamer.texture("sky")->complete());
+    CHECK(streamer.texture("quad_color")->complete());
+    test::throw_on_error();
+}
+
+TEST_CASE(
+    "streamer: under a limit of device memory finer pieces go and come back, and the coarse ones stay") {
+    if (!test::have_context()) {
+        return;
+    }
+    SmallScene scene;
+    for (const bool from_disk : {false, true}) {
+        MemoryLimits limits{.vram_bytes = 500000};
+        limits.ram_bytes = from_disk ? 0 : limits.ram_bytes;
+        Streamer streamer(scene.file, SceneLoad(scene.file, scene.folder.path(), nullptr, limits));
+        const StreamedTexture *color = streamer.texture("quad_color");
+        const auto [first, count] = streamer.pieces_of("quad_color");
+        REQUIRE(count == 3); // 64 x 64 and coarser, 128 x 128, 256 x 256
+        std::vector<Need> needs(streamer.piece_count());
+        for (int round = 0; round < 3; ++round) {
+            std::ranges::fill(needs, Need{2.0F, 0.0F});
+            streamer.set_needs(needs);
+            REQUIRE(streamer.upload({}));
+            CHECK(color->complete());
+            CHECK(test::wrong_bytes(streamer) == 0);
+            CHECK(streamer.counts().worst_error == 0.0F);
+            // Nothing is needed any more, but nothing else needs the memory either.
+            std::ranges::fill(needs, Need{});
+            streamer.set_needs(needs);
+            streamer.upload({});
+            CHECK(color->complete());
+        }
+        CHECK(streamer.counts().evictions == 0);
+        CHECK(streamer.counts().peak_bytes <= 500000);
+        test::throw_on_error();
+    }
+    // A limit that the finest mip exceeds: the rest is drawn, and the error is told.
+    Streamer small(scene.file, SceneLoad(scene.file, scene.folder.path(), nullptr, {.vram_bytes = 150000}));
+    const std::vector<Need> all(small.piece_count(), Need{3.0F, 0.0F});
+    small.set_needs(all);
+    while (!small.upload({.bytes = 30000})) {
+    }
+    CHECK(small.texture("quad_color")->resident());
+    CHECK_FALSE(small.texture("quad_color")->complete());
+    CHECK(small.counts().worst_error == 3.0F);
+    CHECK(small.counts().resident_bytes <= 150000);
+    CHECK(small.counts().needed_bytes == small.counts().total_bytes);
+    test::throw_on_error();
+}
+
+TEST_CASE(
+    "streamer: what a camera needs evicts what it needs no more, and texels are right when they return") {
+    if (!test::have_context()) {
+        return;
+    }
+    SmallScene scene;
+    scene.put("sky", test::ktx2_file(assets::PixelFormat::rgba8_unorm, 128, 128, 6)); // 393 kB and coarser
+    Streamer streamer(scene.file,
+                      SceneLoad(scene.file, scene.folder.path(), nullptr, {.vram_bytes = 750000}));
+    const auto need = [&](std::string_view artifact) {
+        std::vector<Need> needs(streamer.piece_count());
+        const auto [first, count] = streamer.pieces_of(artifact);
+        std::fill_n(needs.begin() + first, count, Need{2.0F, 0.0F});
+        streamer.set_needs(needs);
+        while (!streamer.upload({.bytes = 30000})) {
+        }
+        CHECK(streamer.texture(artifact)->complete());
+        CHECK(streamer.counts().peak_bytes <= 750000);
+    };
+    for (int round = 0; round < 3; ++round) {
+        need("quad_color");
+        CHECK(test::wrong_bytes(streamer) == 0);
+        need("sky");
+        CHECK(streamer.texture("quad_color")->resident());
+        CHECK_FALSE(streamer.texture("quad_color")->complete());
+    }
+    CHECK(streamer.counts().evictions >= 5);
+    test::throw_on_error();
+}
