@@ -71,6 +71,8 @@ def test_where_no_level_looks_alike_the_note_says_what_is_off_and_what_is_allowe
     assert len(levels) == 1
     assert "no level after lod0: " in notes[0] and "look unlike the source at 64 pixels" in notes[0]
     assert "degrees, limit 0.001, silhouette by " in notes[0] and "limit 0.0001" in notes[0]
+    _, notes = make_levels(ball, Plan(count=2, screen_size=ScreenSize(64.0, 0.001, 1.0)), "balanced")
+    assert "degrees, limit 0.001" in notes[0] and "silhouette" not in notes[0]  # which is within its limit
 
 
 @pytest.mark.parametrize(

@@ -46,9 +46,11 @@ class ScreenSize:
             found = seen_difference(finest, seen_mesh(mesh, {}), size)
             if found.inside(limits):
                 return ""
-            return (
-                f"look unlike the source at {size:g} pixels: normals by {found.p99_deg:.2g} degrees, limit "
-                f"{limits.normal_deg:g}, silhouette by {found.silhouette:.2g}, limit {limits.silhouette:g}"
-            )
+            over = []
+            if found.p99_deg > limits.normal_deg:
+                over.append(f"normals by {found.p99_deg:.3g} degrees, limit {limits.normal_deg:g}")
+            if found.silhouette > limits.silhouette:
+                over.append(f"silhouette by {found.silhouette:.2g}, limit {limits.silhouette:g}")
+            return f"look unlike the source at {size:g} pixels: {', '.join(over)}"
 
         return fault
