@@ -14,7 +14,7 @@ namespace paradize::assets {
 
 namespace {
 
-constexpr long long scene_version = 5;
+constexpr long long scene_version = 6;
 
 class SceneReader {
   public:

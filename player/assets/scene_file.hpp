@@ -1,5 +1,5 @@
 #pragma once
-// scene.json, version 5, as plain values. Uses no GL. pipeline/paradize/formats/FORMAT.md describes the
+// scene.json, version 6, as plain values. Uses no GL. pipeline/paradize/formats/FORMAT.md describes the
 // members.
 
 #include "assets/object_maps.hpp"
@@ -146,6 +146,7 @@ struct Material {
     float specular = 0.0F;
     float smoothness = 0.3F;
     bool two_sided = false;
+    float translucency = 0.0F; // share of the light from behind that passes through
     AlphaMode alpha_mode = AlphaMode::opaque;
     float alpha_cutoff = 0.5F;  // of AlphaMode::mask
     bool vertex_colors = false; // the mesh's colours multiply colour and opacity

@@ -73,6 +73,7 @@ Material material(const SceneFile &scene, const JsonObject &from, const std::str
     value.specular = real_or(from, "specular", 0.0, 1e3, value.specular);
     value.smoothness = real_or(from, "smoothness", 0.0, 1.0, value.smoothness);
     value.two_sided = from.boolean_or("two_sided", value.two_sided);
+    value.translucency = real_or(from, "translucency", 0.0, 1.0, value.translucency);
     value.alpha_mode = alpha_mode(from);
     value.alpha_cutoff = real_or(from, "alpha_cutoff", 0.0, 1.0, value.alpha_cutoff);
     value.vertex_colors = from.boolean_or("vertex_colors", value.vertex_colors);

@@ -21,9 +21,6 @@ unsigned unit_of(ObjectMap map) {
     return static_cast<unsigned>(map);
 }
 
-/// Two-sided materials with holes are leaves. They transmit this share of the light from behind.
-constexpr float leaf_translucency = 0.55F;
-
 gl::Wrap wrap_of(assets::Wrap wrap) {
     switch (wrap) {
     case assets::Wrap::repeat:
@@ -63,7 +60,6 @@ gl::MaterialUniforms uniforms_of(const Material &material) {
     });
     const StreamedTexture *occlusion = material.maps[ObjectMap::occlusion];
     const bool has_metal_map = occlusion != nullptr && occlusion->has_green();
-    const bool leaf = values.two_sided && values.alpha_mode == AlphaMode::mask;
     out.base_color = glm::vec4(values.color, values.opacity);
     out.parallax = parallax_of(values);
     out.specular_smoothness = glm::vec2(values.specular, values.smoothness);
@@ -71,7 +67,7 @@ gl::MaterialUniforms uniforms_of(const Material &material) {
     out.occlusion_strength = values.occlusion_strength;
     out.emission_color = values.emission;
     out.alpha_cutoff = values.alpha_cutoff;
-    out.translucency = leaf ? leaf_translucency : 0.0F;
+    out.translucency = values.translucency;
     return out;
 }
 

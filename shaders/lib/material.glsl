@@ -2,7 +2,7 @@
 layout(std140) uniform MaterialUniforms {
     vec4 base_color;         // linear RGB and opacity, multiplied with the colour map
     vec3 emission_color;     // linear, multiplied with the emission map
-    float translucency;      // share of the light from behind that leaves let through
+    float translucency;      // share of the light from behind that passes through
     float has_color;         // 1: there is a colour map; 0: there is none
     float has_normal;
     float has_height;

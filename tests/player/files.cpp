@@ -180,7 +180,7 @@ std::string SceneText::str() const {
            color + R"(, "normal": null, "height": null, "gloss": null, "occlusion": null, "emission": null},
   "wrap": ["clamp", "mirror"], "nearest": true, "metalness": 0.25, "emission": [1, 2, 3], "occlusion_strength": 0.75,
   "parallax_scale": 0, "parallax_bias": 0, "parallax_limit": 0.25, "specular": 0.5, "smoothness": 0.7,
-  "two_sided": true, "alpha_mode": "mask", "alpha_cutoff": 0.5, "vertex_colors": true}},
+  "two_sided": true, "translucency": 0.25, "alpha_mode": "mask", "alpha_cutoff": 0.5, "vertex_colors": true}},
  "instances": [{"position": [0, 0, 0], "rotation": [0, 0.6, 0, 0.8], "scale": [2, 2, -3]}]}],
 "particles": [], "sound": null,
 "flight": {"duration_s": 10, "fov_rad": 0.9, "near_m": 0.5, "far_m": 100,

@@ -145,6 +145,7 @@ def material(picture: str | None = None, /, **changes: Any) -> dict[str, Any]:
         "parallax_bias": 0.0,
         "parallax_limit": None,
         "two_sided": False,
+        "translucency": 0.0,
         "alpha_mode": "opaque",
         "alpha_cutoff": 0.5,
         "vertex_colors": False,

@@ -280,6 +280,24 @@ def test_a_two_sided_surface_is_lit_from_behind_as_from_the_front(render: Render
     assert middle(render([back], {"a": quad()}, **lit)) == pytest.approx([0.0] * 3, abs=STEP)
 
 
+def test_light_from_behind_passes_through_leaves_and_not_through_a_two_sided_grate(render: Render) -> None:
+    one = material("leaf", **WHITE, color=[0.4] * 3, two_sided=True, alpha_mode="mask")
+    lit = {"sun": ([0.0, 0.0, -1.0], pi)}
+    found = {
+        share: middle(
+            render(
+                [thing("a", {"m": one | {"translucency": share}})],
+                {"a": quad()},
+                {"leaf": texel(255, 255, 255, 255)},
+                **lit,
+            )
+        )
+        for share in (0.0, 0.5)
+    }
+    assert found[0.0] == pytest.approx([0.0] * 3, abs=STEP)
+    assert found[0.5] == pytest.approx(0.2 * np.array([1.35, 1.15, 0.35]), abs=STEP)  # as light.glsl says
+
+
 @pytest.mark.parametrize("axis", [0, 1])
 @pytest.mark.parametrize("scale", [[1.0, 1.0, 1.0], [-1.0, 1.0, 1.0], [1.0, -1.0, 1.0], [-2.0, -0.5, 1.0]])
 def test_a_mirrored_instance_shows_its_front_with_its_bumps_mirrored(

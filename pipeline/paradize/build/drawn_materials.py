@@ -23,6 +23,7 @@ PICTURES = {
 _PACKED = {"occlusion": "r", "roughness": "g", "metalness": "b"}
 PLASTIC = 0.5  # `specular` in scene.json of what reflects 4 % seen straight on
 ROUGH = 0.3  # smoothness where nobody says one
+LEAF = 0.55  # translucency of what looks like foliage
 
 
 def joined(item: SceneObject, name: str, facts: MaterialFacts | None) -> Material:
@@ -93,17 +94,22 @@ def drawn(
     if "metalness" in maps:
         metalness = 1.0  # the map holds the factor
     mode, cutoff = alpha_of(material, table, facts)
+    two_sided = bool(material.two_sided if table.two_sided is None else table.two_sided)
+    metalness = metalness if table.metalness_factor is None else table.metalness_factor
+    is_leaf = two_sided and mode == "mask" and metalness == 0.0 and facts is not None and facts.green
+    translucency = LEAF if is_leaf else 0.0
     return DrawnMaterial(
         color=material.color,
         opacity=material.opacity,
-        metalness=metalness if table.metalness_factor is None else table.metalness_factor,
+        metalness=metalness,
         emission=material.emission,
         specular=specular if table.specular is None else table.specular,
         smoothness=smoothness if table.smoothness is None else table.smoothness,
         occlusion_strength=1.0 if "occlusion" in maps else material.occlusion_strength,
         parallax_scale=table.parallax_scale,
         parallax_bias=table.parallax_bias,
-        two_sided=bool(material.two_sided if table.two_sided is None else table.two_sided),
+        two_sided=two_sided,
+        translucency=translucency if table.translucency is None else table.translucency,
         alpha_mode=mode,
         alpha_cutoff=cutoff,
         nearest=_is_nearest(material) if table.filter == "auto" else table.filter == "nearest",

@@ -142,6 +142,12 @@ class _Finder:
                 )
             if one.alpha_mode != "opaque" and material.maps and is_guessed(material, table):
                 self._warn_of_alpha(item, name, one)
+            if one.translucency > 0.0 and table.translucency is None:
+                self.warnings.append(
+                    f"{item.mesh}: material {name!r}: two-sided, mostly green and with holes, so that it is "
+                    f"taken as leaves: {one.translucency:g} of the light from behind passes through "
+                    f"([object.material.{toml_key(name)}] translucency = 0 for a fence)"
+                )
         see_through = tuple(name for name, one in drawn_materials.items() if one.alpha_mode != "opaque")
         for name, material in materials.items():
             table = item.materials.get(name, ObjectMaterial())

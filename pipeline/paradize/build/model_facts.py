@@ -29,7 +29,8 @@ class MaterialFacts:
     texture coordinates (u, v, u, v), in tiles; None without any. width_m: metres that a tile covers. tiles:
     those of its triangles, if each lies in one; else none. palette: whether its triangles show swatches of
     the colour map; shrink: how often that can be halved without a change of their colours. alpha: "mask" or
-    "blend", guessed of the alpha that its triangles show; "opaque" where they show none."""
+    "blend", guessed of the alpha that its triangles show; "opaque" where they show none. green: whether
+    they show alpha and mostly green."""
 
     material: Material
     uvs: tuple[float, float, float, float] | None
@@ -38,6 +39,7 @@ class MaterialFacts:
     palette: bool
     shrink: int
     alpha: str
+    green: bool = False
 
     @property
     def tiled(self) -> bool:
@@ -77,7 +79,7 @@ def read_model_facts(
     Returns {"facts": ModelFacts, "data": {(material, role): bytes of a picture inside the model's file}}, or
     {"error", "tried"}: the error of a model that cannot be read, and the files beside it that were read.
     """
-    from paradize.build.shown_colors import shown_colors
+    from paradize.build.shown_colors import is_green, shown_colors
     from paradize.readers.model import read_model
 
     tried: list[Path] = []
@@ -105,6 +107,8 @@ def read_model_facts(
             if "alpha" in material.maps and "alpha" not in given:
                 source = material.maps["alpha"]
             alpha = shown_colors(mesh, own["alpha"], decoded, wrap, alpha_map=source)[2]
+        masked = alpha != "opaque" or material.alpha_mode == "mask"
+        green = masked and "color" in own and is_green(mesh, own["color"], decoded, wrap)
         sources = {}
         for role, by in material.maps.items():
             if by.picture.data is not None:
@@ -112,7 +116,7 @@ def read_model_facts(
             sources[role] = replace(by, picture=replace(by.picture, data=None))
         uvs, width_m, tiles = _uv_tiles(mesh)
         materials[name] = MaterialFacts(
-            replace(material, maps=sources), uvs, width_m, tiles, palette, shrink, alpha
+            replace(material, maps=sources), uvs, width_m, tiles, palette, shrink, alpha, green
         )
     libraries = tuple(dict.fromkeys([path, *read.libraries]))
     colors = read.mesh.colors is not None and bool((read.mesh.colors != 1.0).any())
@@ -197,6 +201,7 @@ def from_json(tree: Mapping[str, Any]) -> ModelFacts:
             fields["palette"],
             fields["shrink"],
             fields["alpha"],
+            fields["green"],
         )
     return ModelFacts(
         materials,

@@ -24,6 +24,7 @@ _SHARED = 0.1  # of the texels shows on several places, where gradients are a pa
 _SIDE = 1024  # texels a side of the raster in which these are counted
 _SAME = 1.0 / 255.0
 _HALF = (0.05, 0.95)  # alpha between these is neither a hole nor opaque
+_GREEN = 0.02  # of the range by which the mean green of a leaf exceeds red and blue
 
 
 def shown_colors(
@@ -37,10 +38,7 @@ def shown_colors(
     """Returns what triangles show of a colour map: MaterialFacts' palette, shrink and alpha. decoded:
     pictures that were read before. wrap: of their sampler. alpha_map: it is this picture of alpha, read as
     ColorSettings says."""
-    key = color.file if color.data is None else id(color.data)
-    if key not in decoded:
-        decoded[key] = _pixels(color)
-    pixels = decoded[key]
+    pixels = _decoded(color, decoded)
     if pixels is None or mesh.uvs is None or not len(mesh.triangles):
         return False, 0, "opaque"
     rows, columns, channels = pixels.shape
@@ -95,6 +93,31 @@ def shown_colors(
     if holes + between == 0.0:
         return palette, shrink, "opaque"
     return palette, shrink, "mask" if between <= holes else "blend"
+
+
+def is_green(mesh: Mesh, color: Picture, decoded: dict[Any, Any], wrap: tuple[Wrap, Wrap]) -> bool:
+    """Whether what triangles show of a colour map is mostly green. What is nearly transparent does not
+    count, nor does what is grey. decoded, wrap: as of shown_colors."""
+    pixels = _decoded(color, decoded)
+    if pixels is None or pixels.shape[2] < 3:
+        return False
+    owners = owners_of(mesh, pixels.shape, wrap)
+    seen = pixels.reshape(-1, pixels.shape[2]) if owners is None else pixels[owners >= 0]
+    if seen.shape[1] == 4:
+        seen = seen[seen[:, 3] > _HALF[1]]
+    if not len(seen):
+        return False
+    red, green, blue = seen[:, :3].mean(axis=0, dtype=np.float64)
+    return bool(green - max(red, blue) > _GREEN)
+
+
+def _decoded(color: Picture, decoded: dict[Any, Any]) -> npt.NDArray[np.float32] | None:
+    """The pixels (h, w, c) of a picture, read once; None where it cannot be read."""
+    key = color.file if color.data is None else id(color.data)
+    if key not in decoded:
+        decoded[key] = _pixels(color)
+    found: npt.NDArray[np.float32] | None = decoded[key]
+    return found
 
 
 def _bend(

@@ -36,7 +36,7 @@ from paradize.map_table import maps_of
 from paradize.material import REPEATED, WRAPS
 
 FORMAT = "paradize-scene"
-VERSION = 5
+VERSION = 6
 VIEWS = ("camera", "shadow", "reflection", "refraction")
 KINDS = ("mesh", "texture", "cubemap", "sound")
 ALPHA_MODES = ("opaque", "mask", "blend")
@@ -89,6 +89,7 @@ _material = table(
     parallax_bias=_real,
     parallax_limit=or_null(_positive),
     two_sided=flag,
+    translucency=_share,
     alpha_mode=one_of(*ALPHA_MODES),
     alpha_cutoff=_share,
     vertex_colors=flag,

@@ -34,6 +34,7 @@ class DrawnMaterial:
     parallax_scale: float = 0.0
     parallax_bias: float = 0.0
     two_sided: bool = False
+    translucency: float = 0.0
     alpha_mode: AlphaMode = "opaque"
     alpha_cutoff: float = 0.0
     vertex_colors: bool = False

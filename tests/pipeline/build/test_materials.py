@@ -198,6 +198,36 @@ def test_an_exported_material_has_its_own_textures(tmp_path: Path) -> None:
     assert (leaf["alphaMode"], leaf["alphaCutoff"]) == ("MASK", 0.5)
 
 
+@pytest.mark.parametrize(
+    ("color", "table", "translucency"),
+    [
+        ((60, 140, 50), "two_sided = true", 0.55),
+        ((60, 140, 50), "", 0.0),  # a leaf of one side has no back
+        ((60, 140, 50), "two_sided = true\nmetalness_factor = 1.0", 0.0),
+        ((60, 140, 50), 'two_sided = true\nalpha_mode = "blend"', 0.0),
+        ((60, 140, 50), "two_sided = true\ntranslucency = 0.2", 0.2),
+        ((120, 120, 120), "two_sided = true", 0.0),  # a grate
+        ((140, 100, 60), "two_sided = true", 0.0),  # a wooden fence
+    ],
+)
+def test_light_passes_through_two_sided_green_masks_which_is_said_and_through_others_where_asked(
+    tmp_path: Path, color: tuple[int, int, int], table: str, translucency: float
+) -> None:
+    path = make_panels(tmp_path / "s")
+    picture = np.full((64, 64, 4), (*color, 255), np.uint8)
+    picture[:, ::4] = (0, 255, 0, 0)  # what a hole would show is no guess at what is there
+    write_image(tmp_path / "s/leaf.png", picture)
+    path = edited(path, "[[object.instance]]", f"[object.material.leaf]\n{table}\n[[object.instance]]")
+    found = find_map_sets(load_scene(path), path)
+    drawn = found.maps.objects["panel"].drawn
+    assert {name: one.translucency for name, one in drawn.items()} == {
+        "wood": 0.0, "metal": 0.0, "leaf": translucency,
+    }  # fmt: skip
+    told = [text for text in found.warnings if "taken as leaves" in text]
+    assert len(told) == (translucency == 0.55)
+    assert all("[object.material.leaf] translucency = 0" in text for text in told)
+
+
 def test_what_no_pass_reads_is_not_baked_and_named(tmp_path: Path) -> None:
     path = edited(make_panels(tmp_path / "s"), "lods = 2\n", 'lods = 2\nviews = ["shadow"]\n')
     edited(path, "[[object]]", "[shadow]\nextent_m = 10.0\n[[object]]")

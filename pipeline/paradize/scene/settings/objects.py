@@ -92,6 +92,13 @@ class ObjectMaterial:
         None, low=0.0, high=1.0, meaning="0: no metal, 1: metal; without it the model's, or 0"
     )
     two_sided: bool | None = flag(None, meaning="draw back faces; without it the model's, or false")
+    translucency: float | None = number(
+        None,
+        low=0.0,
+        high=1.0,
+        meaning="share of the light from behind that passes through, as through a leaf; without it 0.55 for "
+        "two-sided masks whose colour map is mostly green, and 0",
+    )
     alpha_mode: str = choice(
         "auto",
         among=("auto", "opaque", "mask", "blend"),
