@@ -2,7 +2,7 @@
 
 #include "app/messages.hpp"
 #include "app/options.hpp"
-#include "app/playback.hpp"
+#include "app/run.hpp"
 #include "error.hpp"
 #include "passes/pass.hpp"
 

@@ -4,6 +4,7 @@
 #include "gl/frame_uniforms.hpp"
 #include "gl/material_uniforms.hpp"
 #include "gl/shader_library.hpp"
+#include "gl/uniform_check.hpp"
 
 #include <epoxy/gl.h>
 #include <glm/gtc/type_ptr.hpp>
@@ -107,13 +108,15 @@ struct Block {
     const char *name;
     unsigned binding;
     std::span<const Member> members;
+    std::size_t bytes;           // of the struct
     const char *shader, *header; // where shaders and player declare it
 };
 
 const std::array<Block, 2> blocks{{
-    {"FrameUniforms", frame_uniforms_binding, frame_members, "lib/frame.glsl", "gl/frame_uniforms.hpp"},
-    {"MaterialUniforms", material_uniforms_binding, material_members, "lib/material.glsl",
-     "gl/material_uniforms.hpp"},
+    {"FrameUniforms", frame_uniforms_binding, frame_members, sizeof(FrameUniforms), "lib/frame.glsl",
+     "gl/frame_uniforms.hpp"},
+    {"MaterialUniforms", material_uniforms_binding, material_members, sizeof(MaterialUniforms),
+     "lib/material.glsl", "gl/material_uniforms.hpp"},
 }};
 
 /// Checks that the shader's block has the same members and offsets as the struct, and binds it.
@@ -122,6 +125,9 @@ void bind_block(unsigned program, std::string_view file, const Block &block) {
     if (at == GL_INVALID_INDEX) {
         return;
     }
+    const auto advice = [&] {
+        return std::string("; make the block in ") + block.shader + " the same as " + block.header;
+    };
     for (const Member &member : block.members) {
         unsigned index = GL_INVALID_INDEX;
         glGetUniformIndices(program, 1, &member.name, &index);
@@ -134,9 +140,18 @@ void bind_block(unsigned program, std::string_view file, const Block &block) {
             throw Error("shader " + std::string(file) + ": " + block.name + "." +
                         std::string(name.substr(name.find('.') + 1)) + " lies at byte " +
                         std::to_string(offset) + ", the player writes it at " +
-                        std::to_string(member.offset) + "; make the block in " + block.shader +
-                        " the same as " + block.header);
+                        std::to_string(member.offset) + advice());
         }
+    }
+    GLint members = 0;
+    GLint bytes = 0;
+    glGetActiveUniformBlockiv(program, at, GL_UNIFORM_BLOCK_ACTIVE_UNIFORMS, &members);
+    glGetActiveUniformBlockiv(program, at, GL_UNIFORM_BLOCK_DATA_SIZE, &bytes);
+    if (static_cast<std::size_t>(members) != block.members.size() ||
+        static_cast<std::size_t>(bytes) > block.bytes) {
+        throw Error("shader " + std::string(file) + ": " + block.name + " has " + std::to_string(members) +
+                    " members in " + std::to_string(bytes) + " bytes, the player writes " +
+                    std::to_string(block.members.size()) + " in " + std::to_string(block.bytes) + advice());
     }
     glUniformBlockBinding(program, at, block.binding);
 }
@@ -163,6 +178,7 @@ ProgramName link(const ShaderLibrary &library, std::string_view vertex_file, std
     for (const Block &block : blocks) {
         bind_block(name, fragment_file, block);
     }
+    mark_uniforms(name, fragment_file);
     return program;
 }
 

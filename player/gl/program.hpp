@@ -22,7 +22,7 @@ class Program {
   public:
     Program() noexcept = default;
     /// Loads, compiles and links. If a program of the same files and defines exists, shares that one and its
-    /// uniform values. Binds the blocks of uniforms that the program uses, and checks their offsets. Throws
+    /// uniform values. Binds the blocks of uniforms that the program uses, and checks their members. Throws
     /// Error with file, line and the driver's message.
     Program(const ShaderLibrary &library, std::string_view vertex_file, std::string_view fragment_file,
             std::initializer_list<std::string_view> defines = {});

@@ -22,6 +22,8 @@ struct Layer {
 constexpr std::array<Layer, Waves::layers> layer_table{
     {{1.0, 0.0, 1.0}, {1.73, 0.61, -1.0}, {0.137, -0.42, 0.45}}};
 
+const assets::Water no_water;
+
 double wrapped(double value) {
     return value - std::floor(value);
 }
@@ -114,42 +116,37 @@ void EnvironmentBindings::apply(const Frame &frame, const View &view) const {
     if (depth_sampler_) {
         gl::bind_texture(unit_shadow_depth, GL_TEXTURE_2D_ARRAY, shadow_name, depth_sampler_.name());
     }
-    if (file.shadow) {
-        // The penumbra grows with the sun's angle and the distance of the casters, about fourteen metres
-        // here.
-        const float sun_radius_rad = 0.5F * std::max(file.sun.angular_diameter_rad, 0.004F);
-        gl::Program::set(shadow_texel_location_, 1.0F / static_cast<float>(frame.settings.shadow_size_px));
-        gl::Program::set(shadow_penumbra_location_, sun_radius_rad * 14.0F);
-        if (shadow_cascades_location_ >= 0) {
-            glUniform4fv(shadow_cascades_location_, frame.settings.shadow_cascades,
-                         glm::value_ptr(frame.shared.shadow_cascades[0]));
-        }
-        const View &light = frame.view(ViewKind::light);
-        gl::Program::set(shadow_range_m_location_, light.far_m - light.near_m);
-        gl::Program::set(shadow_blur_m_location_, file.shadow->blur_distance_m);
+    // The penumbra grows with the sun's angle and the distance of the casters, about fourteen metres here.
+    const float sun_radius_rad = 0.5F * std::max(file.sun.angular_diameter_rad, 0.004F);
+    gl::Program::set(shadow_texel_location_, 1.0F / static_cast<float>(frame.settings.shadow_size_px));
+    gl::Program::set(shadow_penumbra_location_, sun_radius_rad * 14.0F);
+    if (shadow_cascades_location_ >= 0) {
+        glUniform4fv(shadow_cascades_location_, frame.settings.shadow_cascades,
+                     glm::value_ptr(frame.shared.shadow_cascades[0]));
     }
+    const View &light = frame.view(ViewKind::light);
+    gl::Program::set(shadow_range_m_location_, light.far_m - light.near_m);
+    gl::Program::set(shadow_blur_m_location_, file.shadow ? file.shadow->blur_distance_m : 0.0F);
 
     const bool refracting = view.kind == ViewKind::refraction;
     glm::vec4 clip_plane = view.clipped ? view.clip_plane : glm::vec4(0.0F, 0.0F, 0.0F, 1.0F);
-    if (file.water) {
-        const assets::Water &water = *file.water;
-        if (const StreamedTexture *map = frame.scene.texture(water.normal)) {
-            map->bind(unit_wave_normal, wave_sampler_.name());
-        }
-        if (const StreamedTexture *map = frame.scene.texture(water.dudv)) {
-            map->bind(unit_wave_dudv, wave_sampler_.name());
-        }
-        const Waves waves = waves_at(water, frame.clock.elapsed_s, view.anchor);
-        if (wave_rows_location_ >= 0) {
-            glUniform4fv(wave_rows_location_, Waves::layers, glm::value_ptr(waves.rows[0]));
-        }
-        if (wave_offsets_location_ >= 0) {
-            glUniform2fv(wave_offsets_location_, Waves::layers, glm::value_ptr(waves.offsets[0]));
-        }
-        gl::Program::set(caustics_location_, 1.0F);
-        gl::Program::set(water_glow_location_, water_glow(file));
-        gl::Program::set(water_scatter_location_, water_scatter(water));
+    const assets::Water &water = file.water ? *file.water : no_water;
+    if (const StreamedTexture *map = frame.scene.texture(water.normal)) {
+        map->bind(unit_wave_normal, wave_sampler_.name());
     }
+    if (const StreamedTexture *map = frame.scene.texture(water.dudv)) {
+        map->bind(unit_wave_dudv, wave_sampler_.name());
+    }
+    const Waves waves = waves_at(water, frame.clock.elapsed_s, view.anchor);
+    if (wave_rows_location_ >= 0) {
+        glUniform4fv(wave_rows_location_, Waves::layers, glm::value_ptr(waves.rows[0]));
+    }
+    if (wave_offsets_location_ >= 0) {
+        glUniform2fv(wave_offsets_location_, Waves::layers, glm::value_ptr(waves.offsets[0]));
+    }
+    gl::Program::set(caustics_location_, file.water ? 1.0F : 0.0F);
+    gl::Program::set(water_glow_location_, water_glow(file));
+    gl::Program::set(water_scatter_location_, water_scatter(water));
     glm::vec3 refracted_sun = frame.to_sun;
     refracted_sun.x /= water_refraction;
     refracted_sun.z /= water_refraction;

@@ -3,6 +3,7 @@
 #include "error.hpp"
 #include "gl/debug.hpp"
 #include "gl/headless.hpp"
+#include "gl/uniform_check.hpp"
 
 #include <doctest/doctest.h>
 
@@ -20,6 +21,7 @@ struct Context {
         try {
             context = std::make_unique<gl::HeadlessContext>(true);
             log.install();
+            gl::check_uniforms();
         } catch (const Error &error) {
             MESSAGE("no GL tests: " << error.what());
         }

@@ -2,6 +2,7 @@
 #include "error.hpp"
 #include "files.hpp"
 #include "gl/buffer.hpp"
+#include "gl/draw.hpp"
 #include "gl/framebuffer.hpp"
 #include "gl/program.hpp"
 #include "gl/shader_library.hpp"
@@ -10,7 +11,12 @@
 
 #include <doctest/doctest.h>
 #include <epoxy/gl.h>
+#include <glm/mat3x3.hpp>
+#include <glm/vec4.hpp>
 
+#include <algorithm>
+#include <string>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -177,6 +183,71 @@ TEST_CASE("program: a MaterialUniforms block that differs from the struct is rej
         gl::Program(gl::ShaderLibrary(folder.path()), "a.vert", "a.frag"),
         doctest::Contains("MaterialUniforms.emission_color lies at byte -1, the player writes it at 16"),
         Error);
+}
+
+TEST_CASE("program: a block with more members than the struct is rejected, also where padding hides them") {
+    if (!test::have_context()) {
+        return;
+    }
+    const gl::ShaderLibrary ours(gl::ShaderLibrary::find());
+    for (const auto &[file, use, more] :
+         {std::tuple("lib/frame.glsl", "fog", "16 members"),
+          std::tuple("lib/material.glsl", "material.base_color", "15 members")}) {
+        std::string block = ours.source(file).text;
+        block.erase(0, block.find("layout(std140)"));
+        block.insert(block.find('}'), "float more;");
+        const test::Folder folder;
+        folder.write("a.vert", vertex_text);
+        folder.write("a.frag", block + "\nout vec4 color;\nvoid main() { color = " + use + "; }\n");
+        CHECK_THROWS_WITH_AS(gl::Program(gl::ShaderLibrary(folder.path()), "a.vert", "a.frag"),
+                             doctest::Contains(more), Error);
+    }
+    test::clear_errors();
+}
+
+TEST_CASE("program: a draw call with a uniform that nothing has set is refused by its name") {
+    if (!test::have_context()) {
+        return;
+    }
+    const test::Folder folder;
+    folder.write("a.vert", vertex_text);
+    folder.write("a.frag",
+                 "uniform sampler2D u_map;\nuniform vec4 u_rows[2];\nuniform mat3 u_turn;\n"
+                 "uniform int u_count;\nout vec4 color;\nvoid main() {\n"
+                 "color = texture(u_map, u_turn[0].xy) + u_rows[u_count] + u_rows[1] * u_turn[2].x; }\n");
+    const gl::Program program(gl::ShaderLibrary(folder.path()), "a.vert", "a.frag");
+    const gl::Texture target = gl::make_target(GL_RGBA8, 4, 4);
+    const gl::Framebuffer framebuffer = gl::make_framebuffer(target, {});
+    const gl::VertexArray empty = gl::VertexArray::create();
+    gl::bind_framebuffer(framebuffer.name(), 4, 4);
+    glBindVertexArray(empty.name());
+    program.use();
+    std::vector<std::string> missing;
+    for (int step = 0; step < 6; ++step) {
+        try {
+            gl::draw_vertices(GL_TRIANGLES, 3);
+            break;
+        } catch (const Error &error) {
+            const std::string text = error.what();
+            missing.push_back(text.substr(text.find("u_")));
+            CHECK(text.starts_with("shader a.frag: nothing has set its uniform u_"));
+        }
+        const std::string &name = missing.back();
+        if (name == "u_map") {
+            program.set_unit("u_map", 0);
+        } else if (name == "u_count") {
+            gl::Program::set(program.location("u_count"), 0);
+        } else if (name == "u_turn") {
+            gl::Program::set(program.location("u_turn"), glm::mat3(0.0F));
+        } else {
+            gl::Program::set(program.location(name.c_str()), glm::vec4(0.0F));
+        }
+    }
+    std::ranges::sort(missing);
+    CHECK(missing == std::vector<std::string>{"u_count", "u_map", "u_rows[0]", "u_rows[1]", "u_turn"});
+    glBindVertexArray(0);
+    gl::bind_framebuffer(0, 4, 4);
+    test::throw_on_error();
 }
 
 TEST_CASE("shaders: each include comes once, defines and dialect are in the preamble") {
