@@ -2,6 +2,7 @@
 
 #include "app/messages.hpp"
 #include "error.hpp"
+#include "number_text.hpp"
 
 #include <exception>
 #include <span>
@@ -14,6 +15,11 @@ namespace {
 
 MemoryLimits limits_for(const assets::SceneFile &file, MemoryLimits limits) {
     if (limits.vram_bytes == 0 && file.vram_mb) {
+        if (limits.order == UploadOrder::file) {
+            throw Error("scene.json: vram_mb: is " + shortest(*file.vram_mb) +
+                        ": --order file uploads everything, a limit of device memory only what the picture "
+                        "needs most: leave out one of them");
+        }
         limits.vram_bytes = static_cast<std::uint64_t>(*file.vram_mb * 1e6);
     }
     return limits;

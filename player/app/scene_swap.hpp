@@ -17,7 +17,7 @@ namespace paradize {
 /// A scene.json whose files are being read and checked by threads.
 struct PendingScene {
     /// Artifacts that are unchanged in `before` are reused. Without a limit of device memory that of the
-    /// scene holds.
+    /// scene holds. Throws Error if it has one and the order is that of the file.
     PendingScene(assets::SceneFile scene_file, const std::filesystem::path &folder, MemoryLimits limits = {},
                  const Streamer *before = nullptr);
 
