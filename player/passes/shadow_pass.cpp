@@ -29,8 +29,10 @@ std::uint64_t fingerprint(const Frame &frame, const View &light) {
         mix(hash, item.count);
         mix(hash, static_cast<std::uint64_t>(item.lod));
         for (const Material &material : item.object->materials) {
-            const StreamedTexture *color = material.maps[assets::ObjectMap::color];
-            mix(hash, color != nullptr && color->complete() ? 1U : 0U);
+            if (const StreamedTexture *color = material.maps[assets::ObjectMap::color];
+                color != nullptr && material.values.alpha_mode != assets::AlphaMode::opaque) {
+                mix(hash, static_cast<std::uint64_t>(color->finest()));
+            }
         }
     }
     if (const TerrainTiles *terrain = frame.terrain()) {

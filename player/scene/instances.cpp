@@ -169,4 +169,23 @@ void InstanceTree::find_nearest(std::span<const Instance> instances, const View 
     }
 }
 
+float InstanceTree::largest_scale(std::span<const Instance> instances, const View &view) const {
+    float largest = 0.0F;
+    for (std::size_t at = 0; at < nodes_.size();) {
+        const Node &node = nodes_[at];
+        const Side side = node.most_scale > largest ? side_of(node, view) : Side::outside;
+        at = side == Side::crossed && !node.is_leaf() ? at + 1 : node.next;
+        if (side == Side::inside) {
+            largest = node.most_scale;
+        } else if (side == Side::crossed && node.is_leaf()) {
+            for (const Instance &instance : instances.subspan(node.first, node.count)) {
+                if (instance.scale > largest && view.sees(view.local(instance.center), instance.radius_m)) {
+                    largest = instance.scale;
+                }
+            }
+        }
+    }
+    return largest;
+}
+
 } // namespace paradize

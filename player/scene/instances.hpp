@@ -85,6 +85,9 @@ class InstanceTree {
     void find_nearest(std::span<const Instance> instances, const View &view, const LodQuery &query,
                       float near_m, NearestInstance &nearest) const;
 
+    /// Returns the largest scale of the visible instances, 0 if none is visible.
+    float largest_scale(std::span<const Instance> instances, const View &view) const;
+
     std::size_t size() const { return nodes_.size(); }
 
   private:

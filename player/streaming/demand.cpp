@@ -1,6 +1,7 @@
 #include "streaming/demand.hpp"
 
 #include "scene/camera.hpp"
+#include "scene/cascades.hpp"
 
 #include <glm/geometric.hpp>
 
@@ -13,7 +14,8 @@ namespace {
 
 // What a look ahead has seen fades with each further look, because a glimpse may fall between two looks.
 constexpr float fading = 0.9F;
-constexpr float certain = 1e6F; // error of what must always be there: the terrain's roots
+constexpr float certain = 1e6F;                 // error of what must always be there: the terrain's roots
+const float drawn = std::nextafter(1.0F, 2.0F); // the least error of what is drawn, or replaces what is
 
 void raise(float &error, float to) {
     error = std::max(error, to);
@@ -38,6 +40,10 @@ Demand::Demand(const Scene &scene, const Streamer &streamer) : scene_(scene), st
                     use.maps.push_back(map_use(values.maps[map], object.mesh->measure(m).uv_per_m));
                 }
             });
+            const std::string &color = values.maps[assets::ObjectMap::color];
+            if (values.alpha_mode != assets::AlphaMode::opaque && !color.empty() && object.file->shadow) {
+                use.holes.push_back(map_use(color, object.mesh->measure(m).uv_per_m));
+            }
         }
     }
     if (file.water) {
@@ -107,6 +113,9 @@ void Demand::look(const Pose &pose, const Outlook &outlook, std::vector<float> &
         frame_views(file, outlook.settings, pose, outlook.width_px, outlook.height_px, file.sun.direction);
     const View &main = views[static_cast<std::size_t>(ViewKind::main)];
     add_objects(views, outlook.settings, errors);
+    if (file.shadow) {
+        add_shadows(views, outlook.settings, errors);
+    }
     add_surfaces(main, errors);
     add_terrain(main, outlook.settings.lod_error_px, errors);
 }
@@ -146,11 +155,33 @@ void Demand::add_objects(const Views &views, const RenderSettings &settings,
                                                                        : object.file->radius_m;
             raise(errors[piece], error_m * seen.pixels_per_m / accepted_px);
             if (seen.lod <= static_cast<int>(level)) {
-                raise(errors[piece], std::nextafter(1.0F, 2.0F)); // it is drawn, or replaces what is
+                raise(errors[piece], drawn);
             }
         }
         for (const MapUse &map : objects_[i].maps) {
             add_map(map, seen.pixels_per_m * std::exp2(-settings.mip_bias), errors);
+        }
+    }
+}
+
+/// Holes show in the shadow as finely as the texels of the cascades that their caster stands in.
+void Demand::add_shadows(const Views &views, const RenderSettings &settings,
+                         std::vector<float> &errors) const {
+    const assets::Shadow &shadow = *scene_.file().shadow;
+    const View &light = views[static_cast<std::size_t>(ViewKind::light)];
+    const View &main = views[static_cast<std::size_t>(ViewKind::main)];
+    for (int cascade = 0; cascade < settings.shadow_cascades; ++cascade) {
+        const View view = cascade_view(shadow, light, main, cascade);
+        const float texels_per_m = std::exp2(-settings.mip_bias) / cascade_fit(shadow, light, view).w;
+        for (std::size_t i = 0; i < objects_.size(); ++i) {
+            const Object &object = scene_.objects()[i];
+            const float scale =
+                objects_[i].holes.empty() ? 0.0F : object.tree.largest_scale(object.instances, view);
+            if (scale > 0.0F) {
+                for (const MapUse &map : objects_[i].holes) {
+                    add_map(map, texels_per_m * scale, errors);
+                }
+            }
         }
     }
 }
@@ -162,6 +193,9 @@ void Demand::add_map(const MapUse &map, float pixels_per_m, std::vector<float> &
         const auto coarser = static_cast<int>(piece.first_level + piece.levels);
         const float texels_per_m = std::max(map.texels_per_m, 1e-6F);
         raise(errors[i], std::min(std::ldexp(pixels_per_m / texels_per_m, coarser), certain));
+        if (piece.coarse) {
+            raise(errors[i], drawn); // without it there is no colour at all
+        }
     }
 }
 

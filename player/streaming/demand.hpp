@@ -48,6 +48,7 @@ class Demand {
     struct ObjectUse {
         Range mesh;
         std::vector<MapUse> maps;
+        std::vector<MapUse> holes; // colour maps whose alpha shapes the object's shadow
     };
     using Views = std::array<View, view_kinds>;
 
@@ -56,6 +57,7 @@ class Demand {
     void look(const Pose &pose, const Outlook &outlook, std::vector<float> &errors);
     NearestInstance nearest(const Object &object, const Views &views, float error_px) const;
     void add_objects(const Views &views, const RenderSettings &settings, std::vector<float> &errors) const;
+    void add_shadows(const Views &views, const RenderSettings &settings, std::vector<float> &errors) const;
     void add_map(const MapUse &map, float pixels_per_m, std::vector<float> &errors) const;
     void add_surfaces(const View &main, std::vector<float> &errors) const;
     void add_terrain(const View &main, float error_px, std::vector<float> &errors);

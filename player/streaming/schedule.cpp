@@ -51,15 +51,12 @@ void Schedule::plan(std::span<const Need> needs, std::uint64_t ahead_bytes) {
         ranks_[i] = rank(i, needs[i]);
         if (states_[i] == State::absent && (ranks_[i].group != unneeded || budget_bytes_ == 0)) {
             candidates_.push_back(i);
-        } else if (states_[i] == State::resident && !pieces_[i].coarse && needs[i].now <= 1.0F) {
+        } else if (states_[i] == State::resident && needs[i].now <= 1.0F) {
             victims_.push_back(i);
         }
     }
     const auto before = [&](std::uint32_t a, std::uint32_t b) {
-        if (ranks_[a].group != ranks_[b].group) {
-            return ranks_[a].group < ranks_[b].group;
-        }
-        return ranks_[a].error != ranks_[b].error ? ranks_[a].error > ranks_[b].error : a < b;
+        return comes_before(a, b) || (!comes_before(b, a) && a < b);
     };
     std::ranges::sort(candidates_, before);
     std::ranges::sort(victims_, [&](std::uint32_t a, std::uint32_t b) { return before(b, a); });
@@ -69,6 +66,14 @@ void Schedule::plan(std::span<const Need> needs, std::uint64_t ahead_bytes) {
     evicted_.assign(pieces_.size(), false);
     kept_children_.assign(children_.begin(), children_.end());
     std::uint64_t used = used_bytes_;
+    for (const std::uint32_t victim : victims_) { // what was seen coarsely has gone beyond the limit
+        if (budget_bytes_ == 0 || used <= budget_bytes_) {
+            break;
+        }
+        if (kept_children_[victim] == 0) {
+            plan_eviction(victim, used);
+        }
+    }
     std::uint64_t ahead = 0;
     for (const std::uint32_t piece : candidates_) {
         if (ahead != 0 && ahead + pieces_[piece].bytes > ahead_bytes) {
@@ -79,7 +84,7 @@ void Schedule::plan(std::span<const Need> needs, std::uint64_t ahead_bytes) {
                     planned_[parent]) &&
                    !evicted_[parent];
         });
-        if (!possible || !make_room(piece, needs, used)) {
+        if (!possible || !make_room(piece, used)) {
             continue;
         }
         for (const std::uint32_t parent : pieces_[piece].parents) {
@@ -92,27 +97,36 @@ void Schedule::plan(std::span<const Need> needs, std::uint64_t ahead_bytes) {
     }
 }
 
+/// True if `a` is loaded before `b`, wherever they stand in the list.
+bool Schedule::comes_before(std::uint32_t a, std::uint32_t b) const {
+    return ranks_[a].group != ranks_[b].group ? ranks_[a].group < ranks_[b].group
+                                              : ranks_[a].error > ranks_[b].error;
+}
+
+void Schedule::plan_eviction(std::uint32_t victim, std::uint64_t &used) {
+    evicted_[victim] = true;
+    evictions_.push_back(victim);
+    used -= pieces_[victim].bytes;
+    for (const std::uint32_t parent : pieces_[victim].parents) {
+        --kept_children_[parent];
+    }
+}
+
 /// Chooses pieces to evict until `piece` fits. False, and chooses none, if it does not fit.
-bool Schedule::make_room(std::uint32_t piece, std::span<const Need> needs, std::uint64_t &used) {
+bool Schedule::make_room(std::uint32_t piece, std::uint64_t &used) {
     const std::size_t first = evictions_.size();
     for (const std::uint32_t victim : victims_) {
-        const float error = ranks_[victim].error;
-        if (fits(piece, used) || !(error < ranks_[piece].error || (error == 0.0F && pieces_[piece].coarse))) {
+        if (fits(piece, used) || !comes_before(piece, victim)) {
             break;
         }
-        if (evicted_[victim] || kept_children_[victim] != 0 ||
-            std::ranges::find(pieces_[piece].parents, victim) != pieces_[piece].parents.end()) {
-            continue;
-        }
-        evicted_[victim] = true;
-        evictions_.push_back(victim);
-        used -= pieces_[victim].bytes;
-        for (const std::uint32_t parent : pieces_[victim].parents) {
-            --kept_children_[parent];
+        const bool may_go = !pieces_[victim].coarse || ranks_[piece].group == seen_coarse;
+        if (may_go && !evicted_[victim] && kept_children_[victim] == 0 &&
+            std::ranges::find(pieces_[piece].parents, victim) == pieces_[piece].parents.end()) {
+            plan_eviction(victim, used);
         }
     }
     // A coarse piece that is seen is loaded even beyond the budget: without it there is nothing to see.
-    if (fits(piece, used) || (pieces_[piece].coarse && needs[piece].now > 1.0F)) {
+    if (fits(piece, used) || ranks_[piece].group == seen_coarse) {
         return true;
     }
     for (; evictions_.size() > first; evictions_.pop_back()) {

@@ -9,8 +9,8 @@ namespace paradize {
 
 struct ScheduledPiece {
     std::uint64_t bytes = 0;         // on the device
-    std::uint64_t working_bytes = 0; // more while it is uploaded
-    bool coarse = false;             // loaded before all finer pieces of what is seen, never evicted
+    std::uint64_t working_bytes = 0; // more while it is uploaded, or copied on the device to be evicted
+    bool coarse = false;             // loaded before all finer pieces of what is seen, even beyond the limit
     // Pieces that must be resident before this one, and as long as it is. They come earlier in the list, and
     // are needed at least as much.
     std::vector<std::uint32_t> parents;
@@ -35,7 +35,8 @@ class Schedule {
     /// Finds what to load next and what to evict first. A piece that is needed now is never evicted. Loads
     /// come in this order: coarse pieces that are needed now, the largest error first; then the other pieces
     /// that are needed, the largest error first; coarse pieces; without a limit all others. Another piece is
-    /// evicted only for one that is needed more. `ahead_bytes` limits the loads, but not the first one.
+    /// evicted only for one that comes before it in this order, or while the limit is exceeded; a coarse
+    /// piece only for one that is needed now. `ahead_bytes` limits the loads, but not the first one.
     /// Allocates nothing.
     void plan(std::span<const Need> needs, std::uint64_t ahead_bytes);
     std::span<const std::uint32_t> loads() const { return loads_; }
@@ -54,6 +55,14 @@ class Schedule {
 
     /// True if the piece fits the limit now, with its working bytes.
     bool has_room(std::uint32_t piece) const { return fits(piece, used_bytes_); }
+    /// True if a copy of the working bytes of a resident piece fits the limit beside it.
+    bool has_room_to_copy(std::uint32_t piece) const {
+        return budget_bytes_ == 0 || used_bytes_ + pieces_[piece].working_bytes <= budget_bytes_;
+    }
+    /// Bytes on the device while a resident piece is evicted.
+    std::uint64_t bytes_while_evicted(std::uint32_t piece) const {
+        return used_bytes_ + (has_room_to_copy(piece) ? pieces_[piece].working_bytes : 0);
+    }
 
     bool resident(std::uint32_t piece) const { return states_[piece] == State::resident; }
     std::uint64_t budget_bytes() const { return budget_bytes_; }
@@ -76,7 +85,9 @@ class Schedule {
         return budget_bytes_ == 0 ||
                used + pieces_[piece].bytes + pieces_[piece].working_bytes <= budget_bytes_;
     }
-    bool make_room(std::uint32_t piece, std::span<const Need> needs, std::uint64_t &used);
+    bool comes_before(std::uint32_t a, std::uint32_t b) const;
+    void plan_eviction(std::uint32_t victim, std::uint64_t &used);
+    bool make_room(std::uint32_t piece, std::uint64_t &used);
 
     std::vector<ScheduledPiece> pieces_;
     std::uint64_t budget_bytes_ = 0;

@@ -6,6 +6,7 @@
 #include <epoxy/gl.h>
 
 #include <utility>
+#include <vector>
 
 namespace paradize {
 
@@ -80,21 +81,36 @@ void StreamItem::finish(std::uint32_t piece_index) {
     --pieces_left;
 }
 
-void StreamItem::evict(std::uint32_t piece_index) {
+void StreamItem::evict(std::uint32_t piece_index, bool on_device) {
     const assets::Piece &piece = loaded.plan.pieces[piece_index];
     if (loaded.tile) {
         tile.evict(piece_index);
     } else if (kind == assets::ArtifactKind::mesh) {
         mesh.evict(piece.first_level);
     } else {
-        const std::uint32_t coarser = piece.first_level + piece.levels;
-        gl::Texture left = allocate_texture(loaded.ktx, coarser, best_storage());
-        copy_levels(loaded.ktx, {texture.texture_, piece.first_level}, {left, coarser});
-        make_sampled(loaded.ktx, {left, coarser}, max_level);
-        texture.texture_ = std::move(left);
-        texture.finest_ = static_cast<int>(coarser);
+        evict_mips(piece.first_level, piece.first_level + piece.levels, on_device);
     }
     ++pieces_left;
+}
+
+/// Keeps the mips from `coarser` on.
+void StreamItem::evict_mips(std::uint32_t finest, std::uint32_t coarser, bool on_device) {
+    gl::Texture left;
+    if (coarser < loaded.ktx.levels.size()) {
+        const LevelsFrom all{texture.texture_, finest};
+        if (on_device) {
+            left = allocate_texture(loaded.ktx, coarser, best_storage());
+            copy_levels(loaded.ktx, all, {left, coarser});
+        } else {
+            const std::vector<std::byte> held = read_levels(loaded.ktx, all, coarser);
+            texture.texture_ = {};
+            left = allocate_texture(loaded.ktx, coarser, best_storage());
+            write_levels(loaded.ktx, {left, coarser}, coarser, held);
+        }
+        make_sampled(loaded.ktx, {left, coarser}, max_level);
+    }
+    texture.texture_ = std::move(left);
+    texture.finest_ = static_cast<int>(coarser);
 }
 
 } // namespace paradize

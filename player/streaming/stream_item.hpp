@@ -22,7 +22,9 @@ struct StreamItem {
     void upload(const assets::Piece &piece, const assets::UploadChunk &chunk, const std::byte *data);
     /// Makes an uploaded piece visible.
     void finish(std::uint32_t piece_index);
-    void evict(std::uint32_t piece_index);
+    /// `on_device`: there is room for a copy of a texture's coarser mips. Else they go through the memory of
+    /// the process, and the driver waits for the device.
+    void evict(std::uint32_t piece_index, bool on_device);
 
     assets::LoadedArtifact loaded; // its file is released when everything is uploaded
     StreamedTexture texture;
@@ -36,6 +38,7 @@ struct StreamItem {
 
   private:
     void make_texture();
+    void evict_mips(std::uint32_t finest, std::uint32_t coarser, bool on_device);
 };
 
 } // namespace paradize

@@ -172,7 +172,8 @@ struct Streamer::Impl {
     void plan() {
         schedule->plan(needs, ahead_bytes);
         for (const std::uint32_t piece : schedule->evictions()) {
-            item_of(piece).evict(pieces[piece].index);
+            counts.peak_bytes = std::max(counts.peak_bytes, schedule->bytes_while_evicted(piece));
+            item_of(piece).evict(pieces[piece].index, schedule->has_room_to_copy(piece));
             schedule->set_absent(piece);
             counts.resident_bytes -= plan_of(piece).bytes;
             ++counts.evictions;

@@ -40,6 +40,7 @@ class StreamedTexture {
     int height_px() const { return height_px_; }
     int levels() const { return levels_; }
     bool has_green() const { return has_green_; }       // false: red only
+    int finest() const { return finest_; }              // finest resident level; levels(): none
     bool resident() const { return finest_ < levels_; } // at least one level is resident
     bool complete() const { return finest_ == 0; }      // all levels are resident
 

@@ -181,25 +181,45 @@ void copy_levels(const assets::Ktx2 &ktx, LevelsFrom from, LevelsFrom to) {
 }
 
 void copy_levels_by_memory(const assets::Ktx2 &ktx, LevelsFrom from, LevelsFrom to) {
+    const std::uint32_t first = std::max(from.first_level, to.first_level);
+    write_levels(ktx, to, first, read_levels(ktx, from, first));
+}
+
+std::vector<std::byte> read_levels(const assets::Ktx2 &ktx, LevelsFrom from, std::uint32_t first) {
     const Format format = gl_format(ktx.format);
-    std::vector<std::byte> bytes;
+    std::size_t size = 0;
+    for (std::uint32_t i = first; i < ktx.levels.size(); ++i) {
+        size += ktx.levels[i].bytes.size();
+    }
+    std::vector<std::byte> out(size);
+    std::byte *to = out.data();
     glPixelStorei(GL_PACK_ALIGNMENT, 1);
-    for (std::uint32_t i = std::max(from.first_level, to.first_level); i < ktx.levels.size(); ++i) {
-        bytes.resize(ktx.levels[i].bytes.size() / ktx.faces);
+    glBindTexture(target_of(ktx), from.texture.name());
+    for (std::uint32_t i = first; i < ktx.levels.size(); ++i) {
+        const auto level = static_cast<GLint>(i - from.first_level);
         for (std::uint32_t face = 0; face < ktx.faces; ++face) {
-            const auto level = static_cast<GLint>(i - from.first_level);
-            glBindTexture(target_of(ktx), from.texture.name());
             if (format.format == 0) {
-                glGetCompressedTexImage(image_target(ktx, face), level, bytes.data());
+                glGetCompressedTexImage(image_target(ktx, face), level, to);
             } else {
-                glGetTexImage(image_target(ktx, face), level, format.format, format.type, bytes.data());
+                glGetTexImage(image_target(ktx, face), level, format.format, format.type, to);
             }
+            to += ktx.levels[i].bytes.size() / ktx.faces;
+        }
+    }
+    return out;
+}
+
+void write_levels(const assets::Ktx2 &ktx, LevelsFrom to, std::uint32_t first,
+                  std::span<const std::byte> bytes) {
+    for (std::uint32_t i = first; i < ktx.levels.size(); ++i) {
+        for (std::uint32_t face = 0; face < ktx.faces; ++face) {
             assets::UploadChunk chunk;
             chunk.level = i;
             chunk.part = face;
             chunk.rows = ktx.levels[i].height_px;
-            chunk.bytes = bytes;
-            upload_rows(to, ktx, chunk, bytes.data());
+            chunk.bytes = bytes.first(ktx.levels[i].bytes.size() / ktx.faces);
+            upload_rows(to, ktx, chunk, chunk.bytes.data());
+            bytes = bytes.subspan(chunk.bytes.size());
         }
     }
 }

@@ -8,7 +8,9 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
+#include <vector>
 
 namespace paradize {
 
@@ -35,6 +37,11 @@ void make_sampled(const assets::Ktx2 &ktx, LevelsFrom levels, std::optional<int>
 void copy_levels(const assets::Ktx2 &ktx, LevelsFrom from, LevelsFrom to);
 /// The same without ARB_copy_image.
 void copy_levels_by_memory(const assets::Ktx2 &ktx, LevelsFrom from, LevelsFrom to);
+/// Reads the levels from `first` of the file on, finest first, and writes what was read. Reading waits for
+/// the device.
+std::vector<std::byte> read_levels(const assets::Ktx2 &ktx, LevelsFrom from, std::uint32_t first);
+void write_levels(const assets::Ktx2 &ktx, LevelsFrom to, std::uint32_t first,
+                  std::span<const std::byte> bytes);
 
 /// Creates a one-texel placeholder: mid grey, or zero for signed and two-channel maps.
 gl::Texture neutral_texture(const assets::Ktx2 &ktx);

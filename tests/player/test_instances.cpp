@@ -116,6 +116,7 @@ TEST_CASE("instances: the tree finds what a look at each instance finds, in ever
                     NearestInstance nearest{0.0F, 4};
                     tree.find_nearest(instances, view, query, main.near_m, nearest);
                     NearestInstance most{0.0F, 4};
+                    float largest = 0.0F;
                     for (std::size_t i = 0; i < count; ++i) {
                         if (expected[i] >= 0) {
                             const float distance_m =
@@ -125,10 +126,12 @@ TEST_CASE("instances: the tree finds what a look at each instance finds, in ever
                                 std::max(most.pixels_per_m, query.pixels_at_1m * instances[i].scale /
                                                                 std::max(distance_m, main.near_m));
                             most.lod = std::min(most.lod, expected[i]);
+                            largest = std::max(largest, instances[i].scale);
                         }
                     }
                     CHECK(nearest.pixels_per_m == most.pixels_per_m);
                     CHECK(nearest.lod == most.lod);
+                    CHECK(tree.largest_scale(instances, view) == largest);
                 }
             }
         }

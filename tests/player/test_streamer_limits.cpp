@@ -227,3 +227,54 @@ TEST_CASE(
     CHECK(streamer.counts().evictions >= 5);
     test::throw_on_error();
 }
+
+TEST_CASE("streamer: a mip that goes where no copy of the others fits leaves them as they were") {
+    if (!test::have_context()) {
+        return;
+    }
+    SmallScene scene;
+    for (const auto format : {assets::PixelFormat::rgba8_srgb, assets::PixelFormat::bc1_rgb_srgb}) {
+        const std::uint32_t edge = format == assets::PixelFormat::rgba8_srgb ? 512 : 1024;
+        scene.put("quad_color", test::ktx2_file(format, edge, edge));
+        scene.put("sky", test::ktx2_file(assets::PixelFormat::rgba8_unorm, 128, 128, 6));
+        Streamer probe = scene.streamer();
+        const auto [color, colors] = probe.pieces_of("quad_color");
+        const auto [sky, skies] = probe.pieces_of("sky");
+        const std::uint64_t finest = probe.piece(color + colors - 1).bytes;
+        // Room for the finest mip and the copy that its upload needs; then the sky takes half of that.
+        const std::uint64_t limit = finest + finest * 2 / 3 + 1000;
+        Streamer streamer(scene.file,
+                          SceneLoad(scene.file, scene.folder.path(), nullptr, {.vram_bytes = limit}));
+        std::vector<Need> needs(streamer.piece_count());
+        std::fill_n(needs.begin() + color, colors, Need{2.0F, 0.0F});
+        streamer.set_needs(needs);
+        while (!streamer.upload({})) {
+        }
+        REQUIRE(streamer.texture("quad_color")->complete());
+        REQUIRE(streamer.texture("sky")->resident());
+        REQUIRE(streamer.counts().resident_bytes + finest / 3 > limit); // no copy fits
+        std::fill_n(needs.begin() + color, colors, Need{});
+        std::fill_n(needs.begin() + sky, skies, Need{2.0F, 0.0F});
+        streamer.set_needs(needs);
+        while (!streamer.upload({})) {
+        }
+        CHECK(streamer.texture("sky")->complete());
+        REQUIRE(streamer.texture("quad_color")->finest() == 1);
+        CHECK(streamer.counts().peak_bytes <= limit);
+        streamer.texture("quad_color")->bind(0);
+        GLint size = 0;
+        glGetTexLevelParameteriv(GL_TEXTURE_2D, 3, GL_TEXTURE_WIDTH, &size);
+        CHECK(size == static_cast<GLint>(edge >> 4U));
+        std::vector<unsigned char> texels(finest / 256);
+        glPixelStorei(GL_PACK_ALIGNMENT, 1);
+        if (format == assets::PixelFormat::rgba8_srgb) {
+            glGetTexImage(GL_TEXTURE_2D, 3, GL_RGBA, GL_UNSIGNED_BYTE, texels.data());
+        } else {
+            glGetCompressedTexImage(GL_TEXTURE_2D, 3, texels.data());
+        }
+        for (std::size_t i = 0; i < texels.size(); ++i) {
+            REQUIRE(texels[i] == (i + 4) % 256);
+        }
+    }
+    test::throw_on_error();
+}

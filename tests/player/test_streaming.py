@@ -64,6 +64,9 @@ def test_a_scene_above_the_limit_plays_within_it_and_looks_the_same(player: Play
     assert report(player(scene, "--wait-resident", "--json"))["streaming"]["worst_error"] > 1.0
     more = report(player(scene, "--wait-resident", "--json", "--vram", 4))
     assert more["streaming"]["worst_error"] == 0.0
+    refused = player(scene, "--order", "file")
+    assert refused.returncode == 1
+    assert "scene.json: vram_mb: is 1: --order file uploads everything" in refused.stderr
 
 
 def test_the_second_that_playback_starts_at_is_loaded_first(player: Player, tmp_path: Path) -> None:
@@ -92,6 +95,31 @@ def test_an_impossible_limit_shows_something_of_everything_and_says_what_is_miss
     assert told["streaming"]["worst_error"] > 1.0
     assert told["resident_bytes"] <= 1e6
     assert told["streaming"]["needed_bytes"] > 1e6
+
+
+def test_holes_are_as_fine_as_their_shadow_however_far_the_eye_is(player: Player, tmp_path: Path) -> None:
+    scene = six_boxes(tmp_path / "scene")
+    manifest = json.loads((scene / "scene.json").read_text())
+    manifest["flight"] |= {"fov_rad": 0.9}
+    for segment in manifest["flight"]["segments"]:
+        segment["eye"][2] = [4.0, 0.0, 0.0, 0.0]
+    shadow = {"size": 2048, "extent_m": 20.0, "center": [0.0, 0.0, 0.0], "blur_distance_m": 50.0}
+
+    def needed(mode: str, *arguments: str, shadow: dict[str, Any] | None = shadow) -> int:
+        for item in manifest["objects"]:
+            for one in item["materials"].values():
+                one["alpha_mode"] = mode
+        (scene / "scene.json").write_text(json.dumps(manifest | {"shadow": shadow}))
+        told = report(player(scene, "--wait-resident", "--vram", 50, "--json", *arguments))
+        bytes_: int = told["streaming"]["needed_bytes"]
+        return bytes_
+
+    solid = needed("opaque")
+    assert solid == needed("mask", shadow=None)
+    whole = needed("mask", "--quality", "shadow=fast")  # half the map's size, one cascade
+    finer = needed("blend")
+    assert solid < whole < finer
+    assert finer >= MAP_BYTES  # all mips of the box in the finer cascades
 
 
 @pytest.mark.parametrize("option", ["--vram", "--ram"])
