@@ -15,6 +15,15 @@ def sweep(cases: Iterable[Any], *, test: Iterable[Any]) -> list[Any]:
     return [case if case in taken else _deep(case) for case in cases]
 
 
+def sample(cases: Iterable[Any], *, every: int) -> list[Any]:
+    """The cases for `parametrize`: the first and each `every`th after it run in both, the others are deep."""
+    return [_deep(case) if at % every else case for at, case in enumerate(cases)]
+
+
 def _deep(case: Any) -> Any:
     values = case if isinstance(case, tuple) else (case,)
     return pytest.param(*values, marks=pytest.mark.deep)
+
+
+# For a test of `sources` that is slow on those of the corpus.
+CORPUS_DEEP = pytest.mark.parametrize("sources", sweep(["made", "corpus"], test=["made"]), indirect=True)

@@ -21,6 +21,7 @@ from tests.places import ROOT
 PLAYER = ROOT / "build/bin/paradize-player"
 
 
+@pytest.mark.deep
 def test_a_swapped_stage_changes_the_picture_and_none_changes_nothing(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

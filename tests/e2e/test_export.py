@@ -65,6 +65,7 @@ def test_khronos_validator_finds_nothing_in_an_exported_scene(
     assert (result["errors"], result["warnings"]) == (0, 0), result["messages"]
 
 
+@pytest.mark.deep
 def test_three_flies_along_the_path_that_scene_json_tells(
     exported: tuple[Path, Path, dict[str, Any]], page: ExportPage
 ) -> None:

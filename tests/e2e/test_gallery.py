@@ -118,6 +118,7 @@ def test_a_gallery_of_models_of_others_passes_check(
     assert maps >= {"color", "normal", "gloss", "occlusion", "emission"}
 
 
+@pytest.mark.deep
 def test_khronos_validator_finds_nothing_in_a_gallery_and_its_export(
     gallery: Path, exported: Path, node: Callable[..., Any]
 ) -> None:
@@ -149,6 +150,7 @@ def test_a_gallery_of_made_models_looks_as_approved(
         require_like(root / "tests/golden/gallery.png", rendered)
 
 
+@pytest.mark.deep
 def test_three_shows_an_exported_gallery_as_the_player_does_without_its_sea(
     gallery: Path,
     exported: Path,

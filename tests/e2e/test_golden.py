@@ -46,6 +46,7 @@ def test_moment_of_the_flight_looks_as_approved(
     require_as_approved(f"island_{time_s:03d}.png", time_s, SIZE, island, root, player)
 
 
+@pytest.mark.deep
 def test_the_readme_s_picture_is_what_the_player_draws(
     island: Path, root: Path, player: Callable[..., subprocess.CompletedProcess[str]]
 ) -> None:
@@ -53,6 +54,7 @@ def test_the_readme_s_picture_is_what_the_player_draws(
     require_as_approved("poster.png", poster_s, POSTER_SIZE, island, root, player)
 
 
+@pytest.mark.deep
 def test_the_readme_s_contact_sheet_is_what_the_bake_draws(island: Path, root: Path, tmp_path: Path) -> None:
     """Half the size and 256 colours: a README is read over a network."""
     scene = json.loads((island / "scene.json").read_text())

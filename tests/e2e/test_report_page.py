@@ -12,6 +12,7 @@ from typing import Any
 
 import pytest
 
+from tests.conftest import RENDER_ENVIRONMENT
 from tests.e2e.browser import Browser, find_browser
 from tests.pipeline.scenes import make_cove
 from tests.places import ROOT
@@ -24,7 +25,7 @@ def told(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, Any]
     scene = make_cove(top / "scene")
     scene.write_text(scene.read_text() + "\n[budget]\ncolor_psnr_db = 30.0\nterrain_rms_m = 1e-9\n")
     command = [str(ROOT / "build/venv/bin/paradize"), "bake", str(scene), "-o", str(top / "cove"), "--json"]
-    environment = {**os.environ, "PARADIZE_REPORT": str(top / "pages")}
+    environment = {**os.environ, **RENDER_ENVIRONMENT, "PARADIZE_REPORT": str(top / "pages")}
     done = subprocess.run(command, capture_output=True, text=True, env=environment, timeout=300)
     assert done.returncode == 0, done.stderr
     return top / "pages", json.loads(done.stdout)

@@ -206,6 +206,7 @@ def load_grey(path: Path) -> np.ndarray:
     return np.asarray(picture.get_pixels(oiio.FLOAT)[..., 0], dtype=np.float64)
 
 
+@pytest.mark.deep
 def test_archipelago_passes_check(
     archipelago: Path, paradize: Callable[..., subprocess.CompletedProcess[str]]
 ) -> None:
@@ -213,12 +214,14 @@ def test_archipelago_passes_check(
     assert result.returncode == 0, result.stdout + result.stderr
 
 
+@pytest.mark.deep
 def test_archipelago_glbs_are_valid(archipelago: Path, node: Callable[..., Any]) -> None:
     results = node("validate_gltf.mjs", sorted(archipelago.glob("*.glb")))
     assert results
     assert {file: r for file, r in results.items() if r["errors"]} == {}
 
 
+@pytest.mark.deep
 def test_models_without_textures_keep_their_materials_colours(archipelago: Path) -> None:
     scene = json.loads((archipelago / "scene.json").read_text())
     palm = next(item for item in scene["objects"] if item["name"] == "palm")
@@ -228,6 +231,7 @@ def test_models_without_textures_keep_their_materials_colours(archipelago: Path)
     assert palm["materials"]["Green"]["color"] == pytest.approx([float(value) for value in kd], rel=1e-5)
 
 
+@pytest.mark.deep
 def test_archipelago_renders_with_every_object_in_view(
     archipelago: Path, player: Callable[..., subprocess.CompletedProcess[str]], root: Path
 ) -> None:
@@ -244,6 +248,7 @@ def test_archipelago_renders_with_every_object_in_view(
     assert (pixels.max(axis=2) < 4 / 255).mean() < 0.02  # no black holes
 
 
+@pytest.mark.deep
 def test_archipelago_from_above_and_from_the_beach_has_no_cracks(
     archipelago: Path, player: Callable[..., subprocess.CompletedProcess[str]], root: Path, tmp_path: Path
 ) -> None:

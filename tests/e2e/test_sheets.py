@@ -45,6 +45,7 @@ def write_box(folder: Path, colors: NDArray[np.uint8]) -> Path:
     return folder / "box.obj"
 
 
+@pytest.mark.deep
 def test_a_model_with_two_materials_looks_as_in_three_js(tmp_path: Path) -> None:
     blocks = np.random.default_rng(5).integers(40, 216, (8, 8, 3), dtype=np.uint8)
     box = write_box(tmp_path / "box", np.kron(blocks, np.ones((16, 16, 1), np.uint8)))

@@ -95,6 +95,7 @@ def palm(root: Path) -> bytes:
     return bake_mesh(root / "raw_assets/palm/palm.obj", lods=4).glb
 
 
+@pytest.mark.deep
 def test_three_draws_every_level_of_the_palm_where_its_triangles_are(
     page: Page, palm: bytes, root: Path
 ) -> None:
@@ -121,6 +122,7 @@ def test_three_draws_every_level_of_the_palm_where_its_triangles_are(
     save(out, np.concatenate([p[:, :, :3] * p[:, :, 3:] + sky * (1 - p[:, :, 3:]) for p in pictures], axis=1))
 
 
+@pytest.mark.deep
 def test_a_level_that_is_not_there_is_noticed_by_this_test(page: Page, palm: bytes) -> None:
     levels = [lod.mesh for lod in decode_glb(palm)]
     box = window(levels[0])

@@ -50,6 +50,7 @@ def folders(
     return plain, baked(scene, "packed")
 
 
+@pytest.mark.deep
 def test_every_texture_is_smaller_and_holds_the_same_texels(folders: tuple[Path, Path]) -> None:
     unpacked, packed = folders
     plain = json.loads((unpacked / "scene.json").read_text())["artifacts"]
@@ -73,6 +74,7 @@ def test_check_finds_nothing_in_it(folders: tuple[Path, Path], paradize: Run) ->
     assert result.returncode == 0, result.stdout
 
 
+@pytest.mark.deep
 @pytest.mark.parametrize("share", [0.25, 0.7])
 def test_the_player_draws_the_same_picture(
     folders: tuple[Path, Path], player: Run, tmp_path: Path, share: float

@@ -6,7 +6,8 @@ import json
 import os
 import subprocess
 import sys
-from contextlib import AbstractContextManager
+from collections.abc import Sequence
+from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 
 from tests.extremes.table import DEEP, EXTREMES, Cell, all_cells
@@ -17,10 +18,14 @@ TABLE = Path(__file__).with_name("TABLE.md")
 QUICK = tuple(name for name in EXTREMES if name not in DEEP)
 
 
-def measured(extremes: tuple[str, ...], again: tuple[str, ...]) -> list[Cell]:
-    """All cells of some columns; of those in `again`, cells whose bytes differ with two threads fail."""
-    with _begun(1, extremes) as first, _begun(2, again) as second:
-        one, two = (_finished(run) for run in (first, second))
+def measured(
+    extremes: Sequence[str], again: Sequence[str] = (), *, without: Sequence[str] = ()
+) -> list[Cell]:
+    """All cells of some columns, but of the rows `without`; of the columns `again`, cells whose bytes differ
+    with two threads fail."""
+    second_run = _begun(2, again, without) if again else nullcontext()
+    with _begun(1, extremes, without) as first, second_run as second:
+        one, two = _finished(first), _finished(second) if second else []
     other = {(cell.row, cell.extreme): cell.digest for cell in two}
     return [
         cell
@@ -30,8 +35,10 @@ def measured(extremes: tuple[str, ...], again: tuple[str, ...]) -> list[Cell]:
     ]
 
 
-def _begun(threads: int, extremes: tuple[str, ...]) -> AbstractContextManager[subprocess.Popen[str]]:
-    command = [sys.executable, "-m", "tests.extremes", "--cells", *extremes]
+def _begun(
+    threads: int, extremes: Sequence[str], without: Sequence[str]
+) -> AbstractContextManager[subprocess.Popen[str]]:
+    command = [sys.executable, "-m", "tests.extremes", "--cells", json.dumps([extremes, without])]
     environment = {**os.environ, "PARADIZE_THREADS": str(threads)}
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
     return started(command, cwd=ROOT, env=environment, **pipes)
@@ -105,7 +112,7 @@ def as_markdown(cells: list[Cell]) -> str:
 def main() -> int:
     """0 where every cell holds, is refused as it must be, or does not apply."""
     if sys.argv[1:2] == ["--cells"]:
-        print(json.dumps(all_cells(tuple(sys.argv[2:]))))
+        print(json.dumps(all_cells(*json.loads(sys.argv[2]))))
         return 0
     cells = measured(tuple(EXTREMES), tuple(EXTREMES))
     print(as_text(cells))

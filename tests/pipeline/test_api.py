@@ -16,9 +16,9 @@ import paradize
 from paradize import api
 from paradize.errors import BakeError, GroupedError, SourceError
 from paradize.formats.png import encode_png
-from paradize.new.scene import new_scene
 from tests.made.models import kit
 from tests.made.pictures import field, photograph
+from tests.pipeline.scenes import make_cove
 from tests.pipeline.shapes import CORNER_OBJ
 from tests.places import ROOT
 
@@ -35,7 +35,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     heights = field(65, 65, 2)
     span = (heights - heights.min()) / (heights.max() - heights.min())
     (folder / "dunes.png").write_bytes(encode_png((span * 65535).astype(np.uint16)[..., None]))
-    new_scene(folder / "scene")
+    make_cove(folder / "scene").rename(folder / "scene/scene.toml")
     return folder
 
 

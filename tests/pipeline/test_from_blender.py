@@ -15,6 +15,7 @@ import pytest
 import paradize as library
 from tests.made.blender import BOXES, write_glb, write_obj
 from tests.places import ROOT
+from tests.sweeps import sweep
 
 PAGE = (ROOT / "pipeline/FROM_BLENDER.md").read_text()
 MAPS = {"color", "normal", "gloss", "emission"}
@@ -38,7 +39,7 @@ def follow(paradize: Run, folder: Path, suffix: str, model: str = "chair") -> se
     return {re.sub(r"-[0-9a-f]{8}\..*", "", name) for name in names}
 
 
-@pytest.mark.parametrize("suffix", WRITERS)
+@pytest.mark.parametrize("suffix", sweep(WRITERS, test=["glb"]))
 def test_the_commands_of_the_page_bake_an_export_with_its_maps(
     suffix: str, tmp_path: Path, paradize: Run
 ) -> None:
@@ -65,6 +66,7 @@ EXPORTED = (
 )
 
 
+@pytest.mark.deep
 @pytest.mark.parametrize("name", EXPORTED)
 def test_files_that_blender_exported_bake_by_the_page(
     name: str, tmp_path: Path, corpus: Path, paradize: Run

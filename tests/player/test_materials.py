@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable
 from dataclasses import replace
+from itertools import product
 from math import cos, pi, sin, tan
 from pathlib import Path
 from typing import Any
@@ -21,6 +22,7 @@ import pytest
 from paradize.data import Group, Lod, Mesh
 from paradize.formats.glb.encode import encode_glb
 from tests.player.synthetic import identity, instance, material, texture, write_scene
+from tests.sweeps import sample
 
 F64 = npt.NDArray[np.float64]
 WIDTH, HEIGHT, FOV_RAD, AWAY_M = 96, 54, 0.9, 5.0
@@ -382,8 +384,9 @@ def test_a_metal_sphere_reflects_the_light_from_all_around_in_its_own_colour(ren
     assert np.abs(seen - expected)[inside].max() <= 2.5 / 255.0
 
 
-@pytest.mark.parametrize("smoothness", [0.0, 0.3, 0.5, 0.9])
-@pytest.mark.parametrize("specular", [0.5, 1.0, 12.5])
+@pytest.mark.parametrize(
+    ("smoothness", "specular"), sample(product([0.0, 0.3, 0.5, 0.9], [0.5, 1.0, 12.5]), every=4)
+)
 def test_a_white_surface_is_as_bright_as_light_from_all_sides(
     render: Render, smoothness: float, specular: float
 ) -> None:
@@ -397,8 +400,9 @@ def test_a_white_surface_is_as_bright_as_light_from_all_sides(
         assert seen == pytest.approx(straight, abs=0.02), tilt
 
 
-@pytest.mark.parametrize("metalness", [0.0, 0.3, 1.0])
-@pytest.mark.parametrize("specular", [0.0, 0.125, 0.5])
+@pytest.mark.parametrize(
+    ("metalness", "specular"), sample(product([0.0, 0.3, 1.0], [0.0, 0.125, 0.5]), every=4)
+)
 def test_at_grazing_angles_metal_and_the_rest_reflect_each_its_share(
     render: Render, metalness: float, specular: float
 ) -> None:

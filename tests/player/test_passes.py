@@ -98,6 +98,7 @@ def test_the_palm_casts_a_shadow_on_the_sand(posed: Posed) -> None:
     assert around(alone, WIDTH / 2, HEIGHT / 2, 40).mean() < 0.01
 
 
+@pytest.mark.deep
 def test_a_shadow_caster_needs_positions_only(posed: Posed) -> None:
     scene = posed.scene()
     sun, top = np.asarray(scene["sun"]["direction"]), np.asarray(crown(posed))
@@ -206,6 +207,7 @@ def test_shallows_are_turquoise_and_the_open_sea_is_blue(posed: Posed) -> None:
     assert blue > 1.2 * green > 1.2 * red
 
 
+@pytest.mark.deep
 def test_a_pole_is_bent_where_it_enters_the_water(posed: Posed) -> None:
     # Below the water the jetty appears nearer to the surface than along a straight ray. Without refraction
     # (index 1) its picture reaches further down.
@@ -254,6 +256,7 @@ def test_sand_neither_shimmers_nor_fades_to_one_colour(posed: Posed) -> None:
     assert flicker < 0.012
 
 
+@pytest.mark.deep
 def test_sparkles_are_light_around_the_palm_only(posed: Posed) -> None:
     field = posed.scene()["particles"][0]
     eye, target = (-12.0, 3.5, 8.0), crown(posed)
@@ -295,6 +298,7 @@ def test_parallax_moves_the_wood_and_only_the_wood(posed: Posed) -> None:
     assert (changed & ~jetty).mean() < 0.02  # its reflection remains
 
 
+@pytest.mark.deep
 def test_an_eye_at_the_water_surface_gives_a_clean_picture(posed: Posed) -> None:
     for height_m in (0.02, 0.0, -0.02, -0.8):
         picture = posed.render((0.0, height_m, 20.0), (0.0, height_m + 0.1, 0.0))

@@ -112,6 +112,7 @@ def test_shadows_approach_the_reference_from_fast_to_exact(draw: Draw, tmp_path:
     assert errors[0] > errors[1] > errors[2] > 0.0, errors
 
 
+@pytest.mark.deep
 def test_a_finer_reflection_is_nearer_to_the_reference(draw: Draw, tmp_path: Path) -> None:
     folder = changed(write_scene(tmp_path / "scene"), calm_sea)
     truth = draw(folder, "--reference", 64)
@@ -119,6 +120,7 @@ def test_a_finer_reflection_is_nearer_to_the_reference(draw: Draw, tmp_path: Pat
     assert errors[0] > errors[1] > errors[2] > 0.0, errors
 
 
+@pytest.mark.deep
 def test_more_steps_of_parallax_are_nearer_to_the_reference(draw: Draw, tmp_path: Path) -> None:
     folder, size = relief(tmp_path / "scene"), "320x180"
     truth = draw(folder, "--reference", 32, size=size)
@@ -184,6 +186,7 @@ def test_every_quality_is_finite_on_the_island(draw: Draw, island: Path, word: s
     assert draw(island, word, time_s=75.0).std() > 0.05
 
 
+@pytest.mark.deep
 def test_fps_reports_its_choice_and_whether_the_rate_is_reached(player: Player, tmp_path: Path) -> None:
     folder = write_scene(tmp_path / "scene")
     told = {}

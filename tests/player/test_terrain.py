@@ -19,6 +19,7 @@ from paradize.formats.ktx2.encode import encode_ktx2
 from paradize.stages.quantise import terrain_grid
 from tests.player.patches import tiled
 from tests.player.synthetic import identity, write_scene
+from tests.sweeps import sample
 
 Player = Callable[..., "subprocess.CompletedProcess[str]"]
 SIZE_M = 60.0
@@ -86,7 +87,7 @@ EYES = {
 }
 
 
-@pytest.mark.parametrize("eye", EYES)
+@pytest.mark.parametrize("eye", sample(EYES, every=3))
 def test_the_cut_looks_like_the_finest_level_with_fewer_triangles(
     eye: str, hilly: Path, player: Player, tmp_path: Path
 ) -> None:
@@ -167,6 +168,7 @@ def fly_over(
     return glaring, counts
 
 
+@pytest.mark.deep
 def test_no_crack_opens_in_flight_while_tiles_stream_in(player: Player, tmp_path: Path) -> None:
     """No sample of the sky shows through the terrain. Patches that are a thousandth too narrow (gaps of a
     fortieth of a pixel) show that the test would find one."""
@@ -187,6 +189,7 @@ def test_no_crack_opens_in_flight_while_patches_are_evicted(player: Player, tmp_
     assert counts[2]["peak_bytes"] <= 3.3e6
 
 
+@pytest.mark.deep
 def test_a_quantized_terrain_is_drawn_like_floats_in_every_view(player: Player, tmp_path: Path) -> None:
     """Picture, mirror, refraction and shadow of the same patches: with codes a surface moves by no more than
     the lattice says, so that pictures differ where an edge crosses a pixel, and there by little."""

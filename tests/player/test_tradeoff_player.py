@@ -17,6 +17,7 @@ PLAYER = ROOT / "build/bin/paradize-player"
 FEATURES = ["shadow", "reflection", "refraction", "lod"]
 
 
+@pytest.mark.deep
 @pytest.mark.parametrize("features", sweep([FEATURES, FEATURES[:1]], test=[FEATURES[:1]]))
 def test_every_quality_feature_is_timed_and_compared_with_the_reference(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, features: list[str]

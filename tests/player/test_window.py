@@ -69,6 +69,7 @@ def test_an_invalid_sound_does_not_stop_playback(tmp_path: Path) -> None:
     assert "no sound" in result.stderr
 
 
+@pytest.mark.deep
 def test_in_interactive_mode_keys_and_mouse_move_the_camera_and_only_escape_ends(bare: Path) -> None:
     steps = [
         "still",

@@ -23,7 +23,7 @@ from paradize.metrics.atlas import atlas_quality
 from paradize.readers.obj import read_obj
 from paradize.stages.atlas import TIERS, make_atlas, seam_length
 from tests.pipeline.shapes import cube, grid, soup, sphere
-from tests.sweeps import sweep
+from tests.sweeps import sample, sweep
 
 
 def bare(mesh: Mesh) -> Mesh:
@@ -101,7 +101,7 @@ def rough(rings: int, share: float, seed: int) -> Mesh:
 
 
 @pytest.mark.parametrize("seed", sweep(range(3), test=[0]))
-@pytest.mark.parametrize("rough_by", [0.005, 0.02, 0.05, 0.3])
+@pytest.mark.parametrize("rough_by", sample([0.005, 0.02, 0.05, 0.3], every=3))
 def test_rough_sheets_and_balls_of_any_kind_get_sound_atlases(rough_by: float, seed: int) -> None:
     """Their charts are pinched at corners, where two parts of one came to lie over each other."""
     for mesh in (bumpy(60, rough_by, seed), rough(24, 4 * rough_by, seed)):
@@ -386,6 +386,7 @@ def refuse() -> None:
     raise SourceError("is not a mesh", file="a.obj")
 
 
+@pytest.mark.deep
 def test_a_hang_a_crash_and_a_memory_hog_become_errors_that_name_the_input() -> None:
     with pytest.raises(BakeError, match=r"a\.obj took longer than 0.5 s"):
         call_isolated("the atlas of a.obj", hang, {}, timeout_s=0.5)

@@ -473,6 +473,7 @@ print(peak() // 1024 - before)
 )
 
 
+@pytest.mark.deep
 def test_three_maps_need_at_most_as_much_memory_as_48_bytes_a_texel(tmp_path: Path) -> None:
     size = 2048
     write(tmp_path / "normal.png", np.tile(codes(hills(512, 512)), (4, 4, 1)))

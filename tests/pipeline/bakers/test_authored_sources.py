@@ -28,6 +28,7 @@ from paradize.metrics.texels import decode_texels
 from paradize.readers.image import read_image
 from paradize.stages.authored import NormalCoding, drawn_normals
 from paradize.stages.green import guess_green
+from tests.sweeps import sweep
 
 Source = Callable[[str], Path]
 SAND = "pbr-pairs/hterrain-sand/sand_"
@@ -67,7 +68,8 @@ MATERIALS: dict[str, tuple[dict[str, str], dict[str, Any]]] = {
 LEAST_DB = {"height": 40.0, "gloss": 40.0, "occlusion": 40.0}
 
 
-@pytest.mark.parametrize("name", MATERIALS)
+@pytest.mark.deep
+@pytest.mark.parametrize("name", sweep(MATERIALS, test=["ground037"]))
 def test_published_materials_are_baked_within_what_their_formats_hold(corpus: Path, name: str) -> None:
     roles, changes = MATERIALS[name]
     sources = {role: corpus / path for role, path in roles.items()}
@@ -155,6 +157,7 @@ def confusion(corpus: Path) -> Counter[tuple[str, str | None]]:
     return found
 
 
+@pytest.mark.deep
 def test_green_of_published_maps_is_never_guessed_wrong_and_mostly_found(corpus: Path) -> None:
     found = confusion(corpus)
     assert found["up", "down"] == found["down", "up"] == 0

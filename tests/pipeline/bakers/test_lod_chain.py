@@ -199,6 +199,7 @@ def cove(tmp_path: Path, **instance: object) -> tuple[dict, list[dict], float]:
     return seen, [stands], np.tan(np.radians(scene.flight.fov_deg) / 2) * 2 / scene.head.viewport[1]
 
 
+@pytest.mark.deep
 @pytest.mark.parametrize("tier", sweep(["balanced", "exact"], test=["balanced"]))
 def test_by_sight_nothing_finer_than_a_pixel_at_the_nearest_view_is_baked(tmp_path: Path, tier: str) -> None:
     seen, stands, pixel = cove(tmp_path, position=(0.0, 0.0, 0.0))
@@ -338,6 +339,7 @@ def test_an_offset_of_a_million_diagonals_is_measured_without_harm() -> None:
     assert all(np.isfinite(list(step.errors.values())).all() for step in steps)
 
 
+@pytest.mark.deep
 @pytest.mark.parametrize("rows", sweep([254, 255, 256], test=[256]))
 def test_vertex_counts_around_16_bits_pass(rows: int) -> None:
     mesh = grid(255, height=0.05)
@@ -366,6 +368,7 @@ def test_vertex_counts_around_16_bits_pass(rows: int) -> None:
     assert len(steps) == 2 and steps[1].errors["error_max"] < 0.01
 
 
+@pytest.mark.deep
 @pytest.mark.parametrize("tier", sweep(TIERS, test=["exact"]))
 def test_any_number_of_threads_gives_the_same_levels(monkeypatch: pytest.MonkeyPatch, tier: str) -> None:
     mesh = sphere(16)

@@ -65,6 +65,7 @@ def test_a_refined_level_that_no_longer_looks_alike_stays_as_it_was(monkeypatch:
     assert len(exact.mesh.triangles) == len(balanced.mesh.triangles)
 
 
+@pytest.mark.deep
 def test_where_no_level_looks_alike_the_note_says_what_is_off_and_what_is_allowed() -> None:
     ball = sphere(5)
     levels, notes = make_levels(ball, Plan(count=2, screen_size=ScreenSize(64.0, 0.001, 0.0001)), "balanced")
@@ -75,6 +76,7 @@ def test_where_no_level_looks_alike_the_note_says_what_is_off_and_what_is_allowe
     assert "degrees, limit 0.001" in notes[0] and "silhouette" not in notes[0]  # which is within its limit
 
 
+@pytest.mark.deep
 @pytest.mark.parametrize(
     "plan",
     [

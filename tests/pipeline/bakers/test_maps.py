@@ -68,6 +68,7 @@ def height_map(path: Path, size: int) -> Path:
     return path
 
 
+@pytest.mark.deep
 @pytest.mark.parametrize("size", sweep([3072, 4096], test=[3072]))
 def test_four_maps_need_at_most_six_times_their_heights_in_memory(tmp_path: Path, size: int) -> None:
     assert peak_bytes(height_map(tmp_path / "h.png", size)) <= 6 * 4 * size * size
@@ -97,6 +98,7 @@ def tiles(path: Path, count: int) -> Path:
     return path
 
 
+@pytest.mark.deep
 def test_small_maps_with_a_uv_layout_need_at_most_eight_times_their_heights(tmp_path: Path) -> None:
     size = 2048
     uv = tiles(tmp_path / "uv.obj", 8)
@@ -137,6 +139,7 @@ print(json.dumps({k: [hashlib.sha256(p.data).hexdigest(), p.levels] for k, p in 
 """
 
 
+@pytest.mark.deep
 def test_bytes_and_errors_are_the_same_with_any_number_of_threads(tmp_path: Path) -> None:
     rng = np.random.default_rng(3)
     color = save(tmp_path / "c.png", rng.integers(0, 256, (260, 1036, 4), dtype=np.uint8))

@@ -65,6 +65,7 @@ def test_turning_moving_and_scaling_change_no_more_than_they_must(
     assert_alike(report_of(folder, other, scale), report_of(folder, mesh))
 
 
+@pytest.mark.deep
 @given(st.integers(0, 10**6), st.booleans())
 @settings(max_examples=6, deadline=None)
 def test_the_order_of_faces_changes_no_more_than_it_may(

@@ -16,6 +16,7 @@ from paradize.metrics.terrain import terrain_error
 from paradize.readers.heightmap import read_heightmap
 from paradize.scene.baker_settings import TerrainSettings
 from paradize.stages.terrain import terrain_mesh
+from tests.sweeps import CORPUS_DEEP
 
 F32 = npt.NDArray[np.float32]
 TIERS = ("fast", "balanced", "exact")
@@ -103,6 +104,7 @@ def falls(path: Path, field: Heightfield, tiers: tuple[str, ...]) -> None:
         assert all(b <= a + rounding for a, b in itertools.pairwise(errors)), (path, tier, errors)
 
 
+@CORPUS_DEEP
 def test_the_true_error_falls_with_the_asked_one_on_parts_of_heightmaps(sources: Path) -> None:
     paths = heightmaps(sources)
     assert len(paths) >= 6

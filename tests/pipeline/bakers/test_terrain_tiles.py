@@ -36,6 +36,7 @@ from paradize.visibility.query import plan_query
 from tests.pipeline.glb_json import document
 from tests.pipeline.scenes import make_cove, write_image
 from tests.pipeline.visibility.test_terrain_demand import flight_settings, sight_of
+from tests.sweeps import sample
 
 
 def make_coast(folder: Path, tile_mb: float = 0.05) -> Path:
@@ -259,6 +260,7 @@ def test_what_a_kill_left_in_a_room_is_gone_after_the_next_bake(copied: tuple[Pa
     assert not list(scratch.iterdir())
 
 
+@pytest.mark.deep
 def test_bytes_do_not_depend_on_the_workers(copied: tuple[Path, Path], tmp_path: Path) -> None:
     scene, out = copied
     bake(scene, tmp_path / "again", BuildOptions(jobs=1, force=True))
@@ -279,6 +281,7 @@ def test_explain_names_the_second_that_asked_and_what_was_left_out(coast: Any) -
     assert f"{demand['left_out']} patches that no second needs are left out" in text
 
 
+@pytest.mark.deep
 def test_a_scene_that_accepts_larger_errors_leaves_more_out(copied: tuple[Path, Path]) -> None:
     scene, out = copied
     strict = manifest_of(out)["terrain"]["demand"]["left_out"]
@@ -428,7 +431,9 @@ TILE_FAULTS: list[tuple[str, str, Callable[[Path], Any]]] = [
 ]
 
 
-@pytest.mark.parametrize(("code", "fault", "plant"), TILE_FAULTS, ids=[f for _, f, _ in TILE_FAULTS])
+@pytest.mark.parametrize(
+    ("code", "fault", "plant"), sample(TILE_FAULTS, every=2), ids=[f for _, f, _ in TILE_FAULTS]
+)
 def test_a_fault_in_a_tile_is_found(
     coast: Any, tmp_path: Path, code: str, fault: str, plant: Callable[[Path], Any]
 ) -> None:

@@ -30,6 +30,7 @@ from paradize.scene.schema import Limits
 from paradize.store.local import Store
 from paradize.tiers import FINER_FORMAT, TIERS
 from tests.pipeline.scenes import make_cove, write_image
+from tests.sweeps import sweep
 
 Truth = dict[str, dict[str, float]]  # by tier: what it measures of the post's mesh
 
@@ -92,6 +93,7 @@ def test_a_tier_of_what_is_not_there_is_refused(scene: Path, tmp_path: Path) -> 
         bake(scene, tmp_path / "out", BuildOptions(tiers={"pots mesh": "fast"}))
 
 
+@pytest.mark.deep
 def test_a_scene_names_its_own_tier_and_the_command_line_another(scene: Path, tmp_path: Path) -> None:
     scene.write_text(scene.read_text().replace('name = "cove"', 'name = "cove"\ntier = "fast"'))
     assert rows(bake(scene, tmp_path / "out", BuildOptions(jobs=1)))["post_color"]["tier"] == "fast"
@@ -157,6 +159,7 @@ def test_a_budget_that_nothing_meets_is_an_error_that_says_by_how_much(
     assert not plain.errors and any("surface_max" in text for text in plain.warnings)
 
 
+@pytest.mark.deep
 def test_what_only_mesh_and_map_show_together_moves_the_choice_too(
     truth: Truth, scene: Path, tmp_path: Path
 ) -> None:
@@ -331,7 +334,8 @@ def brute(kind: str, path: Path, settings: BakerSettings, metric: str) -> dict[s
     return found
 
 
-@pytest.mark.parametrize("where", ["made", "corpus"])
+@pytest.mark.deep
+@pytest.mark.parametrize("where", sweep(["made", "corpus"], test=["made"]))
 @pytest.mark.parametrize("count", [4, pytest.param(20, marks=pytest.mark.deep)])
 def test_auto_is_brute_force_over_assets_and_three_budgets(
     source: Callable[[str], Path], tmp_path: Path, where: str, count: int

@@ -25,6 +25,7 @@ from paradize.jobs.process import WorkerPool
 from paradize.store.atomic import PARTIAL
 from tests.pipeline.scenes import make_cove, write_image
 from tests.processes import started
+from tests.sweeps import sample
 
 # A square whose second triangle is repeated, without texture coordinates: both are warned of.
 BENT = """usemtl wood
@@ -371,7 +372,7 @@ def test_effects_on_an_oblong_terrain_rise_as_steeply_both_ways(copied: tuple[Pa
     assert slopes[1][1] == pytest.approx(2.0 * slopes[0][1], rel=0.3)
 
 
-@pytest.mark.parametrize("delay_s", [0.05, 0.2, 0.35, 0.5, 0.7, 0.9])
+@pytest.mark.parametrize("delay_s", sample([0.05, 0.2, 0.35, 0.5, 0.7, 0.9], every=3))
 def test_a_kill_at_any_moment_leaves_the_old_or_the_new_scene(
     copied: tuple[Path, Path], tmp_path: Path, delay_s: float
 ) -> None:

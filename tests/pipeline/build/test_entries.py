@@ -71,6 +71,7 @@ def spoil(folder: Path, make: Callable[[Any], Any]) -> None:
 SOME = ["other kinds", "missing keys", "a path for a hash"]
 
 
+@pytest.mark.deep
 @pytest.mark.parametrize("kinds", sweep([[*WRONG], SOME], test=[SOME]))
 def test_entries_of_any_shape_change_no_bake(cove: tuple[Path, Path, Path], kinds: list[str]) -> None:
     scene, out, store = cove
@@ -85,6 +86,7 @@ def test_entries_of_any_shape_change_no_bake(cove: tuple[Path, Path, Path], kind
         assert {path.name: path.read_bytes() for path in out.iterdir()} == good, what
 
 
+@pytest.mark.deep
 def test_a_sealed_entry_of_deep_brackets_is_one_that_is_damaged(cove: tuple[Path, Path, Path]) -> None:
     import hashlib
 

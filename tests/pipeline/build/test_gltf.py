@@ -29,6 +29,7 @@ from paradize.tradeoff import scene as tradeoff_scene
 from paradize.tradeoff.curve import Group
 from paradize.watch.rebake import bake_again
 from tests.pipeline.readers.gltf.made import SQUARE, Made, shown, square
+from tests.sweeps import sample
 
 UVS = np.array([[0, 1], [1, 1], [1, 0], [0, 0]], np.float32)
 
@@ -99,12 +100,15 @@ CLAMP, MIRROR, REPEAT = 33071, 33648, 10497
 
 @pytest.mark.parametrize(
     ("u", "v", "words", "wrap"),
-    [
-        (CLAMP, MIRROR, "", ["clamp", "mirror"]),
-        (REPEAT, CLAMP, "", ["repeat", "clamp"]),
-        (CLAMP, CLAMP, 'wrap = ["auto", "repeat"]', ["clamp", "repeat"]),
-        (REPEAT, REPEAT, 'wrap = "mirror"', ["mirror", "mirror"]),
-    ],
+    sample(
+        [
+            (CLAMP, MIRROR, "", ["clamp", "mirror"]),
+            (REPEAT, CLAMP, "", ["repeat", "clamp"]),
+            (CLAMP, CLAMP, 'wrap = ["auto", "repeat"]', ["clamp", "repeat"]),
+            (REPEAT, REPEAT, 'wrap = "mirror"', ["mirror", "mirror"]),
+        ],
+        every=2,
+    ),
 )
 def test_beyond_the_edges_of_a_map_lies_what_its_sampler_or_the_scene_says(
     u: int, v: int, words: str, wrap: list[str], tmp_path: Path

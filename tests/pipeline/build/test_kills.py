@@ -43,6 +43,7 @@ def wait_for_publishing(process: subprocess.Popen[bytes], out: Path) -> None:
         pass
 
 
+@pytest.mark.deep
 @pytest.mark.parametrize(
     ("make", "kills"),
     sweep(

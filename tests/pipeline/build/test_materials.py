@@ -27,6 +27,7 @@ from paradize.scene.pass_inputs import unread_pictures
 from paradize.scene.settings import load_scene
 from tests.pipeline.material_scene import make_panels, noise, squares
 from tests.pipeline.scenes import write_image
+from tests.sweeps import sample
 
 PANELS = {
     "panel_wood_color", "panel_wood_normal", "panel_metal_color", "panel_metal_gloss",
@@ -105,7 +106,8 @@ def require_gloss_widens_by_normals(scene: Path, out: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("picture", "size", "tiled"), [("height", 64, True), ("height", 48, False), ("color", 64, False)]
+    ("picture", "size", "tiled"),
+    sample([("height", 64, True), ("height", 48, False), ("color", 64, False)], every=3),
 )
 def test_drawn_gloss_widens_by_the_normals_that_are_made_beside_it(
     tmp_path: Path, picture: str, size: int, tiled: bool
@@ -127,7 +129,7 @@ def test_drawn_gloss_widens_by_the_normals_that_are_made_beside_it(
 
 
 @pytest.mark.parametrize("bumps", ["map_Bump -bm 0.02 bumps.png", "norm wood_n.png"])
-@pytest.mark.parametrize(("size", "high"), [(64, 0.9), (48, 2.5)])
+@pytest.mark.parametrize(("size", "high"), sample([(64, 0.9), (48, 2.5)], every=2))
 def test_gloss_made_of_the_colour_widens_by_the_normals_beside_it(
     tmp_path: Path, bumps: str, size: int, high: float
 ) -> None:

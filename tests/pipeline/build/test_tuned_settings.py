@@ -86,6 +86,7 @@ def test_labels_hold_their_setting_exactly_and_stand_in_order_of_cost() -> None:
     assert next_label("mesh", ("fast", "balanced"), 1.0, {"fast": False, "balanced": False}) is None
 
 
+@pytest.mark.deep
 def test_a_scenes_terrain_is_turned_too_told_and_derived_again(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -33,6 +33,7 @@ from paradize.formats.ktx2.encode import encode_ktx2
 from paradize.formats.ktx2.reader import _read_key_values, decode_ktx2
 from paradize.formats.png import encode_png
 from tests.pipeline.scenes import ball, make_cove
+from tests.sweeps import CORPUS_DEEP
 
 VALUES: list[Any] = [
     None, -1, 0, 2, 5, 5120, 5121, 5126, 1 << 40, 1 << 70, 1e300, float("inf"), float("nan"), True, "x",
@@ -72,6 +73,7 @@ def look(data: bytes) -> int:
         return len(list(check_mesh(data, "a.glb")))
 
 
+@pytest.mark.deep
 def test_a_json_chunk_of_any_shape_is_a_finding(glb: bytes) -> None:
     length = struct.unpack_from("<I", glb, 12)[0]
     tree, rest = json.loads(glb[20 : 20 + length]), glb[20 + length :]
@@ -198,6 +200,7 @@ def test_a_fault_of_vertices_that_primitives_share_is_told_once(glb: bytes) -> N
     assert len(found) == 1 and found[0].count == 1
 
 
+@CORPUS_DEEP
 def test_every_file_is_findings_or_none_in_every_form(sources: Path) -> None:
     files = [path for path in sorted(sources.rglob("*")) if path.is_file() and path.stat().st_size < 4 << 20]
     assert len(files) > 300

@@ -17,6 +17,7 @@ from paradize.checks.maps import Map, check_maps
 from paradize.formats.ktx2.reader import decode_ktx2
 from tests.pipeline.heights import save, waves
 from tests.pipeline.layouts import cards, rect
+from tests.sweeps import sweep
 
 Run = Callable[..., subprocess.CompletedProcess[str]]
 
@@ -60,7 +61,9 @@ def follows_the_readme(paradize: Run, model: Path, texture: Path, out: Path, *op
     finds_no_fault(paradize, out)
 
 
-@pytest.mark.parametrize(("form", "tier"), [("ktx2", "balanced"), ("png", "fast")])
+@pytest.mark.parametrize(
+    ("form", "tier"), sweep([("ktx2", "balanced"), ("png", "fast")], test=[("ktx2", "balanced")])
+)
 def test_the_readmes_recipe_passes_its_own_check(paradize: Run, tmp_path: Path, form: str, tier: str) -> None:
     model, texture = palette_kit(tmp_path, 1)
     follows_the_readme(paradize, model, texture, tmp_path / "out", "--format", form, "--tier", tier)
@@ -81,6 +84,7 @@ def corpus_kits(corpus: Path) -> list[tuple[Path, Path]]:
     return found
 
 
+@pytest.mark.deep
 def test_the_readmes_recipe_passes_on_each_kit_of_others(paradize: Run, corpus: Path, tmp_path: Path) -> None:
     """One model of every fourth texture; `make deep` takes them all."""
     firsts = {texture: model for model, texture in reversed(corpus_kits(corpus))}
@@ -124,9 +128,8 @@ def passes_as_a_scene(paradize: Run, model: Path, folder: Path) -> None:
     finds_no_fault(paradize, folder / "out")
 
 
-@pytest.mark.parametrize(
-    "kind", ["palette", pytest.param("gradients and a drawing", marks=pytest.mark.deep), "painted"]
-)
+@pytest.mark.deep
+@pytest.mark.parametrize("kind", sweep(["palette", "gradients and a drawing", "painted"], test=["painted"]))
 def test_a_new_scene_of_a_kit_passes(
     paradize: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, kind: str
 ) -> None:

@@ -21,7 +21,7 @@ from tests.pipeline.cli.test_advice import faults_of
 from tests.pipeline.cli.test_wrong_inputs import run
 from tests.pipeline.scenes import ball, make_cove, write_image
 from tests.places import ROOT
-from tests.sweeps import sweep
+from tests.sweeps import sample
 
 PACKAGE = ROOT / "pipeline/paradize"
 
@@ -164,11 +164,7 @@ def run_line(line: str, patch: pytest.MonkeyPatch) -> tuple[int, str]:
     return code, out + err
 
 
-# Their advice is followed in `make deep`: measuring takes long.
-SLOW = ("a size of a model", "a size of a colour map")
-
-
-@pytest.mark.parametrize("name", sweep(LINES, test=set(LINES) - set(SLOW)))
+@pytest.mark.parametrize("name", sample(LINES, every=3))
 def test_a_line_works_as_its_refusal_advises(here: Path, monkeypatch: pytest.MonkeyPatch, name: str) -> None:
     line, says, follow = LINES[name]
     if "made" in line:

@@ -122,8 +122,9 @@ def test_what_ends_well_is_one_json_object_too(
     monkeypatch.setenv("PARADIZE_REPORT", "")
     call = told_of(capsys)
     assert "scene" in call("new", "mine")
-    assert "artifacts" in call("bake", "mine/scene.toml", "-o", "out")
-    assert call("explain", "mine/scene.toml", "-o", "out")
+    scene = make_cove(tmp_path / "scene")
+    assert "artifacts" in call("bake", scene, "-o", "out")
+    assert call("explain", scene, "-o", "out")
     assert call("check", "out")["errors"] == 0
     assert call("export", "out", "-o", "all.glb")
     assert "dropped" in call("clean", "--older-than", "1d")

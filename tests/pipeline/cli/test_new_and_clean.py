@@ -14,6 +14,7 @@ from paradize.cli.main import main
 from paradize.cli.values import age, size
 from paradize.store.local import Store
 from tests.conftest import RENDER_ENVIRONMENT
+from tests.pipeline.scenes import make_cove
 from tests.places import ROOT
 from tests.sweeps import sweep
 
@@ -34,6 +35,7 @@ def test_a_new_scene_says_how_to_go_on(tmp_path: Path, capsys: pytest.CaptureFix
     assert "none.obj" in json.loads(capsys.readouterr().out)["error"][0]
 
 
+@pytest.mark.deep
 @pytest.mark.parametrize("on_path", sweep([True, False], test=[False]))
 def test_the_commands_that_new_prints_bake_and_show_the_scene_as_they_stand(
     tmp_path: Path, on_path: bool
@@ -72,8 +74,8 @@ def test_a_folder_of_too_long_a_name_is_one_message(
 def test_cleaning_tells_what_went_and_what_stays(
     tmp_path: Path, own_store: Store, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert main(["new", str(tmp_path / "mine")]) == 0
-    assert main(["bake", str(tmp_path / "mine/scene.toml"), "-o", str(tmp_path / "out")]) == 0
+    scene = make_cove(tmp_path / "mine")
+    assert main(["bake", str(scene), "-o", str(tmp_path / "out")]) == 0
     capsys.readouterr()
     assert main(["clean", "--older-than", "1d", "--json"]) == 0
     kept = json.loads(capsys.readouterr().out)
@@ -81,7 +83,7 @@ def test_cleaning_tells_what_went_and_what_stays(
     assert main(["clean", "--to-size", "0"]) == 0
     assert f"{kept['kept_bytes']} bytes freed, 0 bytes stay" in capsys.readouterr().out
     assert not any(path.is_file() for path in (own_store.root / "blobs").rglob("*"))
-    assert main(["bake", str(tmp_path / "mine/scene.toml"), "-o", str(tmp_path / "out"), "--json"]) == 0
+    assert main(["bake", str(scene), "-o", str(tmp_path / "out"), "--json"]) == 0
     report = json.loads(capsys.readouterr().out)
     assert report["failed"] == 0 and report["baked"] == len(report["artifacts"])
 

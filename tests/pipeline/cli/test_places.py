@@ -58,6 +58,7 @@ def test_a_full_disk_at_standard_output_is_one_message(shell: Shell) -> None:
         assert told.returncode == 1 and "standard output cannot be written" in told.stderr
 
 
+@pytest.mark.deep
 def test_a_reader_that_goes_away_costs_no_traceback(shell: Shell) -> None:
     for line in ("$P mesh gone.obj -o a.glb --json", "$P check gone.glb", "$P mesh post.obj -o a.glb"):
         shell(f"{line} | true")
@@ -98,6 +99,7 @@ def test_pipes_and_devices_are_refused_not_waited_for(shell: Shell, words: str) 
     assert any(text in told.stdout + told.stderr for text in ("regular file", "not a file"))
 
 
+@pytest.mark.deep
 def test_a_device_or_a_pipe_is_never_replaced_by_a_baked_file(shell: Shell, tmp_path: Path) -> None:
     shell("mkfifo pipe.glb; ln -s pipe.glb link.glb")
     for name in ("pipe.glb", "link.glb"):
@@ -138,6 +140,7 @@ def test_names_that_no_file_can_have_are_one_message(shell: Shell, words: str) -
     assert told.returncode == 1 and len((told.stdout + told.stderr).splitlines()) <= 2
 
 
+@pytest.mark.deep
 def test_names_that_are_no_text_keep_messages_on_one_line(shell: Shell, tmp_path: Path) -> None:
     strange = "$'a\\xff\\nb\\x1b\\xe2\\x80\\xae'"  # the last: what follows runs from right to left
     told = shell(
@@ -155,6 +158,7 @@ def test_a_name_as_long_as_a_file_system_takes_can_be_written(shell: Shell, tmp_
     assert shell(f"$P mesh post.obj -o {name}").returncode == 0 and (tmp_path / name).is_file()
 
 
+@pytest.mark.deep
 def test_levels_are_in_the_order_that_check_asks_for(shell: Shell, tmp_path: Path) -> None:
     """On a flat model all levels are exact but for rounding, and rounding has no order."""
     rows = [f"v {x / 10} 0 {z / 10}" for z in range(21) for x in range(21)]

@@ -67,6 +67,7 @@ def test_a_terminal_shows_what_runs_what_is_done_and_the_time_left(tmp_path: Pat
     assert began and all(one["left"] for one in began)  # they took as long as the last time, so far
 
 
+@pytest.mark.deep
 def test_the_display_is_gone_when_the_bake_is_over(tmp_path: Path) -> None:
     scene = make_cove(tmp_path / "scene")
     _, out, shown = on_a_terminal("bake", str(scene), "--json", cwd=tmp_path)
@@ -76,6 +77,7 @@ def test_the_display_is_gone_when_the_bake_is_over(tmp_path: Path) -> None:
     assert not SHOWN.search(lines[-1])
 
 
+@pytest.mark.deep
 def test_elsewhere_there_is_no_bar(tmp_path: Path) -> None:
     scene = make_cove(tmp_path / "scene")
     done = subprocess.run(
@@ -127,6 +129,7 @@ def test_a_line_of_work_between_two_steps_ends_with_its_time(monkeypatch: pytest
     assert re.fullmatch(r"(paradize: 4 of 4 done, [\d:]+ left\n)+", lines.getvalue())
 
 
+@pytest.mark.deep
 def test_work_that_counts_its_own_steps_is_shown_on_a_terminal(tmp_path: Path) -> None:
     source = tmp_path / "rock.png"
     write_image(source, np.random.default_rng(1).integers(0, 255, (16, 16, 3), np.uint8))
@@ -139,6 +142,7 @@ def test_work_that_counts_its_own_steps_is_shown_on_a_terminal(tmp_path: Path) -
         assert code == 0 and SHOWN.search(shown), (words, shown)
 
 
+@pytest.mark.deep
 def test_a_terminal_shows_the_steps_of_a_single_file(tmp_path: Path) -> None:
     quad = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n"
     (tmp_path / "quad.obj").write_text(quad)

@@ -95,7 +95,9 @@ def all_tried(cases: list[Case], base: Path, work: Path) -> list[list[Ended]]:
     return ended
 
 
-QUICK = [(what, ["pipe"]) for what in TRIED] + [("check", ["endless", *MORE]), ("mesh", ["endless", *MORE])]
+SLOW = ["explain, an artifact", "export", "bake, an artifact", "mesh, what it names", "maps", "terrain, raw"]
+QUICK = [(what, ["pipe"]) for what in TRIED if what not in SLOW]
+QUICK += [(what, ["endless", *MORE]) for what in ("check", "explain, a source")]
 
 
 @pytest.fixture(scope="module")
@@ -111,6 +113,7 @@ def _makeable(kinds: list[str]) -> list[str]:
 
 
 REST = [(what, ["endless", *MORE] if what in EVERY else ["endless"]) for what in TRIED]
+REST += [(what, ["pipe"]) for what in SLOW]
 
 
 @pytest.mark.parametrize(
@@ -142,6 +145,7 @@ def test_a_command_ends_whatever_stands_in_a_files_place(
             assert "did you mean" not in said and "there is no file" not in said, (place, kind, said)
 
 
+@pytest.mark.deep
 def test_a_bake_takes_the_place_of_a_pipe_of_its_name_and_leaves_a_folder(base: Path, tmp_path: Path) -> None:
     words, work = ["bake", "cove.toml", "-o", "out"], tmp_path / "work"
     for place in (MANIFEST, GROUND):
@@ -155,7 +159,10 @@ def test_a_bake_takes_the_place_of_a_pipe_of_its_name_and_leaves_a_folder(base: 
         assert code == 1 and "move it away, then bake again" in said, said
 
 
-@pytest.mark.parametrize("what", [what for what, (_, places, _) in TRIED.items() if MANIFEST in places])
+READ_BAKED = [what for what, (_, places, _) in TRIED.items() if MANIFEST in places]
+
+
+@pytest.mark.parametrize("what", sweep(READ_BAKED, test=["check"]))
 def test_no_command_reads_a_baked_file_that_is_larger_than_it_may_be(
     what: str, base: Path, tmp_path: Path
 ) -> None:
@@ -172,6 +179,7 @@ def test_check_tells_a_strange_artifact_beside_the_findings_of_others(base: Path
     assert said.count("error PZ101") == len(list((base / "out").glob("*_color-*.ktx2")))
 
 
+@pytest.mark.deep
 def test_strange_entries_of_the_store_are_made_anew(base: Path, tmp_path: Path) -> None:
     """Also of one that is shared: what is no file there counts as damaged, not as a store that is away."""
     work, shared = tmp_path / "work", tmp_path / "shared"

@@ -138,6 +138,7 @@ def test_each_file_travels_once(standing: Cluster, tmp_path: Path, monkeypatch: 
     assert all(outcome.value == [large.read_bytes(), b"small"] for outcome in outcomes)
 
 
+@pytest.mark.deep
 def test_a_worker_killed_in_mid_bake_costs_nothing_but_time(
     start: Callable[[int], Cluster], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -162,6 +163,7 @@ def test_files_that_go_with_a_worker_are_sent_anew(start: Callable[[int], Cluste
     assert killed and [outcome.value for outcome in outcomes] == [[file.read_bytes()]] * 4
 
 
+@pytest.mark.deep
 def test_a_job_that_kills_two_workers_is_told_and_kills_no_third(start: Callable[[int], Cluster]) -> None:
     own = start(3)
     jobs = [Job(f"good {i}", double, {"value": i}) for i in range(6)]
@@ -173,6 +175,7 @@ def test_a_job_that_kills_two_workers_is_told_and_kills_no_third(start: Callable
     assert sorted(worker.poll() is None for worker in own.workers) == [False, False, True]
 
 
+@pytest.mark.deep
 def test_a_scheduler_that_goes_leaves_the_old_scene_and_what_was_baked(
     start: Callable[[int], Cluster], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -199,6 +202,7 @@ def test_a_scheduler_that_goes_leaves_the_old_scene_and_what_was_baked(
     assert contents(out) == before
 
 
+@pytest.mark.deep
 def test_no_scheduler_is_one_message(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setattr(connection, "CONNECT_S", 1.0)
     scene = make_cove(tmp_path / "scene")
@@ -302,6 +306,7 @@ def paradize(*words: str, cwd: Path) -> subprocess.CompletedProcess[str]:
     )
 
 
+@pytest.mark.deep
 def test_the_command_prints_one_json_object_and_nothing_of_dask(standing: Cluster, tmp_path: Path) -> None:
     scene = make_cove(tmp_path / "scene")
     done = paradize("bake", str(scene), "--cluster", standing.address, "--json", cwd=tmp_path)

@@ -214,6 +214,7 @@ def replace(scene: Path, old: str, new: str) -> None:
     scene.write_text(text.replace(old, new, 1))
 
 
+@pytest.mark.deep
 def test_without_an_artifact_each_has_one_short_line_and_the_sums_follow(
     cove: tuple[Path, Path], paradize: Callable[..., subprocess.CompletedProcess[str]]
 ) -> None:
@@ -236,6 +237,7 @@ def test_without_an_artifact_each_has_one_short_line_and_the_sums_follow(
     assert before[2].split()[-2:] == ["-", "-"] and "there is no bake in" in before[-2]
 
 
+@pytest.mark.deep
 def test_after_a_change_it_names_the_input_that_made_each_artifact_stale(
     cove: tuple[Path, Path], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -306,6 +308,7 @@ def test_who_asked_for_the_finest_level_and_what_was_saved_are_told(cove: tuple[
     assert "maps of its picture that no pass reads are not baked: height" in text
 
 
+@pytest.mark.deep
 def test_at_the_end_stands_what_all_artifacts_together_saved(cove: tuple[Path, Path]) -> None:
     scene, out = cove
     whole = explain(scene, out=out)

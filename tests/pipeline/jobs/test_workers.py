@@ -28,6 +28,7 @@ from paradize.jobs.scratch import Scratch
 from paradize.kernels.threads import VARIABLE as THREADS
 from tests.pipeline.scenes import make_cove, write_image
 from tests.processes import started
+from tests.sweeps import sweep
 
 MB = 1_000_000
 
@@ -272,6 +273,7 @@ def test_how_many_jobs_run_at_once_is_a_setting(monkeypatch: pytest.MonkeyPatch)
             _ = BuildOptions().workers
 
 
+@pytest.mark.deep
 def test_a_worker_that_stops_in_the_middle_of_an_answer_holds_up_nobody() -> None:
     (stopped,) = run_beside(Job("half", stop_in_an_answer, {}, 1.0), workers=1)
     assert "took longer than 1 s, twice" in str(stopped.error)
@@ -314,6 +316,7 @@ def test_two_jobs_that_do_not_fit_together_both_succeed(
     assert sorted(outcome.tries for outcome in outcomes) == [1, 2]
 
 
+@pytest.mark.deep
 def test_jobs_wait_until_their_estimates_fit_and_one_may_always_run(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("PARADIZE_MEMORY", "1G")
     times: dict[str, tuple[float, float]] = {}
@@ -393,7 +396,7 @@ def test_estimates_follow_the_sizes_in_the_headers(tmp_path: Path) -> None:
     assert memory_of([tmp_path / name for name in ("cut.png", "cut.jpg", "none.png")]) - base == 48 * 13
 
 
-@pytest.mark.parametrize("how", ["crash", "hunger"])
+@pytest.mark.parametrize("how", sweep(["crash", "hunger"], test=["crash"]))
 def test_in_a_scene_only_its_own_artifact_is_spoilt(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, how: str
 ) -> None:

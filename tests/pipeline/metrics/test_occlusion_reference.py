@@ -98,6 +98,7 @@ def test_many_layers_on_the_same_texels_are_sampled_within_bounds(monkeypatch: p
     assert errors["cast_max"] == 0.0 and 900 <= asked[0] <= 3000
 
 
+@pytest.mark.deep
 def test_tiers_are_in_the_order_of_their_errors() -> None:
     for mesh in (grid(12, height=0.3), sphere(8)):
         inside = replace(mesh, triangles=np.ascontiguousarray(mesh.triangles[:, ::-1]))

@@ -36,6 +36,7 @@ def write_model(folder: Path, obj: str, mtl: str, *maps: str) -> Path:
     return folder / "thing.obj"
 
 
+@pytest.mark.deep
 def test_without_a_model_it_makes_a_scene_that_bakes(tmp_path: Path) -> None:
     made = new_scene(tmp_path / "first")
     assert not made.notes

@@ -14,6 +14,8 @@ from scipy import ndimage
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
+from tests.sweeps import sweep
+
 ROOT = Path(__file__).resolve().parents[3]
 RAW = ROOT / "raw_assets"
 GUTTER_PX = 16
@@ -262,7 +264,7 @@ def test_the_scripts_give_the_same_models_again(scripts: Any, name: str, tmp_pat
         assert again == (RAW / name / f"{name}.{kind}").read_bytes(), f"{name}.{kind} differs: run its script"
 
 
-@pytest.mark.parametrize("piece", ["plank", "end", "pole", "cap"])
+@pytest.mark.parametrize("piece", sweep(["plank", "end", "pole", "cap"], test=["end", "cap"]))
 def test_the_script_paints_the_same_jetty_again(scripts: Any, piece: str) -> None:
     paint = scripts["jetty_paint"]
     x, y = getattr(paint, f"{piece}_center" if piece == "cap" else f"{piece}_corner")(2)
@@ -273,6 +275,7 @@ def test_the_script_paints_the_same_jetty_again(scripts: Any, piece: str) -> Non
     assert np.abs(image - kept).max() <= 1.0
 
 
+@pytest.mark.deep
 def test_the_script_paints_the_same_palm_again(scripts: Any) -> None:
     color, alpha = scripts["palm_paint"].atlas()
     assert np.abs(np.round(color * 255.0) - read(RAW / "palm/palm.ppm")).max() <= 1.0

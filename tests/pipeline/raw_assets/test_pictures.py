@@ -52,6 +52,7 @@ def half_steps(values: Array) -> Array:
     return np.where(bits < 0, -(bits & 0x7FFF), bits)
 
 
+@pytest.mark.deep
 @pytest.mark.parametrize("name", sweep(SCRIPTS, test=["sand", "water"]))
 def test_script_makes_the_same_pictures_again_to_one_step(name: str, tmp_path: Path) -> None:
     script(name).make(tmp_path)
@@ -65,6 +66,7 @@ def test_script_makes_the_same_pictures_again_to_one_step(name: str, tmp_path: P
         assert np.abs(made - kept).max() <= LAST_BIT.get(file, 1), file
 
 
+@pytest.mark.deep
 def test_script_makes_the_same_sound_again(tmp_path: Path) -> None:
     script("sound").make(tmp_path)
     made, rate = soundfile.read(tmp_path / "sound/ocean.ogg", dtype="float64")
@@ -128,6 +130,7 @@ def test_terrain_has_no_stairs() -> None:
     assert np.unique(image % 256).size == 256
 
 
+@pytest.mark.deep
 def test_cube_faces_meet_along_all_twelve_edges() -> None:
     sky = script("sky")
     faces = np.stack([pixels(RAW / f"sky/{name}.exr", "float") for name in sky.FACES])
@@ -180,6 +183,7 @@ def test_horizon_is_seamless_haze() -> None:
         assert np.abs(face[half] - face[half - 1]).max() < 0.06
 
 
+@pytest.mark.deep
 def test_ocean_loops_without_a_click_or_a_step_in_loudness() -> None:
     sound, rate = soundfile.read(RAW / "sound/ocean.ogg", dtype="float64")
     assert (rate, sound.shape[1]) == (44100, 2)

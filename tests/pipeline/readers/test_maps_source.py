@@ -17,6 +17,7 @@ from paradize.readers.heightmap import guess_source
 from paradize.readers.image import read_image
 from tests.pipeline.heights import angles_between, rounded, save, up, waves
 from tests.pipeline.raw_files import exr, tiff
+from tests.sweeps import sample
 
 Maps = Callable[..., dict[str, Any]]
 
@@ -68,6 +69,7 @@ def pictures(folder: Path) -> dict[str, tuple[Path, str]]:
     }
 
 
+@pytest.mark.deep
 def test_one_channel_of_more_than_8_bits_is_heights_and_the_guess_is_told(tmp_path: Path, maps: Maps) -> None:
     every = pictures(tmp_path)
     for name, (path, kind) in every.items():
@@ -87,6 +89,7 @@ def test_what_is_said_is_no_guess(tmp_path: Path, maps: Maps) -> None:
         assert told["from"] == kind and told["guess"] is None and "taken for" not in told["stderr"]
 
 
+@pytest.mark.deep
 def test_what_colour_cuts_off_floats_is_told(tmp_path: Path, maps: Maps) -> None:
     metres = (grey() * 417 + 396).astype(np.float32)
     path = exr(tmp_path / "c.exr", dict.fromkeys("RGB", metres))
@@ -104,6 +107,7 @@ def height_map(path: Path) -> npt.NDArray[np.float64]:
     return np.asarray(Image.open(path), np.float64) / 65535.0
 
 
+@pytest.mark.deep
 def test_the_height_map_of_a_16_bit_dem_holds_its_codes(tmp_path: Path, maps: Maps, corpus: Path) -> None:
     """They were decoded as sRGB colour: 12 dB from the file."""
     names = ["fuji_512_16", "hugo_site_16", "rgbify_elev_512_16", "srtm_coast_513", "terrarium_256_16"]
@@ -114,7 +118,7 @@ def test_the_height_map_of_a_16_bit_dem_holds_its_codes(tmp_path: Path, maps: Ma
         assert np.array_equal(height_map(tmp_path / "out" / told["maps"]["height"]["file"]), truth), name
 
 
-@pytest.mark.parametrize("kind", ["float", "hgt", "exr"])
+@pytest.mark.parametrize("kind", sample(["float", "hgt", "exr"], every=3))
 def test_metres_give_the_maps_of_the_16_bit_picture_of_their_span(
     tmp_path: Path, maps: Maps, kind: str
 ) -> None:

@@ -15,6 +15,7 @@ from paradize.bakers.mesh.bake import bake_mesh
 from paradize.errors import ParadizeError
 from paradize.formats.glb.reader import decode_glb
 from paradize.readers.obj import read_obj
+from tests.sweeps import CORPUS_DEEP
 
 FOLDERS = ("obj-kits", "obj-nasty", "obj-large", "tangent", "malformed/obj-afl")
 
@@ -70,6 +71,7 @@ def test_every_face_of_every_file_is_read(sources: Path) -> None:
     assert read > len(paths) // 3
 
 
+@CORPUS_DEEP
 def test_a_sample_of_every_folder_is_baked_or_refused(sources: Path) -> None:
     chosen = [path for folder in FOLDERS for path in few(models(sources, (folder,)))]
     baked = sum(bake_or_refuse(path) for path in chosen if path.stat().st_size < 500_000)
@@ -102,6 +104,8 @@ def test_the_command_bakes_or_refuses_every_model_in_time_and_memory(
         out.unlink()
 
 
+@pytest.mark.deep
+@CORPUS_DEEP
 def test_every_kit_model_is_baked(sources: Path) -> None:
     """Sound models: no refusal is right."""
     for path in few(models(sources, ("obj-kits",))):

@@ -244,6 +244,7 @@ def test_codes_need_a_height_and_say_where_they_use_little_of_it(tmp_path: Path)
     assert told.endswith("if the integers are metres, save them as floats")  # --height takes 1e6 at most
 
 
+@pytest.mark.deep
 def test_the_command_takes_metres_without_a_height(tmp_path: Path, paradize: Callable[..., Any]) -> None:
     path = tiff(tmp_path / "h.tif", holed(hills(500, 900), 0.0))
     out = tmp_path / "t.glb"

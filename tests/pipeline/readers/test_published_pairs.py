@@ -20,6 +20,7 @@ from paradize.readers.image import read_image
 from paradize.stages.filters import choose_filter
 from paradize.stages.height import height_from_color
 from tests.pipeline.heights import angles_between, normals, up
+from tests.sweeps import sample
 
 Source = Callable[[str], Path]
 BOTH = (True, True)  # all of them are tiles
@@ -134,7 +135,7 @@ def compare(pair: Pair, source: Source) -> Result:
     )
 
 
-@pytest.mark.parametrize("pair", [*MADE_PAIRS, *PAIRS[:4]], ids=lambda pair: pair.name)
+@pytest.mark.parametrize("pair", sample([*MADE_PAIRS, *PAIRS[:4]], every=2), ids=lambda pair: pair.name)
 def test_normals_of_heights_agree_with_the_normals_beside_them(pair: Pair, source: Source) -> None:
     found = compare(pair, source)
     assert found.strength > 0  # green and depth are as the manifest says

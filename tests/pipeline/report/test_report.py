@@ -26,7 +26,9 @@ from paradize.report.poster import FILE, Poster, draw_poster
 from paradize.report.scene_page import _curves, scene_page
 from paradize.report.sheet import draw_sheet, error_lines
 from paradize.report.verdict import meaning_of, verdict_of
+from tests.conftest import RENDER_ENVIRONMENT
 from tests.pipeline.scenes import make_cove
+from tests.sweeps import sample
 
 F32 = npt.NDArray[np.float32]
 NO_POSTER = Poster(None, "")
@@ -113,12 +115,12 @@ def test_the_preview_keeps_the_map_s_shape() -> None:
     assert lit_preview({"color": entry(wide)}, MaterialDefaults(), 64).shape == (16, 64, 3)
 
 
-@pytest.mark.parametrize("shape", [(1, 1), (1, 9), (130, 3), (64, 64)])
-def test_a_sheet_is_drawn_of_maps_of_any_shape(shape: tuple[int, int]) -> None:
+@pytest.mark.parametrize(("height", "width"), sample([(1, 1), (64, 64), (1, 9), (130, 3)], every=3))
+def test_a_sheet_is_drawn_of_maps_of_any_shape(height: int, width: int) -> None:
     rng = np.random.default_rng(1)
 
     def noise(channels: int, kind: type[np.generic]) -> npt.NDArray[Any]:
-        return rng.integers(0, 120, (*shape, channels)).astype(kind)
+        return rng.integers(0, 120, (height, width, channels)).astype(kind)
 
     maps = {
         "color": entry(chain("RGBA8_SRGB", noise(4, np.uint8)), color_psnr_db=41.5),
@@ -235,7 +237,7 @@ def cove_bake(
     scene = make_cove(tmp_path / "scene")
 
     def bake(report: str) -> dict[str, Any]:
-        own = {"PARADIZE_REPORT": report, "PARADIZE_STORE": str(tmp_path / "store")}
+        own = {**RENDER_ENVIRONMENT, "PARADIZE_REPORT": report, "PARADIZE_STORE": str(tmp_path / "store")}
         result = paradize("bake", scene, "-o", tmp_path / "out", "--json", env={**os.environ, **own})
         assert result.returncode == 0, result.stderr
         told: dict[str, Any] = json.loads(result.stdout)
@@ -244,6 +246,7 @@ def cove_bake(
     return bake
 
 
+@pytest.mark.deep
 def test_a_bake_leaves_sheets_beside_its_assets_and_draws_none_when_nothing_changed(
     tmp_path: Path, cove_bake: Callable[[str], dict[str, Any]]
 ) -> None:
@@ -260,6 +263,7 @@ def test_a_bake_leaves_sheets_beside_its_assets_and_draws_none_when_nothing_chan
     assert cove_bake(str(tmp_path / "report"))["sheets"] == []
 
 
+@pytest.mark.deep
 def test_a_page_that_cannot_be_written_is_a_warning_and_the_bake_stands(
     tmp_path: Path, cove_bake: Callable[[str], dict[str, Any]]
 ) -> None:

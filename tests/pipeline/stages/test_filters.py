@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -16,6 +17,7 @@ from paradize.kernels.normals import normals_from_heights
 from paradize.stages.destep import destep
 from paradize.stages.filters import FILTERS, Taps, choose_filter, taps_of
 from tests.pipeline.heights import angles_between, normals, rounded, sinusoids, up
+from tests.sweeps import sample
 
 BOTH = (True, True)
 
@@ -105,7 +107,7 @@ COLUMNS = [
 ]
 
 
-@pytest.mark.parametrize(("shortest", "longest", "bits", "limit"), COLUMNS)
+@pytest.mark.parametrize(("shortest", "longest", "bits", "limit"), sample(COLUMNS, every=4))
 def test_auto_is_as_good_as_the_best_filter_of_every_column(
     shortest: int, longest: int, bits: int, limit: float
 ) -> None:
@@ -127,8 +129,7 @@ def test_auto_is_as_good_as_the_best_filter_of_every_column(
         assert found["balanced"] <= best * 1.4 + 0.1 * (bits == 8) + 0.002
 
 
-@pytest.mark.parametrize("size", [96, 200, 512])
-@pytest.mark.parametrize("rms_slope", [0.05, 0.5, 3.0])
+@pytest.mark.parametrize(("size", "rms_slope"), sample(product([96, 200, 512], [0.05, 0.5, 3.0]), every=4))
 def test_auto_keeps_its_promise_over_sizes_slopes_and_seeds(size: int, rms_slope: float) -> None:
     for seed in range(10, 12 if size == 512 else 16):
         for shortest, longest in [(32, min(256, size)), (8, 64), (4, 16)]:
@@ -229,8 +230,8 @@ def luminance(rgb: np.ndarray) -> np.ndarray:
     return (light @ (0.2126, 0.7152, 0.0722)).astype(np.float32)
 
 
-@pytest.mark.parametrize("tint", [(1.0, 0.95, 0.85), (1.0, 0.8, 0.6), (0.8, 0.9, 1.0)])
-def test_steps_of_a_tinted_grey_are_those_of_its_channels(tint: tuple[float, float, float]) -> None:
+@pytest.mark.parametrize("tint", sample([[1.0, 0.95, 0.85], [1.0, 0.8, 0.6], [0.8, 0.9, 1.0]], every=3))
+def test_steps_of_a_tinted_grey_are_those_of_its_channels(tint: list[float]) -> None:
     """Each channel is rounded by itself, so that luminances lie closer than codes do."""
     field, _, _ = sinusoids(512, 32, 256, 3)
     grey = 40 + 180 * (field - field.min()) / np.ptp(field)

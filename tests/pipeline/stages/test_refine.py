@@ -59,7 +59,12 @@ def test_tilted_normals_are_fitted_back() -> None:
     assert np.degrees(np.arccos(np.clip(dots, -1, 1))).max() < 1.0
 
 
-@pytest.mark.parametrize("mesh", [sphere(20), grid(40, height=0.05)], ids=["ball", "ground"])
+@pytest.mark.deep
+@pytest.mark.parametrize(
+    "mesh",
+    [sphere(20), pytest.param(grid(40, height=0.05), marks=pytest.mark.deep)],
+    ids=["ball", "ground"],
+)
 def test_exact_is_behind_balanced_by_no_metric_and_nearer_with_as_many_triangles(mesh: Mesh) -> None:
     plan = Plan(count=3, ratio=0.25)
     balanced, exact = (make_levels(mesh, plan, tier)[0] for tier in ("balanced", "exact"))

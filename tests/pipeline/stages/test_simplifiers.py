@@ -66,6 +66,7 @@ def test_each_gives_the_same_bytes_for_any_threads_and_runs(
     assert made[0] == made[1] == made[2]
 
 
+@pytest.mark.deep
 def test_each_makes_another_mesh(tmp_path: Path) -> None:
     path = write_obj(tmp_path / "ball.obj", sphere(16))
     names = [name for name in SIMPLIFIERS if name != "openmesh" or openmesh.BUILT]
@@ -162,6 +163,7 @@ def test_tier_exact_is_ours_alone(tmp_path: Path) -> None:
     assert told["tier"] == "balanced" and any("no tier 'exact'" in text for text in told["warnings"])
 
 
+@pytest.mark.deep
 def test_measure_has_a_point_of_each_that_can_do_the_source(tmp_path: Path) -> None:
     whole = write_obj(tmp_path / "ball.obj", sphere(8))
 

@@ -278,6 +278,7 @@ def test_an_unknown_tier_is_refused() -> None:
         tangent_frames(grid(1), "best")
 
 
+@pytest.mark.deep
 def test_a_mesh_is_baked_with_the_frames_asked_for(
     tmp_path: Path, paradize: Callable[..., subprocess.CompletedProcess[str]]
 ) -> None:

@@ -265,6 +265,7 @@ def test_what_a_metric_tells_beside_its_value_is_its_own() -> None:
     assert parts("color_psnr_db", {"color_psnr_db": 40.0, "color_max": 0.1}) == {"value": 40.0, "max": 0.1}
 
 
+@pytest.mark.deep
 def test_quick_work_is_run_often_and_as_often_as_is_asked(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("PARADIZE_THREADS", "1")
     calls: list[int] = []
@@ -319,6 +320,7 @@ def tiers(one: dict[str, Any]) -> dict[str, Any]:
     return {told["tier"]: told for told in one["points"]}
 
 
+@pytest.mark.deep
 def test_a_model_is_measured_in_every_tier_of_its_stages(tmp_path: Path) -> None:
     (tmp_path / "post.obj").write_text(ball(16))
     told = measure_file(tmp_path / "post.obj", FileOptions(), runs=2)
@@ -468,6 +470,7 @@ def test_the_command_writes_both_files_and_refuses_what_it_cannot_measure_or_wri
     assert not (tmp_path / "new").exists()
 
 
+@pytest.mark.deep
 def test_what_pictures_are_held_against_has_no_blocks_and_leaves_nothing_out(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -190,6 +190,7 @@ def test_instances_turn_scale_and_move_a_surface(scale: float | tuple[float, flo
     )
 
 
+@pytest.mark.deep
 def test_a_larger_picture_and_a_free_camera_ask_for_more() -> None:
     mesh, size = waves(8, 4.0, 0.4), (2048, 2048)
     assert mesh.uvs is not None
@@ -295,7 +296,7 @@ def test_the_finest_quality_of_the_player_is_the_one_that_is_asked_for() -> None
     assert f"cascade_ratio = {finest_views.CASCADE_RATIO};" in cascades
 
 
-@pytest.fixture(scope="module", params=[50.0, 90.0], ids=["narrow", "wide"])
+@pytest.fixture(scope="module", params=sweep([50.0, 90.0], test=[50.0]), ids=["narrow", "wide"])
 def far(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path, Path]:
     """(scene, its path-aware bake, its full bake): the cove with pictures far too fine for its flight."""
     top = tmp_path_factory.mktemp("far")
@@ -364,9 +365,7 @@ MOMENTS_S = (0.0, 1.3, 2.9, 4.4, 6.1, 7.7)
 MOMENTS = list(itertools.product(["balanced", "exact"], MOMENTS_S))
 
 
-@pytest.mark.parametrize(
-    ("quality", "moment"), sweep(MOMENTS, test=[("balanced", MOMENTS_S[1]), ("exact", MOMENTS_S[4])])
-)
+@pytest.mark.parametrize(("quality", "moment"), sweep(MOMENTS, test=[("balanced", MOMENTS_S[1])]))
 def test_what_was_left_out_is_not_seen(
     far: tuple[Path, Path, Path], player: Run, tmp_path: Path, quality: str, moment: float
 ) -> None:
@@ -403,6 +402,7 @@ def test_a_mesh_is_cut_where_its_finer_levels_are_never_drawn(far: tuple[Path, P
     assert ours["objects"][0]["radius_m"] == whole["objects"][0]["radius_m"]
 
 
+@pytest.mark.deep
 @pytest.mark.parametrize("far", sweep([50.0, 90.0], test=[50.0]), ids=["narrow", "wide"], indirect=True)
 def test_verify_compares_what_is_published(
     far: tuple[Path, Path, Path], tmp_path: Path, paradize: Run

@@ -17,6 +17,7 @@ from paradize.stages.terrain_tree import diamond_of
 from paradize.visibility.query import Sphere, VisibilityQuery, lifted_spheres, plan_query
 from tests.pipeline.bakers.test_terrain_tree import FIELDS, grown, tables_of
 from tests.pipeline.terrain_cut import drawn, split_diamonds
+from tests.sweeps import sample
 
 
 def flight_settings(low: bool) -> Flight:
@@ -99,7 +100,7 @@ def everything() -> Tree:
     return grown(FIELDS["square"], 4)[1]
 
 
-@pytest.mark.parametrize("low", [True, False])
+@pytest.mark.parametrize("low", sample([True, False], every=2))
 @pytest.mark.parametrize(("mirror_m", "water_m"), [(None, None), (0.5, None), (None, 3.0)])
 def test_what_any_moment_wants_of_the_whole_tree_is_baked(
     everything: Tree, low: bool, mirror_m: float | None, water_m: float | None

@@ -176,6 +176,7 @@ def test_a_broken_save_is_told_once_and_mended_by_the_next(watched: Watched) -> 
     assert sum("wood.png" in line for line in watched.said) == 1
 
 
+@pytest.mark.deep
 def test_a_scene_may_be_broken_and_name_what_comes_later(watched: Watched) -> None:
     scene = watched.folder / "cove.toml"
     text = scene.read_text()
@@ -203,7 +204,7 @@ def test_a_pipe_in_a_files_place_is_told_and_the_watch_goes_on(watched: Watched,
     assert watched.baked(name) == set()
 
 
-@pytest.mark.parametrize("make", [os.mkfifo, os.mkdir])
+@pytest.mark.parametrize("make", sweep([os.mkfifo, os.mkdir], test=[os.mkdir]))
 def test_what_a_material_names_and_is_no_file_is_told_once(
     tmp_path: Path, watch: Watch, make: Callable[[Path], None]
 ) -> None:
@@ -260,6 +261,7 @@ def test_a_file_that_was_looked_for_in_vain_is_waited_for(tmp_path: Path, watch:
     assert watched.end(signal.SIGTERM) == 0
 
 
+@pytest.mark.deep
 def test_changed_code_is_run_and_broken_code_does_not_end_the_watch(tmp_path: Path, watch: Watch) -> None:
     """On a copy of the package."""
     package = copy_package(tmp_path / "path")
@@ -321,6 +323,7 @@ def test_a_scene_that_is_not_there_is_refused(tmp_path: Path, watch: Watch) -> N
     assert "there is no such file" in watched.said[-1]
 
 
+@pytest.mark.deep
 def test_what_a_watch_bakes_is_shared(tmp_path: Path, watch: Watch) -> None:
     make_cove(tmp_path / "cove")
     shared = tmp_path / "shared"

@@ -120,6 +120,7 @@ def same_as_trimesh(path: Path, model: Model) -> bool | None:
     )
 
 
+@pytest.mark.deep
 def test_the_surface_is_where_trimesh_puts_it(corpus: Path) -> None:
     compared = 0
     for path in sound(corpus):
