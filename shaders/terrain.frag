@@ -14,6 +14,7 @@ uniform float u_has_effect;
 uniform float u_sand_reference_m; // up to this distance the sand repeats at its baked scale
 uniform vec4 u_sand_mix;          // low height m, high height m, specular, smoothness
 uniform vec2 u_grain_offset_uv;   // displacement of the effect map by grains, UV
+uniform vec2 u_fade;              // shown where the pixel's dither value is at least x and below y
 uniform vec3 u_wet;               // height above the water up to which sand is wet, m; darkness; smoothness
 
 in vec3 v_position;
@@ -149,5 +150,10 @@ void main() {
         fragment = vec4(color, pack_depth(water.w - height) * edge_fade);
     } else {
         fragment = vec4(apply_haze(color, v_position), 1.0);
+    }
+    // Last, because the derivatives above need all pixels.
+    float dither = gradient_noise(gl_FragCoord.xy);
+    if (dither < u_fade.x || dither >= u_fade.y) {
+        discard;
     }
 }

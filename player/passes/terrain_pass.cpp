@@ -28,7 +28,7 @@ TerrainPass::TerrainPass(const PassSetup &setup)
       grain_offset_location_(program_.location("u_grain_offset_uv")),
       mix_location_(program_.location("u_sand_mix")), wet_location_(program_.location("u_wet")),
       clip_location_(program_.location("u_clip_plane")), model_location_(program_.location("u_model")),
-      normals_location_(program_.location("u_normal_matrix")) {
+      normals_location_(program_.location("u_normal_matrix")), fade_location_(program_.location("u_fade")) {
     program_.set_unit("u_sand_color", unit_sand_color);
     program_.set_unit("u_sand_normal", unit_sand_normal);
     program_.set_unit("u_effect_color", unit_effect_color);
@@ -81,7 +81,7 @@ void TerrainPass::draw(const Frame &frame, const View &view) {
         plane = glm::vec4(0.0F, -1.0F, 0.0F, frame.water_m() + 1.0F);
     }
     gl::Program::set(clip_location_, plane);
-    frame.terrain()->draw(view, plane, {model_location_, normals_location_});
+    frame.terrain()->draw(view, plane, {model_location_, normals_location_, fade_location_});
     if (clipped_at_water) {
         glDisable(GL_CLIP_DISTANCE0);
     }

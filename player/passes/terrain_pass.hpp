@@ -24,7 +24,7 @@ class TerrainPass : public Pass {
     int depth_model_location_ = -1;
     int has_sand_normal_location_ = -1, has_effect_location_ = -1, sand_reference_location_ = -1,
         grain_offset_location_ = -1, mix_location_ = -1, wet_location_ = -1, clip_location_ = -1,
-        model_location_ = -1, normals_location_ = -1;
+        model_location_ = -1, normals_location_ = -1, fade_location_ = -1;
 };
 
 } // namespace paradize

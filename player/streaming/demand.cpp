@@ -2,6 +2,8 @@
 
 #include "scene/camera.hpp"
 #include "scene/cascades.hpp"
+#include "streaming/terrain_cut.hpp"
+#include "streaming/terrain_tiles.hpp"
 
 #include <glm/geometric.hpp>
 
@@ -67,6 +69,10 @@ Demand::Demand(const Scene &scene, const Streamer &streamer) : scene_(scene), st
             }
         }
         diamond_errors_.resize(terrain.diamonds.size());
+        fading_.resize(terrain.diamonds.size());
+        if (file.water) {
+            fading_ = shore_diamonds(terrain, streamer, file.water->level_m);
+        }
     }
     now_.resize(streamer.piece_count());
     for (std::vector<float> &errors : soon_) {
@@ -228,9 +234,10 @@ void Demand::add_terrain(const View &main, float error_px, std::vector<float> &e
     const float accepted_px = std::max(error_px, 1e-3F);
     for (std::size_t d = 0; d < diamonds.size(); ++d) {
         const float distance_m = glm::distance(eye, diamonds.center[d]) - diamonds.radius_m[d];
-        diamond_errors_[d] = std::min(diamonds.error_m[d] * main.pixels_at_1m /
-                                          (accepted_px * std::max(main.near_m, distance_m)),
-                                      certain);
+        const float begin_px = fading_[d] ? fade_begin * accepted_px : accepted_px;
+        diamond_errors_[d] =
+            std::min(diamonds.error_m[d] * main.pixels_at_1m / (begin_px * std::max(main.near_m, distance_m)),
+                     certain);
     }
     for (std::size_t patch = 0; patch < patches.size(); ++patch) {
         const std::int32_t parent = patches.parent_diamond[patch];

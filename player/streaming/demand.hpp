@@ -68,6 +68,7 @@ class Demand {
     std::vector<MapUse> terrain_maps_, water_maps_;
     Range sky_;
     std::vector<std::uint32_t> piece_of_patch_; // of the terrain
+    std::vector<bool> fading_;                  // per diamond of the terrain, as in the cut
     std::vector<float> diamond_errors_;
     std::vector<float> now_;
     std::array<std::vector<float>, horizons_s.size()> soon_;

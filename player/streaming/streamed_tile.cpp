@@ -39,6 +39,9 @@ StreamedTile::StreamedTile(const assets::Glb &glb, std::span<const assets::Piece
                            const std::string &path) {
     const assets::GlbLevel &first = glb.levels.front();
     ranges_.reserve(glb.levels.size());
+    const auto height_m = [&](float y) {
+        return static_cast<float>(glb.grid.origin[1] + glb.grid.step[1] * y);
+    };
     for (const assets::Piece &piece : pieces) {
         const auto index = static_cast<std::uint32_t>(blocks_.size());
         TileBlock &block = blocks_.emplace_back();
@@ -49,8 +52,8 @@ StreamedTile::StreamedTile(const assets::Glb &glb, std::span<const assets::Piece
             const assets::GlbLevel &level = glb.levels[i];
             check_same_layout(glb, level, path);
             const assets::GlbPrimitive &primitive = level.primitives.front();
-            ranges_.push_back(
-                {index, static_cast<int>(primitive.count), block.index_bytes, static_cast<int>(vertices)});
+            ranges_.push_back({index, static_cast<int>(primitive.count), block.index_bytes,
+                               static_cast<int>(vertices), height_m(level.low[1]), height_m(level.high[1])});
             vertices += level.vertices;
             block.index_bytes += primitive.indices.size();
         }

@@ -22,6 +22,7 @@ struct PatchRange {
     int index_count = 0;
     std::size_t index_offset = 0; // bytes
     int base_vertex = 0;
+    float low_m = 0.0F, high_m = 0.0F; // world heights between which it lies
 };
 
 /// Patches that are loaded and evicted together: a piece of plan_patches().

@@ -9,7 +9,8 @@ namespace paradize {
 TerrainCut::TerrainCut(const assets::TerrainPatches &patches, const assets::TerrainDiamonds &diamonds)
     : patches_(patches), diamonds_(diamonds), first_child_(diamonds.size() + 1),
       patch_count_(diamonds.size()), missing_children_(diamonds.size()), is_resident_(patches.size()),
-      split_(diamonds.size()), reached_count_(diamonds.size()) {
+      is_fading_(diamonds.size()), split_(diamonds.size()), limit_(diamonds.size(), 1.0F),
+      reached_count_(diamonds.size()) {
     for (std::uint32_t patch = 0; patch < patches.size(); ++patch) {
         if (patches.diamond[patch] >= 0) {
             ++patch_count_[static_cast<std::size_t>(patches.diamond[patch])];
@@ -50,16 +51,32 @@ void TerrainCut::mark_absent(std::uint32_t patch) {
     }
 }
 
-bool TerrainCut::wants_split(std::uint32_t diamond, const CutEye &eye) const {
+/// The share of dither values at which the diamond's error is visible.
+float TerrainCut::wanted_split(std::uint32_t diamond, const CutEye &eye) const {
     const float distance_m = glm::distance(eye.position, diamonds_.center[diamond]);
-    return diamonds_.error_m[diamond] * eye.pixels_at_1m >
-           eye.error_px * std::max(eye.near_m, distance_m - diamonds_.radius_m[diamond]);
+    const float error = diamonds_.error_m[diamond] * eye.pixels_at_1m;
+    const float accepted = eye.error_px * std::max(eye.near_m, distance_m - diamonds_.radius_m[diamond]);
+    if (error > accepted) {
+        return 1.0F;
+    }
+    if (!is_fading_[diamond] || error <= fade_begin * accepted) {
+        return 0.0F;
+    }
+    return (error / accepted - fade_begin) / (1.0F - fade_begin);
+}
+
+PatchFade TerrainCut::fade(std::uint32_t patch) const {
+    const std::int32_t parent = patches_.parent_diamond[patch];
+    const std::int32_t diamond = patches_.diamond[patch];
+    return {diamond < 0 ? 0.0F : split_[static_cast<std::size_t>(diamond)],
+            parent < 0 ? 1.0F : split_[static_cast<std::size_t>(parent)]};
 }
 
 void TerrainCut::update(const CutEye &eye) {
     for (const std::uint32_t patch : reached_) {
         if (patches_.diamond[patch] >= 0) {
-            split_[static_cast<std::size_t>(patches_.diamond[patch])] = 0;
+            split_[static_cast<std::size_t>(patches_.diamond[patch])] = 0.0F;
+            limit_[static_cast<std::size_t>(patches_.diamond[patch])] = 1.0F;
             reached_count_[static_cast<std::size_t>(patches_.diamond[patch])] = 0;
         }
     }
@@ -70,17 +87,20 @@ void TerrainCut::update(const CutEye &eye) {
             continue;
         }
         const auto d = static_cast<std::uint32_t>(diamond);
+        limit_[d] = std::min(limit_[d], fade(reached_[i]).to);
         // The last patch of a diamond to be reached decides. By then all diamonds above it are split.
-        if (++reached_count_[d] == patch_count_[d] && missing_children_[d] == 0 && wants_split(d, eye)) {
-            split_[d] = 1;
+        if (++reached_count_[d] == patch_count_[d] && missing_children_[d] == 0) {
+            split_[d] = std::min(limit_[d], wanted_split(d, eye));
+        }
+        if (split_[d] > 0.0F) {
             reached_.insert(reached_.end(), children_.begin() + first_child_[d],
                             children_.begin() + first_child_[d + 1]);
         }
     }
     cut_.clear();
     for (const std::uint32_t patch : reached_) {
-        const std::int32_t diamond = patches_.diamond[patch];
-        if (is_resident_[patch] != 0 && (diamond < 0 || split_[static_cast<std::size_t>(diamond)] == 0)) {
+        const PatchFade shown = fade(patch);
+        if (is_resident_[patch] != 0 && shown.from < shown.to) {
             cut_.push_back(patch);
         }
     }

@@ -7,9 +7,11 @@
 #include <glm/geometric.hpp>
 #include <glm/mat3x3.hpp>
 #include <glm/matrix.hpp>
+#include <glm/vec2.hpp>
 
 #include <algorithm>
 #include <limits>
+#include <tuple>
 #include <utility>
 
 namespace paradize {
@@ -22,6 +24,29 @@ float above(const glm::vec4 &plane, const glm::vec3 &point) {
 
 } // namespace
 
+std::vector<bool> shore_diamonds(const assets::Terrain &terrain, const Streamer &streamer, double water_m) {
+    std::vector<float> low_m(terrain.diamonds.size(), std::numeric_limits<float>::max());
+    std::vector<float> high_m(terrain.diamonds.size(), std::numeric_limits<float>::lowest());
+    const assets::TerrainPatches &patches = terrain.patches;
+    std::uint32_t first = 0; // patch of the tile
+    for (std::uint32_t patch = 0; patch < patches.size(); ++patch) {
+        first = patch != 0 && patches.tile[patch] == patches.tile[patch - 1] ? first : patch;
+        const PatchRange &range = streamer.tile(patches.tile[patch]).range(patch - first);
+        for (const std::int32_t diamond : {patches.parent_diamond[patch], patches.diamond[patch]}) {
+            if (diamond >= 0) {
+                const auto d = static_cast<std::size_t>(diamond);
+                low_m[d] = std::min(low_m[d], range.low_m);
+                high_m[d] = std::max(high_m[d], range.high_m);
+            }
+        }
+    }
+    std::vector<bool> out(terrain.diamonds.size());
+    for (std::size_t d = 0; d < out.size(); ++d) {
+        out[d] = static_cast<double>(low_m[d]) <= water_m && water_m <= static_cast<double>(high_m[d]);
+    }
+    return out;
+}
+
 TerrainTiles::TerrainTiles(const assets::Terrain &terrain, const Streamer &streamer)
     : terrain_(terrain), streamer_(streamer), cut_(terrain.patches, terrain.diamonds) {
     for (std::size_t i = 0; i < terrain.tiles.size(); ++i) {
@@ -31,9 +56,15 @@ TerrainTiles::TerrainTiles(const assets::Terrain &terrain, const Streamer &strea
     for (std::uint32_t i = 0; i <= terrain.tiles.size(); ++i) {
         first_patch_.push_back(static_cast<std::uint32_t>(std::ranges::lower_bound(tile, i) - tile.begin()));
     }
+    seen_.resize(terrain.patches.size());
     counts_.resize(terrain.patches.size());
     base_vertices_.resize(terrain.patches.size());
     offsets_.resize(terrain.patches.size());
+}
+
+void TerrainTiles::set_water(double level_m) {
+    water_m_ = level_m;
+    cut_.set_fading(shore_diamonds(terrain_, streamer_, level_m));
 }
 
 void TerrainTiles::update(const View &main, float error_px) {
@@ -56,6 +87,9 @@ void TerrainTiles::update(const View &main, float error_px) {
 }
 
 bool TerrainTiles::sees(const View &view, const glm::vec4 &plane, std::uint32_t patch) const {
+    if (view.kind == ViewKind::light && !cut_.fade(patch).shows(0.5F)) {
+        return false;
+    }
     const glm::vec3 center = view.local(terrain_.patches.center[patch]);
     const float radius_m = terrain_.patches.radius_m[patch];
     if (above(plane, center) < -radius_m) {
@@ -82,30 +116,47 @@ void TerrainTiles::draw(const View &view, const glm::vec4 &plane, const TerrainU
         const std::uint32_t first = first_patch_[tile_index];
         const StreamedTile &tile = streamer_.tile(tile_index);
         const TileBlock &block = tile.blocks()[tile.range(patches[end - 1] - first).block];
-        std::size_t count = 0;
+        std::size_t seen = 0;
         for (; end > 0 && patches[end - 1] >= first + block.first_patch; --end) {
-            const std::uint32_t patch = patches[end - 1];
-            if (sees(view, plane, patch)) {
-                const PatchRange &range = tile.range(patch - first);
-                counts_[count] = range.index_count;
-                base_vertices_[count] = range.base_vertex;
-                offsets_[count] = reinterpret_cast<const void *>(range.index_offset);
-                triangles += static_cast<std::uint64_t>(range.index_count) / 3;
-                ++count;
+            if (sees(view, plane, patches[end - 1])) {
+                seen_[seen++] = patches[end - 1];
             }
         }
-        if (count == 0) {
+        if (seen == 0) {
             continue;
         }
-        drawn += static_cast<std::uint32_t>(count);
+        drawn += static_cast<std::uint32_t>(seen);
         if (std::exchange(model_of, tile_index) != tile_index) {
             gl::Program::set(uniforms.model, view.local(tile.model()));
             gl::Program::set(uniforms.normals,
                              glm::mat3(glm::transpose(glm::inverse(glm::dmat3(tile.model())))));
         }
         glBindVertexArray(block.vertex_array.name());
-        gl::draw_triangle_ranges(std::span(counts_).first(count), tile.index_type(),
-                                 std::span(offsets_).first(count), std::span(base_vertices_).first(count));
+        // One call for the patches that are wholly shown, and one for each way to fade.
+        const auto fade_of = [&](std::uint32_t patch) {
+            return view.kind == ViewKind::light ? PatchFade{} : cut_.fade(patch);
+        };
+        std::sort(seen_.begin(), seen_.begin() + static_cast<std::ptrdiff_t>(seen),
+                  [&](std::uint32_t a, std::uint32_t b) {
+                      const PatchFade x = fade_of(a);
+                      const PatchFade y = fade_of(b);
+                      return std::tuple(x.from, -x.to, b) < std::tuple(y.from, -y.to, a);
+                  });
+        for (std::size_t begin = 0; begin < seen;) {
+            const PatchFade fade = fade_of(seen_[begin]);
+            std::size_t count = 0;
+            for (; begin < seen && fade_of(seen_[begin]) == fade; ++begin, ++count) {
+                const PatchRange &range = tile.range(seen_[begin] - first);
+                counts_[count] = range.index_count;
+                base_vertices_[count] = range.base_vertex;
+                offsets_[count] = reinterpret_cast<const void *>(range.index_offset);
+                triangles += static_cast<std::uint64_t>(range.index_count) / 3;
+            }
+            gl::Program::set(uniforms.fade, glm::vec2(fade.from, fade.to));
+            gl::draw_triangle_ranges(std::span(counts_).first(count), tile.index_type(),
+                                     std::span(offsets_).first(count),
+                                     std::span(base_vertices_).first(count));
+        }
     }
     if (view.kind == ViewKind::main) {
         main_patches_ = drawn;

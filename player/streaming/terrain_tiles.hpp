@@ -31,7 +31,12 @@ inline constexpr glm::vec4 no_plane{0.0F, 0.0F, 0.0F, 1.0F};
 struct TerrainUniforms {
     int model = -1;   // mat4, world from mesh
     int normals = -1; // mat3, transforms normals
+    int fade = -1;    // vec2, PatchFade
 };
+
+/// Says of each diamond whether a patch of it, or of its split, meets the height of the water. Where such a
+/// diamond splits the waterline moves, which is seen more than other changes: those fade.
+std::vector<bool> shore_diamonds(const assets::Terrain &terrain, const Streamer &streamer, double water_m);
 
 class TerrainTiles {
   public:
@@ -43,11 +48,12 @@ class TerrainTiles {
     void update(const View &main, float error_px);
     const TerrainCut &cut() const { return cut_; }
     /// True if any part of the patch is inside the view and on the kept side of `plane`. The plane is in the
-    /// view's coordinates and points inwards.
+    /// view's coordinates and points inwards. The light, whose map is filtered and kept, sees no patch half:
+    /// a patch counts if the middle dither value shows it.
     bool sees(const View &view, const glm::vec4 &plane, std::uint32_t patch) const;
     /// Sets the water level. The refraction view draws what is below the water between its true height and
     /// this level.
-    void set_water(double level_m) { water_m_ = level_m; }
+    void set_water(double level_m);
     /// Draws the patches that sees() accepts, with the program in use. Leaves a vertex array bound.
     void draw(const View &view, const glm::vec4 &plane, const TerrainUniforms &uniforms);
     TerrainCounts counts() const;
@@ -60,6 +66,7 @@ class TerrainTiles {
     std::vector<std::uint32_t> first_patch_;        // per tile, plus the end
     std::vector<std::vector<bool>> known_resident_; // per tile and block: what cut_ knows
     // Arguments of glMultiDrawElementsBaseVertex.
+    std::vector<std::uint32_t> seen_; // patches of a block
     std::vector<int> counts_, base_vertices_;
     std::vector<const void *> offsets_;
     std::uint32_t main_patches_ = 0;

@@ -103,6 +103,27 @@ def test_the_cut_looks_like_the_finest_level_with_fewer_triangles(
     assert worse.mean() < 0.02
 
 
+def test_the_waterline_does_not_jump_when_a_diamond_splits(
+    hilly: Path, player: Player, tmp_path: Path
+) -> None:
+    """Just before and after the split few pixels differ, though many do from before its fade to its end."""
+    eye, target = EYES["low"]
+    manifest = pose(json.loads((hilly / "scene.json").read_text()), eye, target)
+    diamonds, flight = manifest["terrain"]["diamonds"], manifest["flight"]
+    away_m = np.linalg.norm(np.array(diamonds["center"]) - eye, axis=1) - diamonds["radius_m"]
+    pixels_at_1m = HEIGHT / (2.0 * np.tan(flight["fov_rad"] / 2.0))
+    errors_px = np.array(diamonds["error_m"]) * pixels_at_1m / np.maximum(flight["near_m"], away_m)
+    # As above 1 px few diamonds are left, the largest changes are there.
+    largest = np.sort(errors_px[errors_px < 50.0])[-1]
+    pictures = []
+    for accepted_px in (1.2 * largest, 1.001 * largest, 0.999 * largest):
+        edited = manifest | {"lod_error_px": float(accepted_px)}
+        pictures.append(draw(player, place(tmp_path / f"{accepted_px:.6f}", hilly, edited))[0])
+    before, shortly_before, after = pictures
+    assert (np.abs(shortly_before - after).max(axis=2) > 5 / 255).sum() < 30
+    assert (np.abs(before - after).max(axis=2) > 5 / 255).sum() > 200
+
+
 def test_nothing_that_a_view_sees_is_culled(hilly: Path, player: Player, tmp_path: Path) -> None:
     """All views give the same bytes as with bounding spheres that are always visible."""
     for name, (eye, target) in EYES.items():

@@ -7,6 +7,8 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cmath>
+#include <iterator>
 #include <map>
 #include <random>
 #include <set>
@@ -248,6 +250,79 @@ TEST_CASE("terrain cut: covers every point once, conforms and follows the rule, 
             CHECK(conforms(tree, cut.patches()));
         }
     }
+}
+
+TEST_CASE("terrain cut: with diamonds that fade each dither value has a cut without holes and overlaps") {
+    std::size_t partly = 0;
+    for (std::uint32_t seed = 0; seed < 4; ++seed) {
+        const Tree tree(32, seed);
+        TerrainCut cut(tree.patches, tree.diamonds);
+        TerrainCut plain(tree.patches, tree.diamonds);
+        std::mt19937 random(seed);
+        std::vector<bool> fading(tree.diamonds.size());
+        for (std::size_t d = 0; d < fading.size(); ++d) {
+            fading[d] = random() % 4 != 0;
+        }
+        cut.set_fading(fading);
+        for (std::uint32_t patch = 0; patch < tree.patches.size(); ++patch) {
+            if (patch < 64 || random() % 16 != 0) {
+                cut.mark_resident(patch);
+                plain.mark_resident(patch);
+            }
+        }
+        for (int moment = 0; moment < 6; ++moment) {
+            CutEye eye;
+            eye.position = {static_cast<float>(random() % 48) - 8.0F, 1.0F,
+                            static_cast<float>(random() % 48) - 8.0F};
+            eye.pixels_at_1m = 4.0F + static_cast<float>(random() % 128);
+            cut.update(eye);
+            plain.update(eye);
+            for (const float dither : {0.0F, 0.2F, 0.5F, 0.8F, 0.999F}) {
+                std::vector<std::uint32_t> shown;
+                std::ranges::copy_if(cut.patches(), std::back_inserter(shown),
+                                     [&](std::uint32_t patch) { return cut.fade(patch).shows(dither); });
+                CHECK(covers_once(tree, shown));
+                CHECK(conforms(tree, shown));
+            }
+            for (std::uint32_t d = 0; d < tree.diamonds.size(); ++d) {
+                CHECK((!plain.split(d) || cut.split(d))); // a fade never shows less than no fade
+            }
+            partly += static_cast<std::size_t>(std::ranges::count_if(
+                cut.patches(), [&](std::uint32_t patch) { return cut.fade(patch) != PatchFade{}; }));
+        }
+    }
+    CHECK(partly > 20);
+}
+
+TEST_CASE("terrain cut: a diamond that fades splits in steps as small as those of the eye") {
+    const Tree tree(16, 2);
+    TerrainCut cut(tree.patches, tree.diamonds);
+    cut.set_fading(std::vector<bool>(tree.diamonds.size(), true));
+    for (std::uint32_t patch = 0; patch < tree.patches.size(); ++patch) {
+        cut.mark_resident(patch);
+    }
+    std::vector<PatchFade> before;
+    float largest = 0.0F;
+    bool begins = false;
+    bool ends = false;
+    for (int step = 0; step < 600; ++step) {
+        // 0.5 % more of an error a step: 3.4 % of a fade
+        cut.update({{7.0F, 60.0F, 7.0F}, 2.0F * std::pow(1.005F, static_cast<float>(step)), 0.5F, 1.0F});
+        std::vector<PatchFade> now;
+        for (std::uint32_t patch = 0; patch < tree.patches.size(); ++patch) {
+            now.push_back(cut.fade(patch));
+        }
+        for (std::size_t patch = 0; !before.empty() && patch < now.size(); ++patch) {
+            largest = std::max({largest, std::abs(now[patch].from - before[patch].from),
+                                std::abs(now[patch].to - before[patch].to)});
+            begins = begins || (now[patch].from > 0.0F && before[patch].from == 0.0F);
+            ends = ends || (now[patch].from == 1.0F && before[patch].from < 1.0F);
+        }
+        before = std::move(now);
+    }
+    CHECK(begins);
+    CHECK(ends);
+    CHECK(largest < 0.04F);
 }
 
 TEST_CASE("terrain cut: these checks find a hole, an overlap and a hanging vertex") {
