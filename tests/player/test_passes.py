@@ -184,6 +184,7 @@ def test_outside_the_shadow_map_everything_is_lit(posed: Posed) -> None:
     assert not differs(lit, posed.render(PALM_EYE, PALM_TARGET, scene=scene), 1.5 / 255.0).any()
 
 
+@pytest.mark.deep
 def test_steep_water_shows_the_floor_and_grazing_water_the_sky(posed: Posed) -> None:
     steep = posed.render(FLOOR_EYE, FLOOR_TARGET)
     floor = differs(steep, posed.render(FLOOR_EYE, FLOOR_TARGET, disable="refraction"), 12 / 255.0).mean()

@@ -164,6 +164,7 @@ def test_the_reference_is_not_shifted_against_normal_frames(draw: Draw, tmp_path
         assert moved > 1.2 * here, (dy, dx, moved, here)
 
 
+@pytest.mark.deep
 def test_the_reference_converges_and_is_the_same_each_time(draw: Draw, tmp_path: Path) -> None:
     folder = changed(write_scene(tmp_path / "scene"), wide_sun)
     four, sixteen, many = (draw(folder, "--reference", n) for n in (4, 16, 64))

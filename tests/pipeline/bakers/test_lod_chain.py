@@ -134,6 +134,7 @@ def test_a_bound_above_the_limit_that_nobody_asked_for_counts(tmp_path: Path) ->
     assert len(bake_mesh(path, lod_errors=(0.3,), max_error=0.2).report["lods"]) == 1
 
 
+@pytest.mark.deep
 def test_a_better_tier_is_nearer_to_the_source() -> None:
     mesh = grid(40, height=0.05)
     at = {tier: make_levels(mesh, Plan(count=3, ratio=0.25), tier)[0] for tier in TIERS}

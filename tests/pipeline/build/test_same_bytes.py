@@ -96,6 +96,7 @@ def test_a_copy_of_a_model_under_another_name_changes_no_bytes_of_the_first(
         assert made[name, True] == made[name, False]
 
 
+@pytest.mark.deep
 @pytest.mark.parametrize("scene", sweep(SCENES, test=["cove"]), indirect=True)
 @pytest.mark.parametrize("seed", sweep([1, 2], test=[1]))
 def test_any_order_of_the_jobs(

@@ -214,6 +214,7 @@ def test_every_environment_variable_that_is_read_stands_in_the_readme(root: Path
     assert sorted(read) == sorted(rows)
 
 
+@pytest.mark.deep
 @pytest.mark.parametrize("form", sweep(["ktx2", "png"], test=["ktx2"]))
 def test_maps_are_named_by_their_source(run: Run, cove: Path, tmp_path: Path, form: str) -> None:
     result = run("maps", cove.parent / "wood.png", "-o", tmp_path / "m", "--format", form, "--json")

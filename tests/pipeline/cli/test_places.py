@@ -52,6 +52,7 @@ def test_a_process_without_standard_streams_bakes_all_the_same(shell: Shell, clo
         assert json.loads(told.stdout.removesuffix(clean))["maps"].keys() == {"height"}
 
 
+@pytest.mark.deep
 def test_a_full_disk_at_standard_output_is_one_message(shell: Shell) -> None:
     for line in ("$P mesh post.obj -o a.glb --json", "$P mesh gone.obj -o a.glb --json", "$P --version"):
         told = shell(f"{line} > /dev/full")

@@ -84,6 +84,7 @@ class Warned(JobObserver):
         self.texts.append(text)
 
 
+@pytest.mark.deep
 def test_one_machine_and_a_cluster_give_the_same_bytes_and_say_the_same(
     standing: Cluster, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

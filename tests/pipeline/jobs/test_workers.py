@@ -176,7 +176,7 @@ def test_an_interrupted_call_leaves_no_worker_at_work(tmp_path: Path) -> None:
     assert pool.workers == []
 
 
-@pytest.mark.parametrize("workers", [1, 2])
+@pytest.mark.parametrize("workers", sweep([1, 2], test=[2]))
 def test_a_crash_is_tried_once_more(tmp_path: Path, workers: int) -> None:
     jobs = [
         Job(f"crash {times}", crash, {"tally": tmp_path / str(times), "times": times}, file="palm.obj")
@@ -341,6 +341,7 @@ def nap() -> None:
     time.sleep(0.4)
 
 
+@pytest.mark.deep
 def test_cores_are_shared_out_among_the_workers(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv(THREADS, raising=False)
     for workers in (1, 2, 1000):
@@ -396,6 +397,7 @@ def test_estimates_follow_the_sizes_in_the_headers(tmp_path: Path) -> None:
     assert memory_of([tmp_path / name for name in ("cut.png", "cut.jpg", "none.png")]) - base == 48 * 13
 
 
+@pytest.mark.deep
 @pytest.mark.parametrize("how", sweep(["crash", "hunger"], test=["crash"]))
 def test_in_a_scene_only_its_own_artifact_is_spoilt(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, how: str

@@ -82,6 +82,7 @@ def test_one_channel_of_more_than_8_bits_is_heights_and_the_guess_is_told(tmp_pa
         assert told["guess"].startswith(f"{path}: taken for {word}: ") and told["guess"] in told["stderr"]
 
 
+@pytest.mark.deep
 def test_what_is_said_is_no_guess(tmp_path: Path, maps: Maps) -> None:
     path = save(tmp_path / "h.png", (grey() * 65535).round().astype(np.uint16)[:, :, None], oiio.UINT16)
     for kind in ("color", "height"):
@@ -141,6 +142,7 @@ def test_metres_give_the_maps_of_the_16_bit_picture_of_their_span(
     assert angles_between(made / np.linalg.norm(made, axis=2, keepdims=True), up(dx, dy)).max() < 0.8
 
 
+@pytest.mark.deep
 def test_holes_in_heights_of_maps_are_filled_and_told(tmp_path: Path, maps: Maps) -> None:
     metres = (waves(64, 64, 8) * 80 + 700).astype(np.float32)
     metres[10, 20] = -9999.0

@@ -100,6 +100,7 @@ def test_the_schema_file_is_what_the_settings_say() -> None:
     assert SCHEMA.read_text() == schema_text(), "python -m paradize.scene.reference writes it"
 
 
+@pytest.mark.deep
 def test_scenes_that_bake_are_valid(tmp_path: Path) -> None:
     schema = scene_schema()
     made = new_scene(tmp_path / "made").scene

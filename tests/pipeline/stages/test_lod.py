@@ -277,6 +277,7 @@ def test_the_same_source_gives_the_same_bytes(tmp_path: Path) -> None:
     assert bake_mesh(path).glb == bake_mesh(path).glb
 
 
+@pytest.mark.deep
 def test_the_same_bytes_come_from_a_lesser_processor(tmp_path: Path) -> None:
     path = write_obj(tmp_path / "ball.obj", sphere(10))
     script = (

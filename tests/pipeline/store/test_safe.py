@@ -125,6 +125,7 @@ def bake_on_full_disks(folder: str, rooms: tuple[int, ...]) -> None:
     assert full == sum(room < 1000 for room in rooms), f"{full} times full"
 
 
+@pytest.mark.deep
 @pytest.mark.parametrize("rooms", [(40,), pytest.param((0, 8, 40, 4096), marks=pytest.mark.deep)])
 def test_a_full_disk_leaves_the_old_state_or_the_new(
     original: Cove, tmp_path: Path, rooms: tuple[int, ...]

@@ -127,7 +127,7 @@ def fetch_all(root: Path, url: str, count: int = len(KEYS)) -> tuple[list[bytes 
 ALL = [key.encode() * 1000 for key in KEYS]
 
 
-@pytest.mark.parametrize("kind", ["folder", "asyncssh", "sshd"])
+@pytest.mark.parametrize("kind", sweep(["folder", "asyncssh", "sshd"], test=["asyncssh", "sshd"]))
 def test_what_one_bakes_another_fetches_and_bakes_nothing(
     kind: str, baked: Path, home: Home, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -185,7 +185,7 @@ def test_two_bakes_that_push_at_once_leave_all_of_it(baked: Path, home: Home, tm
         assert bake_shared(baked, url, tmp_path / "third").fetched == 14
 
 
-@pytest.mark.parametrize("kind", ["folder", "asyncssh"])
+@pytest.mark.parametrize("kind", sweep(["folder", "asyncssh"], test=["folder"]))
 def test_a_flipped_bit_there_is_found_derived_again_and_mended(
     kind: str, baked: Path, home: Home, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -208,7 +208,7 @@ def test_a_flipped_bit_there_is_found_derived_again_and_mended(
 
 
 @pytest.mark.deep
-@pytest.mark.parametrize("kind", ["folder", "asyncssh"])
+@pytest.mark.parametrize("kind", sweep(["folder", "asyncssh"], test=["folder"]))
 def test_a_pipe_there_is_damage_that_nobody_waits_for(
     kind: str, baked: Path, home: Home, tmp_path: Path
 ) -> None:
@@ -297,6 +297,7 @@ def test_a_server_that_falls_silent_is_given_up(
     assert blobs.count(None) >= 3 and "cannot be used" in warnings[0]
 
 
+@pytest.mark.deep
 def test_where_the_host_cannot_be_reached_all_is_baked_and_shared_the_next_time(
     baked: Path, home: Home, tmp_path: Path
 ) -> None:

@@ -167,6 +167,7 @@ def test_the_mirror_asks_by_its_own_eye_and_its_own_pixels() -> None:
     assert found.texels <= least * 1.0001 < FINER * found.texels
 
 
+@pytest.mark.deep
 @pytest.mark.parametrize("scale", [2.5, -2.5, (2.5, 2.0, -1.5)])
 def test_instances_turn_scale_and_move_a_surface(scale: float | tuple[float, float, float]) -> None:
     """Under uneven scale the largest counts for all directions, which may be more than is needed."""
