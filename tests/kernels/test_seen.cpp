@@ -34,7 +34,7 @@ struct Model {
 constexpr std::array<double, 3> front{0, 0, 1};
 
 SeenDifference seen(const Model &a, const Model &b, double pixel, std::size_t tiles = 1000) {
-    return seen_differences(a.mesh(), b.mesh(), front, pixel, 4, tiles, 3).back();
+    return seen_differences(a.mesh(), b.mesh(), front, pixel, 4, tiles, {}, 3).back();
 }
 
 } // namespace

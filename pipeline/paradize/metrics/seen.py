@@ -16,7 +16,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from math import ceil
+from math import ceil, inf
 
 import numpy as np
 import numpy.typing as npt
@@ -101,14 +101,30 @@ def seen_mesh(mesh: Mesh, materials: Mapping[str, SeenMaterial]) -> SeenMesh:
 def seen_difference(finest: SeenMesh, level: SeenMesh, size_px: float) -> Seen:
     """Compares pictures in which the finest level's diagonal has `size_px` pixels, 1 to LARGEST_PX. All 0
     where the mesh is a point."""
+    found = _seen(finest, level, size_px, Limits(inf, inf))
+    assert found is not None
+    return found
+
+
+def _seen(finest: SeenMesh, level: SeenMesh, size_px: float, limits: Limits) -> Seen | None:
+    """As seen_difference; None where it is beyond the limits."""
     size = diagonal_of(finest)
     if not size > 0:
         return Seen(size_px, 0.0, 0.0, 0.0, 0.0, 0.0)
-    samples = max(_LEAST_SAMPLES, min(_MOST_SAMPLES, ceil(_SAMPLES / size_px)))
-    each, all_of_them = seen_differences(
-        finest, level, directions(), size / size_px, samples=samples, most_tiles=_MOST_TILES
+    found = seen_differences(
+        finest,
+        level,
+        directions(),
+        size / size_px,
+        samples=max(_LEAST_SAMPLES, min(_MOST_SAMPLES, ceil(_SAMPLES / size_px))),
+        most_tiles=_MOST_TILES,
+        p99_deg=limits.normal_deg,
+        changed=limits.silhouette,
     )
-    return Seen(
+    if found is None:
+        return None
+    each, all_of_them = found
+    seen = Seen(
         size_px,
         all_of_them.p99_deg,
         all_of_them.mean_deg,
@@ -116,6 +132,7 @@ def seen_difference(finest: SeenMesh, level: SeenMesh, size_px: float) -> Seen:
         max(one.p99_deg for one in each),
         _silhouette(all_of_them),
     )
+    return seen if seen.inside(limits) else None
 
 
 def _silhouette(difference: SeenDifference) -> float:
@@ -126,17 +143,13 @@ def largest_size(finest: SeenMesh, level: SeenMesh, limits: Limits, most_px: flo
     """The difference at the largest size, at most `most_px`, at which the level may take over; None if there
     is none. Sizes are halved until one is inside the limits, then bisected."""
     above = size = min(max(most_px, SMALLEST_PX), LARGEST_PX)
-    found = seen_difference(finest, level, size)
-    while not found.inside(limits):
+    while (found := _seen(finest, level, size, limits)) is None:
         if size <= SMALLEST_PX:
             return None
         above, size = size, max(0.5 * size, SMALLEST_PX)
-        found = seen_difference(finest, level, size)
     for _ in range(_BISECTIONS if size < above else 0):
         between = float(np.sqrt(found.size_px * above))
-        tried = seen_difference(finest, level, between)
-        if tried.inside(limits):
-            found = tried
-        else:
-            above = between
+        tried = _seen(finest, level, between, limits)
+        above = between if tried is None else above
+        found = tried or found
     return found

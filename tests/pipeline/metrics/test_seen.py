@@ -285,6 +285,23 @@ def test_a_level_takes_over_where_it_looks_the_same() -> None:
     assert same is not None and same.size_px == LARGEST_PX
 
 
+@pytest.mark.parametrize("rings", [8, 16])
+@pytest.mark.parametrize("pixel", [0.02, 0.1, 0.4])
+def test_pictures_are_left_out_only_where_no_other_could_bring_them_inside(rings: int, pixel: float) -> None:
+    fine, level = seen_mesh(sphere(24), {}), seen_mesh(sphere(rings), {})
+
+    def found(**limits: float) -> tuple[list[SeenDifference], SeenDifference] | None:
+        return seen_differences(fine, level, directions(), pixel, samples=2, most_tiles=20, **limits)
+
+    every = found()
+    assert every is not None
+    _, both = every
+    for share in (0.0, 0.5, 0.9999, 1.0, 1.0001, 2.0):
+        told = every if share >= 1.0 else None
+        assert found(p99_deg=share * both.p99_deg) == told, share
+        assert found(changed=share * both.changed_px / both.box_px * (1 + 1e-8)) == told, share
+
+
 def test_directions_are_unit_and_all_around() -> None:
     found = directions()
     assert found.shape == (DIRECTIONS, 3)

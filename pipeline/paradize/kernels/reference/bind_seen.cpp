@@ -57,11 +57,13 @@ reference::SeenMesh mesh(Rows<float> positions, Rows<std::uint32_t> triangles, c
 }
 
 nb::list seen_differences(const reference::SeenMesh &a, const reference::SeenMesh &b, Rows<double> directions,
-                          double pixel, std::size_t samples, std::size_t most_tiles, int threads) {
+                          double pixel, std::size_t samples, std::size_t most_tiles, double p99,
+                          double changed, int threads) {
     std::vector<reference::SeenDifference> found;
     {
         nb::gil_scoped_release unlocked;
-        found = reference::seen_differences(a, b, flat(directions), pixel, samples, most_tiles, threads);
+        found = reference::seen_differences(a, b, flat(directions), pixel, samples, most_tiles,
+                                            {p99, changed}, threads);
     }
     nb::list out;
     for (const reference::SeenDifference &one : found) {

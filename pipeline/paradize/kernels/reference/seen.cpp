@@ -17,6 +17,7 @@ constexpr std::size_t tile = 32;     // pixels along a side
 constexpr double most_work = 0x1p29; // samples tested for one picture, about
 constexpr double edge = 1e-9;        // of a triangle: so that neighbours leave no gap
 constexpr std::uint32_t nothing = ~0U;
+constexpr double surely = 1 + 1e-9; // more than sums round
 
 using Pair = std::array<double, 2>;
 
@@ -405,8 +406,20 @@ std::vector<std::size_t> some(const std::vector<std::uint32_t> &tiles, double sh
     return out;
 }
 
-Found compare(const SeenMesh &a, const SeenMesh &b, const Point &toward, double pixel, std::size_t samples,
-              std::size_t most_tiles, int threads) {
+// A view that begins at the triangles, and the sides of the rectangle around them in samples.
+struct Picture {
+    View view;
+    Pair sides{};
+
+    // No measured rectangle is larger, and no more pixels are covered.
+    double most_pixels(std::size_t samples) const {
+        const auto along = [&](std::size_t axis) { return sides[axis] / static_cast<double>(samples) + 2; };
+        return along(0) * along(1);
+    }
+};
+
+Picture picture(const SeenMesh &a, const SeenMesh &b, const Point &toward, double pixel,
+                std::size_t samples) {
     View view = looking(toward);
     view.scale = static_cast<double>(samples) / pixel;
     double low[2] = {std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()};
@@ -420,13 +433,18 @@ Found compare(const SeenMesh &a, const SeenMesh &b, const Point &toward, double 
             }
         }
     }
-    const double side = static_cast<double>(tile * samples);
     // Half a pixel of room, and a little more: no edge lies on samples by chance.
     view.left = (0.5 + 0.0717) * static_cast<double>(samples) - low[0];
     view.bottom = (0.5 + 0.0393) * static_cast<double>(samples) - low[1];
-    const auto across = [&](std::size_t axis) {
-        return static_cast<std::size_t>((high[axis] - low[axis] + static_cast<double>(2 * samples)) / side) +
-               1;
+    return {view, {high[0] - low[0], high[1] - low[1]}};
+}
+
+Found compare(const SeenMesh &a, const SeenMesh &b, const Picture &picture, std::size_t samples,
+              std::size_t most_tiles, int threads) {
+    const auto &[view, sides] = picture;
+    const double side = static_cast<double>(tile * samples);
+    const auto across = [&, &sides = sides](std::size_t axis) {
+        return static_cast<std::size_t>((sides[axis] + static_cast<double>(2 * samples)) / side) + 1;
     };
     const std::size_t columns = across(0), rows = across(1);
     const Placed first = place(a, view, threads), second = place(b, view, threads);
@@ -465,7 +483,7 @@ Found compare(const SeenMesh &a, const SeenMesh &b, const Point &toward, double 
         }
     });
     Found out;
-    out.box = (high[0] - low[0]) * (high[1] - low[1]) / static_cast<double>(samples * samples) *
+    out.box = sides[0] * sides[1] / static_cast<double>(samples * samples) *
               static_cast<double>(chosen.size()) / std::max(1.0, full);
     for (const Found &found : by_tile) {
         out.angle.insert(out.angle.end(), found.angle.begin(), found.angle.end());
@@ -480,18 +498,37 @@ Found compare(const SeenMesh &a, const SeenMesh &b, const Point &toward, double 
 
 std::vector<SeenDifference> seen_differences(const SeenMesh &a, const SeenMesh &b,
                                              std::span<const double> directions, double pixel,
-                                             std::size_t samples, std::size_t most_tiles, int threads) {
+                                             std::size_t samples, std::size_t most_tiles,
+                                             const SeenLimits &limits, int threads) {
+    std::vector<Picture> pictures;
+    double to_come = 0; // pixels of the pictures that are not measured yet, at most
+    for (std::size_t k = 0; k + 2 < directions.size(); k += 3) {
+        const Point toward = unit({directions[k], directions[k + 1], directions[k + 2]});
+        pictures.push_back(picture(a, b, toward, pixel, samples));
+        to_come += pictures.back().most_pixels(samples);
+    }
     std::vector<SeenDifference> out;
     Found all;
-    for (std::size_t k = 0; k + 2 < directions.size(); k += 3) {
-        const Found found = compare(a, b, unit({directions[k], directions[k + 1], directions[k + 2]}), pixel,
-                                    samples, most_tiles, threads);
+    double weight = 0, beyond = 0; // of the angles so far, and of those beyond the limit
+    for (const Picture &one : pictures) {
+        const Found found = compare(a, b, one, samples, most_tiles, threads);
         out.push_back(difference_of(found));
         all.angle.insert(all.angle.end(), found.angle.begin(), found.angle.end());
         all.weight.insert(all.weight.end(), found.weight.begin(), found.weight.end());
         all.covered += found.covered;
         all.changed += found.changed;
         all.box += found.box;
+        to_come -= one.most_pixels(samples);
+        for (std::size_t k = 0; k < found.angle.size(); ++k) {
+            weight += found.weight[k];
+            beyond += found.angle[k] > limits.p99 ? found.weight[k] : 0;
+        }
+        // However alike the other pictures are.
+        const double room = std::max(to_come, 0.0) * surely;
+        if (beyond > 0.01 * surely * (weight + room) ||
+            all.changed > limits.changed * surely * (all.box + room)) {
+            return {};
+        }
     }
     out.push_back(difference_of(all));
     return out;

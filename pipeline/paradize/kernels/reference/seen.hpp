@@ -5,6 +5,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -47,17 +48,25 @@ struct SeenDifference {
     double box = 0;     // pixels of the rectangle around both
 };
 
+// What all pictures together may differ by. changed: as a share of box.
+struct SeenLimits {
+    double p99 = std::numeric_limits<double>::infinity();
+    double changed = std::numeric_limits<double>::infinity();
+};
+
 // Orthographic pictures along `directions` (towards the viewer, unit) with pixels of `pixel` (> 0, unit of
 // the positions), each of samples x samples samples. A sample shows the nearest triangle that faces the
 // viewer, or the nearest of any side where it is two-sided, with its normal turned round. Of a large picture
 // about `most_tiles` tiles of 32 x 32 pixels are measured, evenly spread over those that are not empty.
-// Returns one difference for each direction, and last that of all pictures together.
+// Returns one difference for each direction, and last that of all pictures together; nothing as soon as it is
+// certain that they are beyond `limits`.
 //
 // A picture's right is (0, 1, 0) x direction, or (0, 0, 1) x direction where the direction is within 26
 // degrees of the Y axis; up is direction x right. Its first pixel starts (0.5717, 0.5393) pixels to the left
 // of and below all triangles of both meshes. Samples lie in the middles of their squares.
 std::vector<SeenDifference> seen_differences(const SeenMesh &a, const SeenMesh &b,
                                              std::span<const double> directions, double pixel,
-                                             std::size_t samples, std::size_t most_tiles, int threads);
+                                             std::size_t samples, std::size_t most_tiles,
+                                             const SeenLimits &limits, int threads);
 
 } // namespace paradize::reference

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import inf
 
 import numpy as np
 import numpy.typing as npt
@@ -116,10 +117,13 @@ def seen_differences(
     *,
     samples: int,
     most_tiles: int,
+    p99_deg: float = inf,
+    changed: float = inf,
     threads: int | None = None,
-) -> tuple[list[SeenDifference], SeenDifference]:
+) -> tuple[list[SeenDifference], SeenDifference] | None:
     """Compares orthographic pictures of two meshes, as defined in reference/seen.hpp: of each direction, and
-    of all together.
+    of all together. None where all together have a larger p99_deg, or more changed_px as a share of box_px,
+    and the first pictures already make that certain.
 
     directions: (k, 3), towards the viewer, not 0. pixel: > 0, in the unit of the positions; no picture is
     wider than MOST_PIXELS. samples: along a side of a pixel, 1 to 16. most_tiles: of 32 x 32 pixels, measured
@@ -138,6 +142,11 @@ def seen_differences(
     if not 1 <= samples <= 16 or not 1 <= most_tiles <= 65536:
         raise ValueError(f"{samples} samples, expected 1 to 16; {most_tiles} tiles, expected 1 to 65536")
     workers = default_threads(8) if threads is None else max(1, threads)
-    found = _reference.seen_differences(a.native, b.native, towards, pixel, samples, most_tiles, workers)
+    limits = p99_deg, changed
+    found = _reference.seen_differences(
+        a.native, b.native, towards, pixel, samples, most_tiles, *limits, workers
+    )
+    if not found:
+        return None
     *each, together = (SeenDifference(*map(float, one)) for one in found)
     return each, together
