@@ -7,6 +7,7 @@ import os
 import subprocess
 import time
 from collections.abc import Callable
+from contextlib import ExitStack
 from pathlib import Path
 
 import pytest
@@ -14,6 +15,7 @@ import pytest
 from tests.conftest import RENDER_ENVIRONMENT
 from tests.places import ROOT
 from tests.player.test_streaming import report, six_boxes
+from tests.processes import started
 
 Player = Callable[..., "subprocess.CompletedProcess[str]"]
 
@@ -57,21 +59,20 @@ def test_the_island_s_flight_twice_gives_the_same_pictures_with_flat_memory(
 ) -> None:
     """All 7,200 frames and the first of the next round."""
     runs = []
-    for turn in ("first", "second"):
-        folder = tmp_path / turn
-        folder.mkdir()
-        command = [ROOT / "build/bin/paradize-player", island, "--headless", "--size", "96x54"]
-        command += ["--frames", 7201, "--screenshot", folder / "frame.png"]
-        environment = {**os.environ, **RENDER_ENVIRONMENT}
-        runs.append(
-            (folder, subprocess.Popen(list(map(str, command)), env=environment), list[tuple[int, int]]())
-        )
-    while any(process.poll() is None for _, process, _ in runs):
-        for folder, process, samples in runs:
-            memory = resident_bytes(process.pid)
-            if memory is not None:
-                samples.append((sum(1 for _ in folder.iterdir()), memory))
-        time.sleep(1.0)
+    with ExitStack() as stack:
+        for turn in ("first", "second"):
+            folder = tmp_path / turn
+            folder.mkdir()
+            command = [ROOT / "build/bin/paradize-player", island, "--headless", "--size", "96x54"]
+            command += ["--frames", 7201, "--screenshot", folder / "frame.png"]
+            process = stack.enter_context(started(command, env={**os.environ, **RENDER_ENVIRONMENT}))
+            runs.append((folder, process, list[tuple[int, int]]()))
+        while any(process.poll() is None for _, process, _ in runs):
+            for folder, process, samples in runs:
+                memory = resident_bytes(process.pid)
+                if memory is not None:
+                    samples.append((sum(1 for _ in folder.iterdir()), memory))
+            time.sleep(1.0)
     assert all(process.returncode == 0 for _, process, _ in runs)
     first, second = (hashes(folder) for folder, _, _ in runs)
     assert len(first) == 7201 and len(set(first.values())) > 7000

@@ -51,7 +51,7 @@ def assert_alike(found: dict[str, Any], want: dict[str, Any]) -> None:
 
 
 @given(st.integers(0, 10**6), st.sampled_from([1e-12, 0.37, 1.0, 1e9]))
-@settings(max_examples=6, deadline=None)
+@settings(max_examples=3, deadline=None)
 def test_turning_moving_and_scaling_change_no_more_than_they_must(
     tmp_path_factory: pytest.TempPathFactory, seed: int, scale: float
 ) -> None:

@@ -111,6 +111,7 @@ def test_what_is_no_mesh_stops_at_the_door(tmp_path: Path) -> None:
         bake_mesh(path, atlas=True, unwrapper="xatlas")
 
 
+@pytest.mark.deep
 @needs_xatlas
 def test_the_bytes_are_the_same_on_every_run_and_on_one_core(tmp_path: Path) -> None:
     path = file_of(tmp_path, rough(16, 0.1, 1))
@@ -230,6 +231,7 @@ def test_where_xatlas_is_missing_one_message_says_so(monkeypatch: pytest.MonkeyP
         bake_mesh(path, atlas=True, unwrapper="magic")
 
 
+@pytest.mark.deep
 @needs_xatlas
 def test_measure_has_a_point_of_each(tmp_path: Path) -> None:
     layouts = next(
