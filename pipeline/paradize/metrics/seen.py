@@ -5,6 +5,9 @@ Per pixel the mean normal is compared, because that is what light sees of the su
 coverage, which is the silhouette. Two levels whose normals differ everywhere by much may look the same once a
 pixel holds many of them. The kernel is not imported by any stage (`reference/seen.hpp`).
 
+Colour, gloss and light of its own are not compared: levels that differ in these alone count as equal. How far
+a texture slides on a level is measured on its own (`mapped_normal.uv_shift`).
+
     finest = seen_mesh(lod0, {"bark": SeenMaterial(normals=mips)})
     seen = seen_difference(finest, seen_mesh(lod1, ...), size_px=120.0)
     taken = largest_size(finest, seen_mesh(lod1, ...), Limits(), most_px=400.0)  # None: at no size

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from pathlib import Path
 from typing import Any
 
@@ -10,10 +11,14 @@ import numpy as np
 import pytest
 
 from paradize.build.bake import bake
+from paradize.build.flat_colors import measure_palette
 from paradize.build.map_sets import find_map_sets
 from paradize.build.options import BuildOptions
 from paradize.checks import check_paths
+from paradize.data import Group, Lod, Mesh, Texture
 from paradize.explain.facts import explain
+from paradize.formats.glb.encode import encode_glb
+from paradize.formats.ktx2.encode import encode_ktx2
 from paradize.formats.ktx2.reader import decode_ktx2
 from paradize.metrics.texels import decode_texels
 from paradize.scene.settings import load_scene
@@ -147,6 +152,28 @@ def test_gradients_that_faces_share_are_a_palette_too(tmp_path: Path) -> None:
         + finest[step // 2 :: step, step // 2 :: step] / 2
     )
     assert np.abs(255.0 * middles - 0.75 * COLORS).max() <= 2.0
+    # what the mips that are left out cost counts too: they are finer than views need
+    assert 45.0 < entry["errors"]["color_psnr_db"] < min(one["psnr_db"] for one in entry["levels"])
+
+
+@pytest.mark.parametrize(("step", "decibels"), [(0, 120.0), (1, 20.0 * math.log10(255.0 / math.sqrt(0.5)))])
+def test_the_psnr_of_a_palette_is_that_of_its_coarser_mip(step: int, decibels: float) -> None:
+    """The mip is off by `step` codes on the left half, by none on the right; the last mip by far too much."""
+    codes = [np.full((side, side, 4), 128, np.uint8) for side in (8, 4, 2, 1)]
+    codes[1][:, :2, :3] += np.uint8(step)
+    codes[2][:, :, :3] = codes[3][:, :, :3] = 255
+    texture = Texture("RGBA8_SRGB", 8, 8, tuple(level.tobytes() for level in codes))
+    # two squares, so that no sample between the halves is looked at
+    corners = np.array([(0, 0), (1, 0), (1, 1), (0, 1)], np.float32)
+    uvs = np.concatenate([corners * (0.25, 1.0), corners * (0.25, 1.0) + (0.75, 0.0)]).astype(np.float32)
+    places = np.concatenate([uvs, np.zeros((8, 1))], axis=1).astype(np.float32)
+    triangles = np.array([(0, 1, 2), (0, 2, 3), (4, 5, 6), (4, 6, 7)], np.uint32)
+    normals = np.tile(np.array([0, 0, 1], np.float32), (8, 1))
+    mesh = Mesh(places, triangles, normals, uvs=uvs, groups=(Group("kit", "colors", 0, 4),))
+    glb = encode_glb([Lod(mesh, 0.0, 0.0)], "kit")
+    facts = measure_palette("kit", glb, encode_ktx2(texture), None, ["colors"])
+    assert (facts["level"], facts["max_level"]) == (1, 1)
+    assert facts["level_psnr_db"] == pytest.approx(decibels, abs=0.01)
 
 
 def test_gradients_are_no_palette_where_each_has_one_place_or_grain(tmp_path: Path) -> None:
