@@ -15,7 +15,6 @@ class SkyPass : public Pass {
   private:
     gl::Program program_;
     EnvironmentBindings environment_;
-    int max_radiance_location_ = -1;
 };
 
 } // namespace paradize

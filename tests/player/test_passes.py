@@ -65,6 +65,25 @@ def test_the_water_mirrors_the_palm(posed: Posed) -> None:
     assert not around(differs(blind, blind_bare), *here, 10).any()
 
 
+def test_the_mirrored_sky_has_no_sun_whose_glitter_the_water_draws(posed: Posed) -> None:
+    scene = without(posed, "palm")
+    scene["water"] |= {"specular": 0.0, "strength": 0.0}  # no glitter, a flat mirror
+    x, y, z = scene["sun"]["direction"]
+    eye: Vec = (20.0, 6.0, 60.0)
+    ahead = (eye[0] + x, eye[1] - y, eye[2] + z)
+    seen = posed.render(eye, ahead, scene=scene, disable="refraction").max(axis=2)
+    here, beside = around(seen, WIDTH / 2, HEIGHT / 2, 8), around(seen, WIDTH / 2, HEIGHT / 2, 20)
+    assert here.max() < np.percentile(beside, 90) + 0.3  # its halo remains; the disc was 0.5 brighter
+
+
+def test_waves_break_up_what_the_water_mirrors(posed: Posed) -> None:
+    """So much that it is seen: with a strength of 0.02 it was 0.5 % of the pixels, with 0.12 it is 4.7 %."""
+    seen = posed.render(JETTY_EYE, JETTY_TARGET)
+    still = posed.scene()
+    still["water"]["strength"] = 0.0
+    assert differs(seen, posed.render(JETTY_EYE, JETTY_TARGET, scene=still)).mean() > 0.03
+
+
 def test_reflection_and_refraction_change_water_and_nothing_else(posed: Posed) -> None:
     # Without the post pass, whose glow spreads light over every edge.
     whole = posed.render(PALM_EYE, PALM_TARGET, disable="post")
@@ -283,7 +302,7 @@ def test_the_sky_fills_what_nothing_else_covers(posed: Posed) -> None:
     assert changed[horizon + 12 :].mean() < 0.05
 
 
-def test_parallax_moves_the_wood_and_only_the_wood(posed: Posed) -> None:
+def test_relief_of_the_wood_is_seen_and_parallax_moves_it_alone(posed: Posed) -> None:
     eye, target = (38.0, 2.3, 30.0), (37.8, 1.2, 26.0)
     scene = without(posed, "palm")
     flat = without(posed, "palm")
@@ -297,6 +316,10 @@ def test_parallax_moves_the_wood_and_only_the_wood(posed: Posed) -> None:
     changed, jetty = differs(whole, unmoved, 3.5 / 255.0), differs(whole, bare)
     assert (changed & jetty).sum() > 0.05 * jetty.sum()
     assert (changed & ~jetty).mean() < 0.02  # its reflection remains
+    level = Texture("RG8_SNORM", 4, 4, tuple(bytes(2 * size * size) for size in (4, 2, 1)))
+    files = {"jetty_normal": encode_ktx2(level)}
+    even = posed.render(eye, target, scene=scene, disable="shadow", files=files)
+    assert (differs(whole, even) & jetty).sum() > 0.2 * jetty.sum()
 
 
 @pytest.mark.deep
