@@ -17,10 +17,12 @@ _INSTANCING = "EXT_mesh_gpu_instancing"
 
 
 class Nodes:
-    """The tree of nodes. world: matrix by node, of all that hang on a root."""
+    """The tree of nodes. world: matrix by node, of all that hang on a root. copies: instances read so far of
+    nodes that have several."""
 
     def __init__(self, document: Document) -> None:
         self.document = document
+        self.copies = 0
         count = len(document.table("nodes"))
         self._children: list[list[int]] = []
         parent: dict[int, int] = {}
@@ -87,7 +89,9 @@ class Nodes:
         if len(counts) != 1:
             raise self.document.fault("its attributes are of different length, or none", inner)
         still = {"TRANSLATION": (0.0, 0.0, 0.0), "ROTATION": (0.0, 0.0, 0.0, 1.0), "SCALE": (1.0, 1.0, 1.0)}
-        for k in range(counts.pop()):
+        count = counts.pop()
+        self.copies += count if count > 1 else 0
+        for k in range(count):
             t, r, s = (tuple(rows[name][k].tolist()) if name in rows else still[name] for name in still)
             yield product(self.world[index], _matrix_of(self.document, t, r, s, place))
 

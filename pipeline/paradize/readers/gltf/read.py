@@ -99,6 +99,12 @@ class _Reader:
         if not document.table("nodes"):
             for mesh in range(len(document.table("meshes"))):
                 out += self._mesh(mesh, -1, [IDENTITY], [])
+        if self.nodes.copies:
+            document.warn(
+                f"EXT_mesh_gpu_instancing: {self.nodes.copies} copies become triangles of one mesh, each baked "
+                "and stored; to bake one and draw it often, export it alone and list the places in a file for "
+                "`instances` of the scene's object"
+            )
         return out
 
     def _mesh(self, mesh: int, node: int, matrices: Any, joints: list[Matrix]) -> list[Part]:

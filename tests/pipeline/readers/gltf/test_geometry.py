@@ -128,9 +128,19 @@ def test_instances_of_a_node_stand_each_in_its_place(tmp_path: Path) -> None:
     several = {"attributes": {"TRANSLATION": made.array(places)}}
     shown(primitive, made, translation=[0, 1, 0], extensions={"EXT_mesh_gpu_instancing": several})
     made.tree["extensionsRequired"] = ["EXT_mesh_gpu_instancing"]
-    found = triangles_of(read_model(made.glb(tmp_path / "a.glb")))
+    model = read_model(made.glb(tmp_path / "a.glb"))
+    found = triangles_of(model)
     assert np.array_equal(found[:2] - [0, 1, 0], SQUARE[TWO.reshape(-1, 3)])
     assert np.array_equal(found[2:] - [4, 1, 0], SQUARE[TWO.reshape(-1, 3)])
+    (told,) = model.warnings
+    assert "2 copies become triangles of one mesh" in told and "`instances`" in told
+
+
+def test_one_instance_of_a_node_is_no_copy(tmp_path: Path) -> None:
+    made, primitive = square()
+    several = {"attributes": {"TRANSLATION": made.array(np.float32([[4, 0, 0]]))}}
+    shown(primitive, made, extensions={"EXT_mesh_gpu_instancing": several})
+    assert read_model(made.glb(tmp_path / "a.glb")).warnings == []
 
 
 def test_sparse_values_replace_those_below_them_or_zeros(tmp_path: Path) -> None:
