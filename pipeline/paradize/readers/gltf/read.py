@@ -101,9 +101,9 @@ class _Reader:
                 out += self._mesh(mesh, -1, [IDENTITY], [])
         if self.nodes.copies:
             document.warn(
-                f"EXT_mesh_gpu_instancing: {self.nodes.copies} copies become triangles of one mesh, each baked "
-                "and stored; to bake one and draw it often, export it alone and list the places in a file for "
-                "`instances` of the scene's object"
+                f"EXT_mesh_gpu_instancing: {self.nodes.copies} copies become triangles of one mesh, each "
+                "baked and stored; to bake one and draw it often, export it alone and list the places in a "
+                "file for `instances` of the scene's object"
             )
         return out
 
