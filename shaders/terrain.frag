@@ -136,11 +136,16 @@ void main() {
     float darkening = u_wet.y * wet * (1.0 - smoothstep(0.0, 0.15, water.w - height));
     albedo *= 1.0 - darkening * vec3(0.92, 1.0, 1.08);
 
+    // Where the last wave ran, a film of water levels the grains and mirrors the sky.
+    float film = 1.0 - safe_smoothstep(0.15 * u_wet.x, 0.6 * u_wet.x, above);
+    local_normal = safe_normalize(mix(local_normal, vec3(0.0, 0.0, 1.0), 0.9 * film), vec3(0.0, 0.0, 1.0));
+    float wet_smoothness = 1.0 - (1.0 - u_wet.z) * (1.0 - 0.55 * film);
+
     vec3 geometric = safe_normalize(v_normal, vec3(0.0, 1.0, 0.0));
     vec3 world_normal = tangent_to_world(local_normal, v_normal, v_tangent);
     Surface s = matte_surface(v_position, world_normal, geometric, albedo);
     s.reflector = dielectric_reflector(mix(0.04 * u_sand_mix.z, 0.02, wet));
-    s.alpha = filtered_alpha(s.normal, alpha_of_smoothness(mix(u_sand_mix.w, u_wet.z, wet)));
+    s.alpha = filtered_alpha(s.normal, alpha_of_smoothness(mix(u_sand_mix.w, wet_smoothness, wet)));
     vec3 color = shade(s);
 
     if (u_refracting > 0.5) {

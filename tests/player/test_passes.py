@@ -24,6 +24,8 @@ SEA_EYE: Vec = (70.0, 0.7, 90.0)  # low over the open sea, away from the island
 SEA_TARGET: Vec = (170.0, -3.0, 190.0)
 JETTY_EYE: Vec = (33.0, 1.5, 30.0)  # poles that stand in shallow water
 JETTY_TARGET: Vec = (38.0, -0.4, 33.0)
+BEACH_EYE: Vec = (-6.0, 1.3, 12.0)  # low over the wet sand, towards the palm
+BEACH_TARGET: Vec = (-24.0, 0.2, 3.0)
 DUNE_EYE: Vec = (-8.0, 9.0, -24.0)  # a dune from above: higher than mix_high
 DUNE_TARGET: Vec = (-8.0, 4.0, -25.0)
 
@@ -82,6 +84,18 @@ def test_waves_break_up_what_the_water_mirrors(posed: Posed) -> None:
     still = posed.scene()
     still["water"]["strength"] = 0.0
     assert differs(seen, posed.render(JETTY_EYE, JETTY_TARGET, scene=still)).mean() > 0.03
+
+
+def test_wet_sand_mirrors_the_sky(posed: Posed) -> None:
+    """Along the beach, where a film of water lies; rough sand of the same height does not."""
+    seen = posed.render(BEACH_EYE, BEACH_TARGET, disable="water")
+    rough = posed.scene()
+    rough["terrain"]["wet_smoothness"] = 0.0
+    dull = posed.render(BEACH_EYE, BEACH_TARGET, disable="water", scene=rough)
+    changed = differs(seen, dull)
+    assert changed.mean() > 0.03
+    red, _, blue = seen[changed].mean(axis=0)
+    assert blue > 0.82 * red  # sand with its grains on is at 0.77, a rough one at 0.72
 
 
 def test_reflection_and_refraction_change_water_and_nothing_else(posed: Posed) -> None:
