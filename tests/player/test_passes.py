@@ -86,6 +86,19 @@ def test_waves_break_up_what_the_water_mirrors(posed: Posed) -> None:
     assert differs(seen, posed.render(JETTY_EYE, JETTY_TARGET, scene=still)).mean() > 0.03
 
 
+def test_caustics_are_sharp_and_keep_the_brightness_of_the_floor(posed: Posed) -> None:
+    """Bright lines and dark cells on the lagoon's floor, compared with a surface without waves."""
+    even = Texture("RG8_SNORM", 4, 4, tuple(bytes(2 * size * size) for size in (4, 2, 1)))
+    seen, still = (
+        posed.render(FLOOR_EYE, FLOOR_TARGET, disable="water,post", files=files)
+        for files in (None, {"water_normal": encode_ktx2(even)})
+    )
+    assert differs(seen, still).mean() > 0.8
+    gain = seen.mean(axis=2) / still.mean(axis=2)
+    assert gain.std() > 0.3  # by the divergence of the waves alone, with a flat top, it was 0.22
+    assert 0.9 < gain.mean() < 1.15
+
+
 def test_wet_sand_mirrors_the_sky(posed: Posed) -> None:
     """Along the beach, where a film of water lies; rough sand of the same height does not."""
     seen = posed.render(BEACH_EYE, BEACH_TARGET, disable="water")
