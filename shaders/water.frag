@@ -85,7 +85,7 @@ void main() {
     float rough = 1.0 - resolved.x * resolved.y;
     rough *= rough;
     if (rough > 0.01) {
-        vec3 towards_sky = safe_normalize(vec3(-v.x, abs(v.y) + 0.55, -v.z), vec3(0.0, 1.0, 0.0));
+        vec3 towards_sky = safe_normalize(vec3(-v.x, abs(v.y) + 0.20, -v.z), vec3(0.0, 1.0, 0.0));
         reflection = mix(reflection, sky_radiance(towards_sky), rough);
     }
 
@@ -119,7 +119,7 @@ void main() {
     scattered *= 1.0 + 0.6 * clamp(dot(tilt, sun_direction.xz), -0.5, 0.5);
     vec3 below_surface = floor_color.rgb * transmittance + scattered * (1.0 - transmittance);
 
-    float fresnel = fresnel_schlick(WATER_F0, mix(n_v, max(n_v, 0.30), rough));
+    float fresnel = fresnel_schlick(WATER_F0, mix(n_v, max(n_v, 0.10), rough));
     vec3 color = mix(below_surface, reflection, fresnel);
 
     // The sun's glitter. Waves smaller than a pixel widen the lobe.

@@ -357,6 +357,13 @@ def test_an_eye_at_the_water_surface_gives_a_clean_picture(posed: Posed) -> None
         assert picture.std() > 0.005
 
 
+def test_the_far_sea_is_no_dark_strip_under_the_horizon(posed: Posed) -> None:
+    picture = posed.render((70.0, 3.0, 90.0), (170.0, 3.0, 190.0), disable="particles")
+    rows = picture[HEIGHT // 2 : HEIGHT // 2 + 14].mean(axis=(1, 2))  # from the horizon to the nearer waves
+    darkest = rows.argmin()
+    assert rows[darkest:].max() - rows[darkest] < 0.08  # it was 0.13: a grey strip
+
+
 def test_the_horizon_fades_into_haze(posed: Posed) -> None:
     picture = posed.render(SEA_EYE, (170.0, 0.7, 190.0), disable="particles")
     column: Picture = picture[HEIGHT // 2 - 10 : HEIGHT // 2 + 10].mean(axis=1)
