@@ -41,6 +41,7 @@ from paradize.visibility.finest_mip import (
     SLACK,
     FinestMip,
     Placement,
+    Surface,
     finest,
     finest_lod,
     surface_of,
@@ -191,25 +192,30 @@ def test_instances_turn_scale_and_move_a_surface(scale: float | tuple[float, flo
     )
 
 
-@pytest.mark.deep
-def test_a_larger_picture_and_a_free_camera_ask_for_more() -> None:
-    mesh, size = waves(8, 4.0, 0.4), (2048, 2048)
+def asked_of_waves(rows: int, **more: Any) -> tuple[FinestMip, Surface]:
+    mesh = waves(rows, 4.0, 0.4)
     assert mesh.uvs is not None
-    surface, flight = surface_of(mesh, mesh.uvs, *size), circle(60.0, 12.0)
+    surface = surface_of(mesh, mesh.uvs, 2048, 2048)
+    sight = sight_of(circle(60.0, 12.0), **more)
+    return finest(views_of(sight, ("camera",), None), [(surface, Placement())]), surface
 
-    def asked(**more: Any) -> FinestMip:
-        return finest(views_of(sight_of(flight, **more), ("camera",), None), [(surface, Placement())])
 
-    plain, large = asked(), asked(viewport=[WIDTH * 2, HEIGHT * 2])
+@pytest.mark.deep
+def test_a_larger_picture_asks_for_more() -> None:
+    plain, large = asked_of_waves(8)[0], asked_of_waves(8, viewport=[WIDTH * 2, HEIGHT * 2])[0]
     assert large.texels < 0.6 * plain.texels
+
+
+@pytest.mark.parametrize("rows", sweep([2, 8], test=[2]))
+def test_a_free_camera_asks_for_more_the_nearer_it_comes(rows: int) -> None:
     region = {"low": [10.0, 0.0, -5.0], "high": [20.0, 5.0, 5.0], "near_m": 1.0}
-    free = asked(region=region)
+    free, surface = asked_of_waves(rows, region=region)
     assert free.view == FREE_CAMERA and free.second_s is None
     # Eight metres from the box to the surface's edge, with the sharpest corner of the picture upon it.
     corner = (1.0 + np.tan(np.radians(25.0)) ** 2 * (1.0 + (WIDTH / HEIGHT) ** 2)) ** -1
     expected = 8.0 * 2.0 * np.tan(np.radians(25.0)) / HEIGHT * corner * float(surface.density.min())
     assert expected < free.texels < 3.0 * expected
-    assert asked(region=region | {"near_m": 30.0}).texels > free.texels
+    assert asked_of_waves(rows, region=region | {"near_m": 30.0})[0].texels > free.texels
 
 
 def test_what_no_view_shows_asks_for_nothing() -> None:
