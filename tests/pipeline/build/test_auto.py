@@ -26,7 +26,9 @@ from paradize.explain.facts import explain
 from paradize.explain.words import render
 from paradize.scene.baker_settings import BakerSettings, MapSettings, MeshSettings, TerrainSettings
 from paradize.scene.budget import METRICS, is_beyond
+from paradize.scene.jobs import BakeJob
 from paradize.scene.schema import Limits
+from paradize.scene.settings import load_scene
 from paradize.store.local import Store
 from paradize.tiers import FINER_FORMAT, TIERS
 from tests.pipeline.scenes import make_cove, write_image
@@ -91,6 +93,15 @@ def test_a_task_bakes_in_its_own_tier_and_the_others_are_reused(scene: Path, tmp
 def test_a_tier_of_what_is_not_there_is_refused(scene: Path, tmp_path: Path) -> None:
     with pytest.raises(BakeError, match=r"no task 'pots mesh'.*post mesh"):
         bake(scene, tmp_path / "out", BuildOptions(tiers={"pots mesh": "fast"}))
+
+
+def test_the_command_lines_tier_comes_before_the_scenes(scene: Path) -> None:
+    scene.write_text(scene.read_text().replace('name = "cove"', 'name = "cove"\ntier = "fast"'))
+    read = load_scene(scene)
+    job = BakeJob("post mesh", "mesh", {}, {}, ())
+    assert BuildOptions().tier_of(job, read) == "fast"
+    assert BuildOptions(tier="exact").tier_of(job, read) == "exact"
+    assert BuildOptions(tier="exact", tiers={job.name: "balanced"}).tier_of(job, read) == "balanced"
 
 
 @pytest.mark.deep

@@ -341,6 +341,28 @@ def nap() -> None:
     time.sleep(0.4)
 
 
+@pytest.mark.parametrize("workers", [1, 2, 1000])
+def test_each_worker_is_given_its_share_of_the_cores(monkeypatch: pytest.MonkeyPatch, workers: int) -> None:
+    given: list[int | None] = []
+
+    class Recorder:
+        def __init__(self, jobs: Any, workers: int, threads: int | None, *more: Any) -> None:
+            given.append(threads)
+
+        def run(self) -> list[Outcome]:
+            return []
+
+        def busy(self) -> bool:
+            return False
+
+    monkeypatch.setattr("paradize.jobs.pool._Scheduler", Recorder)
+    monkeypatch.delenv(THREADS, raising=False)
+    run_jobs([], workers, pool=WorkerPool())
+    monkeypatch.setenv(THREADS, "3")
+    run_jobs([], workers, pool=WorkerPool())
+    assert given == [max(1, cores() // workers), None]
+
+
 @pytest.mark.deep
 def test_cores_are_shared_out_among_the_workers(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv(THREADS, raising=False)

@@ -13,8 +13,10 @@ import OpenImageIO as oiio
 import pytest
 from PIL import Image
 
+from paradize.bakers.maps.bake import map_rows
 from paradize.readers.heightmap import guess_source
 from paradize.readers.image import read_image
+from paradize.scene.baker_settings import MapSettings
 from tests.pipeline.heights import angles_between, rounded, save, up, waves
 from tests.pipeline.raw_files import exr, tiff
 from tests.sweeps import sample
@@ -67,6 +69,22 @@ def pictures(folder: Path) -> dict[str, tuple[Path, str]]:
         "exr of halves": (exr(folder / "h.exr", {"Z": share.astype(np.float16)}), "height"),
         "exr of colour": (exr(folder / "c.exr", dict.fromkeys("RGB", metres)), "color"),
     }
+
+
+def test_a_guess_is_said_and_what_is_named_is_no_guess(tmp_path: Path) -> None:
+    path = save(tmp_path / "h.png", (grey() * 65535).round().astype(np.uint16)[:, :, None], oiio.UINT16)
+    _, picture = map_rows(path, MapSettings(), uv=None, tier="fast", measure=False)
+    assert picture.source == "height" and str(picture.guess).startswith(f"{path}: taken for heights: ")
+    _, picture = map_rows(path, MapSettings(source="color"), uv=None, tier="fast", measure=False)
+    assert picture.source == "color" and picture.guess is None
+
+
+def test_holes_that_are_filled_are_said(tmp_path: Path) -> None:
+    metres = (waves(32, 32, 8) * 80 + 700).astype(np.float32)
+    metres[10, 20] = -9999.0
+    path = tiff(tmp_path / "h.tif", metres)
+    _, picture = map_rows(path, MapSettings(), uv=None, tier="fast", measure=False)
+    assert any("1 pixels without a height (-9999" in text for text in picture.warnings)
 
 
 @pytest.mark.deep
