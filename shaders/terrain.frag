@@ -132,12 +132,13 @@ void main() {
     // Optics 27(7), 1988.
     float above = height - water.w + 0.25 * u_wet.x * (tone - 0.75);
     float wet = 1.0 - safe_smoothstep(0.35 * u_wet.x, u_wet.x, above);
-    // Under water there is no film on the sand, so it is not darkened there.
-    float darkening = u_wet.y * wet * (1.0 - smoothstep(0.0, 0.15, water.w - height));
+    // Under water there is no film on the sand: it is neither darker nor smoother there.
+    float ashore = 1.0 - smoothstep(0.0, 0.15, water.w - height);
+    float darkening = u_wet.y * wet * ashore;
     albedo *= 1.0 - darkening * vec3(0.92, 1.0, 1.08);
 
     // Where the last wave ran, a film of water levels the grains and mirrors the sky.
-    float film = 1.0 - safe_smoothstep(0.15 * u_wet.x, 0.6 * u_wet.x, above);
+    float film = (1.0 - safe_smoothstep(0.15 * u_wet.x, 0.6 * u_wet.x, above)) * ashore;
     local_normal = safe_normalize(mix(local_normal, vec3(0.0, 0.0, 1.0), 0.9 * film), vec3(0.0, 0.0, 1.0));
     float wet_smoothness = 1.0 - (1.0 - u_wet.z) * (1.0 - 0.55 * film);
 
