@@ -88,7 +88,7 @@ def parser(only: str | None = None) -> argparse.ArgumentParser:
     """The command line, with all commands, or with one."""
     top = _Parser(
         prog="paradize",
-        description="Bakes OBJ models, colour maps and heightmaps into measured, engine-ready assets.",
+        description="Bakes models (OBJ, glTF, PLY, STL), pictures and heightmaps into measured assets.",
     )
     top.add_argument("--version", action="store_true", help="print the version and exit")
     commands = top.add_subparsers(dest="command", metavar="COMMAND", prog="paradize")
