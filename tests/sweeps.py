@@ -16,7 +16,8 @@ def sweep(cases: Iterable[Any], *, test: Iterable[Any]) -> list[Any]:
 
 
 def sample(cases: Iterable[Any], *, every: int) -> list[Any]:
-    """The cases for `parametrize`: the first and each `every`th after it run in both, the others are deep."""
+    """The cases for `parametrize`, numbers or files of one kind: the first and each `every`th after it run in
+    both, the others are marked deep. Cases of several kinds are named: `sweep`."""
     return [_deep(case) if at % every else case for at, case in enumerate(cases)]
 
 

@@ -251,6 +251,19 @@ def test_locks_name_no_host_and_carry_hashes() -> None:
     assert "integrity" in package_lock
 
 
+def test_a_deep_test_names_no_cases_of_make_test() -> None:
+    """`sweep`, `sample` and deep cases would say of it what is not so."""
+    told = []
+    for path in (ROOT / "tests").rglob("test_*.py"):
+        for test in (node for node in ast.parse(path.read_text()).body if isinstance(node, ast.FunctionDef)):
+            marks = [ast.unparse(mark) for mark in test.decorator_list]
+            others = [
+                mark for mark in marks if re.search(r"\b(sweep|sample)\(|marks=pytest\.mark\.deep", mark)
+            ]
+            told += [test.name] if "pytest.mark.deep" in marks and others else []
+    assert told == []
+
+
 def test_no_folder_of_tests_is_left_out_of_a_run(pytestconfig: pytest.Config) -> None:
     """By default pytest enters no folder named `build`."""
     unread = pytestconfig.getini("norecursedirs")

@@ -39,7 +39,6 @@ def follow(paradize: Run, folder: Path, suffix: str, model: str = "chair") -> se
     return {re.sub(r"-[0-9a-f]{8}\..*", "", name) for name in names}
 
 
-@pytest.mark.deep
 @pytest.mark.parametrize("suffix", sweep(WRITERS, test=["glb"]))
 def test_the_commands_of_the_page_bake_an_export_with_its_maps(
     suffix: str, tmp_path: Path, paradize: Run

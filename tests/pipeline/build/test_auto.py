@@ -32,7 +32,6 @@ from paradize.scene.settings import load_scene
 from paradize.store.local import Store
 from paradize.tiers import FINER_FORMAT, TIERS
 from tests.pipeline.scenes import make_cove, write_image
-from tests.sweeps import sweep
 
 Truth = dict[str, dict[str, float]]  # by tier: what it measures of the post's mesh
 
@@ -346,8 +345,8 @@ def brute(kind: str, path: Path, settings: BakerSettings, metric: str) -> dict[s
 
 
 @pytest.mark.deep
-@pytest.mark.parametrize("where", sweep(["made", "corpus"], test=["made"]))
-@pytest.mark.parametrize("count", [4, pytest.param(20, marks=pytest.mark.deep)])
+@pytest.mark.parametrize("where", ["made", "corpus"])
+@pytest.mark.parametrize("count", [4, 20])
 def test_auto_is_brute_force_over_assets_and_three_budgets(
     source: Callable[[str], Path], tmp_path: Path, where: str, count: int
 ) -> None:

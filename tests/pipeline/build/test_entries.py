@@ -72,7 +72,7 @@ SOME = ["other kinds", "missing keys", "a path for a hash"]
 
 
 @pytest.mark.deep
-@pytest.mark.parametrize("kinds", sweep([[*WRONG], SOME], test=[SOME]))
+@pytest.mark.parametrize("kinds", [[*WRONG], SOME])
 def test_entries_of_any_shape_change_no_bake(cove: tuple[Path, Path, Path], kinds: list[str]) -> None:
     scene, out, store = cove
     good = {path.name: path.read_bytes() for path in out.iterdir()}

@@ -17,7 +17,6 @@ from paradize.build.bake import bake
 from paradize.build.options import BuildOptions
 from tests.pipeline.build.changing_scenes import Changing, cove, few_of_a_gallery, put, whole_gallery
 from tests.processes import started
-from tests.sweeps import sweep
 
 
 def state_of(out: Path) -> dict[str, bytes]:
@@ -46,10 +45,7 @@ def wait_for_publishing(process: subprocess.Popen[bytes], out: Path) -> None:
 @pytest.mark.deep
 @pytest.mark.parametrize(
     ("make", "kills"),
-    sweep(
-        [(cove, 12), (cove, 200), (few_of_a_gallery, 6), (whole_gallery, 200)],
-        test=[(cove, 12)],
-    ),
+    [(cove, 12), (cove, 200), (few_of_a_gallery, 6), (whole_gallery, 200)],
 )
 def test_killed_at_random_moments_it_always_ends_in_the_same_bytes(
     tmp_path: Path,

@@ -16,7 +16,6 @@ from paradize.store.local import Store
 from tests.conftest import RENDER_ENVIRONMENT
 from tests.pipeline.scenes import make_cove
 from tests.places import ROOT
-from tests.sweeps import sweep
 
 
 @pytest.fixture(autouse=True)
@@ -36,7 +35,7 @@ def test_a_new_scene_says_how_to_go_on(tmp_path: Path, capsys: pytest.CaptureFix
 
 
 @pytest.mark.deep
-@pytest.mark.parametrize("on_path", sweep([True, False], test=[False]))
+@pytest.mark.parametrize("on_path", [True, False])
 def test_the_commands_that_new_prints_bake_and_show_the_scene_as_they_stand(
     tmp_path: Path, on_path: bool
 ) -> None:

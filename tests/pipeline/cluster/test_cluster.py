@@ -84,6 +84,18 @@ class Warned(JobObserver):
         self.texts.append(text)
 
 
+def test_one_machine_and_a_cluster_give_the_same_bytes_of_ground_sky_and_sea(
+    standing: Cluster, tmp_path: Path
+) -> None:
+    scene = make_cove(tmp_path / "scene")
+    text = scene.read_text()
+    scene.write_text(text[: text.index("[[object]]")] + text[text.index("[[particles]]") :])
+    assert not bake(scene, tmp_path / "here", BuildOptions(jobs=1, force=True)).errors
+    there = bake(scene, tmp_path / "there", BuildOptions(force=True, cluster=standing.address))
+    assert not there.errors and there.count("baked") == 9
+    assert contents(tmp_path / "here") == contents(tmp_path / "there")
+
+
 @pytest.mark.deep
 def test_one_machine_and_a_cluster_give_the_same_bytes_and_say_the_same(
     standing: Cluster, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

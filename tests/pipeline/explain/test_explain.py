@@ -237,6 +237,20 @@ def test_without_an_artifact_each_has_one_short_line_and_the_sums_follow(
     assert before[2].split()[-2:] == ["-", "-"] and "there is no bake in" in before[-2]
 
 
+def test_a_changed_setting_or_picture_is_named_by_what_it_makes_stale(cove: tuple[Path, Path]) -> None:
+    scene, out = cove
+    replace(scene, "sand_strength = 0.5", "sand_strength = 0.4")
+    wood = scene.parent / "wood.png"
+    held = wood.read_bytes()
+    wood.write_bytes((scene.parent / "sand.png").read_bytes())
+    changed = stale(scene, out)
+    wood.write_bytes(held)
+    replace(scene, "sand_strength = 0.4", "sand_strength = 0.5")
+    assert changed.pop("sand_normal") == ["setting strength 0.5 -> 0.4"]
+    assert changed.keys() == {"post_color", "post_normal", "post_height", "post_gloss"}
+    assert all(len(texts) == 1 and texts[0].endswith("wood.png changed") for texts in changed.values())
+
+
 @pytest.mark.deep
 def test_after_a_change_it_names_the_input_that_made_each_artifact_stale(
     cove: tuple[Path, Path], monkeypatch: pytest.MonkeyPatch

@@ -11,6 +11,7 @@ import pytest
 from paradize.build.bake import bake
 from paradize.build.map_sets import find_map_sets
 from paradize.build.options import BuildOptions
+from paradize.checks import check_paths
 from paradize.errors import BakeError, SourceError
 from paradize.material import REPEATED
 from paradize.new.scene import new_scene
@@ -34,6 +35,11 @@ def write_model(folder: Path, obj: str, mtl: str, *maps: str) -> Path:
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         write_image(folder / name, np.full((16, 16, 3), 60 + 40 * i, np.uint8))
     return folder / "thing.obj"
+
+
+def test_without_a_model_it_makes_a_scene_that_check_finds_sound(tmp_path: Path) -> None:
+    scene = new_scene(tmp_path / "mine").scene
+    assert list(check_paths([scene])) == []
 
 
 @pytest.mark.deep

@@ -15,8 +15,6 @@ import pytest
 import soundfile
 from numpy.typing import NDArray
 
-from tests.sweeps import sweep
-
 Array = NDArray[Any]
 RAW = Path(__file__).resolve().parents[3] / "raw_assets"
 LIMIT_BYTES = 25_000_000
@@ -53,7 +51,7 @@ def half_steps(values: Array) -> Array:
 
 
 @pytest.mark.deep
-@pytest.mark.parametrize("name", sweep(SCRIPTS, test=["sand", "water"]))
+@pytest.mark.parametrize("name", SCRIPTS)
 def test_script_makes_the_same_pictures_again_to_one_step(name: str, tmp_path: Path) -> None:
     script(name).make(tmp_path)
     for file in SCRIPTS[name]:

@@ -62,7 +62,7 @@ def test_tilted_normals_are_fitted_back() -> None:
 @pytest.mark.deep
 @pytest.mark.parametrize(
     "mesh",
-    [sphere(20), pytest.param(grid(40, height=0.05), marks=pytest.mark.deep)],
+    [sphere(20), grid(40, height=0.05)],
     ids=["ball", "ground"],
 )
 def test_exact_is_behind_balanced_by_no_metric_and_nearer_with_as_many_triangles(mesh: Mesh) -> None:

@@ -208,7 +208,7 @@ def test_a_flipped_bit_there_is_found_derived_again_and_mended(
 
 
 @pytest.mark.deep
-@pytest.mark.parametrize("kind", sweep(["folder", "asyncssh"], test=["folder"]))
+@pytest.mark.parametrize("kind", ["folder", "asyncssh"])
 def test_a_pipe_there_is_damage_that_nobody_waits_for(
     kind: str, baked: Path, home: Home, tmp_path: Path
 ) -> None:
