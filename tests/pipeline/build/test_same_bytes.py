@@ -68,15 +68,13 @@ def test_any_number_of_workers_and_threads(
     assert baked("out", jobs, store="store", threads=threads) == truth
 
 
-@pytest.mark.deep
-@pytest.mark.parametrize("scene", SCENES, indirect=True)
+@pytest.mark.parametrize("scene", sweep(SCENES, test=["cove"]), indirect=True)
 def test_a_warm_store_and_a_forced_bake(baked: Callable[..., Bytes], truth: Bytes) -> None:
     assert baked("cold", 2, store="one") == truth
     assert baked("warm", 2, store="one") == truth
     assert baked("forced", 2, store="one", force=True) == truth
 
 
-@pytest.mark.deep
 def test_a_copy_of_a_model_under_another_name_changes_no_bytes_of_the_first(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -96,9 +94,11 @@ def test_a_copy_of_a_model_under_another_name_changes_no_bytes_of_the_first(
         assert made[name, True] == made[name, False]
 
 
-@pytest.mark.deep
-@pytest.mark.parametrize("scene", SCENES, indirect=True)
-@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.parametrize(
+    ("scene", "seed"),
+    sweep([(scene, seed) for scene in SCENES for seed in (1, 2)], test=[("cove", 1)]),
+    indirect=["scene"],
+)
 def test_any_order_of_the_jobs(
     baked: Callable[..., Bytes], truth: Bytes, monkeypatch: pytest.MonkeyPatch, seed: int
 ) -> None:

@@ -165,7 +165,6 @@ def test_a_worker_killed_in_mid_bake_costs_nothing_but_time(
     assert contents(tmp_path / "here") == contents(tmp_path / "there")
 
 
-@pytest.mark.deep
 def test_files_that_go_with_a_worker_are_sent_anew(start: Callable[[int], Cluster], tmp_path: Path) -> None:
     """One job at a time: the worker that is killed has the only copy."""
     own, file = start(2), tmp_path / "file"
@@ -188,7 +187,6 @@ def test_a_job_that_kills_two_workers_is_told_and_kills_no_third(start: Callable
     assert sorted(worker.poll() is None for worker in own.workers) == [False, False, True]
 
 
-@pytest.mark.deep
 def test_a_scheduler_that_goes_leaves_the_old_scene_and_what_was_baked(
     start: Callable[[int], Cluster], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -215,7 +213,6 @@ def test_a_scheduler_that_goes_leaves_the_old_scene_and_what_was_baked(
     assert contents(out) == before
 
 
-@pytest.mark.deep
 def test_no_scheduler_is_one_message(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setattr(connection, "CONNECT_S", 1.0)
     scene = make_cove(tmp_path / "scene")

@@ -207,8 +207,7 @@ def test_a_flipped_bit_there_is_found_derived_again_and_mended(
         assert report.fetched == 14 and not told(report)
 
 
-@pytest.mark.deep
-@pytest.mark.parametrize("kind", ["folder", "asyncssh"])
+@pytest.mark.parametrize("kind", sweep(["folder", "asyncssh"], test=["folder"]))
 def test_a_pipe_there_is_damage_that_nobody_waits_for(
     kind: str, baked: Path, home: Home, tmp_path: Path
 ) -> None:
@@ -271,7 +270,6 @@ def test_names_that_lead_out_of_the_folder_are_damage(tmp_path: Path, product: A
         assert "1 damaged file" in store.settle()[0]
 
 
-@pytest.mark.deep
 @left_open
 def test_a_server_killed_in_mid_fetch_is_a_warning_and_the_rest_is_baked(
     baked: Path, home: Home, tmp_path: Path
@@ -284,7 +282,6 @@ def test_a_server_killed_in_mid_fetch_is_a_warning_and_the_rest_is_baked(
     assert not list((tmp_path / "store").rglob("*.part-*"))
 
 
-@pytest.mark.deep
 @left_open
 def test_a_server_that_falls_silent_is_given_up(
     home: Home, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -297,7 +294,6 @@ def test_a_server_that_falls_silent_is_given_up(
     assert blobs.count(None) >= 3 and "cannot be used" in warnings[0]
 
 
-@pytest.mark.deep
 def test_where_the_host_cannot_be_reached_all_is_baked_and_shared_the_next_time(
     baked: Path, home: Home, tmp_path: Path
 ) -> None:
@@ -405,7 +401,6 @@ def test_an_upload_that_breaks_leaves_no_file(tmp_path: Path, monkeypatch: pytes
     assert not [path for path in (tmp_path / "remote").rglob("*") if path.is_file()]
 
 
-@pytest.mark.deep
 def test_force_reads_nothing_from_there_and_replaces_it(tmp_path: Path, baked: Path) -> None:
     seed(baked, tmp_path / "remote")
     report = bake_shared(baked, str(tmp_path / "remote"), tmp_path / "out", force=True)
