@@ -166,7 +166,7 @@ class HeightMap:
 
     heights: (h, w) float32. slope_scale: slope along (x, y) of one unit of height between neighbouring
     texels, amplitude / texel size. wrap: whether the map repeats along (x, y); where it does not, the slope
-    continues at the edges. filter_name: one of stages.filters.FILTERS. islands: (h, w) int32, id of the
+    continues at the edges. filter_name: one of stages.filters.TAPS. islands: (h, w) int32, id of the
     UV island, below 0 outside; no slope crosses a border.
 
     height_levels: (n,) float32, rising: the heights that the integers of the source stand for. A height is

@@ -10,7 +10,7 @@ import numpy as np
 
 from paradize.kernels.normals import normals_from_heights
 from paradize.stages.destep import destep
-from paradize.stages.filters import FILTERS, choose_filter
+from paradize.stages.filters import TAPS, choose_filter
 from row import CORES, Row, on, pair_ms
 from tests.pipeline.heights import angles_between, normals, rounded, sinusoids, up
 
@@ -64,7 +64,7 @@ def bench_auto(runs: int) -> Iterator[Row]:
 def bench_look(runs: int) -> Row:
     size = 4096
     heights = np.tile(field((8, 64), 8)[0], (4, 4))
-    taps = FILTERS["fourth"]
+    taps = TAPS["fourth"]
 
     def normals() -> np.ndarray:
         return normals_from_heights(heights, derivative=taps.derivative, scale=(1.0, 1.0), wrap=BOTH)

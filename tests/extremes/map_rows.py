@@ -15,7 +15,7 @@ from paradize.data import HeightMap, Mesh
 from paradize.metrics.filters import taps as metric_taps
 from paradize.stages.destep import destep
 from paradize.stages.dudv import DudvLevels
-from paradize.stages.filters import FILTERS, choose_filter
+from paradize.stages.filters import TAPS, choose_filter
 from paradize.stages.gloss import GlossSettings, gloss_map
 from paradize.stages.gutter import fill_gutter, gutter_source, island_map
 from paradize.stages.mips import gloss_bundle, gloss_rows, half_maps, unit_rows
@@ -62,7 +62,7 @@ def _other_choice(heights: F32, made: str) -> float:
 
 
 def _weights(name: str) -> Any:
-    taps = FILTERS[name]
+    taps = TAPS[name]
     return taps.derivative, taps.smooth
 
 

@@ -15,31 +15,15 @@ PACKAGE = ROOT / "pipeline/paradize"
 
 
 ROWS = [row.name for row in rows()]
-SLOW = (  # together as long as all others
-    "stages.unwrappers (xatlas)", "stages.refine", "stages.occlusion", "metrics.authored (resized)",
-    "metrics.flight", "metrics.seen",
-)  # fmt: skip
 
 
 @pytest.fixture(scope="module")
 def cells() -> dict[tuple[str, str], Cell]:
     """All but the largest."""
-    return {(cell.row, cell.extreme): cell for cell in measured(QUICK, without=SLOW)}
+    return {(cell.row, cell.extreme): cell for cell in measured(QUICK)}
 
 
-@pytest.fixture(scope="module")
-def slow_cells() -> dict[tuple[str, str], Cell]:
-    quick = [row for row in ROWS if row not in SLOW]
-    return {(cell.row, cell.extreme): cell for cell in measured(QUICK, without=quick)}
-
-
-@pytest.mark.deep
-@pytest.mark.parametrize("row", SLOW)
-def test_a_slow_one_is_near_the_truth_or_refused(slow_cells: dict[tuple[str, str], Cell], row: str) -> None:
-    test_is_near_the_truth_or_refused(slow_cells, row)
-
-
-@pytest.mark.parametrize("row", [row for row in ROWS if row not in SLOW])
+@pytest.mark.parametrize("row", ROWS)
 def test_is_near_the_truth_or_refused(cells: dict[tuple[str, str], Cell], row: str) -> None:
     assert [cells[row, extreme] for extreme in QUICK if cells[row, extreme].verdict == "fails"] == []
 
@@ -92,15 +76,12 @@ def test_what_is_refused_names_what_is_wrong(cells: dict[tuple[str, str], Cell])
 
 
 def _shape(page: str) -> list[str]:
-    """The page without the errors' digits and the slow rows: what it says of each cell, and every message."""
-    slow = tuple(f"{mark} {row}{end}" for row in SLOW for mark, end in (("|", " |"), ("-", ": ")))
-    lines = [line for line in page.splitlines() if not line.startswith(slow)]
-    return [re.sub(r"(?<=\| )[0-9][0-9.e+-]*(?= \|)", "#", line) for line in lines]
+    """The page without the errors' digits: what it says of each cell, and every message."""
+    return [re.sub(r"(?<=\| )[0-9][0-9.e+-]*(?= \|)", "#", line) for line in page.splitlines()]
 
 
 def test_the_page_is_what_the_cells_say(cells: dict[tuple[str, str], Cell]) -> None:
-    """But for the largest sizes, which `make extremes` alone measures, for digits of the errors, and for the
-    slow rows."""
+    """But for the largest sizes, which `make extremes` alone measures, and for digits of the errors."""
     page = TABLE.read_text()
     largest = {
         row.name: Cell(row.name, extreme, "holds", 0.0, row.limit, row.unit, "", "")
@@ -109,6 +90,5 @@ def test_the_page_is_what_the_cells_say(cells: dict[tuple[str, str], Cell]) -> N
         for row in rows()
         for extreme in DEEP
     }
-    quick = [row.name for row in rows() if row.name not in SLOW]
-    told = [cells.get((row, extreme)) or largest[row] for row in quick for extreme in EXTREMES]
+    told = [cells.get((row, extreme)) or largest[row] for row in ROWS for extreme in EXTREMES]
     assert _shape(as_markdown(told)) == _shape(page)

@@ -89,16 +89,16 @@ def _all_filters() -> dict[str, Taps]:
     return found
 
 
-FILTERS: dict[str, Taps] = _all_filters()
+TAPS: dict[str, Taps] = _all_filters()
 # In the order in which `auto` tries them: the fewest texels first.
-_BY_REACH = sorted(FILTERS, key=lambda name: len(FILTERS[name].derivative) * len(FILTERS[name].smooth))
+_BY_REACH = sorted(TAPS, key=lambda name: len(TAPS[name].derivative) * len(TAPS[name].smooth))
 
 
 def taps_of(name: str) -> Taps:
     """Returns the taps of a filter by name. Raises BakeError for an unknown name."""
-    if name not in FILTERS:
-        raise BakeError(f"no derivative filter {name!r}", mend=f"one of {', '.join(FILTERS)}")
-    return FILTERS[name]
+    if name not in TAPS:
+        raise BakeError(f"no derivative filter {name!r}", mend=f"one of {', '.join(TAPS)}")
+    return TAPS[name]
 
 
 def choose_filter(
@@ -124,8 +124,8 @@ def choose_filter(
         return REFERENCE_FILTER
     # A filter that is longer than the map would read nothing but reflections of its edges.
     longest = min((size - 1 for size in heights.shape if size > 1), default=1)
-    names = [name for name in _BY_REACH if len(FILTERS[name].derivative) <= longest]
-    taps = [(FILTERS[name].derivative, FILTERS[name].smooth) for name in names]
+    names = [name for name in _BY_REACH if len(TAPS[name].derivative) <= longest]
+    taps = [(TAPS[name].derivative, TAPS[name].smooth) for name in names]
     found = kernel.predict_errors(
         heights, taps, source_bits=source_bits, wrap=wrap, islands=islands, codes=codes
     )

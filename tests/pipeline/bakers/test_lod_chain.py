@@ -200,8 +200,7 @@ def cove(tmp_path: Path, **instance: object) -> tuple[dict, list[dict], float]:
     return seen, [stands], np.tan(np.radians(scene.flight.fov_deg) / 2) * 2 / scene.head.viewport[1]
 
 
-@pytest.mark.deep
-@pytest.mark.parametrize("tier", ["balanced", "exact"])
+@pytest.mark.parametrize("tier", sweep(["balanced", "exact"], test=["balanced"]))
 def test_by_sight_nothing_finer_than_a_pixel_at_the_nearest_view_is_baked(tmp_path: Path, tier: str) -> None:
     seen, stands, pixel = cove(tmp_path, position=(0.0, 0.0, 0.0))
     mesh = sphere(64, radius=0.5)
@@ -369,8 +368,7 @@ def test_vertex_counts_around_16_bits_pass(rows: int) -> None:
     assert len(steps) == 2 and steps[1].errors["error_max"] < 0.01
 
 
-@pytest.mark.deep
-@pytest.mark.parametrize("tier", TIERS)
+@pytest.mark.parametrize("tier", sweep(TIERS, test=["balanced"]))
 def test_any_number_of_threads_gives_the_same_levels(monkeypatch: pytest.MonkeyPatch, tier: str) -> None:
     mesh = sphere(16)
     found = []

@@ -39,8 +39,8 @@ def test_a_new_scene_says_how_to_go_on(tmp_path: Path, capsys: pytest.CaptureFix
 def test_the_commands_that_new_prints_bake_and_show_the_scene_as_they_stand(
     tmp_path: Path, on_path: bool
 ) -> None:
-    """In any folder, whatever the scene's own is called, and where the programs are not on the path. A smaller
-    scene takes the place of the one it wrote, which test_new.py bakes."""
+    """In any folder, whatever the scene's own is called, and where the programs are not on the path. A
+    smaller scene takes the place of the one it wrote, which test_new.py bakes."""
     programs = f"{ROOT}/build/venv/bin:{ROOT}/build/bin"
     environment = {**os.environ, **RENDER_ENVIRONMENT, "PARADIZE_STORE": str(tmp_path / "store")}
     environment["PATH"] = f"{programs if on_path else ''}:/usr/bin:/bin"

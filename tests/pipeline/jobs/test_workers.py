@@ -316,7 +316,6 @@ def test_two_jobs_that_do_not_fit_together_both_succeed(
     assert sorted(outcome.tries for outcome in outcomes) == [1, 2]
 
 
-@pytest.mark.deep
 def test_jobs_wait_until_their_estimates_fit_and_one_may_always_run(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("PARADIZE_MEMORY", "1G")
     times: dict[str, tuple[float, float]] = {}

@@ -103,13 +103,13 @@ KERNELS = """
 import hashlib
 import numpy as np
 from paradize.kernels import filter as kernel
-from paradize.stages.filters import FILTERS
+from paradize.stages.filters import TAPS
 from paradize.scene.baker_settings import TerrainSettings
 from tests.pipeline.metrics.test_map_metrics import measured
 
 rng = np.random.default_rng(0)
 heights = (rng.integers(0, 256, (150, 131)) / 255).astype(np.float32)
-taps = [(t.derivative, t.smooth) for t in FILTERS.values()]
+taps = [(t.derivative, t.smooth) for t in TAPS.values()]
 print(kernel.predict_errors(heights, taps, source_bits=8, wrap=(True, True)))
 print(hashlib.sha256(kernel.destep(heights, step=1 / 255, wrap=(True, False)).tobytes()).hexdigest())
 print(measured(2))

@@ -10,11 +10,11 @@ import pytest
 from paradize.data import HeightMap
 from paradize.metrics import levels
 from paradize.metrics.filters import central_weights, fitted_weights, taps
-from paradize.stages.filters import FILTERS, taps_of
+from paradize.stages.filters import TAPS, taps_of
 from tests.pipeline.heights import waves
 
 
-@pytest.mark.parametrize("name", FILTERS)
+@pytest.mark.parametrize("name", TAPS)
 def test_every_filter_of_the_stages_is_the_one_that_the_metrics_derive(name: str) -> None:
     own = taps(name)
     stage = taps_of(name)

@@ -15,7 +15,7 @@ from paradize.errors import BakeError
 from paradize.kernels import filter as kernel
 from paradize.kernels.normals import normals_from_heights
 from paradize.stages.destep import destep
-from paradize.stages.filters import FILTERS, Taps, choose_filter, taps_of
+from paradize.stages.filters import TAPS, Taps, choose_filter, taps_of
 from tests.pipeline.heights import angles_between, normals, rounded, sinusoids, up
 from tests.sweeps import sample
 
@@ -35,7 +35,7 @@ PLAIN = {
     "Sobel 3x3": Taps(np.array([1 / 2]), np.array([2, 1]) / 4),
     "Sobel 5x5": Taps(np.array([2, 1]) / 8, np.array([6, 4, 1]) / 16),
     "Farid-Simoncelli 5x5": Taps(np.array([0.276691, 0.109604]), np.array([0.426375, 0.249153, 0.037659])),
-    **{name: FILTERS[name] for name in ("central", "scharr", "fourth", "eighth")},
+    **{name: TAPS[name] for name in ("central", "scharr", "fourth", "eighth")},
 }
 
 
@@ -53,9 +53,9 @@ def plain_angle(heights: np.ndarray, span: float, truth: np.ndarray, name: str) 
 # Taps
 
 
-@pytest.mark.parametrize("name", FILTERS)
+@pytest.mark.parametrize("name", TAPS)
 def test_every_filter_is_exact_on_planes_and_on_quadratics(name: str) -> None:
-    taps = FILTERS[name]
+    taps = TAPS[name]
     k = np.arange(1, len(taps.derivative) + 1)
     assert 2 * (taps.derivative * k).sum() == pytest.approx(1, abs=1e-12)
     assert taps.smooth[0] + 2 * taps.smooth[1:].sum() == pytest.approx(1, abs=1e-12)
@@ -65,19 +65,19 @@ def test_every_filter_is_exact_on_planes_and_on_quadratics(name: str) -> None:
 
 @pytest.mark.parametrize(("family", "degree"), [("smooth", 3), ("quintic", 5), ("septic", 7)])
 def test_fitted_filters_are_the_least_squares_polynomials(family: str, degree: int) -> None:
-    for name in (name for name in FILTERS if name.startswith(family)):
+    for name in (name for name in TAPS if name.startswith(family)):
         radius = int(name.removeprefix(family))
         k = np.arange(-radius, radius + 1)
         fit = np.linalg.pinv(np.vander(k / radius, degree + 1, increasing=True))
-        assert np.allclose(FILTERS[name].derivative, fit[1][radius + 1 :] / radius, atol=1e-9)
-        assert np.allclose(FILTERS[name].smooth, fit[0][radius:], atol=1e-9)
+        assert np.allclose(TAPS[name].derivative, fit[1][radius + 1 :] / radius, atol=1e-9)
+        assert np.allclose(TAPS[name].smooth, fit[0][radius:], atol=1e-9)
 
 
 @pytest.mark.parametrize(
     ("name", "degree"), [("central", 2), ("fourth", 4), ("eighth", 8), ("smooth6", 4), ("septic9", 8)]
 )
 def test_filters_have_the_order_that_their_names_say(name: str, degree: int) -> None:
-    taps = FILTERS[name]
+    taps = TAPS[name]
     k = np.arange(1, len(taps.derivative) + 1) / len(taps.derivative)
     for odd in range(3, degree + 1, 2):
         assert abs(2 * (taps.derivative * k**odd).sum()) < 1e-9
@@ -147,7 +147,7 @@ def test_auto_keeps_its_promise_over_sizes_slopes_and_seeds(size: int, rms_slope
 def predicted(heights: np.ndarray, name: str, bits: int, dx: np.ndarray, dy: np.ndarray) -> float:
     """The error that is predicted for a filter on periodic heights, over the one that it makes: root mean
     squares of both axes against the true slopes."""
-    taps = FILTERS[name]
+    taps = TAPS[name]
     found = kernel.predict_errors(heights, [(taps.derivative, taps.smooth)], source_bits=bits, wrap=BOTH)
     wide = heights.astype(np.float64)
     squares = 0.0
@@ -245,7 +245,7 @@ def test_steps_of_a_tinted_grey_are_those_of_its_channels(tint: list[float]) -> 
         return float(angles_between(found, truth)[16:-16, 16:-16].mean())
 
     name = choose_filter(heights, 8, BOTH, codes=codes)
-    assert angle(name) <= 1.5 * min(map(angle, FILTERS)), name
+    assert angle(name) <= 1.5 * min(map(angle, TAPS)), name
 
 
 def test_codes_of_a_wrong_shape_or_type_are_refused() -> None:
@@ -278,9 +278,7 @@ def test_a_filter_that_reads_more_is_taken_where_it_errs_less_by_a_fiftieth(
         reach = {"central": 1.0, "fourth": share}
 
         def told(_: object, taps: list[Any], reach: Any = reach, **more: object) -> kernel.Prediction:
-            names = [
-                next(n for n, f in FILTERS.items() if f.derivative is d and f.smooth is s) for d, s in taps
-            ]
+            names = [next(n for n, f in TAPS.items() if f.derivative is d and f.smooth is s) for d, s in taps]
             return kernel.Prediction(tuple(reach.get(n, 2.0) for n in names), 0.0)
 
         monkeypatch.setattr(kernel, "predict_errors", told)
@@ -313,7 +311,7 @@ def test_auto_does_not_care_how_high_a_float_map_stands(seed: int, factor: float
     name = choose_filter(heights, 32, (False, False))
     assert choose_filter(heights * np.float32(2.0**7), 32, (False, False)) == name
     errors = [
-        kernel.predict_errors(plane, [(t.derivative, t.smooth) for t in FILTERS.values()], **settings_of())
+        kernel.predict_errors(plane, [(t.derivative, t.smooth) for t in TAPS.values()], **settings_of())
         for plane in (heights, turned)
     ]
     assert np.allclose(errors[0].errors, errors[1].errors, rtol=1e-9)
@@ -334,7 +332,7 @@ def test_auto_looks_at_islands_one_by_one() -> None:
     aware = len(taps_of(choose_filter(jumping, 8, (False, False), islands=islands)).derivative)
     assert aware >= alone / 2
     nowhere = np.full(heights.shape, -1, np.int32)
-    assert choose_filter(heights, 8, (False, False), islands=nowhere) in FILTERS
+    assert choose_filter(heights, 8, (False, False), islands=nowhere) in TAPS
 
 
 def test_a_look_costs_the_same_whatever_the_size() -> None:

@@ -21,7 +21,7 @@ FILTERS = ("central", "scharr", "fourth", "eighth", "smooth2", "quintic4", "sept
 
 
 def taps(name: str) -> tuple[np.ndarray, np.ndarray]:
-    return filters.FILTERS[name].derivative, filters.FILTERS[name].smooth
+    return filters.TAPS[name].derivative, filters.TAPS[name].smooth
 
 
 @pytest.mark.parametrize("name", FILTERS)
@@ -181,7 +181,7 @@ def test_a_step_is_a_slope_beside_it_and_flat_ground_beyond_the_reach() -> None:
     heights[:, 32:] = 1
     for name in FILTERS:
         found = normals(heights, filter_name=name)
-        reach = len(filters.FILTERS[name].derivative)
+        reach = len(filters.TAPS[name].derivative)
         assert np.array_equal(found[:, : 32 - reach, 0], np.zeros((8, 32 - reach)))
         assert np.array_equal(found[:, 32 + reach :, 0], np.zeros((8, 32 - reach)))
         assert (found[:, 31:33, 0] < -0.05).all()
