@@ -1,5 +1,5 @@
 // Draws depth only, for the light's view. Macros: INSTANCED 1 for instances, 0 for u_model; default 0.
-// VERTEX_COLORS as in object.vert.
+// VERTEX_COLORS and SWAY as in object.vert.
 #include "lib/frame.glsl"
 
 #ifndef INSTANCED
@@ -7,6 +7,9 @@
 #endif
 #ifndef VERTEX_COLORS
 #define VERTEX_COLORS 0
+#endif
+#ifndef SWAY
+#define SWAY 0
 #endif
 
 layout(location = 0) in vec3 position;
@@ -16,6 +19,12 @@ out vec2 v_uv;
 out float v_alpha;
 #if VERTEX_COLORS
 layout(location = 5) in vec4 color;
+#endif
+
+#if SWAY
+#include "lib/material.glsl"
+#include "lib/wind.glsl"
+layout(location = 6) in vec2 sway;
 #endif
 
 #if INSTANCED
@@ -32,5 +41,9 @@ void main() {
 #else
     v_alpha = 1.0;
 #endif
-    gl_Position = view_projection * vec4(from_mesh(position), 1.0);
+    vec3 world = from_mesh(position);
+#if SWAY
+    world = in_wind(world, sway, material.wind_reach);
+#endif
+    gl_Position = view_projection * vec4(world, 1.0);
 }

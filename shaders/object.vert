@@ -1,10 +1,17 @@
-// Macro VERTEX_COLORS: 1 if the mesh's colours multiply the material's; default 0.
+// Macros: VERTEX_COLORS 1 if the mesh's colours multiply the material's; SWAY 1 if wind moves it; default 0.
 #include "lib/guard.glsl"
 #include "lib/model.glsl"
 #include "lib/position.glsl"
 
 #ifndef VERTEX_COLORS
 #define VERTEX_COLORS 0
+#endif
+#ifndef SWAY
+#define SWAY 0
+#endif
+#if SWAY
+#include "lib/material.glsl"
+#include "lib/wind.glsl"
 #endif
 
 layout(location = 0) in vec3 position;
@@ -20,6 +27,9 @@ out vec2 v_uv;
 layout(location = 5) in vec4 color; // linear
 out vec4 v_color;
 #endif
+#if SWAY
+layout(location = 6) in vec2 sway;
+#endif
 
 void main() {
     mat3 model = transpose(mat3(model_x.xyz, model_y.xyz, model_z.xyz));
@@ -32,6 +42,9 @@ void main() {
     mat3 cofactors = mat3(cross(model[1], model[2]), cross(model[2], model[0]), cross(model[0], model[1]));
     float side = dot(model[0], cofactors[0]) < 0.0 ? -1.0 : 1.0;
     v_position = from_mesh(position);
+#if SWAY
+    v_position = in_wind(v_position, sway, material.wind_reach);
+#endif
     v_normal = side * safe_normalize(cofactors * normal, vec3(0.0, 1.0, 0.0));
     v_tangent = vec4(safe_normalize(model * tangent.xyz, vec3(1.0, 0.0, 0.0)), side * tangent.w);
     v_uv = uv0;

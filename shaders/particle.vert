@@ -2,8 +2,8 @@
 #include "lib/frame.glsl"
 #include "lib/guard.glsl"
 
-layout(location = 6) in vec4 position_and_size; // xyz position, m; w edge of the quad, m
-layout(location = 7) in vec2 rotation_and_life; // rotation, rad; opacity [0,1]
+layout(location = 7) in vec4 position_and_size; // xyz position, m; w edge of the quad, m
+layout(location = 8) in vec2 rotation_and_life; // rotation, rad; opacity [0,1]
 
 out vec2 v_corner; // [-1,1]
 out float v_life;

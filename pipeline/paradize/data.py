@@ -62,7 +62,8 @@ class Mesh:
 
     positions: (n, 3) float32, metres, Y up, relative to `origin`. triangles: (m, 3) uint32, counter-clockwise
     seen from outside. normals: (n, 3) float32, unit. tangents: (n, 4) float32, xyz unit, w = +-1, B = w *
-    cross(N, T). uvs, uvs1: (n, 2) float32, top-left origin. colors: (n, 4) float32, linear, 0..1.
+    cross(N, T). uvs, uvs1: (n, 2) float32, top-left origin. colors: (n, 4) float32, linear, 0..1. sway:
+    (n, 2) float32, 0..1, how far wind moves a vertex (stages/sway.py).
 
     groups: cover all triangles in order without gaps or overlaps, one for each run of triangles with the same
     name and material. origin: position of the mesh, x y z in metres. It is 0 except for a mesh far from 0,
@@ -76,6 +77,7 @@ class Mesh:
     uvs: F32 | None = None
     uvs1: F32 | None = None
     colors: F32 | None = None
+    sway: F32 | None = None
     groups: tuple[Group, ...] = ()
     origin: Vec3 = ORIGIN
 
@@ -235,7 +237,7 @@ class QuantizedValues:
     positions: (n, 3), indices into `grid`. normals: (n, 3), tangents: (n, 4): v = max(q / 127, -1) for int8,
     q / 32767 for int16. They are in the space of the grid: where its steps differ, the components of a normal
     are multiplied by the steps and those of a tangent divided by them, and both are normalized again. uvs,
-    uvs1: q / 65535. colors: (n, 4), q / 255 or q / 65535.
+    uvs1: q / 65535. colors: (n, 4), q / 255 or q / 65535. sway: (n, 2), q / 255.
     """
 
     grid: QuantizationGrid
@@ -245,6 +247,7 @@ class QuantizedValues:
     uvs: U16 | F32 | None = None
     uvs1: U16 | F32 | None = None
     colors: U8 | U16 | None = None
+    sway: U8 | None = None
 
 
 @dataclass(frozen=True)

@@ -58,13 +58,14 @@ struct AttributeTypes {
     long long narrow, wide;
     bool normalized;
 };
-constexpr std::array<AttributeTypes, 6> attributes_known{
+constexpr std::array<AttributeTypes, 7> attributes_known{
     {{"POSITION", "VEC3", 3, ushort_type, ushort_type, false},
      {"NORMAL", "VEC3", 3, byte_type, short_type, true},
      {"TANGENT", "VEC4", 4, byte_type, short_type, true},
      {"TEXCOORD_0", "VEC2", 2, ushort_type, ushort_type, true},
      {"TEXCOORD_1", "VEC2", 2, ushort_type, ushort_type, true},
-     {"COLOR_0", "VEC4", 4, ubyte_type, ushort_type, true}}};
+     {"COLOR_0", "VEC4", 4, ubyte_type, ushort_type, true},
+     {"_SWAY", "VEC2", 2, ubyte_type, ubyte_type, true}}};
 
 std::uint32_t word_at(std::span<const std::byte> bytes, std::size_t offset) {
     std::uint32_t value = 0;
@@ -283,7 +284,7 @@ class Reader {
 
     void read_attributes(const JsonObject &attributes, GlbLevel &out) {
         const std::array<std::span<const std::byte> *, attributes_known.size()> parts{
-            &out.positions, &out.normals, &out.tangents, &out.uvs, &out.uvs1, &out.colors};
+            &out.positions, &out.normals, &out.tangents, &out.uvs, &out.uvs1, &out.colors, &out.sway};
         for (std::size_t part = 0; part < parts.size(); ++part) {
             const AttributeTypes &known = attributes_known[part];
             if (part != 0 && !attributes.has(known.key)) {

@@ -48,7 +48,8 @@ struct GlbLevel {
     std::span<const std::byte> uvs;       // 2
     std::span<const std::byte> uvs1;      // 2
     std::span<const std::byte> colors;    // 4
-    std::array<GlbFormat, 6> formats;     // of the attributes above, in this order
+    std::span<const std::byte> sway;      // 2
+    std::array<GlbFormat, 7> formats;     // of the attributes above, in this order
     std::uint32_t index_bytes = 2;        // 2 or 4, the same in all primitives
     std::vector<GlbPrimitive> primitives;
 };

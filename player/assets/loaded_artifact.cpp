@@ -124,8 +124,8 @@ class Stager {
 
     void add_level(std::uint32_t index) {
         GlbLevel level = loaded_.glb.levels[index];
-        for (std::span<const std::byte> *part :
-             {&level.positions, &level.normals, &level.tangents, &level.uvs, &level.uvs1, &level.colors}) {
+        for (std::span<const std::byte> *part : {&level.positions, &level.normals, &level.tangents,
+                                                 &level.uvs, &level.uvs1, &level.colors, &level.sway}) {
             *part = read(*part);
         }
         for (GlbPrimitive &primitive : level.primitives) {

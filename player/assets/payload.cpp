@@ -83,8 +83,13 @@ struct Attribute {
     const char *name;
     std::size_t components;
 };
-constexpr std::array<Attribute, mesh_attributes> attributes{
-    {{"POSITION", 3}, {"NORMAL", 3}, {"TANGENT", 4}, {"TEXCOORD_0", 2}, {"TEXCOORD_1", 2}, {"COLOR_0", 4}}};
+constexpr std::array<Attribute, mesh_attributes> attributes{{{"POSITION", 3},
+                                                             {"NORMAL", 3},
+                                                             {"TANGENT", 4},
+                                                             {"TEXCOORD_0", 2},
+                                                             {"TEXCOORD_1", 2},
+                                                             {"COLOR_0", 4},
+                                                             {"_SWAY", 2}}};
 
 /// Returns the rule that an attribute's value breaks, or an empty text.
 std::string broken_rule(const GlbLevel &level, std::uint32_t part, const Numbers &v) {
@@ -108,6 +113,7 @@ std::string broken_rule(const GlbLevel &level, std::uint32_t part, const Numbers
                    ? ""
                    : "must have length 1 and w 1 or -1";
     case 5:
+    case 6:
         return all_within(0.0F, 1.0F) ? "" : "must lie in 0 to 1";
     default:
         return all_within(-max_uv, max_uv) ? "" : "must lie within " + shortest(max_uv) + " of 0";

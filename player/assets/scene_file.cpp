@@ -14,7 +14,7 @@ namespace paradize::assets {
 
 namespace {
 
-constexpr long long scene_version = 6;
+constexpr long long scene_version = 7;
 
 class SceneReader {
   public:
@@ -173,6 +173,18 @@ class SceneReader {
             out_.fog.color = triple(*fog, "color", 0.0, max_radiance);
             out_.fog.density_per_m = real(*fog, "density_per_m", 0.0, 1e3);
             fog->reject_unknown_keys();
+        }
+        if (const auto wind = root_.object_or_none("wind")) {
+            Wind value;
+            value.direction = pair(*wind, "direction", -1.001, 1.001);
+            const float squared = glm::dot(value.direction, value.direction);
+            if (!(std::abs(squared - 1.0F) <= 1e-3F)) {
+                wind->fail("direction", "has the squared length " + shortest(squared) + ", must be 1");
+            }
+            value.speed_m_per_s = real(*wind, "speed_m_per_s", 0.0, 1e3);
+            value.gust_m = real(*wind, "gust_m", 1e-3, max_length_m);
+            wind->reject_unknown_keys();
+            out_.wind = value;
         }
         if (const auto sky = root_.object_or_none("sky")) {
             out_.sky = required_artifact(out_, *sky, "cubemap", ArtifactKind::cubemap);

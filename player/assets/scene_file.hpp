@@ -1,5 +1,5 @@
 #pragma once
-// scene.json, version 6, as plain values. Uses no GL. pipeline/paradize/formats/FORMAT.md describes the
+// scene.json, version 7, as plain values. Uses no GL. pipeline/paradize/formats/FORMAT.md describes the
 // members.
 
 #include "assets/object_maps.hpp"
@@ -150,8 +150,17 @@ struct Material {
     AlphaMode alpha_mode = AlphaMode::opaque;
     float alpha_cutoff = 0.5F;  // of AlphaMode::mask
     bool vertex_colors = false; // the mesh's colours multiply colour and opacity
+    glm::vec2 wind_reach{0.0F}; // metres that wind moves the object in a full gust: lean, flutter
+
+    bool sways() const { return wind_reach != glm::vec2(0.0F); }
 
     bool operator==(const Material &) const = default;
+};
+
+struct Wind {
+    glm::vec2 direction{1.0F, 0.0F}; // where it blows to, along X and Z; unit
+    float speed_m_per_s = 0.0F;      // of its gusts
+    float gust_m = 1.0F;             // from one to the next
 };
 
 struct ObjectLod {
@@ -169,6 +178,7 @@ struct Object {
     std::string name, mesh; // mesh: an artifact
     glm::dvec3 center{0.0}; // bounding sphere in the mesh's space
     float radius_m = 1.0F;
+    float reach_m = 0.0F; // wind moves no vertex farther, whatever the scale
     bool camera = true, shadow = true, reflection = true, refraction = true; // views that draw it
     std::vector<ObjectLod> lods; // level 0, the finest, comes first
     std::vector<Material> materials;
@@ -231,7 +241,8 @@ struct SceneFile {
     Sun sun;
     Ambient ambient;
     Fog fog;
-    std::string sky; // cube map artifact; empty: none
+    std::optional<Wind> wind; // none: nothing moves in it
+    std::string sky;          // cube map artifact; empty: none
     std::optional<Shadow> shadow;
     std::optional<float> reflection_scale; // relative to the picture's size
     std::optional<float> refraction_scale;

@@ -143,6 +143,14 @@ void read_objects(const JsonObject &root, SceneFile &out) {
                 value.materials.push_back(material(out, materials->object(name), name));
             }
         }
+        if (const auto sway = from.object_or_none("sway")) {
+            const glm::vec2 reach{real(*sway, "lean_m", 0.0, 1e4), real(*sway, "flutter_m", 0.0, 1e4)};
+            sway->reject_unknown_keys();
+            for (Material &one : value.materials) {
+                one.wind_reach = reach;
+            }
+            value.reach_m = reach.x + 1.1F * reach.y; // flutter has a small part across
+        }
         for (const JsonObject &at : from.objects("instances", max_instances)) {
             if (left-- == 0) {
                 from.fail("instances", "make more than " + std::to_string(max_instances) +

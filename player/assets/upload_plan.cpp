@@ -23,6 +23,8 @@ std::span<const std::byte> mesh_attribute(const GlbLevel &level, std::uint32_t a
         return level.uvs1;
     case 5:
         return level.colors;
+    case 6:
+        return level.sway;
     default:
         return {};
     }

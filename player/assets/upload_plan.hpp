@@ -22,7 +22,7 @@ inline constexpr std::size_t patches_bytes = std::size_t{256} << 10U;
 
 /// Number of vertex attributes of a mesh level, in the order of gl::Attribute. The indices of each primitive
 /// follow as further parts.
-inline constexpr std::uint32_t mesh_attributes = 6;
+inline constexpr std::uint32_t mesh_attributes = 7;
 std::span<const std::byte> mesh_attribute(const GlbLevel &level, std::uint32_t attribute);
 std::span<const std::byte> mesh_part(const GlbLevel &level, std::uint32_t part);
 

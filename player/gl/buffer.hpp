@@ -16,8 +16,9 @@ enum Attribute : unsigned {
     attribute_uv0 = 3,      // vec2, origin at the top left texel corner
     attribute_uv1 = 4,      // vec2
     attribute_color = 5,    // vec4, linear
-    attribute_free = 6,     // first location that no baked mesh uses, for per-instance data of a pass
-    attribute_model = 6,    // 3 x vec4 of the objects pass: rows of the matrix from the mesh to the view
+    attribute_sway = 6,     // vec2, shares of lean and flutter
+    attribute_free = 7,     // first location that no baked mesh uses, for per-instance data of a pass
+    attribute_model = 7,    // 3 x vec4 of the objects pass: rows of the matrix from the mesh to the view
 };
 
 enum class Usage { fixed, streamed };

@@ -27,10 +27,12 @@ struct FrameUniforms {
     // x second of the flight, y seconds since the start (float: too coarse for scrolling), z exposure, w
     // frame number modulo 4096
     glm::vec4 clock;
-    glm::vec4 anchor; // xyz floating origin: world position that all coordinates are relative to, m
+    glm::vec4 anchor;      // xyz floating origin: world position that all coordinates are relative to, m
+    glm::vec4 wind;        // scene/wind.hpp: direction
+    glm::vec4 wind_phases; // scene/wind.hpp: phases
 };
 
-static_assert(sizeof(FrameUniforms) == 432);
+static_assert(sizeof(FrameUniforms) == 464);
 static_assert(offsetof(FrameUniforms, view) == 64);
 static_assert(offsetof(FrameUniforms, inverse_view_projection) == 128);
 static_assert(offsetof(FrameUniforms, shadow_from_world) == 192);
@@ -45,5 +47,7 @@ static_assert(offsetof(FrameUniforms, fog) == 368);
 static_assert(offsetof(FrameUniforms, water) == 384);
 static_assert(offsetof(FrameUniforms, clock) == 400);
 static_assert(offsetof(FrameUniforms, anchor) == 416);
+static_assert(offsetof(FrameUniforms, wind) == 432);
+static_assert(offsetof(FrameUniforms, wind_phases) == 448);
 
 } // namespace paradize::gl

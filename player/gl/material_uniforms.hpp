@@ -22,7 +22,7 @@ struct MaterialUniforms {
     glm::vec2 metalness{0.0F};
     float occlusion_strength = 0.0F;
     float alpha_cutoff = 0.0F;
-    std::array<float, 2> unused{}; // a block's size is a multiple of 16 bytes
+    glm::vec2 wind_reach{0.0F};
 
     bool operator==(const MaterialUniforms &) const = default;
 };
@@ -36,5 +36,6 @@ static_assert(offsetof(MaterialUniforms, specular_smoothness) == 64);
 static_assert(offsetof(MaterialUniforms, metalness) == 72);
 static_assert(offsetof(MaterialUniforms, occlusion_strength) == 80);
 static_assert(offsetof(MaterialUniforms, alpha_cutoff) == 84);
+static_assert(offsetof(MaterialUniforms, wind_reach) == 88);
 
 } // namespace paradize::gl

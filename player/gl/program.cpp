@@ -68,7 +68,7 @@ struct Member {
     std::size_t offset;
 };
 
-constexpr std::array<Member, 15> frame_members{{
+constexpr std::array<Member, 17> frame_members{{
     {"view_projection", offsetof(FrameUniforms, view_projection)},
     {"view", offsetof(FrameUniforms, view)},
     {"inverse_view_projection", offsetof(FrameUniforms, inverse_view_projection)},
@@ -84,10 +84,12 @@ constexpr std::array<Member, 15> frame_members{{
     {"water", offsetof(FrameUniforms, water)},
     {"clock", offsetof(FrameUniforms, clock)},
     {"anchor", offsetof(FrameUniforms, anchor)},
+    {"wind", offsetof(FrameUniforms, wind)},
+    {"wind_phases", offsetof(FrameUniforms, wind_phases)},
 }};
 
 constexpr std::size_t first_map = offsetof(MaterialUniforms, has_map);
-constexpr std::array<Member, 14> material_members{{
+constexpr std::array<Member, 15> material_members{{
     {"MaterialUniforms.base_color", offsetof(MaterialUniforms, base_color)},
     {"MaterialUniforms.emission_color", offsetof(MaterialUniforms, emission_color)},
     {"MaterialUniforms.translucency", offsetof(MaterialUniforms, translucency)},
@@ -102,6 +104,7 @@ constexpr std::array<Member, 14> material_members{{
     {"MaterialUniforms.metalness", offsetof(MaterialUniforms, metalness)},
     {"MaterialUniforms.occlusion_strength", offsetof(MaterialUniforms, occlusion_strength)},
     {"MaterialUniforms.alpha_cutoff", offsetof(MaterialUniforms, alpha_cutoff)},
+    {"MaterialUniforms.wind_reach", offsetof(MaterialUniforms, wind_reach)},
 }};
 
 struct Block {

@@ -7,6 +7,7 @@
 #include "gl/program.hpp"
 #include "passes/pass.hpp"
 #include "scene/camera.hpp"
+#include "scene/wind.hpp"
 
 #include <epoxy/gl.h>
 #include <glm/matrix.hpp>
@@ -53,7 +54,7 @@ void Frame::cull_casters(const View &light) {
     scene.collect(light, main.eye, main.pixels_at_1m, settings.lod_error_px, casters);
 }
 
-void Frame::draw_view(const View &view, unsigned framebuffer, bool depth_only) {
+void Frame::draw_view(const View &view, unsigned framebuffer, bool depth_only, std::optional<double> wind_s) {
     const assets::SceneFile &file = scene.file();
     gl::FrameUniforms block;
     block.view_projection = view.view_projection;
@@ -74,6 +75,11 @@ void Frame::draw_view(const View &view, unsigned framebuffer, bool depth_only) {
     block.fog = glm::vec4(file.fog.color, file.fog.density_per_m);
     block.water = glm::vec4(file.water ? file.water->absorption_per_m : glm::vec3(0.0F), water_m());
     block.anchor = glm::vec4(view.anchor, 0.0);
+    if (file.wind) {
+        const WindNow wind = wind_now(*file.wind, wind_s.value_or(clock.elapsed_s), view.anchor);
+        block.wind = wind.direction;
+        block.wind_phases = wind.phases;
+    }
     block.clock = glm::vec4(static_cast<float>(clock.flight_s), static_cast<float>(clock.elapsed_s),
                             file.exposure, static_cast<float>(clock.frame % 4096));
 

@@ -13,6 +13,7 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -77,8 +78,10 @@ class Frame {
 
     /// Draws all passes in one view, in order. Uploads FrameUniforms, binds the framebuffer with the view's
     /// size, sets winding and clip distance, and clears depth and (unless depth_only) colour to transparent
-    /// black. Afterwards the GL state is the default state; the framebuffer stays bound.
-    void draw_view(const View &view, unsigned framebuffer, bool depth_only = false);
+    /// black. Afterwards the GL state is the default state; the framebuffer stays bound. wind_s: the second
+    /// whose wind it shows; empty: now.
+    void draw_view(const View &view, unsigned framebuffer, bool depth_only = false,
+                   std::optional<double> wind_s = {});
 
     /// Draws a full-screen triangle from gl_VertexID, without attributes.
     void draw_fullscreen() const;

@@ -37,8 +37,16 @@ std::string define(std::string_view name, int value) {
     return std::string(name) + " " + std::to_string(value);
 }
 
-std::string alpha_define(AlphaMode mode) {
-    return define("ALPHA_MODE", static_cast<int>(mode));
+std::string alpha_define(const assets::Material &material) {
+    return define("ALPHA_MODE", static_cast<int>(material.alpha_mode));
+}
+
+std::string colors_define(const assets::Material &material) {
+    return define("VERTEX_COLORS", material.vertex_colors ? 1 : 0);
+}
+
+std::string sway_define(const assets::Material &material) {
+    return define("SWAY", material.sways() ? 1 : 0);
 }
 
 /// Uniforms that no material has.
@@ -68,29 +76,27 @@ gl::MaterialUniforms uniforms_of(const Material &material) {
     out.emission_color = values.emission;
     out.alpha_cutoff = values.alpha_cutoff;
     out.translucency = values.translucency;
+    out.wind_reach = values.wind_reach;
     return out;
-}
-
-std::string colors_define(bool vertex_colors) {
-    return define("VERTEX_COLORS", vertex_colors ? 1 : 0);
 }
 
 } // namespace
 
-ObjectsPass::Lit::Lit(const PassSetup &setup, AlphaMode mode, bool vertex_colors)
+ObjectsPass::Lit::Lit(const PassSetup &setup, const assets::Material &material)
     : program(setup.shaders, "object.vert", "object.frag",
               {shadow_define(setup.settings), cascades_define(setup.settings),
-               define("PARALLAX_STEPS", setup.settings.parallax_steps), alpha_define(mode),
-               colors_define(vertex_colors)}),
+               define("PARALLAX_STEPS", setup.settings.parallax_steps), alpha_define(material),
+               colors_define(material), sway_define(material)}),
       environment(setup, program), multisampled(program.location("u_multisampled")) {
     assets::for_each_map([&](ObjectMap map, std::string_view name) {
         program.set_unit(("u_" + std::string(name)).c_str(), static_cast<int>(unit_of(map)));
     });
 }
 
-ObjectsPass::Depth::Depth(const PassSetup &setup, AlphaMode mode, bool vertex_colors)
-    : program(setup.shaders, "depth.vert", "depth.frag",
-              {define("INSTANCED", 1), alpha_define(mode), colors_define(vertex_colors)}) {
+ObjectsPass::Depth::Depth(const PassSetup &setup, const assets::Material &material)
+    : program(
+          setup.shaders, "depth.vert", "depth.frag",
+          {define("INSTANCED", 1), alpha_define(material), colors_define(material), sway_define(material)}) {
     program.set_unit("u_color", static_cast<int>(unit_of(ObjectMap::color)));
 }
 
@@ -111,10 +117,10 @@ ObjectsPass::ObjectsPass(const PassSetup &setup, DrawnMaterials drawn)
             const std::size_t variant = variant_of(values);
             const bool is_blended = values.alpha_mode == AlphaMode::blend;
             if (is_blended == (drawn == DrawnMaterials::blended) && !lit_[variant]) {
-                lit_[variant].emplace(setup, values.alpha_mode, values.vertex_colors);
+                lit_[variant].emplace(setup, values);
             }
             if (draws_light && !depth_[variant]) {
-                depth_[variant].emplace(setup, values.alpha_mode, values.vertex_colors);
+                depth_[variant].emplace(setup, values);
             }
             const gl::Wraps wraps{wrap_of(values.wrap[0]), wrap_of(values.wrap[1])};
             assets::for_each_map([&](ObjectMap map, std::string_view) {
@@ -127,7 +133,8 @@ ObjectsPass::ObjectsPass(const PassSetup &setup, DrawnMaterials drawn)
 }
 
 std::size_t ObjectsPass::variant_of(const assets::Material &material) {
-    return 2 * static_cast<std::size_t>(material.alpha_mode) + (material.vertex_colors ? 1U : 0U);
+    return 4 * static_cast<std::size_t>(material.alpha_mode) + (material.vertex_colors ? 2U : 0U) +
+           (material.sways() ? 1U : 0U);
 }
 
 unsigned ObjectsPass::sampler(gl::Wraps wraps, bool nearest, std::optional<int> max_level,
@@ -203,6 +210,8 @@ void ObjectsPass::use_depth(const Material &material) {
     material_ = material.id;
     if (values.alpha_mode != AlphaMode::opaque) {
         bind_map(material, ObjectMap::color);
+    }
+    if (values.alpha_mode != AlphaMode::opaque || values.sways()) {
         bind_uniforms(material);
     }
 }

@@ -26,20 +26,20 @@ class ObjectsPass : public Pass {
     ObjectsPass(const PassSetup &setup, DrawnMaterials drawn);
 
   private:
-    /// One variant of the programs: an alpha mode, with or without vertex colours.
+    /// One variant of the programs: an alpha mode, with or without vertex colours, still or moved by wind.
     struct Lit {
-        Lit(const PassSetup &setup, assets::AlphaMode mode, bool vertex_colors);
+        Lit(const PassSetup &setup, const assets::Material &material);
 
         gl::Program program;
         EnvironmentBindings environment;
         int multisampled;
     };
     struct Depth {
-        Depth(const PassSetup &setup, assets::AlphaMode mode, bool vertex_colors);
+        Depth(const PassSetup &setup, const assets::Material &material);
 
         gl::Program program;
     };
-    static constexpr std::size_t variants = 6;
+    static constexpr std::size_t variants = 12;
     static std::size_t variant_of(const assets::Material &material);
 
     /// Lists what the view draws and uploads its instances. False if it draws nothing.

@@ -7,6 +7,7 @@
 #include <glm/gtc/type_ptr.hpp>
 
 #include <bit>
+#include <cmath>
 
 namespace paradize {
 
@@ -17,13 +18,26 @@ void mix(std::uint64_t &hash, std::uint64_t word) {
     hash = (hash ^ word) * 1099511628211ULL;
 }
 
-std::uint64_t fingerprint(const Frame &frame, const View &light) {
+// The wind of shadows moves in steps, each cascade's at another moment, so that most frames draw no cascade
+// anew.
+constexpr double wind_steps_per_s = 10.0;
+
+/// Returns the second whose wind a cascade shows.
+double wind_second(double elapsed_s, std::size_t cascade, std::size_t cascades) {
+    const double ahead = static_cast<double>(cascade) / static_cast<double>(cascades);
+    return (std::floor(elapsed_s * wind_steps_per_s + ahead) - ahead) / wind_steps_per_s;
+}
+
+std::uint64_t fingerprint(const Frame &frame, const View &light, double wind_s) {
     std::uint64_t hash = 14695981039346656037ULL;
     const float *matrix = glm::value_ptr(light.view_projection);
     for (int i = 0; i < 16; ++i) {
         mix(hash, std::bit_cast<std::uint32_t>(matrix[i]));
     }
     for (const DrawItem &item : frame.visible(ViewKind::light)) {
+        if (item.object->file->reach_m > 0.0F) { // wind moves it with time alone
+            mix(hash, std::bit_cast<std::uint64_t>(wind_s));
+        }
         mix(hash, std::bit_cast<std::uintptr_t>(item.object));
         mix(hash, item.first);
         mix(hash, item.count);
@@ -65,9 +79,10 @@ void ShadowPass::prepare(Frame &frame) {
         if (i > 0) {
             frame.cull_casters(view);
         }
-        const std::uint64_t now = fingerprint(frame, view);
+        const double wind_s = wind_second(frame.clock.elapsed_s, i, cascades_.size());
+        const std::uint64_t now = fingerprint(frame, view, wind_s);
         if (now != cascade.drawn_fingerprint) {
-            frame.draw_view(view, cascade.framebuffer.name(), true);
+            frame.draw_view(view, cascade.framebuffer.name(), true, wind_s);
             cascade.drawn_fingerprint = now;
         }
     }

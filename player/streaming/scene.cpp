@@ -64,7 +64,7 @@ Scene::Scene(const assets::SceneFile &file, const Streamer &streamer) : file_(fi
             instance.scale =
                 static_cast<float>(std::max({std::abs(scale.x), std::abs(scale.y), std::abs(scale.z)}));
             instance.mirrored = scale.x * scale.y * scale.z < 0.0;
-            instance.radius_m = entry.radius_m * instance.scale;
+            instance.radius_m = entry.radius_m * instance.scale + entry.reach_m;
         }
         object.tree = InstanceTree(object.instances);
         for (const assets::ObjectLod &lod : entry.lods) {

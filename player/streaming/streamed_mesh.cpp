@@ -14,7 +14,7 @@ namespace paradize {
 
 namespace {
 
-constexpr std::array<int, assets::mesh_attributes> components{3, 3, 4, 2, 2, 4};
+constexpr std::array<int, assets::mesh_attributes> components{3, 3, 4, 2, 2, 4, 2};
 
 } // namespace
 

@@ -16,4 +16,6 @@ layout(std140) uniform FrameUniforms {
     vec4 water;
     vec4 clock;
     vec4 anchor;
+    vec4 wind;
+    vec4 wind_phases;
 };

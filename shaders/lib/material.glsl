@@ -14,4 +14,5 @@ layout(std140) uniform MaterialUniforms {
     vec2 metalness;           // metalness; 1 if the occlusion map's G multiplies it, else 0
     float occlusion_strength; // 0: none of the occlusion map
     float alpha_cutoff;
+    vec2 wind_reach;          // metres that wind moves the object in a full gust: lean, flutter
 } material;

@@ -1,8 +1,8 @@
 // The transform of an instance from its mesh to the view's coordinates: scale along each axis, rotation,
 // translation.
-layout(location = 6) in vec4 model_x; // rows of the matrix
-layout(location = 7) in vec4 model_y;
-layout(location = 8) in vec4 model_z;
+layout(location = 7) in vec4 model_x; // rows of the matrix
+layout(location = 8) in vec4 model_y;
+layout(location = 9) in vec4 model_z;
 
 vec3 from_mesh(vec3 position) {
     vec4 p = vec4(position, 1.0);

@@ -28,11 +28,13 @@ from paradize.stages.quantise import mesh_grid, quantise
 from paradize.stages.refine import fit_normals, fit_positions
 from paradize.stages.reproject import take_attributes
 from paradize.stages.split import split_by
+from paradize.stages.sway import sway
 from paradize.stages.tangents import tangent_frames
 from paradize.stages.validate import Report, validate_mesh
 from paradize.stages.weld import Welding, weld
 from tests.extremes.shapes import MESHES, angles_deg, areas, side_of, turned_over, unit
 from tests.extremes.table import Row
+from tests.pipeline.searched import searched
 
 NOT_FINITE = {"nan": "not finite", "inf": "not finite"}
 # What validate refuses goes to no stage after it.
@@ -283,6 +285,15 @@ def _occlusion_error(mesh: Mesh, made: tuple[Mesh, Any]) -> float:
     return cast_errors(found.values, inside, on, on, reach=0.3, samples=128).get("cast_mean", 0.0)
 
 
+def _lean_error(mesh: Mesh, made: np.ndarray) -> float:
+    """The error of the lean, by the search; of large meshes, what is known of root and tip."""
+    mesh = sound(mesh)
+    if len(mesh.positions) > 2000:
+        return float(abs(made[:, 0].max() - 1.0) + abs(made[:, 0].min()))
+    reached = searched(mesh)
+    return float(np.abs(made[:, 0] - (reached / max(reached.max(), 1e-300)) ** 2).max())
+
+
 def _row(module: str, run: Any, error: Any, unit: str, limit: float, **more: Any) -> Row:
     inputs: Mapping[str, Any] = more.pop("inputs", MESHES)
     return Row(f"stages.{module}", inputs, run, error, unit, limit, **more)
@@ -323,6 +334,7 @@ ROWS = [
         refused=GUARDED | {"denormal": "too small a mesh for 16-bit positions"},
     ),
     _row("reproject", _taken, _own_attributes_lost, "of 1", 1e-5, refused=GUARDED),
+    _row("sway", lambda mesh: sway(sound(mesh)), _lean_error, "of 1", 1e-6, refused=GUARDED),
     *[
         _row(
             f"lod.{module}",

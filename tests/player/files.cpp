@@ -172,6 +172,7 @@ std::string SceneText::str() const {
            streaming + R"(,
 "sun": {"direction": [0, 1, 0], "color": [1, 1, 1], "intensity": 3, "angular_diameter_rad": 0.0093},
 "ambient": {"color": [1, 1, 1], "intensity": 0.5}, "fog": {"color": [1, 1, 1], "density_per_m": 0.001},
+"wind": {"direction": [0.6, -0.8], "speed_m_per_s": 5, "gust_m": 20},
 "sky": {"cubemap": "sky"}, "shadow": )" +
            shadow + R"(, "reflection": {"scale": 0.5}, "refraction": null, "terrain": null, "water": null,
 "objects": [{"name": "quad", "mesh": "quad_mesh",
@@ -181,6 +182,7 @@ std::string SceneText::str() const {
   "wrap": ["clamp", "mirror"], "nearest": true, "metalness": 0.25, "emission": [1, 2, 3], "occlusion_strength": 0.75,
   "parallax_scale": 0, "parallax_bias": 0, "parallax_limit": 0.25, "specular": 0.5, "smoothness": 0.7,
   "two_sided": true, "translucency": 0.25, "alpha_mode": "mask", "alpha_cutoff": 0.5, "vertex_colors": true}},
+ "sway": {"lean_m": 0.5, "flutter_m": 0.25},
  "instances": [{"position": [0, 0, 0], "rotation": [0, 0.6, 0, 0.8], "scale": [2, 2, -3]}]}],
 "particles": [], "sound": null,
 "flight": {"duration_s": 10, "fov_rad": 0.9, "near_m": 0.5, "far_m": 100,

@@ -303,7 +303,6 @@ def test_sand_neither_shimmers_nor_fades_to_one_colour(posed: Posed) -> None:
     assert flicker < 0.012
 
 
-@pytest.mark.deep
 def test_sparkles_are_light_around_the_palm_only(posed: Posed) -> None:
     field = posed.scene()["particles"][0]
     eye, target = (-12.0, 3.5, 8.0), crown(posed)

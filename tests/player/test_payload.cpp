@@ -70,6 +70,7 @@ struct Triangle {
         level.uvs = std::as_bytes(std::span(rows[3]));
         level.uvs1 = std::as_bytes(std::span(rows[4]));
         level.colors = std::as_bytes(std::span(rows[5]));
+        level.sway = std::as_bytes(std::span(rows[6]));
         level.primitives.push_back({0, std::as_bytes(std::span(indices)), 3});
         return out;
     }
@@ -79,8 +80,13 @@ struct Named {
     const char *name;
     std::size_t channels;
 };
-constexpr std::array<Named, assets::mesh_attributes> names{
-    {{"POSITION", 3}, {"NORMAL", 3}, {"TANGENT", 4}, {"TEXCOORD_0", 2}, {"TEXCOORD_1", 2}, {"COLOR_0", 4}}};
+constexpr std::array<Named, assets::mesh_attributes> names{{{"POSITION", 3},
+                                                            {"NORMAL", 3},
+                                                            {"TANGENT", 4},
+                                                            {"TEXCOORD_0", 2},
+                                                            {"TEXCOORD_1", 2},
+                                                            {"COLOR_0", 4},
+                                                            {"_SWAY", 2}}};
 
 /// Stages every piece of a file and returns the error.
 std::string loaded(const test::Bytes &file) {

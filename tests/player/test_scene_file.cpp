@@ -52,6 +52,12 @@ TEST_CASE("scene.json: all values are read as written") {
     CHECK(leaf.vertex_colors);
     CHECK(leaf.maps[assets::ObjectMap::color] == "quad_color");
     CHECK(leaf.maps[assets::ObjectMap::occlusion].empty());
+    CHECK(leaf.wind_reach == glm::vec2(0.5F, 0.25F));
+    CHECK(scene.objects[0].reach_m == doctest::Approx(0.775));
+    REQUIRE(scene.wind.has_value());
+    CHECK(scene.wind->direction == glm::vec2(0.6F, -0.8F));
+    CHECK(scene.wind->speed_m_per_s == 5.0F);
+    CHECK(scene.wind->gust_m == 20.0F);
 }
 
 TEST_CASE("scene.json: largest picture, free camera's region and trimmed data are read") {
@@ -73,7 +79,7 @@ TEST_CASE("scene.json: another version is rejected with a remedy") {
     test::SceneText text;
     text.version = "3";
     check_refused(text,
-                  "scene.json: version: is 3, this player reads version 6; bake the scene again with the "
+                  "scene.json: version: is 3, this player reads version 7; bake the scene again with the "
                   "Paradize that came with the player");
 }
 

@@ -19,7 +19,12 @@ PREAMBLES = {
         for what in ("float", "int", "sampler2D", "samplerCube", "sampler2DArray", "sampler2DArrayShadow")
     ),
 }
-VARIANTS = [f"ALPHA_MODE {mode}\n#define VERTEX_COLORS {colors}" for mode in range(3) for colors in (0, 1)]
+VARIANTS = [
+    f"ALPHA_MODE {mode}\n#define VERTEX_COLORS {colors}\n#define SWAY {sway}"
+    for mode in range(3)
+    for colors in (0, 1)
+    for sway in (0, 1)
+]
 STEPS = [f"PARALLAX_STEPS {i}" for i in (0, 1, 24, 128)]  # the values that player/scene/quality.cpp sets
 SHADOWS = [f"SHADOW_FILTER {i}\n#define SHADOW_CASCADES {n}" for i in range(4) for n in (1, 3)]
 INCLUDE = re.compile(r'^#include "(lib/[a-z0-9_]+\.glsl)"$')

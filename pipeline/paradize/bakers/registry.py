@@ -35,7 +35,7 @@ QUANTISED = (
     "quantise_max", "quantise_p99", "quantise_rms", "quantise_max_m",
     "quantise_normal_max_deg", "quantise_normal_p99_deg", "quantise_normal_mean_deg",
     "quantise_tangent_max_deg", "quantise_tangent_p99_deg", "quantise_tangent_mean_deg",
-    "quantise_uv_max", "quantise_color_max",
+    "quantise_uv_max", "quantise_color_max", "quantise_sway_max",
 )  # fmt: skip
 # What rounding the source's positions to float32 cost: the same at every level.
 LOADED = ("load_max", "load_max_m", "load_normal_p99_deg")

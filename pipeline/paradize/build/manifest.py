@@ -127,6 +127,7 @@ def build_manifest(
         },
         "ambient": _plain(scene.ambient),
         "fog": _plain(scene.fog),
+        "wind": _wind(scene),
         "sky": {"cubemap": "sky"} if scene.sky else None,
         "shadow": _plain(scene.shadow) if scene.shadow else None,
         "reflection": _plain(scene.reflection) if scene.reflection else None,
@@ -242,8 +243,24 @@ def _object(
         "materials": {
             name: _material(item, name, known, entries, gutters, constants) for name in facts.materials
         },
+        "sway": _sway(item),
         "instances": [placed(instance) for instance in item.instances],
     }
+
+
+def _sway(item: SceneObject) -> dict[str, float] | None:
+    if item.sway_m == item.flutter_m == 0.0:
+        return None
+    return {"lean_m": item.sway_m, "flutter_m": item.flutter_m}
+
+
+def _wind(scene: Scene) -> dict[str, Any] | None:
+    """Returns the wind: where it blows to, along X and Z; `null` where nothing moves in it."""
+    if not any(_sway(item) for item in scene.objects):
+        return None
+    x, _, z = sun_direction(scene.wind.azimuth_deg, 0.0)
+    wind = scene.wind
+    return {"direction": [-x, -z], "speed_m_per_s": wind.speed_m_per_s, "gust_m": wind.gust_m}
 
 
 def _material(

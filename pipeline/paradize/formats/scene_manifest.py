@@ -36,7 +36,7 @@ from paradize.map_table import maps_of
 from paradize.material import REPEATED, WRAPS
 
 FORMAT = "paradize-scene"
-VERSION = 6
+VERSION = 7
 VIEWS = ("camera", "shadow", "reflection", "refraction")
 KINDS = ("mesh", "texture", "cubemap", "sound")
 ALPHA_MODES = ("opaque", "mask", "blend")
@@ -162,6 +162,7 @@ _manifest = table(
     sun=table(direction=_vec3, color=_vec3, intensity=_positive, angular_diameter_rad=_positive),
     ambient=table(color=_vec3, intensity=_positive),
     fog=table(color=_vec3, density_per_m=_positive),
+    wind=or_null(table(direction=_vec2, speed_m_per_s=_positive, gust_m=_positive)),
     sky=or_null(table(cubemap=text)),
     shadow=or_null(
         table(size=whole(1, 1 << 16), extent_m=_positive, center=_vec3, blur_distance_m=_positive)
@@ -231,6 +232,7 @@ _manifest = table(
             radius_m=_positive,
             lods=list_of(table(node=text, error_m=_positive), min_size=1),
             materials=map_of(_material),
+            sway=or_null(table(lean_m=_positive, flutter_m=_positive)),
             instances=_instances,
         )
     ),

@@ -8,7 +8,10 @@ from __future__ import annotations
 from paradize.data import Mesh
 from paradize.kernels.reference.draw import draw_cost
 
-_STREAMS = (("positions", 12), ("normals", 12), ("tangents", 16), ("uvs", 8), ("uvs1", 8), ("colors", 16))
+_STREAMS = (
+    *(("positions", 12), ("normals", 12), ("tangents", 16), ("uvs", 8), ("uvs1", 8), ("colors", 16)),
+    ("sway", 8),
+)
 
 
 def draw_costs(mesh: Mesh) -> dict[str, float]:

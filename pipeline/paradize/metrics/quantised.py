@@ -35,7 +35,7 @@ def quantised_errors(glb: bytes, sources: Sequence[Mesh]) -> list[dict[str, floa
     quantise_max, quantise_p99, quantise_rms: distance of vertices relative to the diagonal. quantise_max_m:
     in metres. quantise_normal_max_deg, _p99_deg, _mean_deg and quantise_tangent_...: angles. quantise_uv_max:
     difference of UVs. quantise_color_max: difference of linear colour values. 0 for attributes that are
-    missing.
+    missing. quantise_sway_max: difference of sway, of a mesh that has any.
     """
     (length,) = struct.unpack_from("<I", glb, 12)
     tree = parse_json(glb[20 : 20 + length])
@@ -62,6 +62,8 @@ def quantised_errors(glb: bytes, sources: Sequence[Mesh]) -> list[dict[str, floa
             _largest(arrays.get("TEXCOORD_1"), source.uvs1),
         )
         errors["quantise_color_max"] = _largest(arrays.get("COLOR_0"), source.colors)
+        if source.sway is not None:
+            errors["quantise_sway_max"] = _largest(arrays.get("_SWAY"), source.sway)
         results.append(
             {key: (rounded_up if "_max" in key else rounded)(value) for key, value in errors.items()}
         )

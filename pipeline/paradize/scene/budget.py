@@ -140,6 +140,7 @@ REPORTED = {
     "normal_encoding_max_deg": ("degrees", "largest angle that storing the normals in this format adds"),
     "terrain_tile_max_m": ("m", "largest vertical distance of any patch, the coarse ones too"),
     "quantise_color_max": ("linear value", "how far quantization moved a vertex colour"),
+    "quantise_sway_max": ("of the farthest's", "how far quantization changed how a vertex sways"),
     "path_jump_m": ("m", "largest gap between two segments of the camera path"),
     "path_jump_m_per_u": ("m per segment", "largest jump of the velocity between two segments"),
     "path_jump_m_per_u2": ("m per segment squared", "largest jump of the acceleration between two segments"),

@@ -145,6 +145,8 @@ def mesh_inputs(
         inputs["TANGENT"] = "the frame of bumps and parallax"
     if read:
         inputs["TEXCOORD_0"] = f"where {item.name}'s maps lie"
+    if item.sway_m > 0.0 or item.flutter_m > 0.0:
+        inputs["_SWAY"] = f"how {item.name} moves in the wind"
     tinted = [
         name
         for name, drawn in known.drawn.items()

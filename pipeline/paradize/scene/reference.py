@@ -37,6 +37,7 @@ EXAMPLES = {
     "sun": "[sun]\nazimuth_deg = 215.0\nelevation_deg = 38.0",
     "ambient": "[ambient]\nintensity = 0.4",
     "fog": "[fog]\ndensity_per_m = 0.001",
+    "wind": "[wind]\nazimuth_deg = 265.0\nspeed_m_per_s = 5.0",
     "sky": '[sky]\nfaces = ["px.exr", "nx.exr", "py.exr", "ny.exr", "pz.exr", "nz.exr"]',
     "shadow": "[shadow]\nextent_m = 60.0\ncenter = [0.0, 1.0, 0.0]",
     "reflection": "[reflection]\nscale = 0.5",

@@ -110,6 +110,7 @@ def quantise(
         uvs=mesh.uvs if float_uvs else _shares(mesh.uvs),
         uvs1=_shares(mesh.uvs1),
         colors=_colors(mesh.colors),
+        sway=None if mesh.sway is None else np.rint(mesh.sway.astype(np.float64) * 255.0).astype(np.uint8),
     )
 
 

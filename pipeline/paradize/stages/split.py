@@ -14,7 +14,7 @@ from paradize.kernels.mesh import number_corners
 if TYPE_CHECKING:
     import numpy.typing as npt
 
-ATTRIBUTES = ("normals", "tangents", "uvs", "uvs1", "colors")
+ATTRIBUTES = ("normals", "tangents", "uvs", "uvs1", "colors", "sway")
 
 
 def split_by(mesh: Mesh, **corners: npt.NDArray[np.float32]) -> Mesh:

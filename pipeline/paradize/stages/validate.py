@@ -20,7 +20,7 @@ from paradize.kernels.mesh import Occurrences, Topology, number_rows, topology
 if TYPE_CHECKING:
     import numpy.typing as npt
 
-_OPTIONAL = {"normals": 3, "tangents": 4, "uvs": 2, "uvs1": 2, "colors": 4}
+_OPTIONAL = {"normals": 3, "tangents": 4, "uvs": 2, "uvs1": 2, "colors": 4, "sway": 2}
 # OpenMesh needs about 300 bytes for each triangle. Larger meshes are not counted twice.
 _MOST_COUNTED_TWICE = 500_000
 

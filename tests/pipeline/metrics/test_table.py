@@ -42,7 +42,7 @@ def written(tmp_path_factory: pytest.TempPathFactory) -> set[str]:
     """All names of errors that a scene's bake and the commands of one file write."""
     top = tmp_path_factory.mktemp("written")
     scene = make_cove(top / "scene")
-    scene.write_text(scene.read_text().replace("lods = 3\n", "lods = 3\nquantise = true\n"))
+    scene.write_text(scene.read_text().replace("lods = 3\n", "lods = 3\nquantise = true\nsway_m = 0.1\n"))
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("PARADIZE_STORE", str(top / "store"))
         report = bake(scene, top / "out", BuildOptions(jobs=1))

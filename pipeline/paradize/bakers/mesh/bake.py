@@ -26,7 +26,8 @@ from paradize.metrics.tangent import frame_errors, frame_faults, sample_of, true
 from paradize.scene.baker_settings import MeshSettings
 from paradize.stages.lod import SIMPLIFIERS, simplifier_version
 from paradize.stages.order import draw_order
-from paradize.stages.reproject import take_attributes
+from paradize.stages.reproject import take_attributes, take_sway
+from paradize.stages.sway import sway
 from paradize.stages.tangents import METHODS, tangent_frames
 from paradize.stages.tangents import TIERS as FRAMES
 from paradize.stages.unwrappers import unwrapper_version
@@ -113,6 +114,8 @@ def _bake(
     levels, left_out = make_levels(mesh, by_settings if plan is None else plan(mesh, by_settings), used)
     report_step("tangent frames")
     tiers = _tangent_tiers(levels[0].mesh) if tangent_tiers else {}
+    if settings.attributes is not None and "_SWAY" in settings.attributes:
+        _add_sway(levels)
     framed = _framed_levels(mesh, levels, frames)
     del mesh  # saves memory: a level is about as large as its part of the file
     levels, costs_before = _in_draw_order(framed)
@@ -166,6 +169,14 @@ def _methods_of(settings: MeshSettings, tier: str, mesh: Mesh) -> tuple[str, str
     if settings.tangents == "face" and mesh.uvs is not None:
         notes.append("tangents 'face' are slower and err more than 'vertex', which is used")
     return used, FRAMES.get(settings.tangents, settings.tangents), notes
+
+
+def _add_sway(levels: list[MeasuredLevel]) -> None:
+    """Gives the first level its sway, and each other that of the nearest place of the first."""
+    first = replace(levels[0].mesh, sway=sway(levels[0].mesh))
+    levels[0] = replace(levels[0], mesh=first)
+    for k in range(1, len(levels)):
+        levels[k] = replace(levels[k], mesh=take_sway(first, levels[k].mesh))
 
 
 def _framed_levels(source: Mesh, levels: list[MeasuredLevel], tangents: str) -> list[MeasuredLevel]:

@@ -13,7 +13,7 @@ import numpy as np
 
 from paradize.data import Group, Lod, Mesh, rounded
 from paradize.errors import BakeError
-from paradize.formats.glb.layout import ATTRIBUTES, QUANTIZATION, SHAPES
+from paradize.formats.glb.layout import ATTRIBUTES, QUANTIZATION, SHAPES, SHARES
 from paradize.formats.glb.reader import decode_glb, verify_glb
 from paradize.formats.glb.writer import Writer, join_chunks, node_transform
 
@@ -116,7 +116,7 @@ def _check_mesh(mesh: Mesh, name: str) -> None:
         raise BakeError("no triangles to write", file=name)
     if int(mesh.triangles.max()) >= count:
         raise BakeError(f"index {int(mesh.triangles.max())} of {count} vertices", file=name)
-    for _, attribute, shape in ATTRIBUTES:
+    for key, attribute, shape in ATTRIBUTES:
         values = getattr(mesh, attribute)
         if values is None:
             continue
@@ -125,8 +125,8 @@ def _check_mesh(mesh: Mesh, name: str) -> None:
         if not np.isfinite(values).all():
             first = int(np.flatnonzero(~np.isfinite(values).all(axis=1))[0])
             raise BakeError(f"{attribute} is not finite", file=name, place=f"vertex {first}")
-    if mesh.colors is not None and (mesh.colors.min() < 0 or mesh.colors.max() > 1):
-        raise BakeError("colors leave 0 to 1", file=name)
+        if key in SHARES and (values.min() < 0 or values.max() > 1):
+            raise BakeError(f"{attribute} leave 0 to 1", file=name)
     first = 0
     for group in _groups(mesh):
         if group.first != first or group.count <= 0:

@@ -19,7 +19,10 @@ ATTRIBUTES = (
     ("TEXCOORD_0", "uvs", "VEC2"),
     ("TEXCOORD_1", "uvs1", "VEC2"),
     ("COLOR_0", "colors", "VEC4"),
+    ("_SWAY", "sway", "VEC2"),
 )
+# Of objects only: a terrain has none of them. All lie in 0 to 1.
+SHARES = ("COLOR_0", "_SWAY")
 QUANTIZATION = "KHR_mesh_quantization"
 # Allowed component types of quantized attributes, and whether they are normalized.
 QUANTIZED_TYPES = {
@@ -29,4 +32,5 @@ QUANTIZED_TYPES = {
     "TEXCOORD_0": ((U16,), True),
     "TEXCOORD_1": ((U16,), True),
     "COLOR_0": ((UBYTE, U16), True),
+    "_SWAY": ((UBYTE,), True),
 }

@@ -24,7 +24,7 @@ def decoded(quantized: QuantizedValues) -> dict[str, Any]:
     ):
         if values is not None:
             arrays[name] = _directions(_to_float(values), factor)
-    for name in ("uvs", "uvs1", "colors"):
+    for name in ("uvs", "uvs1", "colors", "sway"):
         values = getattr(quantized, name)
         if values is not None:
             arrays[name] = _to_float(values).astype(np.float32)

@@ -24,6 +24,7 @@ from paradize.formats.glb.layout import (
     QUANTIZATION,
     QUANTIZED_TYPES,
     SHAPES,
+    SHARES,
     U16,
     U32,
 )
@@ -271,8 +272,8 @@ def _read_level(reader: Reader, number: int) -> Lod:
         if values.dtype.kind == "f" and not np.isfinite(values).all():
             vertex = int(np.flatnonzero(~np.isfinite(values).all(axis=1))[0])
             raise reader.fault(f"{key} of vertex {vertex} is not finite", f"/accessors/{index}")
-        if key == "COLOR_0" and values.dtype.kind == "f" and (values.min() < 0 or values.max() > 1):
-            raise reader.fault("colours leave 0 to 1", f"/accessors/{index}")
+        if key in SHARES and values.dtype.kind == "f" and (values.min() < 0 or values.max() > 1):
+            raise reader.fault(f"values of {key} leave 0 to 1", f"/accessors/{index}")
         arrays[attribute] = np.ascontiguousarray(values, values.dtype.newbyteorder("="))
     count = len(arrays["positions"])
     for attribute, values in arrays.items():

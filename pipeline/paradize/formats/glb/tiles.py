@@ -21,6 +21,7 @@ from paradize.formats.glb.layout import (
     QUANTIZATION,
     QUANTIZED_TYPES,
     SHAPES,
+    SHARES,
     U16,
 )
 from paradize.formats.glb.quantized import decoded
@@ -31,7 +32,7 @@ TILE_BYTES = 64_000_000  # limit of a tile
 _TABLES = 1800  # upper bound of the bytes of JSON per patch
 _HEAD = 1000
 _ONE_LAYOUT = "all patches of a terrain must have one quantization grid and the same types, or none"
-_COLUMNS = tuple(entry for entry in ATTRIBUTES if entry[0] != "COLOR_0")
+_COLUMNS = tuple(entry for entry in ATTRIBUTES if entry[0] not in SHARES)
 
 
 @dataclass(frozen=True)
@@ -85,8 +86,8 @@ def _check_patch(patch: TilePatch) -> None:
             continue
         if values is None or values.shape != (count, SHAPES[shape]) or not np.isfinite(values).all():
             raise BakeError(f"{attribute} is missing or not finite", place=name)
-    if mesh.colors is not None:
-        raise BakeError("a terrain has no vertex colours", place=name)
+    if mesh.colors is not None or mesh.sway is not None:
+        raise BakeError("a terrain has no vertex colours and does not sway", place=name)
 
 
 @dataclass

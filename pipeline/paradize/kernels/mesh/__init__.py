@@ -206,3 +206,23 @@ def project(
         _triangles(triangles, len(positions)),
         one_chart,
     )
+
+
+@dataclass(frozen=True)
+class Reach:
+    """from_root: (n,) float64, metres along edges from where the mesh is rooted, and over gaps where a part
+    hangs on another. in_branch: (n,) float64, the same from where its branch begins, 0 to 1 at the branch's
+    farthest; 0 in rooted parts."""
+
+    from_root: npt.NDArray[np.float64]
+    in_branch: npt.NDArray[np.float64]
+
+
+def reach(places: F32, triangles: npt.ArrayLike, rooted: float) -> Reach:
+    """How far the places (n, 3) of a mesh are from where it is rooted: in the lowest `rooted` (0 to 1) of its
+    height. triangles: (m, 3). Places must differ, else they are joined by gaps of length 0. mesh/reach.hpp
+    tells the method. Raises ValueError."""
+    if not 0.0 <= rooted <= 1.0:
+        raise ValueError(f"rooted {rooted}, expected 0 to 1")
+    rows = _rows(places, 3)
+    return Reach(*_mesh.reach(rows, _triangles(triangles, len(rows)), rooted))

@@ -9,6 +9,7 @@
 #include "mesh/buffer.hpp"
 #include "mesh/normals.hpp"
 #include "mesh/project.hpp"
+#include "mesh/reach.hpp"
 #include "mesh/tangents.hpp"
 #include "mesh/topology.hpp"
 #include "mesh/weld.hpp"
@@ -144,6 +145,15 @@ nb::tuple project(Rows<float> source_positions, Rows<std::uint32_t> source_trian
     return nb::make_tuple(give(std::move(places.triangle)), give(std::move(places.weights), 3));
 }
 
+nb::tuple reach(Rows<float> places, Rows<std::uint32_t> triangles, double rooted) {
+    mesh::Reach found;
+    {
+        nb::gil_scoped_release unlocked;
+        found = mesh::reach(flat(places), flat(triangles), rooted);
+    }
+    return nb::make_tuple(give(std::move(found.from_root)), give(std::move(found.in_branch)));
+}
+
 } // namespace
 
 NB_MODULE(_mesh, m) {
@@ -156,4 +166,5 @@ NB_MODULE(_mesh, m) {
     m.def("topology", &topology);
     m.def("weld", &weld);
     m.def("project", &project);
+    m.def("reach", &reach);
 }

@@ -50,6 +50,21 @@ class Fog:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Wind:
+    azimuth_deg: float = number(
+        270.0,
+        low=-360.0,
+        high=360.0,
+        unit="degrees",
+        meaning="compass direction that it blows from: 0 is north (-Z), 90 east (+X)",
+    )
+    speed_m_per_s: float = number(
+        6.0, low=0.0, high=100.0, unit="m/s", meaning="how fast gusts travel over the scene"
+    )
+    gust_m: float = number(30.0, low=0.1, high=1e5, unit="m", meaning="from one gust to the next")
+
+
+@dataclass(frozen=True, kw_only=True)
 class Sky:
     faces: tuple[Path, ...] = sources(
         size=6, meaning="six pictures of a cube map in the order +X -X +Y -Y +Z -Z"

@@ -223,6 +223,21 @@ class SceneObject:
         unit="of the diagonal",
         meaning="what lies farther than this holds back no light",
     )
+    sway_m: float = number(
+        0.0,
+        low=0.0,
+        high=100.0,
+        unit="m",
+        meaning="how far what is farthest from its root leans in a full gust, whatever the instance's scale; "
+        "0: it stands still",
+    )
+    flutter_m: float = number(
+        0.0,
+        low=0.0,
+        high=10.0,
+        unit="m",
+        meaning="how far the tips of what hangs on it, as leaves, beat in a full gust",
+    )
     gloss_groups: tuple[str, ...] = texts((), meaning="groups or materials that shine; empty: all")
     materials: dict[str, ObjectMaterial] = named_tables(
         ObjectMaterial, key="material", meaning="A material of the model, by its name."

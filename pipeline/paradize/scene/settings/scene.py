@@ -28,7 +28,7 @@ from paradize.scene.schema import (
     whole,
     words,
 )
-from paradize.scene.settings.environment import Ambient, Fog, Shadow, Sky, Sun, View, Water
+from paradize.scene.settings.environment import Ambient, Fog, Shadow, Sky, Sun, View, Water, Wind
 from paradize.scene.settings.flight import Flight, FreeCamera
 from paradize.scene.settings.objects import SceneObject
 from paradize.scene.settings.terrain import Terrain
@@ -155,6 +155,7 @@ class Scene:
     sun: Sun = table(Sun, Sun, meaning="The sun, which casts the shadows.")
     ambient: Ambient = table(Ambient, Ambient, meaning="Light from all sides.")
     fog: Fog = table(Fog, Fog, meaning="Fog. By default there is none.")
+    wind: Wind = table(Wind, Wind, meaning="The wind, which moves objects that sway or flutter.")
     sky: Sky | None = table(Sky, None, meaning="The sky, a cube map.")
     shadow: Shadow | None = table(
         Shadow, None, meaning="Shadows of the sun. Without this table there are none."

@@ -1,0 +1,45 @@
+#include "scene/wind.hpp"
+
+#include <glm/geometric.hpp>
+#include <glm/gtc/constants.hpp>
+
+#include <cmath>
+
+namespace paradize {
+
+namespace {
+
+constexpr double turn = glm::two_pi<double>();
+// Turns per second of a plant that was bent and let go, and of its leaves: palms and grasses of a few metres.
+constexpr double sways_per_s = 0.31;
+constexpr double flutters_per_s = 1.7;
+// Waves as in shaders/lib/wind.glsl, as multiples of the gusts': along the wind, across it.
+constexpr double second_along = 1.7;
+constexpr double second_across = 0.9;
+constexpr double sway_along = 3.0;
+constexpr glm::dvec3 flutter_wave(2.1, 1.3, 2.9); // rad/m
+
+float wrapped(double phase) {
+    const double rest = std::fmod(phase, turn);
+    return static_cast<float>(rest < 0.0 ? rest + turn : rest);
+}
+
+} // namespace
+
+WindNow wind_now(const assets::Wind &wind, double elapsed_s, const glm::dvec3 &anchor) {
+    const double wave = turn / wind.gust_m;
+    const double along = wave * (wind.direction.x * anchor.x + wind.direction.y * anchor.z);
+    const double across = wave * (wind.direction.x * anchor.z - wind.direction.y * anchor.x);
+    const double travelled = wave * wind.speed_m_per_s * elapsed_s;
+    WindNow out;
+    out.direction = glm::vec4(wind.direction, static_cast<float>(wave), 0.0F);
+    out.phases = {
+        wrapped(along - travelled),
+        wrapped(second_along * along + second_across * across - 1.3 * travelled),
+        wrapped(sway_along * along - turn * sways_per_s * elapsed_s),
+        wrapped(glm::dot(flutter_wave, anchor) - turn * flutters_per_s * elapsed_s),
+    };
+    return out;
+}
+
+} // namespace paradize
