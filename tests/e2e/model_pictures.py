@@ -32,9 +32,11 @@ PARADIZE, PLAYER = ROOT / "build/venv/bin/paradize", ROOT / "build/bin/paradize-
 
 @dataclass
 class Baked:
-    """What baking a model said. refused: why there is nothing to draw. cpu_s: of all commands."""
+    """What baking a model said. refused: why there is nothing to draw. placement: position and scale of the
+    model in the scene. cpu_s: of all commands."""
 
     refused: str = ""
+    placement: dict[str, Any] = field(default_factory=dict)
     warnings: list[str] = field(default_factory=list)
     cpu_s: float = 0.0
 
@@ -97,7 +99,7 @@ def bake_ours(model: Path, folder: Path, built: Path) -> Baked:
     """Makes a scene of a model and bakes it with all defaults into `built`. folder: for files in between."""
     scene = folder / "scene"
     steps: list[list[object]] = [
-        [PARADIZE, "new", scene, "--from", model],
+        [PARADIZE, "new", scene, "--from", model, "--json"],
         [PARADIZE, "bake", scene / "scene.toml", "-o", built, "-j", 1, "--json"],
     ]
     baked = Baked()
@@ -121,6 +123,8 @@ def bake_ours(model: Path, folder: Path, built: Path) -> Baked:
             break
         if words[1] == "new":
             plain_scene(scene / "scene.toml")
+            said = json.loads(done.stdout)
+            baked.placement = {key: said[key] for key in ("position", "scale")}
     baked.cpu_s = round(_cpu_s() - started, 2)
     return baked
 
@@ -153,8 +157,8 @@ class Three:
     def close(self) -> None:
         self.browser.close()
 
-    def draw(self, path: str, manifest: dict[str, Any], size: int) -> F32 | str:
-        """The picture (h, w, 3) of /models/PATH; or what three.js said instead."""
+    def draw(self, path: str, manifest: dict[str, Any], size: int, placement: dict[str, Any]) -> F32 | str:
+        """The picture (h, w, 3) of /models/PATH; or what three.js said instead. placement: as of Baked."""
         eye, target = camera(manifest, SECOND)
         flight, sun = manifest["flight"], manifest["sun"]
         asked = {
@@ -167,7 +171,7 @@ class Three:
             "sun": sun["direction"],
             "radiance": [sun["intensity"] * part for part in sun["color"]],
             "ambient": [SKY] * 3,
-            **placement_of(manifest),
+            **placement,
         }
         self.bodies.clear()
         try:
@@ -198,16 +202,6 @@ def three_of(models: Path, profile: Path) -> Iterator[Three]:
         closing(Three(program, profile, address, bodies)) as page,
     ):
         yield page
-
-
-def placement_of(manifest: dict[str, Any]) -> dict[str, Any]:
-    """Where the scene puts the model: position and scale of its first instance."""
-    instance = manifest["objects"][0]["instances"][0]
-    scale = instance["scale"]
-    return {
-        "position": instance["position"],
-        "scale": scale if isinstance(scale, float | int) else scale[0],
-    }
 
 
 def covered(picture: F32) -> NDArray[np.bool_]:

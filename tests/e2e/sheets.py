@@ -25,6 +25,7 @@ from collections.abc import Iterable
 from dataclasses import asdict, dataclass, field
 from hashlib import sha256
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from PIL import Image, ImageDraw
@@ -48,7 +49,8 @@ LACKED = re.compile(
 class Shown:
     """A model's row in results.json. key: of its pictures. flip: mean over the pixels that either picture
     covers. refused: why there is no picture of ours. three: why there is none of three.js. lacks: what the
-    player or three.js leaves out on purpose. cpu_s: of making the scene and baking it."""
+    player or three.js leaves out on purpose. placement: as of Baked. cpu_s: of making the scene and baking
+    it."""
 
     path: str
     key: str
@@ -56,6 +58,7 @@ class Shown:
     refused: str = ""
     three: str = ""
     lacks: list[str] = field(default_factory=list)
+    placement: dict[str, Any] = field(default_factory=dict)
     cpu_s: float = 0.0
 
     @property
@@ -112,10 +115,10 @@ def show(model: Path, row: Shown, three: Three, out: Path, size: int, *, rebake:
     built = out / "baked" / row.key
     with tempfile.TemporaryDirectory() as temporary:
         folder = Path(temporary)
-        if rebake or row.refused or not (built / "scene.json").is_file():
+        if rebake or row.refused or not row.placement or not (built / "scene.json").is_file():
             shutil.rmtree(built, ignore_errors=True)
             baked = bake_ours(model, folder, built)
-            row.refused, row.cpu_s = baked.refused, baked.cpu_s
+            row.refused, row.cpu_s, row.placement = baked.refused, baked.cpu_s, baked.placement
             row.lacks = sorted({match for line in baked.warnings for match in LACKED.findall(line)})
             if row.refused:
                 return
@@ -124,7 +127,7 @@ def show(model: Path, row: Shown, three: Three, out: Path, size: int, *, rebake:
         row.refused = ours
         return
     picture, manifest = ours
-    theirs = three.draw(row.path, manifest, size)
+    theirs = three.draw(row.path, manifest, size, row.placement)
     row.flip, row.three = None, ""
     if isinstance(theirs, str):
         row.three = theirs

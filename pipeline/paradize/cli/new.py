@@ -35,8 +35,9 @@ def run(arguments: argparse.Namespace) -> int:
     made = new_scene(arguments.folder, arguments.model)
     warn(made.notes)
     if arguments.json:
+        stands = {"position": made.position, "scale": made.scale}
         told = {"files": made.files, "taken": made.taken, "warnings": made.notes}
-        show_json({"scene": str(made.scene)} | told)
+        show_json({"scene": str(made.scene)} | stands | told)
         return 0
     show(one_line(f"{len(made.files)} files in {made.scene.parent}"))
     for text in made.taken:

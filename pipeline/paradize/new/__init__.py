@@ -1,4 +1,6 @@
 """`paradize new`: writes a small scene that bakes and plays at once, with your model in it.
 
-scene.py writes the TOML and copies the model; sources.py makes sky, terrain, sand and a vase.
+scene.py writes the TOML; model.py copies the model, shapes.py measures it, and instances.py lists the places
+of what a glTF shows often; views.py takes its cameras and its sun; sources.py makes sky, terrain, sand and a
+vase.
 """

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import struct
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 from paradize.documents import parse_json
 from paradize.errors import FormatError, SourceError, bounded
@@ -43,6 +43,12 @@ class Document:
             raise self.fault("its JSON is not an object", "")
         self.tree: dict[str, Any] = tree
         self._check_version()
+
+    def with_tree(self, tree: dict[str, Any]) -> Self:
+        """The same file with another JSON and no warnings yet."""
+        other = self.__class__.__new__(self.__class__)
+        vars(other).update(vars(self), tree=tree, tables={}, warnings=[], _spent=0)
+        return other
 
     def _chunks(self, data: bytes) -> tuple[memoryview, memoryview | None]:
         if len(data) < _HEADER.size:

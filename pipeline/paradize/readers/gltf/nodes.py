@@ -7,13 +7,17 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from math import isfinite, sqrt
+from typing import TYPE_CHECKING
 
 from paradize.readers.gltf.accessors import Accessors
 from paradize.readers.gltf.document import Document
 
+if TYPE_CHECKING:
+    from paradize.data import F64
+
 Matrix = tuple[float, ...]  # 12 numbers
 IDENTITY: Matrix = (1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0)
-_INSTANCING = "EXT_mesh_gpu_instancing"
+INSTANCING = "EXT_mesh_gpu_instancing"
 
 
 class Nodes:
@@ -71,29 +75,40 @@ class Nodes:
                 waiting += reversed(self._children[index])
         return list(found)
 
+    def count(self, index: int, accessors: Accessors) -> int:
+        """How often a node shows its mesh."""
+        rows = self._instancing(index, accessors)
+        return 1 if rows is None else len(next(iter(rows.values())))
+
     def instances(self, index: int, accessors: Accessors) -> Iterator[Matrix]:
         """The world matrices of a node: one, or those of its instances."""
-        place = f"/nodes/{index}"
-        several = self.document.extension(self.document.item("nodes", index, place), place, _INSTANCING)
-        if several is None:
+        place, rows = f"/nodes/{index}", self._instancing(index, accessors)
+        if rows is None:
             yield self.world[index]
             return
-        inner = f"{place}/extensions/{_INSTANCING}/attributes"
+        still = {"TRANSLATION": (0.0, 0.0, 0.0), "ROTATION": (0.0, 0.0, 0.0, 1.0), "SCALE": (1.0, 1.0, 1.0)}
+        count = self.count(index, accessors)
+        self.copies += count if count > 1 else 0
+        for k in range(count):
+            t, r, s = (tuple(rows[name][k].tolist()) if name in rows else still[name] for name in still)
+            yield product(self.world[index], _matrix_of(self.document, t, r, s, place))
+
+    def _instancing(self, index: int, accessors: Accessors) -> dict[str, F64] | None:
+        """The attributes of a node's instances, of one length; None where it has none."""
+        place = f"/nodes/{index}"
+        several = self.document.extension(self.document.item("nodes", index, place), place, INSTANCING)
+        if several is None:
+            return None
+        inner = f"{place}/extensions/{INSTANCING}/attributes"
         attributes = self.document.get(several, inner.rpartition("/")[0], "attributes", dict)
         rows = {}
         for name, width in (("TRANSLATION", 3), ("ROTATION", 4), ("SCALE", 3)):
             number = self.document.get(attributes, inner, name, int, None)
             if number is not None:
                 rows[name] = accessors.floats(number, f"{inner}/{name}", (width,))
-        counts = {len(values) for values in rows.values()}
-        if len(counts) != 1:
+        if len({len(values) for values in rows.values()}) != 1:
             raise self.document.fault("its attributes are of different length, or none", inner)
-        still = {"TRANSLATION": (0.0, 0.0, 0.0), "ROTATION": (0.0, 0.0, 0.0, 1.0), "SCALE": (1.0, 1.0, 1.0)}
-        count = counts.pop()
-        self.copies += count if count > 1 else 0
-        for k in range(count):
-            t, r, s = (tuple(rows[name][k].tolist()) if name in rows else still[name] for name in still)
-            yield product(self.world[index], _matrix_of(self.document, t, r, s, place))
+        return rows
 
     def _local(self, index: int) -> Matrix:
         document, place = self.document, f"/nodes/{index}"

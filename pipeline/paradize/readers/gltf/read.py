@@ -33,12 +33,25 @@ def read_gltf(path: Path, root: Path | None = None, on_library: list[Path] | Non
     """
     document = Document(path)
     check_extensions(document)
-    reader = _Reader(document, path.parent if root is None else root, on_library)
+    read = read_document(document, path.parent if root is None else root, on_library)
+    if read is None:
+        raise nothing_shown(document)
+    return read
+
+
+def nothing_shown(document: Document) -> SourceError:
+    """The error for a document that shows no triangles, with what is left out of it."""
+    notes = [text.removeprefix(f"{document.file}: ") for text in document.warnings]
+    shown = f" ({'; '.join(notes[:3])})" if notes else ""
+    return document.fault(f"shows no triangles{shown}", "", "export the model with its surface")
+
+
+def read_document(document: Document, root: Path, on_library: list[Path] | None = None) -> Model | None:
+    """Reads what the scene of a document shows, as read_gltf does; None where it shows no triangles."""
+    reader = _Reader(document, root, on_library)
     parts = reader.parts()
     if not parts:
-        notes = [text.removeprefix(f"{path}: ") for text in document.warnings]
-        shown = f" ({'; '.join(notes[:3])})" if notes else ""
-        raise document.fault(f"shows no triangles{shown}", "", "export the model with its surface")
+        return None
     mesh, source, smoothing = joined(document, parts)
     views = read_views(document, reader.nodes, reader.nodes.shown())
     used = {group.material for group in mesh.groups}
@@ -102,8 +115,8 @@ class _Reader:
         if self.nodes.copies:
             document.warn(
                 f"EXT_mesh_gpu_instancing: {self.nodes.copies} copies become triangles of one mesh, each "
-                "baked and stored; to bake one and draw it often, export it alone and list the places in a "
-                "file for `instances` of the scene's object"
+                "baked and stored; `paradize new FOLDER --from FILE` makes a scene that bakes one and draws "
+                "it at all places"
             )
         return out
 

@@ -1,0 +1,286 @@
+"""Copies a model into the folder of a new scene, and measures it."""
+
+from __future__ import annotations
+
+import glob
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field, replace
+from math import sqrt
+from pathlib import Path
+
+from paradize import player_limits
+from paradize.build.model_facts import tiles_of
+from paradize.build.udim import MEND, udim_fault
+from paradize.documents import toml_text
+from paradize.errors import SourceError
+from paradize.files import read_parts, resolved
+from paradize.kinds import MODEL, expecting, is_gltf
+from paradize.material import Material
+from paradize.new.instances import instance_of, moved, sizes_of, table_text, why_not
+from paradize.new.shapes import Shape, bounds, least_floor
+from paradize.new.views import Sun, sun_of
+from paradize.readers.gltf.document import Document
+from paradize.readers.gltf.extensions import check_extensions
+from paradize.readers.gltf.nodes import Nodes
+from paradize.readers.gltf.read import nothing_shown, read_document
+from paradize.readers.gltf.split import (
+    InstancedMesh,
+    document_of,
+    document_without,
+    gltf_text,
+    instanced_meshes,
+)
+from paradize.readers.gltf.views import read_views
+from paradize.readers.model import read_model
+from paradize.readers.record import Model as ReadModel
+from paradize.readers.record import Vec3, Views
+
+LEAST_M, MOST_M = 0.05, 500.0  # a model with a radius outside these is scaled towards one metre
+SCALES = (1e-6, 1e6)  # limits of an instance's scale (scene/settings/objects.py)
+SMALLEST, LARGEST, FARTHEST = 1e-8, 1e9, 1e9  # limits of a model's radius; of its distance from 0, in radii
+FARTHEST_M = 1e9  # limit of an instance's position (scene/settings/objects.py)
+PICTURES = {".png", ".jpg", ".jpeg", ".tga", ".tif", ".tiff", ".exr"}
+RESERVED = {"terrain", "sand", "effect", "water", "sky", "sound"}
+_MOST_SPLIT = 64  # instanced meshes that become objects
+
+
+@dataclass(frozen=True)
+class Part:
+    """An object of the scene. mesh, table: its mesh and its file of instances, seen from the scene's folder;
+    table: empty where it stands once. cutouts: materials with holes."""
+
+    name: str
+    mesh: str
+    cutouts: tuple[str, ...]
+    table: str = ""
+
+
+@dataclass
+class Model:
+    """The objects made from the model, and its size in the units of the file. floor: how far above its foot
+    its lowest floor lies. position: where the scene shows its origin."""
+
+    parts: list[Part] = field(default_factory=list)
+    center: Vec3 = (0.0, 0.0, 0.0)
+    foot: float = 0.0
+    floor: float | None = None
+    radius: float = 1.0
+    position: Vec3 = (0.0, 0.0, 0.0)
+    sun: Sun = field(default_factory=Sun)
+    views: Views | None = None
+    taken: list[str] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
+    _copies: list[_Copies] = field(default_factory=list)
+
+    @property
+    def scale(self) -> float:
+        """The scale at which the scene shows it, five digits."""
+        if LEAST_M <= self.radius <= MOST_M:
+            return 1.0
+        return float(f"{min(max(1.0 / self.radius, SCALES[0]), SCALES[1]):.5g}")
+
+    def write_instances(self, folder: Path) -> None:
+        """Writes the meshes that stand at many places, and where. A mesh is as large as its largest copy, so
+        that no scale leaves its range."""
+        for one in self._copies:
+            places = [moved(matrix, self.scale, self.position) for matrix in one.mesh.matrices]
+            size = max(sizes_of(found for place in places if (found := instance_of(place))))
+            (folder / one.part.mesh).write_bytes(gltf_text(one.document, one.binary, size))
+            text = table_text(found for place in places if (found := instance_of(place, size)))
+            (folder / one.part.table).write_text(text, encoding="utf-8")
+
+
+@dataclass(frozen=True)
+class _Copies:
+    part: Part
+    mesh: InstancedMesh
+    document: Document
+    binary: str
+
+
+@dataclass(frozen=True)
+class _Read:
+    """A part of a model. document: of a glTF. mesh: where it stands at many places."""
+
+    model: ReadModel
+    document: Document | None = None
+    mesh: InstancedMesh | None = None
+
+
+def identifier(text: str, otherwise: str) -> str:
+    """A name that a scene accepts: a-z, 0-9 and _, a letter first, at most 40."""
+    kept = "".join(c if c.isascii() and c.isalnum() else "_" for c in text.lower()).strip("_")[:40]
+    if kept and not kept[0].isalpha():
+        kept = f"{otherwise}_{kept}"[:40]
+    return kept or otherwise
+
+
+def copy_model(source: Path, aside: Path) -> Model:
+    """Copies the model and its files into aside/model, and measures it. Meshes that a glTF shows at many
+    places are parts of their own, which Model.write_instances writes."""
+    model = Model()
+    reads = _parts(source, model)
+    split = any(one.mesh for one in reads)
+    folder, root = aside / "model", resolved(source).parent
+    files = set() if split else {resolved(source)}
+    for one in reads:
+        _refuse_udim(source, one.model)
+        maps = {path for material in one.model.materials.values() for path in _pictures_of(material)}
+        files |= {resolved(path) for path in (*one.model.libraries, *one.model.unread, *maps)}
+    for path in files - ({resolved(source)} if split else set()):
+        target = folder / path.relative_to(root)
+        target.parent.mkdir(parents=True, exist_ok=True)
+        if not (target.exists() and target.samefile(path)):
+            with target.open("wb") as copy:
+                copy.writelines(read_parts(path))
+    _measure(model, source, reads)
+    if split:
+        _add_parts(model, source, reads, aside)
+    else:
+        model.parts = [_part(_object_name(source.stem), source.name, reads[0].model)]
+    return model
+
+
+def _measure(model: Model, source: Path, reads: Sequence[_Read]) -> None:
+    """Fills in the size, the sun and the notes. Raises SourceError for what a scene cannot show."""
+    shapes = [Shape.of(one.model.mesh, *([one.mesh.matrices] if one.mesh else [])) for one in reads]
+    low, high = (ends.tolist() for ends in bounds(shapes))
+    half = [0.5 * (b - a) for a, b in zip(low, high, strict=True)]
+    model.center = (low[0] + half[0], low[1] + half[1], low[2] + half[2])
+    model.foot, model.floor = low[1], least_floor(shapes)
+    model.radius = sqrt(sum(h * h for h in half))
+    model.sun = sun_of(model.views)
+    if model.views:
+        model.notes += model.views.notes
+        model.notes += [f"{source}: {note}" for note in model.sun.notes]
+    if not SMALLEST <= model.radius <= LARGEST:
+        what = f"its radius is {model.radius:g}; a scene can show {SMALLEST:g} to {LARGEST:g}"
+        raise SourceError(what, file=source, mend="scale the model")
+    away = max(abs(c) for c in model.center)
+    limit = min(FARTHEST * model.radius, FARTHEST_M / model.scale)
+    if away > limit:
+        what = f"it lies {away:g} from the origin, limit {limit:g} of a radius of {model.radius:g}"
+        raise SourceError(what, file=source, mend="move the model nearer to the origin")
+    read = reads[0].model
+    if not read.libraries and not is_gltf(source):
+        model.notes.append(
+            _white(source, "in its vertex colours" if read.mesh.colors is not None else "white")
+        )
+
+
+def _parts(source: Path, model: Model) -> list[_Read]:
+    """Reads a model, with notes and views: the meshes that stand at many places each alone, after the rest,
+    which may be nothing."""
+    if not is_gltf(source):
+        read = read_model(source)
+        model.notes, model.views = list(read.warnings), read.views
+        return [_Read(read)]
+    with expecting(MODEL, source):
+        document = Document(source)
+        check_extensions(document)
+        most = player_limits.MOST_INSTANCES - 1  # one for the rest
+        chosen = _chosen(instanced_meshes(document, source.parent, most), model, source)
+        rest = document_without(document, chosen) if chosen else document
+        found: list[_Read] = []
+        notes = [*document.warnings]
+        of_all = [(rest, None), *((document_of(document, one), one) for one in chosen)]
+        for part, mesh in of_all:
+            one = read_document(part, source.parent)
+            notes += part.warnings
+            found += [_Read(one, part, mesh)] if one else []
+        if not found:
+            raise nothing_shown(rest)
+        nodes = Nodes(document)
+        model.views = read_views(document, nodes, nodes.shown())
+        model.notes += dict.fromkeys(notes)
+        return found
+
+
+def _chosen(meshes: Iterable[InstancedMesh], model: Model, source: Path) -> list[InstancedMesh]:
+    """Returns the meshes whose copies can be instances; notes why others cannot."""
+    chosen: list[InstancedMesh] = []
+    for one in meshes:
+        why = why_not(one.matrices)
+        if not one.matrices:
+            why = f"a scene has at most {player_limits.MOST_INSTANCES} instances"
+        elif len(chosen) == _MOST_SPLIT:
+            why = f"at most {_MOST_SPLIT} meshes become objects of their own"
+        if why is None:
+            chosen.append(one)
+        else:
+            what = f"the {one.count} copies of {one} are no instances: {why}"
+            model.notes.append(f"{source}: {what}")
+    return chosen
+
+
+def _add_parts(model: Model, source: Path, reads: Sequence[_Read], aside: Path) -> None:
+    """Adds the objects of a model whose instanced meshes stand alone. Writes the rest, and the bytes that all
+    share."""
+    folder, binary = aside / "model", ""
+    names: set[str] = set()
+    for one in reads:
+        assert one.document
+        if one.document.binary is not None and not binary:
+            binary = _free(folder, source.stem, ".bin")
+            (folder / binary).write_bytes(one.document.binary)
+        if one.mesh is None:
+            file = _free(folder, source.stem, ".gltf")
+            (folder / file).write_bytes(gltf_text(one.document, binary))
+            model.parts.append(_part(_object_name(source.stem), file, one.model))
+        else:
+            name = _object_name(one.mesh.name or f"{source.stem} copies", names)
+            (mesh, table) = (_free(folder, name, suffix) for suffix in (".gltf", ".csv"))
+            part = replace(_part(name, mesh, one.model), table=f"model/{table}")
+            model.parts.append(part)
+            model._copies.append(_Copies(part, one.mesh, one.document, binary))
+            what = f"{len(one.mesh.matrices)} copies of {one.mesh}"
+            model.taken.append(f"{what} are instances of the object {name}, listed in {part.table}")
+        names.add(model.parts[-1].name)
+
+
+def _part(name: str, file: str, read: ReadModel) -> Part:
+    used = dict.fromkeys(group.material for group in read.mesh.groups)
+    return Part(name, f"model/{file}", tuple(one for one in used if _is_cut(read.materials.get(one))))
+
+
+def _object_name(text: str, taken: Iterable[str] = ()) -> str:
+    """A name for an object, other than those that are taken."""
+    name = identifier(text, "model")
+    name = f"{name}_model"[:40] if name in RESERVED else name
+    number = 1
+    while name in taken:
+        number += 1
+        name = f"{identifier(text, 'model')[:36]}_{number}"
+    return name
+
+
+def _free(folder: Path, stem: str, suffix: str) -> str:
+    """The name of a file that is not there yet."""
+    while (folder / f"{stem}{suffix}").exists():
+        stem += "_"
+    return f"{stem}{suffix}"
+
+
+def _refuse_udim(source: Path, read: ReadModel) -> None:
+    """Raises SourceError for a model whose pictures are UDIM tiles."""
+    for name in dict.fromkeys(group.material for group in read.mesh.groups):
+        maps = read.materials[name].maps if name in read.materials else {}
+        if what := udim_fault(maps, tiles_of(read.mesh.of_materials([name])), read.absent):
+            raise SourceError(what, file=source, place=f"material {name!r}", mend=MEND)
+
+
+def _is_cut(material: Material | None) -> bool:
+    """Whether a picture cuts holes into a material, so that its back faces show."""
+    return material is not None and "alpha" in material.maps and material.two_sided is None
+
+
+def _white(source: Path, shown: str) -> str:
+    """Says how a model without a material file is shown, and which picture may be its colour map."""
+    near = sorted(source.parent.glob(f"{glob.escape(source.stem)}*"))
+    picture = next((path.name for path in near if path.suffix.lower() in PICTURES), "PICTURE")
+    write = f"copy {picture} beside scene.toml and write color = {toml_text(picture)} under [[object]]"
+    return f"{source}: has no material file, so it is drawn {shown}; for a colour map {write}"
+
+
+def _pictures_of(material: Material) -> list[Path]:
+    return [source.picture.file for source in material.maps.values()]
