@@ -41,6 +41,13 @@ layout(location = 0) out vec4 fragment;
 #define FETCH(map) texture(map, uv)
 #endif
 
+#ifndef NORMAL_MAP
+#define NORMAL_MAP 1
+#define GLOSS_MAP 1
+#define OCCLUSION_MAP 1
+#define EMISSION_MAP 1
+#endif
+
 void main() {
     apply_clip();
     vec3 to_eye = eye.xyz - v_position;
@@ -61,11 +68,24 @@ void main() {
     base *= clamp(v_color, 0.0, 1.0);
 #endif
     // Sample all maps before the discard, because derivatives are undefined after it.
-    vec3 local_normal =
-        material.has_normal > 0.5 ? decode_normal(FETCH(u_normal).rg, 1.0) : vec3(0.0, 0.0, 1.0);
-    vec2 gloss = material.has_gloss > 0.5 ? FETCH(u_gloss).rg : vec2(1.0);
-    vec2 occlusion = material.has_occlusion > 0.5 ? FETCH(u_occlusion).rg : vec2(1.0);
-    vec3 emission = material.emission_color * (material.has_emission > 0.5 ? FETCH(u_emission).rgb : vec3(1.0));
+    vec3 local_normal = vec3(0.0, 0.0, 1.0);
+#if NORMAL_MAP
+    if (material.has_normal > 0.5) {
+        local_normal = decode_normal(FETCH(u_normal).rg, 1.0);
+    }
+#endif
+    vec2 gloss = vec2(1.0);
+#if GLOSS_MAP
+    gloss = material.has_gloss > 0.5 ? FETCH(u_gloss).rg : gloss;
+#endif
+    vec2 occlusion = vec2(1.0);
+#if OCCLUSION_MAP
+    occlusion = material.has_occlusion > 0.5 ? FETCH(u_occlusion).rg : occlusion;
+#endif
+    vec3 emission = material.emission_color;
+#if EMISSION_MAP
+    emission *= material.has_emission > 0.5 ? FETCH(u_emission).rgb : vec3(1.0);
+#endif
     vec3 world_normal = tangent_to_world(local_normal, v_normal, v_tangent) * facing;
     float alpha = filtered_alpha(world_normal, alpha_of_smoothness(gloss.g * material.specular_smoothness.y));
 

@@ -108,8 +108,8 @@ void DrawList::fill_sorted(std::span<const DrawItem> items, const InstanceTransf
     std::ranges::sort(commands_, {}, [&](const DrawCommand &command) {
         const Material &material = command.object->materials[command.material];
         return std::tuple(material.values.alpha_mode, material.values.vertex_colors, material.values.sways(),
-                          material.id, index_of(*command.object), command.lod, command.mirrored,
-                          command.material);
+                          command.object->dry, material.id, index_of(*command.object), command.lod,
+                          command.mirrored, command.material);
     });
 }
 

@@ -55,6 +55,9 @@ class DrawList {
 
     std::span<const DrawCommand> commands() const { return commands_; }
     std::span<const InstanceRows> instances() const { return instances_; }
+    std::size_t index_of(const Object &object) const {
+        return static_cast<std::size_t>(&object - objects_.data());
+    }
 
   private:
     /// Instances of an object at one level and with one winding.
@@ -70,9 +73,6 @@ class DrawList {
     };
 
     bool has(const Material &material) const;
-    std::size_t index_of(const Object &object) const {
-        return static_cast<std::size_t>(&object - objects_.data());
-    }
     Group &group_of(const DrawItem &item);
     void fill_sorted(std::span<const DrawItem> items, const InstanceTransforms &transforms);
     void fill_blended(std::span<const DrawItem> items, const View &view,

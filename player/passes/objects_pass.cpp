@@ -37,16 +37,31 @@ std::string define(std::string_view name, int value) {
     return std::string(name) + " " + std::to_string(value);
 }
 
-std::string alpha_define(const assets::Material &material) {
-    return define("ALPHA_MODE", static_cast<int>(material.alpha_mode));
+/// One text of all defines, without the first #define.
+std::string joined(std::initializer_list<std::string> defines) {
+    std::string out;
+    for (const std::string &one : defines) {
+        out += (out.empty() ? "" : "\n#define ") + one;
+    }
+    return out;
 }
 
-std::string colors_define(const assets::Material &material) {
-    return define("VERTEX_COLORS", material.vertex_colors ? 1 : 0);
+std::string depth_defines(const assets::Material &material) {
+    return joined({define("INSTANCED", 1), define("ALPHA_MODE", static_cast<int>(material.alpha_mode)),
+                   define("VERTEX_COLORS", material.vertex_colors ? 1 : 0),
+                   define("SWAY", material.sways() ? 1 : 0)});
 }
 
-std::string sway_define(const assets::Material &material) {
-    return define("SWAY", material.sways() ? 1 : 0);
+std::string lit_defines(const RenderSettings &settings, const assets::Material &material, bool dry) {
+    const auto has = [&](ObjectMap map) { return material.maps[map].empty() ? 0 : 1; };
+    const bool has_parallax = material.parallax_scale > 0.0F && has(ObjectMap::height) != 0;
+    const bool is_matte = material.specular == 0.0F && material.metalness == 0.0F;
+    return joined({depth_defines(material), shadow_define(settings), cascades_define(settings),
+                   define("PARALLAX_STEPS", has_parallax ? settings.parallax_steps : 0),
+                   define("DRY", dry ? 1 : 0), define("MATTE", is_matte ? 1 : 0),
+                   define("NORMAL_MAP", has(ObjectMap::normal)), define("GLOSS_MAP", has(ObjectMap::gloss)),
+                   define("OCCLUSION_MAP", has(ObjectMap::occlusion)),
+                   define("EMISSION_MAP", has(ObjectMap::emission))});
 }
 
 /// Uniforms that no material has.
@@ -82,21 +97,16 @@ gl::MaterialUniforms uniforms_of(const Material &material) {
 
 } // namespace
 
-ObjectsPass::Lit::Lit(const PassSetup &setup, const assets::Material &material)
-    : program(setup.shaders, "object.vert", "object.frag",
-              {shadow_define(setup.settings), cascades_define(setup.settings),
-               define("PARALLAX_STEPS", setup.settings.parallax_steps), alpha_define(material),
-               colors_define(material), sway_define(material)}),
-      environment(setup, program), multisampled(program.location("u_multisampled")) {
+ObjectsPass::Lit::Lit(const PassSetup &setup, const std::string &defines)
+    : program(setup.shaders, "object.vert", "object.frag", {defines}), environment(setup, program),
+      multisampled(program.location("u_multisampled")) {
     assets::for_each_map([&](ObjectMap map, std::string_view name) {
         program.set_unit(("u_" + std::string(name)).c_str(), static_cast<int>(unit_of(map)));
     });
 }
 
-ObjectsPass::Depth::Depth(const PassSetup &setup, const assets::Material &material)
-    : program(
-          setup.shaders, "depth.vert", "depth.frag",
-          {define("INSTANCED", 1), alpha_define(material), colors_define(material), sway_define(material)}) {
+ObjectsPass::Depth::Depth(const PassSetup &setup, const std::string &defines)
+    : program(setup.shaders, "depth.vert", "depth.frag", {defines}) {
     program.set_unit("u_color", static_cast<int>(unit_of(ObjectMap::color)));
 }
 
@@ -111,16 +121,28 @@ ObjectsPass::ObjectsPass(const PassSetup &setup, DrawnMaterials drawn)
     if (draws_light) {
         casters_.emplace(setup.scene.objects(), DrawnMaterials::all);
     }
+    std::vector<std::string> lit_known;
+    std::vector<std::string> depth_known;
+    const auto number_in = [&](std::vector<std::string> &known, const std::string &defines, auto &programs) {
+        const auto at = std::ranges::find(known, defines);
+        const auto number = static_cast<std::uint32_t>(at - known.begin());
+        if (at == known.end()) {
+            known.push_back(defines);
+            programs.emplace_back(setup, defines);
+        }
+        return number;
+    };
     for (const Object &object : setup.scene.objects()) {
+        std::vector<Programs> &programs = programs_.emplace_back();
         for (const Material &material : object.materials) {
             const assets::Material &values = material.values;
-            const std::size_t variant = variant_of(values);
             const bool is_blended = values.alpha_mode == AlphaMode::blend;
-            if (is_blended == (drawn == DrawnMaterials::blended) && !lit_[variant]) {
-                lit_[variant].emplace(setup, values);
+            Programs &numbers = programs.emplace_back();
+            if (is_blended == (drawn == DrawnMaterials::blended)) {
+                numbers.lit = number_in(lit_known, lit_defines(setup.settings, values, object.dry), lit_);
             }
-            if (draws_light && !depth_[variant]) {
-                depth_[variant].emplace(setup, values);
+            if (draws_light) {
+                numbers.depth = number_in(depth_known, depth_defines(values), depth_);
             }
             const gl::Wraps wraps{wrap_of(values.wrap[0]), wrap_of(values.wrap[1])};
             assets::for_each_map([&](ObjectMap map, std::string_view) {
@@ -132,9 +154,8 @@ ObjectsPass::ObjectsPass(const PassSetup &setup, DrawnMaterials drawn)
     }
 }
 
-std::size_t ObjectsPass::variant_of(const assets::Material &material) {
-    return 4 * static_cast<std::size_t>(material.alpha_mode) + (material.vertex_colors ? 2U : 0U) +
-           (material.sways() ? 1U : 0U);
+const ObjectsPass::Programs &ObjectsPass::programs_of(const DrawCommand &command) const {
+    return programs_[list_.index_of(*command.object)][command.material];
 }
 
 unsigned ObjectsPass::sampler(gl::Wraps wraps, bool nearest, std::optional<int> max_level,
@@ -151,7 +172,7 @@ unsigned ObjectsPass::sampler(gl::Wraps wraps, bool nearest, std::optional<int> 
 }
 
 void ObjectsPass::forget_state() {
-    variant_.reset();
+    program_.reset();
     material_.reset();
     two_sided_.reset();
     mirrored_.reset();
@@ -177,11 +198,12 @@ void ObjectsPass::bind_uniforms(const Material &material) {
                       static_cast<GLintptr>(offset), sizeof(gl::MaterialUniforms));
 }
 
-void ObjectsPass::use_lit(const Frame &frame, const View &view, const Material &material) {
-    const assets::Material &values = material.values;
-    const Lit &lit = *lit_[variant_of(values)];
-    if (variant_ != variant_of(values)) {
-        variant_ = variant_of(values);
+void ObjectsPass::use_lit(const Frame &frame, const View &view, const DrawCommand &command) {
+    const Material &material = command.object->materials[command.material];
+    const std::uint32_t number = programs_of(command).lit;
+    const Lit &lit = lit_[number];
+    if (program_ != number) {
+        program_ = number;
         material_.reset();
         lit.program.use();
         lit.environment.apply(frame, view);
@@ -196,11 +218,13 @@ void ObjectsPass::use_lit(const Frame &frame, const View &view, const Material &
     bind_uniforms(material);
 }
 
-void ObjectsPass::use_depth(const Material &material) {
+void ObjectsPass::use_depth(const DrawCommand &command) {
+    const Material &material = command.object->materials[command.material];
     const assets::Material &values = material.values;
-    const Depth &depth = *depth_[variant_of(values)];
-    if (variant_ != variant_of(values)) {
-        variant_ = variant_of(values);
+    const std::uint32_t number = programs_of(command).depth;
+    const Depth &depth = depth_[number];
+    if (program_ != number) {
+        program_ = number;
         material_.reset();
         depth.program.use();
     }
@@ -262,7 +286,7 @@ void ObjectsPass::draw_depth(const Frame &frame, const View &light) {
     forget_state();
     depth_bias(true);
     for (const DrawCommand &command : casters_->commands()) {
-        use_depth(command.object->materials[command.material]);
+        use_depth(command);
         draw_command(command, light);
     }
     depth_bias(false);
@@ -293,7 +317,7 @@ void ObjectsPass::draw(const Frame &frame, const View &view) {
         glDepthMask(GL_FALSE);
     }
     for (const DrawCommand &command : list_.commands()) {
-        use_lit(frame, view, command.object->materials[command.material]);
+        use_lit(frame, view, command);
         draw_command(command, view);
     }
     if (blended) {

@@ -10,8 +10,10 @@
 #include "passes/pass.hpp"
 #include "streaming/scene.hpp"
 
-#include <array>
+#include <cstdint>
+#include <deque>
 #include <optional>
+#include <string>
 #include <vector>
 
 namespace paradize {
@@ -26,28 +28,32 @@ class ObjectsPass : public Pass {
     ObjectsPass(const PassSetup &setup, DrawnMaterials drawn);
 
   private:
-    /// One variant of the programs: an alpha mode, with or without vertex colours, still or moved by wind.
+    /// A variant of the programs for each kind of material that there is, so that none computes what it does
+    /// not need: software rasterisers run both sides of every branch.
     struct Lit {
-        Lit(const PassSetup &setup, const assets::Material &material);
+        Lit(const PassSetup &setup, const std::string &defines);
 
         gl::Program program;
         EnvironmentBindings environment;
         int multisampled;
     };
     struct Depth {
-        Depth(const PassSetup &setup, const assets::Material &material);
+        Depth(const PassSetup &setup, const std::string &defines);
 
         gl::Program program;
     };
-    static constexpr std::size_t variants = 12;
-    static std::size_t variant_of(const assets::Material &material);
+    /// Of a material of an object: indices of its programs.
+    struct Programs {
+        std::uint32_t lit = 0, depth = 0;
+    };
+    const Programs &programs_of(const DrawCommand &command) const;
 
     /// Lists what the view draws and uploads its instances. False if it draws nothing.
     bool fill(DrawList &list, const Frame &frame, const View &view) const;
     void draw_depth(const Frame &frame, const View &light);
     /// Binds the program and the material of a command, as far as they differ from the last command's.
-    void use_lit(const Frame &frame, const View &view, const Material &material);
-    void use_depth(const Material &material);
+    void use_lit(const Frame &frame, const View &view, const DrawCommand &command);
+    void use_depth(const DrawCommand &command);
     /// Binds the uniforms of a material. Writes them if other maps are resident than before.
     void bind_uniforms(const Material &material);
     void bind_map(const Material &material, assets::ObjectMap map);
@@ -78,8 +84,9 @@ class ObjectsPass : public Pass {
     DrawnMaterials drawn_;
     DrawList list_;
     std::optional<DrawList> casters_; // of the light's view; empty: this pass does not draw it
-    std::array<std::optional<Lit>, variants> lit_;
-    std::array<std::optional<Depth>, variants> depth_;
+    std::deque<Lit> lit_;
+    std::deque<Depth> depth_;
+    std::vector<std::vector<Programs>> programs_; // by object and material
     std::vector<CachedSampler> samplers_;
     std::vector<assets::PerMap<unsigned>> samplers_of_; // by Material::id
     gl::Buffer instances_;
@@ -87,7 +94,7 @@ class ObjectsPass : public Pass {
     std::size_t uniform_bytes_ = 0; // of each, aligned
     std::vector<gl::MaterialUniforms> written_;
     // what is bound
-    std::optional<std::size_t> variant_;
+    std::optional<std::uint32_t> program_;
     std::optional<std::uint32_t> material_;
     std::optional<bool> two_sided_, mirrored_;
     assets::PerMap<BoundMap> maps_;

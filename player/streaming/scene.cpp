@@ -30,6 +30,15 @@ bool drawn_in(const assets::Object &object, ViewKind view) {
     return object.camera;
 }
 
+/// Returns the height of the lowest corner of a mesh's box where `model` places it.
+static double lowest(const glm::dmat4 &model, const StreamedMesh &mesh) {
+    double y = model[3].y;
+    for (int axis = 0; axis < 3; ++axis) {
+        y += std::min(model[axis].y * mesh.low()[axis], model[axis].y * mesh.high()[axis]);
+    }
+    return y;
+}
+
 Scene::Scene(const assets::SceneFile &file, const Streamer &streamer) : file_(file), streamer_(streamer) {
     objects_.reserve(file_.objects.size());
     for (const assets::Object &entry : file_.objects) {
@@ -65,6 +74,10 @@ Scene::Scene(const assets::SceneFile &file, const Streamer &streamer) : file_(fi
                 static_cast<float>(std::max({std::abs(scale.x), std::abs(scale.y), std::abs(scale.z)}));
             instance.mirrored = scale.x * scale.y * scale.z < 0.0;
             instance.radius_m = entry.radius_m * instance.scale + entry.reach_m;
+            if (file_.water) {
+                const double lowest_m = lowest(instance.model, *object.mesh) - entry.reach_m;
+                object.dry = object.dry && lowest_m > file_.water->level_m;
+            }
         }
         object.tree = InstanceTree(object.instances);
         for (const assets::ObjectLod &lod : entry.lods) {

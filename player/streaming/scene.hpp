@@ -30,6 +30,7 @@ struct Object {
     std::vector<Instance> instances; // in the order of the tree
     InstanceTree tree;
     std::vector<float> errors_m; // of its levels
+    bool dry = true;             // no instance reaches under the water
 };
 
 /// Instances of an object to draw in one view: neighbours in its list, all of one winding, with a level of

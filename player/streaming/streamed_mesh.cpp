@@ -4,6 +4,7 @@
 #include "gl/draw.hpp"
 
 #include <epoxy/gl.h>
+#include <glm/common.hpp>
 #include <glm/gtc/matrix_transform.hpp>
 
 #include <algorithm>
@@ -41,6 +42,8 @@ StreamedMesh::StreamedMesh(const assets::Glb &glb, std::vector<assets::MaterialM
     : materials_(glb.materials), measures_(std::move(measures)), grid_(glb.grid) {
     for (const assets::GlbLevel &level : glb.levels) {
         MeshLevel &made = levels_.emplace_back();
+        low_ = glm::min(low_, glm::vec3(level.low[0], level.low[1], level.low[2]));
+        high_ = glm::max(high_, glm::vec3(level.high[0], level.high[1], level.high[2]));
         std::vector<std::size_t> &offsets = offsets_.emplace_back();
         for (std::uint32_t part = 0; part < assets::mesh_attributes; ++part) {
             offsets.push_back(made.vertex_bytes);

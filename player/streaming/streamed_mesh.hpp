@@ -7,9 +7,11 @@
 #include "gl/handle.hpp"
 
 #include <glm/mat4x4.hpp>
+#include <glm/vec3.hpp>
 
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <string>
 #include <vector>
@@ -43,6 +45,9 @@ class StreamedMesh {
     std::span<const std::string> materials() const { return materials_; }
     /// The quantization grid of the positions. Its step is the same along all axes.
     const assets::QuantizationGrid &grid() const { return grid_; }
+    /// The corners of the box around the positions of all levels, on the grid.
+    const glm::vec3 &low() const { return low_; }
+    const glm::vec3 &high() const { return high_; }
     /// Returns the resident level nearest to `wanted`; coarser levels are preferred. -1 if none is resident.
     int best_level(int wanted) const;
     const assets::MaterialMeasure &measure(std::size_t material) const { return measures_[material]; }
@@ -63,6 +68,7 @@ class StreamedMesh {
     std::vector<std::string> materials_;
     std::vector<assets::MaterialMeasure> measures_; // one per material
     assets::QuantizationGrid grid_;
+    glm::vec3 low_{std::numeric_limits<float>::infinity()}, high_{-std::numeric_limits<float>::infinity()};
     std::vector<std::vector<std::size_t>> offsets_; // per level and part, offset in its buffer in bytes
 };
 

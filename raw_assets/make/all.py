@@ -10,6 +10,7 @@ import time
 from pathlib import Path
 
 import effect
+import grove
 import jetty
 import palm
 import sand
@@ -18,7 +19,7 @@ import sound
 import terrain
 import water
 
-MAKERS = (terrain, sand, effect, water, sky, sound, palm, jetty)
+MAKERS = (terrain, sand, effect, water, sky, sound, palm, jetty, grove)
 
 
 def main(arguments: list[str]) -> int:

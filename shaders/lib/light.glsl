@@ -12,13 +12,14 @@ uniform float u_sky_trimmed_mips; // finer mips that the bake left out
 // surface that faces up; the sky's colours give the variation with direction. A coarse mip replaces the
 // convolution, because irradiance is smooth: R. Ramamoorthi, P. Hanrahan, "An Efficient Representation for
 // Irradiance Environment Maps", SIGGRAPH 2001.
-vec3 sky_ambient(vec3 n) {
+vec3 sky_ambient(vec3 n, vec3 zenith) {
     if (u_sky_blur < 0.0) {
         return ambient.rgb * (0.75 + 0.25 * n.y);
     }
-    vec3 zenith = textureLod(u_sky, vec3(0.0, 1.0, 0.0), u_sky_blur).rgb;
     return ambient.rgb * min(textureLod(u_sky, n, u_sky_blur).rgb / max(zenith, vec3(1e-4)), vec3(4.0));
 }
+vec3 sky_zenith() { return textureLod(u_sky, vec3(0.0, 1.0, 0.0), u_sky_blur).rgb; }
+vec3 sky_ambient(vec3 n) { return sky_ambient(n, sky_zenith()); }
 
 // Specular reflection of the sky by a rough surface. Without a sky, the light from all around is reflected.
 vec3 sky_specular(vec3 n, vec3 v, Reflector reflector, float alpha) {
@@ -49,13 +50,24 @@ Surface matte_surface(vec3 position, vec3 normal, vec3 geometric, vec3 albedo) {
     return Surface(position, normal, geometric, albedo, dielectric_reflector(0.0), 1.0, 0.0, 1.0);
 }
 
+#ifndef DRY
+#define DRY 0
+#endif
+#ifndef MATTE
+#define MATTE 0
+#endif
+
 // Linear radiance towards the eye, without haze. Includes absorption and caustics under water.
 vec3 shade(Surface s) {
     vec3 to_eye = eye.xyz - s.position;
     float distance_m = length(to_eye);
     vec3 v = distance_m > 1e-6 ? to_eye / distance_m : s.normal;
     float depth = water.w - s.position.y;
+#if DRY
+    const bool submerged = false;
+#else
     bool submerged = depth > 0.0;
+#endif
     // Refraction makes the ray steeper under water and changes the flux through the surface.
     vec3 l = submerged ? u_sun_refracted : sun_direction.xyz;
 
@@ -76,26 +88,31 @@ vec3 shade(Surface s) {
     }
     // Light that passes through a leaf is yellower than light that it reflects.
     vec3 transmitted = s.albedo * vec3(1.35, 1.15, 0.35);
-    vec3 sky = sky_ambient(s.normal) * s.occlusion;
+    vec3 zenith = sky_zenith();
+    vec3 sky = sky_ambient(s.normal, zenith) * s.occlusion;
     vec3 ambient_transmission =
-        s.translucency > 0.0 ? sky_ambient(-s.normal) * s.translucency * s.occlusion * 0.5 : vec3(0.0);
+        s.translucency > 0.0 ? sky_ambient(-s.normal, zenith) * s.translucency * s.occlusion * 0.5 : vec3(0.0);
     if (submerged) {
         sky *= exp(-min(water.rgb * depth * 1.2, vec3(60.0)));
     }
     // Surfaces under water have no specular reflection. It fades out over a few centimetres of depth.
     float above_water = submerged ? (1.0 - smoothstep(0.03, 0.10, depth)) * (1.0 - u_refracting) : 1.0;
+#if !MATTE
     float f0 = s.reflector.dielectric;
     if (f0 > 0.0) {
         float reflected = environment_reflectance(dielectric_reflector(f0), dot(s.normal, v), s.alpha).r;
         direct *= mix(1.0, sun_entering(s.normal, v, sun_direction.xyz, f0), above_water);
         sky *= 1.0 - above_water * reflected;
     }
+#endif
     vec3 color = (s.albedo * direct + transmitted * transmission) * (1.0 / PI) * sun + s.albedo * sky +
                  transmitted * ambient_transmission;
+#if !MATTE
     if (max(f0, s.reflector.metalness) > 0.0 && above_water > 0.0) {
         color += above_water * unattenuated * specular_ggx(s.normal, v, sun_direction.xyz, s.reflector, s.alpha, 16.0);
         color += above_water * sky_specular(s.normal, v, s.reflector, s.alpha) *
                  specular_occlusion(dot(s.normal, v), s.occlusion, s.alpha);
     }
+#endif
     return color;
 }

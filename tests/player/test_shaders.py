@@ -25,6 +25,16 @@ VARIANTS = [
     for colors in (0, 1)
     for sway in (0, 1)
 ]
+# What can be left out of the object's shader, where a material has none of it.
+LEAST = (
+    "NORMAL_MAP 0",
+    "GLOSS_MAP 0",
+    "OCCLUSION_MAP 0",
+    "EMISSION_MAP 0",
+    "DRY 1",
+    "MATTE 1",
+)
+VARIANTS.append("\n#define ".join(LEAST))
 STEPS = [f"PARALLAX_STEPS {i}" for i in (0, 1, 24, 128)]  # the values that player/scene/quality.cpp sets
 SHADOWS = [f"SHADOW_FILTER {i}\n#define SHADOW_CASCADES {n}" for i in range(4) for n in (1, 3)]
 INCLUDE = re.compile(r'^#include "(lib/[a-z0-9_]+\.glsl)"$')

@@ -33,8 +33,10 @@ def crown(posed: Posed) -> Vec:
 
 
 def dry(posed: Posed) -> dict[str, Any]:
-    """The scene without what moves by itself: water, its caustics, sparkles."""
-    return posed.scene() | {"water": None, "particles": []}
+    """The scene without what else moves: water, its caustics, sparkles, the grove."""
+    scene = posed.scene()
+    objects = [item for item in scene["objects"] if item["name"] in ("palm", "jetty")]
+    return scene | {"water": None, "particles": [], "objects": objects}
 
 
 def moved(

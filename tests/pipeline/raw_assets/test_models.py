@@ -65,12 +65,13 @@ def model(request: pytest.FixtureRequest) -> tuple[str, Obj]:
 def scripts() -> Any:
     """The scripts of raw_assets/make, imported the way they import one another."""
     sys.path.insert(0, str(RAW / "make"))
+    import grove
     import jetty
     import jetty_paint
     import palm
     import palm_paint
 
-    yield {"palm": palm, "palm_paint": palm_paint, "jetty": jetty, "jetty_paint": jetty_paint}
+    yield {"grove": grove, "palm": palm, "palm_paint": palm_paint, "jetty": jetty, "jetty_paint": jetty_paint}
     sys.path.remove(str(RAW / "make"))
 
 
@@ -259,9 +260,10 @@ def test_the_jetty_shows_every_pattern_and_never_one_twice_in_a_row(scripts: Any
 @pytest.mark.parametrize("name", ["palm", "jetty"])
 def test_the_scripts_give_the_same_models_again(scripts: Any, name: str, tmp_path: Path) -> None:
     scripts[name].write_model(tmp_path)
-    for kind in ("obj", "mtl"):
-        again = (tmp_path / name / f"{name}.{kind}").read_bytes()
-        assert again == (RAW / name / f"{name}.{kind}").read_bytes(), f"{name}.{kind} differs: run its script"
+    again = sorted((tmp_path / name).iterdir())
+    assert {path.suffix for path in again} == {".obj", ".mtl"}
+    for path in again:
+        assert path.read_bytes() == (RAW / name / path.name).read_bytes(), f"{path.name} differs"
 
 
 @pytest.mark.parametrize("piece", sweep(["plank", "end", "pole", "cap"], test=["end", "cap"]))
@@ -273,6 +275,13 @@ def test_the_script_paints_the_same_jetty_again(scripts: Any, piece: str) -> Non
     x, y = x - inset, y - inset
     kept = read(RAW / "jetty/jetty.png")[y : y + image.shape[0], x : x + image.shape[1]]
     assert np.abs(image - kept).max() <= 1.0
+
+
+@pytest.mark.deep
+def test_the_script_plants_the_same_grove_again(scripts: Any, tmp_path: Path) -> None:
+    scripts["grove"].make(tmp_path)
+    made = {path.name: path.read_bytes() for path in (tmp_path / "grove").iterdir()}
+    assert made == {path.name: path.read_bytes() for path in (RAW / "grove").iterdir()}
 
 
 @pytest.mark.deep

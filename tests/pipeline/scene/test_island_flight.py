@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import asin, atan2, cos, degrees, pi, radians, sin, sqrt, tan
+from math import asin, atan2, degrees, pi, sqrt, tan
 from pathlib import Path
 from typing import Any
 
@@ -10,9 +10,11 @@ import numpy as np
 import OpenImageIO as oiio
 import pytest
 from scipy.spatial import cKDTree
+from scipy.spatial.transform import Rotation
 
 from paradize.scene.flight import Flight, plan_flight
-from paradize.scene.settings import Scene, load_scene
+from paradize.scene.placement import placed
+from paradize.scene.settings import Scene, SceneObject, load_scene
 
 RAW = Path(__file__).resolve().parents[3] / "raw_assets"
 STEP_S = 0.1
@@ -56,9 +58,9 @@ def ground(scene: Scene) -> Any:
     return at
 
 
-def surface(scene: Scene, name: str) -> np.ndarray:
-    """Points of an object in the world, no farther than 15 cm from one another on its surface: (n, 3)."""
-    item = next(o for o in scene.objects if o.name == name)
+def surface(item: SceneObject) -> np.ndarray:
+    """Points of an object and all its instances in the world, no farther than 15 cm, times the scale, from
+    one another on the surface: (n, 3)."""
     vertices, faces = [], []
     for line in item.mesh.read_text(encoding="ascii").splitlines():
         if line.startswith("v "):
@@ -76,15 +78,16 @@ def surface(scene: Scene, name: str) -> np.ndarray:
                 u, v = i / n, j / n
                 points.append(corner[:, 0] * (1 - u - v) + corner[:, 1] * u + corner[:, 2] * v)
     local = np.concatenate(points)
-    placed = item.instances[0]
-    c, s = cos(radians(placed.yaw_deg)), sin(radians(placed.yaw_deg))
-    x, z = local[:, 0] * c + local[:, 2] * s, local[:, 2] * c - local[:, 0] * s
-    return np.stack([x, local[:, 1], z], axis=1) * placed.scale + placed.position
+    everywhere = []
+    for instance in map(placed, item.instances):
+        turn = Rotation.from_quat(instance["rotation"])
+        everywhere.append(turn.apply(local * instance["scale"]) + instance["position"])
+    return np.concatenate(everywhere)
 
 
 @pytest.fixture(scope="module")
 def objects(scene: Scene) -> dict[str, np.ndarray]:
-    return {item.name: surface(scene, item.name) for item in scene.objects}
+    return {item.name: surface(item) for item in scene.objects}
 
 
 def rays(flight: Flight, t_s: float, aspect: float, grid: int = 9) -> tuple[np.ndarray, np.ndarray]:
@@ -119,12 +122,21 @@ def test_the_eye_stays_above_the_ground_and_the_sea(moments: np.ndarray, ground:
     assert eye[:, 1].min() > 0.4
 
 
-def test_the_eye_keeps_clear_of_the_jetty_and_the_palm(
+def test_the_eye_keeps_clear_of_the_jetty_and_of_all_that_grows(
     moments: np.ndarray, objects: dict[str, np.ndarray]
 ) -> None:
     for name, points in objects.items():
         away, _ = cKDTree(points).query(moments[:, 0])
         assert away.min() > 0.5, f"{away.min():.2f} m from the {name} at {away.argmin() * STEP_S:.1f} s"
+
+
+def test_sixty_palms_of_three_kinds_and_the_grass_stand_on_dry_sand(scene: Scene, ground: Any) -> None:
+    palms = [item for item in scene.objects if item.mesh.parent.name == "palm"]
+    assert len(palms) == 3 and sum(len(item.instances) for item in palms) >= 60
+    grown = [item for item in scene.objects if item.name in ("tall", "young", "grass")]
+    for item in grown:
+        at = np.array([instance.position for instance in item.instances])
+        assert np.abs(at[:, 1] - ground(at[:, 0], at[:, 2])).max() < 0.02 and at[:, 1].min() > 1.0
 
 
 def test_nothing_stands_in_the_way_of_the_near_plane(scene: Scene, flight: Flight) -> None:

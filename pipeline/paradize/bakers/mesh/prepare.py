@@ -92,7 +92,7 @@ def prepare_mesh(
     if settings.atlas and not (settings.painted and mesh.uvs is not None):
         mesh, layout, notes = with_atlas(mesh, path, tier, settings.unwrapper)
         warnings += notes
-    if mesh.uvs is None:
+    if mesh.uvs is None and (settings.attributes is None or "TANGENT" in settings.attributes):
         warnings.append(f"{path}: no texture coordinates, so no tangent frames; mesh --atlas makes some")
     return mesh, Preparation(loading, validation, repaired, layout, materials, warnings)
 

@@ -1,0 +1,145 @@
+"""What grows on the dunes: a grove of palms in the east, and tufts of beach grass.
+
+Usage: python grove.py RAW_ASSETS, after palm.py
+Writes where each stands, grove/tall.csv, young.csv and grass.csv, and the model grove/grass.obj, whose blades
+are coloured by vertex. Nothing stands in the way of the flight, on the beach or in the water.
+"""
+
+from __future__ import annotations
+
+import math
+import sys
+import tomllib
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from noise import fbm, smoothstep
+from objfile import write_mtl
+from paint import rand
+from terrain import height_at
+
+Floats = NDArray[np.float64]
+Density = Callable[[float, float], float]  # of x and z, metres: 0 to 1
+
+BLADES = 18
+SEGMENTS = 3
+ROOT_COLOR = (0.46, 0.42, 0.17)  # linear
+TIP_COLOR = (0.72, 0.78, 0.30)
+# x, z, radii along and across, turn of the long axis, degrees
+GROVE = (25.0, -21.0, 20.0, 11.0, -28.0)
+CLEAR_M = 5.5  # from the camera's way, where crowns reach its height
+LOWEST_M = 1.1  # above the sea
+
+
+def flight_way(island: Path) -> Floats:
+    """The camera's way points as (n, 3)."""
+    scene = tomllib.loads(island.read_text(encoding="utf-8"))
+    return np.array([row["position"] for row in scene["flight"]["eye"]])
+
+
+def distance_to_way(way: Floats, x: float, z: float) -> float:
+    """Horizontal distance to the closed polyline through the way points, metres."""
+    a = way[:, (0, 2)]
+    b = np.roll(a, -1, axis=0)
+    along = b - a
+    share = ((np.array([x, z]) - a) * along).sum(axis=1) / (along * along).sum(axis=1)
+    nearest = a + np.clip(share, 0.0, 1.0)[:, None] * along
+    return float(np.sqrt(((nearest - (x, z)) ** 2).sum(axis=1)).min())
+
+
+def in_grove(x: float, z: float) -> float:
+    """1 in the middle of the grove, 0 at its edge and beyond."""
+    middle_x, middle_z, along, across, turn_deg = GROVE
+    turn = math.radians(turn_deg)
+    u = math.cos(turn) * (x - middle_x) - math.sin(turn) * (z - middle_z)
+    v = math.sin(turn) * (x - middle_x) + math.cos(turn) * (z - middle_z)
+    return max(0.0, 1.0 - math.hypot(u / along, v / across))
+
+
+def grassy(x: float, z: float) -> float:
+    """Where grass grows: under the palms, and in patches on the dunes."""
+    patches = float(fbm(np.array([x / 9.0]), np.array([z / 9.0]), 71, 3)[0])
+    high = float(smoothstep(1.3, 2.6, np.array([height_at(x, z)]))[0])
+    return min(1.0, 1.6 * in_grove(x, z) + high * max(0.0, 2.2 * patches - 0.25))
+
+
+def scattered(count: int, gap_m: float, clear_m: float, seed: int, way: Floats, density: Density) -> Floats:
+    """(n, 3): at most `count` places at least `gap_m` apart, by dart throwing."""
+    found: list[tuple[float, float, float]] = []
+    for k in range(400 * count):
+        x, z = 140.0 * rand(2 * k, seed) - 70.0, 140.0 * rand(2 * k + 1, seed) - 70.0
+        if rand(k, seed + 1) >= density(x, z) or any(math.hypot(x - a, z - c) < gap_m for a, _, c in found):
+            continue
+        y = height_at(x, z)
+        if y > LOWEST_M and distance_to_way(way, x, z) > clear_m:
+            found.append((x, y, z))
+        if len(found) == count:
+            break
+    return np.array(found)
+
+
+def write_places(
+    path: Path, places: Floats, seed: int, *, scale: tuple[float, float], lean_deg: float
+) -> None:
+    """Writes a file of instances, each turned, leaning and scaled by chance."""
+    lines = ["x,y,z,yaw_deg,pitch_deg,roll_deg,scale"]
+    for k, (x, y, z) in enumerate(places):
+        r = [rand(4 * k + i, seed) for i in range(4)]
+        turns = f"{360.0 * r[0]:.1f},{lean_deg * (2.0 * r[1] - 1.0):.1f},{lean_deg * (2.0 * r[2] - 1.0):.1f}"
+        lines.append(f"{x:.2f},{y:.2f},{z:.2f},{turns},{scale[0] + (scale[1] - scale[0]) * r[3]:.3f}")
+    path.write_text("\n".join(lines) + "\n", encoding="ascii", newline="\n")
+
+
+def write_grass(folder: Path) -> None:
+    """Writes grass.obj and grass.mtl: arched blades from one foot, darker at the root."""
+    note = "A tuft of beach grass, made by raw_assets/make/grove.py; metres, Y up"
+    text = [f"# {note}", "mtllib grass.mtl"]
+    faces = []
+    for k in range(BLADES):
+        r = [rand(8 * k + i, 41) for i in range(6)]
+        turn, lean = 2.0 * math.pi * (k + 0.8 * r[0]) / BLADES, 0.4 + 1.0 * r[1]
+        length, width = 0.26 + 0.30 * r[2], 0.011 + 0.007 * r[3]
+        out = np.array([math.cos(turn), 0.0, math.sin(turn)])
+        side = np.array([-math.sin(turn), 0.0, math.cos(turn)])
+        spine = 0.05 * r[4] * out - np.array([0.0, 0.04, 0.0])  # below the sand, as slopes fall away
+        for i in range(SEGMENTS + 1):
+            s = i / SEGMENTS
+            color = [
+                a + (b - a) * s * (0.75 + 0.5 * r[5]) for a, b in zip(ROOT_COLOR, TIP_COLOR, strict=True)
+            ]
+            # Lit from above as the whole tuft is, not as a mirror.
+            text += ["vn {:.4f} {:.4f} {:.4f}".format(*(0.5 * out + [0.0, math.sqrt(0.75), 0.0]))]
+            for sign in (-1.0, 1.0):
+                x, y, z = spine + sign * width * (1.0 - 0.92 * s) * side
+                text.append(f"v {x:.5f} {y:.5f} {z:.5f} " + " ".join(f"{min(c, 1.0):.3f}" for c in color))
+            pitch = 1.45 - lean * s * 1.3
+            spine = spine + length / SEGMENTS * (math.cos(pitch) * out + [0.0, math.sin(pitch), 0.0])
+        for i in range(SEGMENTS):
+            v, n = 2 * (k * (SEGMENTS + 1) + i) + 1, k * (SEGMENTS + 1) + i + 1
+            a, b, c, d = f"{v}//{n}", f"{v + 1}//{n}", f"{v + 2}//{n + 1}", f"{v + 3}//{n + 1}"
+            faces += [f"f {a} {b} {d}", f"f {a} {d} {c}"]
+    text += ["g blades", "usemtl blades", *faces]
+    (folder / "grass.obj").write_text("\n".join(text) + "\n", encoding="ascii", newline="\n")
+    write_mtl(folder / "grass.mtl", note, {"blades": ["Ka 0 0 0", "Kd 1 1 1", "Ks 0 0 0", "d 1", "illum 1"]})
+
+
+def make(out: Path) -> None:
+    """Writes the folder grove under out."""
+    folder = out / "grove"
+    folder.mkdir(parents=True, exist_ok=True)
+    way = flight_way(Path(__file__).resolve().parents[1] / "island.toml")
+    tall = scattered(44, 2.9, CLEAR_M, 11, way, lambda x, z: in_grove(x, z) ** 0.5)
+    young = scattered(46, 2.2, CLEAR_M - 1.5, 23, way, lambda x, z: float(0.0 < in_grove(x, z) < 0.5))
+    near = [all(math.hypot(x - a, z - c) > 1.8 for a, _, c in tall) for x, _, z in young]
+    write_places(folder / "tall.csv", tall, 12, scale=(0.64, 1.12), lean_deg=5.0)
+    write_places(folder / "young.csv", young[near], 24, scale=(0.75, 1.2), lean_deg=5.0)
+    grass = scattered(700, 0.35, 1.2, 31, way, grassy)
+    write_places(folder / "grass.csv", grass, 32, scale=(0.7, 1.5), lean_deg=6.0)
+    write_grass(folder)
+
+
+if __name__ == "__main__":
+    make(Path(sys.argv[1]))
