@@ -31,7 +31,7 @@ from tests.places import ROOT
 
 PLAYER = ROOT / "build" / "bin" / "paradize-player"
 MOMENTS_S = (5.0, 22.0, 40.0, 62.0, 85.0, 113.0, 140.0, 165.0, 190.0, 214.0)  # of the island's flight
-ATTRIBUTES = ["POSITION", "NORMAL", "TANGENT", "TEXCOORD_0", "COLOR_0"]
+ATTRIBUTES = ["POSITION", "NORMAL", "TANGENT", "TEXCOORD_0", "COLOR_0", "_SWAY"]
 
 
 @dataclass(frozen=True)

@@ -350,7 +350,7 @@ def test_a_model_without_coordinates_has_an_atlas_to_be_measured(tmp_path: Path)
     hold_to_the_form(told)
     atlas = named(told, "bare atlas")
     assert atlas["metric"] == "atlas_seam_length"
-    assert set(tiers(atlas)) == {"fast", "balanced", "exact"}
+    assert set(tiers(atlas)) == {"fast", "balanced", "exact", "xatlas"}
 
 
 def test_a_colour_map_is_measured_in_every_format_and_tier(tmp_path: Path) -> None:
