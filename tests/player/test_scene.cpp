@@ -6,6 +6,8 @@
 
 #include <doctest/doctest.h>
 
+#include <cmath>
+#include <optional>
 #include <vector>
 
 using namespace paradize;
@@ -44,4 +46,28 @@ TEST_CASE("scene: a scene.json that disagrees with its meshes is rejected") {
     small.file.objects[0].lods.pop_back();
     const Streamer streamer = small.streamer();
     CHECK_THROWS_AS(Scene(small.file, streamer), Error);
+}
+
+TEST_CASE("scene: an object is dry where no instance, leaning as far as it may, reaches under the water") {
+    if (!test::have_context()) {
+        return;
+    }
+    // The quad lies flat at 0, and the wind moves it by 0.775 m. The other one is turned upright: down to -1.
+    const auto is_dry = [](std::optional<double> level_m, double second_m) {
+        SmallScene small;
+        if (level_m) {
+            small.file.water.emplace().level_m = *level_m;
+        }
+        const double half = std::sqrt(0.5);
+        small.file.objects[0].instances.push_back(
+            {.position = {9.0, second_m, 0.0}, .rotation = {half, half, 0.0, 0.0}});
+        const Streamer streamer = small.streamer();
+        return Scene(small.file, streamer).objects()[0].dry;
+    };
+    CHECK(is_dry(std::nullopt, 5.0));
+    CHECK(is_dry(-0.8, 5.0));
+    CHECK_FALSE(is_dry(-0.7, 5.0));
+    CHECK(is_dry(-1.8, 0.0));
+    CHECK_FALSE(is_dry(-1.7, 0.0));
+    CHECK_FALSE(is_dry(100.0, 5.0));
 }
