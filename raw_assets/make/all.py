@@ -14,12 +14,13 @@ import grove
 import jetty
 import palm
 import sand
+import shells
 import sky
 import sound
 import terrain
 import water
 
-MAKERS = (terrain, sand, effect, water, sky, sound, palm, jetty, grove)
+MAKERS = (terrain, sand, effect, water, sky, sound, palm, jetty, grove, shells)
 
 
 def main(arguments: list[str]) -> int:

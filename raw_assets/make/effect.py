@@ -27,7 +27,6 @@ DRY, WET, FLOOR, DEEP = (hex_color(c) for c in ("#E8D3A2", "#C3A676", "#E4DAB9",
 HOLLOW, GRASS, RUBBLE = (hex_color(c) for c in ("#8F7A58", "#66845A", "#77705A"))
 FIBRE = hex_color("#7C6646")
 STARS = ("#DB7440", "#CC5546", "#E5A050", "#BC5C74", "#DE9272")
-SHELLS = ("#FFF8EA", "#FBE8D8", "#F8D8C4", "#FDF1E2", "#EEDCCB")
 CORALS = ("#C98F86", "#DDAF8E", "#B98A9C", "#D6BA92", "#C77F6E")
 
 
@@ -147,19 +146,7 @@ def grow(ground: Ground, height: Array) -> None:
 
 
 def strew(ground: Ground, height: Array) -> None:
-    """Shells along the beach, most of them near the water line, and starfish in shallow water."""
-    drift = 0.24 + 0.05 * broad(8.0, 91, 2)
-    line = np.exp(-(((height - drift) / 0.06) ** 2))
-    beach = smoothstep(0.02, 0.15, height) * smoothstep(1.1, 0.5, height)
-    for point, pick in scatter(0.42, 93, 0.30 * line + 0.02 * beach):
-        shade = hex_color(SHELLS[int(pick[1] * len(SHELLS))])
-        radius = (0.05 + 0.06 * pick[0]) / TEXEL_M
-        ground.stamp(point, radius + 1.5, shade, 0.015, strokes.fragment(radius))
-    for point, pick in scatter(1.4, 95, 0.32 * line + 0.05 * beach):
-        shade = hex_color(SHELLS[int(pick[1] * len(SHELLS))])
-        radius = (0.11 + 0.11 * pick[0] ** 2) / TEXEL_M
-        ground.stamp(point, 4.0 * radius, HOLLOW, 0.02, strokes.hollow(1.6 * radius, 0.22))
-        ground.stamp(point, 2.2 * radius + 1, shade, 0.05, strokes.shell(radius, 6.28 * pick[2], 9))
+    """Starfish in shallow water. Shells on the beach are too small for texels of 10 cm: shells.py."""
     sea = smoothstep(-0.25, -0.6, height) * smoothstep(-4.2, -2.4, height)
     for point, pick in scatter(4.4, 97, 0.26 * sea):
         shade = hex_color(STARS[int(pick[1] * len(STARS))])
@@ -171,13 +158,8 @@ def strew(ground: Ground, height: Array) -> None:
 
 def litter(ground: Ground) -> None:
     """The sand around the palm: darkened by fallen fibres, piled up by the wind."""
-    column, row = ((v / terrain.SIZE_M + 0.5) * PIXELS for v in terrain.PALM)
-    ground.stamp((column, row), 2.6 / TEXEL_M, FIBRE, -0.05, strokes.hollow(0.62 / TEXEL_M, 0.62))
-    for a, b, c, d in uniform((70, 4), 99):
-        away, turn = 0.35 + 1.7 * b * b, 6.28 * a
-        point = (column + away * np.cos(turn) / TEXEL_M, row + away * np.sin(turn) / TEXEL_M)
-        radius = (0.05 + 0.05 * c) / TEXEL_M
-        ground.stamp(point, radius + 1.5, FIBRE * (0.9 + 0.5 * d), 0.01, strokes.fragment(radius))
+    point = tuple((v / terrain.SIZE_M + 0.5) * PIXELS for v in terrain.PALM)
+    ground.stamp(point, 2.6 / TEXEL_M, FIBRE, -0.05, strokes.hollow(0.62 / TEXEL_M, 0.62))
 
 
 @cache

@@ -41,34 +41,6 @@ def starfish(radius: float, turn: float, bend: float) -> Stroke:
     return draw
 
 
-def shell(radius: float, turn: float, ribs: int) -> Stroke:
-    """A scallop: a domed, ribbed fan with a hinge at one end."""
-
-    def draw(dx: Array, dy: Array) -> tuple[Array, Array, Array]:
-        x = np.cos(turn) * dx - np.sin(turn) * dy
-        y = np.sin(turn) * dx + np.cos(turn) * dy + 0.7 * radius
-        r, angle = np.hypot(x, y) / (1.6 * radius), np.arctan2(x, y)
-        rim = np.clip((0.96 + 0.04 * np.cos(angle * ribs) - r) * radius * 1.6 + 0.5, 0.0, 1.0)
-        sides = np.clip((0.92 - np.abs(angle)) * radius * 1.6 * r + 0.5, 0.0, 1.0)
-        dome = np.clip(1.0 - (dx * dx + dy * dy) / (1.2 * radius) ** 2, 0.0, 1.0)
-        return (
-            rim * sides,
-            0.90 + 0.05 * np.cos(angle * ribs * 2) * r + 0.12 * dome,
-            0.2 + 0.8 * np.sqrt(dome),
-        )
-
-    return draw
-
-
-def fragment(radius: float) -> Stroke:
-    """A fragment of a shell: a soft dot."""
-
-    def draw(dx: Array, dy: Array) -> tuple[Array, Array, Array]:
-        return 0.9 * np.clip(radius - np.hypot(dx, dy) + 0.5, 0.0, 1.0), np.ones_like(dx), np.ones_like(dx)
-
-    return draw
-
-
 def coral(radius: float, phase: float) -> Stroke:
     """A rounded head with lobes, bright on top and dark between them."""
 

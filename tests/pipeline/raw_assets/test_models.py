@@ -70,8 +70,16 @@ def scripts() -> Any:
     import jetty_paint
     import palm
     import palm_paint
+    import shells
 
-    yield {"grove": grove, "palm": palm, "palm_paint": palm_paint, "jetty": jetty, "jetty_paint": jetty_paint}
+    yield {
+        "shells": shells,
+        "grove": grove,
+        "palm": palm,
+        "palm_paint": palm_paint,
+        "jetty": jetty,
+        "jetty_paint": jetty_paint,
+    }
     sys.path.remove(str(RAW / "make"))
 
 
@@ -278,10 +286,11 @@ def test_the_script_paints_the_same_jetty_again(scripts: Any, piece: str) -> Non
 
 
 @pytest.mark.deep
-def test_the_script_plants_the_same_grove_again(scripts: Any, tmp_path: Path) -> None:
-    scripts["grove"].make(tmp_path)
-    made = {path.name: path.read_bytes() for path in (tmp_path / "grove").iterdir()}
-    assert made == {path.name: path.read_bytes() for path in (RAW / "grove").iterdir()}
+@pytest.mark.parametrize(("script", "folder"), [("grove", "grove"), ("shells", "shore")])
+def test_the_script_strews_the_same_again(scripts: Any, script: str, folder: str, tmp_path: Path) -> None:
+    scripts[script].make(tmp_path)
+    made = {path.name: path.read_bytes() for path in (tmp_path / folder).iterdir()}
+    assert made == {path.name: path.read_bytes() for path in (RAW / folder).iterdir()}
 
 
 @pytest.mark.deep
