@@ -17,12 +17,17 @@ from paradize.errors import one_line
 
 
 def render(
-    findings: Sequence[Finding], form: str, artifacts: int = 0, scenes: Mapping[str, int | None] | None = None
+    findings: Sequence[Finding],
+    form: str,
+    artifacts: int = 0,
+    scenes: Mapping[str, int | None] | None = None,
+    without_budget: Sequence[str] = (),
 ) -> str:
     """form: "text", "json", "junit" or "sarif". artifacts: how many files were looked at; scenes: how many
-    files the scenes name whose settings were looked at; None: they have faults. A text says both."""
+    files the scenes name whose settings were looked at; None: they have faults; without_budget: the
+    scene.json files whose scene limits no error. A text says all three."""
     if form == "text":
-        return _text(findings, artifacts, scenes or {})
+        return _text(findings, artifacts, scenes or {}, without_budget)
     return {"json": _json, "junit": _junit, "sarif": _sarif}[form](findings)
 
 
@@ -33,7 +38,12 @@ def _counts(findings: Sequence[Finding]) -> tuple[int, int, int]:
     return errors, len(findings) - errors - waived, waived
 
 
-def _text(findings: Sequence[Finding], artifacts: int, scenes: Mapping[str, int | None]) -> str:
+def _text(
+    findings: Sequence[Finding],
+    artifacts: int,
+    scenes: Mapping[str, int | None],
+    without_budget: Sequence[str],
+) -> str:
     errors, warnings, waived = _counts(findings)
     found = [_counted(errors, "error"), _counted(warnings, "warning")] if findings else ["no finding"]
     found += [f"{waived} waived"] if waived else []
@@ -45,6 +55,10 @@ def _text(findings: Sequence[Finding], artifacts: int, scenes: Mapping[str, int 
         "reads what they hold"
         for path, count in scenes.items()
         if count is not None
+    ]
+    notes += [
+        f"{path}: the scene sets no [budget], so errors are recorded and none is judged"
+        for path in without_budget
     ]
     shared = {key for key, count in Counter(map(_advice, findings)).items() if count > 1 and key[1]}
     lines = [finding.line(mend=_advice(finding) not in shared) for finding in findings]

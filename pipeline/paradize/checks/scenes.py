@@ -39,7 +39,8 @@ class CheckOptions:
     """against: the folder of an earlier bake. worse_by: the share by which an error may have grown since.
     today: decides which waivers have ended. on_progress: hears of every artifact and every search. checked:
     takes the name of each artifact that was looked at. scenes: takes how many files each scene names whose
-    settings were looked at; None where they have faults."""
+    settings were looked at; None where they have faults. without_budget: takes each scene.json whose scene
+    limits no error."""
 
     against: Path | None = None
     worse_by: float = WORSE_BY
@@ -47,6 +48,7 @@ class CheckOptions:
     on_progress: OnProgress | None = None
     checked: set[str] = field(default_factory=set, compare=False)
     scenes: dict[str, int | None] = field(default_factory=dict, compare=False)
+    without_budget: list[str] = field(default_factory=list, compare=False)
 
     def begin(self, step: str, done: int, total: int) -> None:
         """Reports a step to on_progress."""
@@ -66,6 +68,8 @@ def check_scene(path: Path, options: CheckOptions) -> Iterator[Finding]:
     except FormatError as error:
         yield Finding("PZ102", file, error.what, error.place or "")
         return
+    if not any(manifest["budget"].values()):
+        options.without_budget.append(file)
     owners = {str(path.parent / entry["file"]): name for name, entry in manifest["artifacts"].items()}
     findings = (
         finding if finding.artifact else replace(finding, artifact=owners.get(finding.file, ""))

@@ -33,5 +33,6 @@ def run(arguments: argparse.Namespace) -> int:
     with progress() as shown:
         options = CheckOptions(arguments.against, arguments.worse_by / 100.0, today, shown.step)
         findings = check_paths(arguments.paths, options)
-    show(render(findings, "json" if arguments.json else arguments.fmt, len(options.checked), options.scenes))
+    form = "json" if arguments.json else arguments.fmt
+    show(render(findings, form, len(options.checked), options.scenes, options.without_budget))
     return 1 if any(finding.fails for finding in findings) else 0

@@ -242,6 +242,19 @@ def test_the_command_line_takes_the_day_and_its_exit_code_follows(cove: Path, ca
     capsys.readouterr()
 
 
+def test_a_check_says_where_no_error_is_judged(cove: Path, capsys: Any) -> None:
+    out = str(cove / "out")
+    assert main(["check", out]) == 0
+    note = f"{out}/scene.json: the scene sets no [budget], so errors are recorded and none is judged"
+    assert note in capsys.readouterr().out.splitlines()
+    for budget in ("color_psnr_db = 1", "color_psnr_db = { soft = 1 }"):
+        text = (cove / "scene" / "cove.toml").read_text().split("[budget]")[0]
+        (cove / "scene" / "cove.toml").write_text(text)
+        rebaked(cove, f"\n[budget]\n{budget}\n")
+        main(["check", out])
+        assert "[budget]" not in capsys.readouterr().out
+
+
 def test_a_waiver_of_another_artifact_or_metric_does_not_cover_and_is_told(cove: Path) -> None:
     for old, new in (('"terrain_mesh"', '"post_mesh"'), ('"terrain_max_m"', '"surface_max"')):
         out = change(

@@ -196,12 +196,8 @@ def _chain(reference: Original, plan: Plan) -> tuple[list[MeasuredLevel], list[s
         turned = found.errors["normal_mean_deg"]
         if not (plan.errors or plan.screen_size) and turned > _TURNED_DEG:
             shape = f"{len(found.mesh.triangles)} triangles turn normals by {turned:.0f} degrees on the mean"
-            mend = (
-                "for coarser ones say how far each may err (--errors A,B, in a scene "
-                'lods_by = "error"), or make them by how they look (--screen-size PIXELS, in a scene '
-                'lods_by = "screen_size")'
-            )
-            notes.append(f"no level after lod{len(levels) - 1}: {shape}, limit {_TURNED_DEG:.0f}; {mend}")
+            mend = 'for more, set lods_by = "screen_size" or "error" (--screen-size PIXELS, --errors A,B)'
+            notes.append(f"no level after lod{len(levels) - 1}; {mend}: {shape}, limit {_TURNED_DEG:.0f}")
             break
         notes += _append_better(levels, found)
     return levels, notes
