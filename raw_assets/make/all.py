@@ -13,6 +13,7 @@ import effect
 import grove
 import jetty
 import palm
+import rocks
 import sand
 import shells
 import sky
@@ -20,7 +21,7 @@ import sound
 import terrain
 import water
 
-MAKERS = (terrain, sand, effect, water, sky, sound, palm, jetty, grove, shells)
+MAKERS = (terrain, sand, effect, water, sky, sound, palm, jetty, grove, shells, rocks)
 
 
 def main(arguments: list[str]) -> int:

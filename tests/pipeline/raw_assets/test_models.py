@@ -70,9 +70,11 @@ def scripts() -> Any:
     import jetty_paint
     import palm
     import palm_paint
+    import rocks
     import shells
 
     yield {
+        "rocks": rocks,
         "shells": shells,
         "grove": grove,
         "palm": palm,
@@ -291,6 +293,17 @@ def test_the_script_strews_the_same_again(scripts: Any, script: str, folder: str
     scripts[script].make(tmp_path)
     made = {path.name: path.read_bytes() for path in (tmp_path / folder).iterdir()}
     assert made == {path.name: path.read_bytes() for path in (RAW / folder).iterdir()}
+
+
+def test_the_script_makes_the_same_rocks_again(scripts: Any, tmp_path: Path) -> None:
+    scripts["rocks"].make(tmp_path)
+    made, kept = (sorted((top / "rocks").iterdir()) for top in (tmp_path, RAW))
+    assert [path.name for path in made] == [path.name for path in kept]
+    for again, path in zip(made, kept, strict=True):
+        if path.suffix == ".png":
+            assert np.abs(read(again) - read(path)).max() <= 1.0
+        else:
+            assert again.read_bytes() == path.read_bytes(), f"{path.name} differs"
 
 
 @pytest.mark.deep

@@ -139,6 +139,25 @@ def test_sixty_palms_of_three_kinds_and_the_grass_stand_on_dry_sand(scene: Scene
         assert np.abs(at[:, 1] - ground(at[:, 0], at[:, 2])).max() < 0.02 and at[:, 1].min() > 1.0
 
 
+def test_boulders_stand_in_the_sea_with_their_feet_under_water(scene: Scene, ground: Any) -> None:
+    rocks = [item for item in scene.objects if item.mesh.parent.name == "rocks"]
+    assert len(rocks) == 2 and sum(len(item.instances) for item in rocks) == 60
+    for item in rocks:
+        at = np.array([instance.position for instance in item.instances])
+        assert (0.0 < at[:, 1]).all() and at[:, 1].max() < 1.0
+        assert ground(at[:, 0], at[:, 2]).max() < 0.5  # none is buried
+
+
+def test_something_stands_out_of_the_open_sea_at_every_second(
+    scene: Scene, flight: Flight, objects: dict[str, np.ndarray]
+) -> None:
+    aspect = scene.head.viewport[0] / scene.head.viewport[1]
+    landmarks = np.concatenate([objects[name] for name in ("boulder", "slab", "tall", "jetty")])
+    landmarks = landmarks[landmarks[:, 1] > 0.3]
+    seen = {t: int(in_view(flight, float(t), aspect, landmarks).sum()) for t in range(196, 240)}
+    assert min(seen.values()) > 0, [t for t, count in seen.items() if not count]
+
+
 def test_nothing_stands_in_the_way_of_the_near_plane(scene: Scene, flight: Flight) -> None:
     aspect = scene.head.viewport[0] / scene.head.viewport[1]
     reach = tan(flight.fov_rad / 2)
