@@ -113,7 +113,8 @@ def paint() -> Floats:
         cracks = smoothstep(0.06, 0.0, np.abs(solid_noise(direction, 2.9, 41, 4)))
         color = color * (1.0 + 0.22 * grain - 0.34 * cracks)[..., None]
         streaks = solid_noise(direction * [1.0, 0.15, 1.0], 9.0, 51, 3)
-        color = color * (1.0 - 0.25 * smoothstep(0.1, 0.6, streaks) * smoothstep(-0.2, 0.5, height))[..., None]
+        washed = smoothstep(0.1, 0.6, streaks) * smoothstep(-0.2, 0.5, height)
+        color = color * (1.0 - 0.25 * washed)[..., None]
         color = mix(color, hex_color("#cfc5b4"), 0.35 * smoothstep(0.55, 1.0, height + 0.2 * broad))
         tide = smoothstep(0.26, 0.14, height + 0.09 * broad)
         color = mix(color, hex_color("#3d3b33"), 0.72 * tide)

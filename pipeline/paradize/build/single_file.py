@@ -164,12 +164,13 @@ def mesh_files(path: Path, settings: MeshSettings, *, tier: str) -> BakedFiles:
         what = "has texture coordinates that its maps may be painted for; no atlas made"
         made.report["warnings"].append(f"{path}: {what}; take them out of the OBJ for a new layout")
     rows = []
+    used = str(made.report["tier"])
     for i, level in enumerate(made.report["lods"]):
         errors = {"surface_max": level["error_max"], "surface_rms": level["error_rms"]}
         errors["lod_normal_p99_deg"] = level["normal_p99_deg"]
         errors |= {key: level[key] for key in ("quantise_max_m", "quantise_normal_max_deg") if key in level}
-        rows.append((f"lod{i}, {level['triangles']} triangles", str(level.get("tier", tier)), errors, 0))
-    rows.append((path.stem, tier, {}, len(made.glb)))
+        rows.append((f"lod{i}, {level['triangles']} triangles", used, errors, 0))
+    rows.append((path.stem, used, {}, len(made.glb)))
     return BakedFiles(
         {path.stem: made.glb}, dict(made.report), rows, {"mesh": mesh_errors(made.report["lods"])}
     )

@@ -63,7 +63,9 @@ def add(sub: argparse.ArgumentParser) -> None:
         "texture coordinates are taken from the source again, without seams; they take one material, "
         "openmesh only manifolds",
     )
-    sub.add_argument("--atlas", action="store_true", help="make UVs for a model without them")
+    sub.add_argument(
+        "--atlas", action="store_true", help="make UVs for a model without them, or whose UVs overlap"
+    )
     sub.add_argument(
         "--unwrapper",
         choices=UNWRAPPERS,

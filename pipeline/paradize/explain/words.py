@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from paradize.explain.bounds import bound_short, bound_words
 from paradize.explain.economy import economy_words, saved_words, short
-from paradize.scene.budget import excesses
+from paradize.scene.budget import excesses, meaning_of, unit_of
 from paradize.scene.schema import Limits
 from paradize.tiers import AUTO
 
@@ -76,10 +76,11 @@ def words_of(facts: dict[str, Any], details: bool = False) -> list[str]:
         )
     if details:
         lines += [f"  {role}: {path}" for role, path in facts["sources"].items()]
-        lines += [f"  {key} = {_clipped(_plain(value))}" for key, value in facts["settings"].items()]
+        given = {key: value for key, value in facts["settings"].items() if value is not None}
+        lines += [f"  {key} = {_clipped(_plain(value))}" for key, value in given.items()]
         if "errors" in facts:
             lines.append(f"  {facts['file']}, {facts['bytes']} bytes, tier {facts['tier']}")
-            lines += [f"  {metric} {value:g}" for metric, value in facts["errors"].items()]
+            lines += [f"  {_error(metric, value)}" for metric, value in facts["errors"].items()]
     if facts["tried"] is not None:
         lines += [f"  {words}" for words in _choice(facts["tried"])]
     if facts["demand"] is not None:
@@ -113,6 +114,12 @@ def words_of(facts: dict[str, Any], details: bool = False) -> list[str]:
         for level, (p99, worst) in enumerate(zip(gutter["bleed_p99"], gutter["bleed_max"], strict=True)):
             lines.append(f"  {level:5d}  {p99:9.4f}  {worst:7.4f}")
     return lines
+
+
+def _error(metric: str, value: float) -> str:
+    """A metric with its unit and what it measures."""
+    meaning = meaning_of(metric)
+    return f"{metric} {value:g} {unit_of(metric)}".rstrip() + (f": {meaning}" if meaning else "")
 
 
 def _choice(tried: dict[str, Any]) -> list[str]:

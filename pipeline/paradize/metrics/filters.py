@@ -22,7 +22,7 @@ _FIT = re.compile(f"({'|'.join(_FITS)})([1-9][0-9]?)")
 
 @cache
 def taps(name: str) -> Taps:
-    """The taps of a filter; None for "spectral". Raises KeyError for an unknown name."""
+    """The taps of a filter. Raises KeyError for an unknown name."""
     if name == "scharr":
         return central_weights(1), (10 / 16, 3 / 16)
     fit = _FIT.fullmatch(name)

@@ -20,7 +20,8 @@ from paradize.files import open_file, read_file
 from paradize.report.poster import Poster
 from paradize.report.tradeoff.plot import curve, number_label, seconds_label
 from paradize.report.tradeoff.style import STYLE
-from paradize.report.verdict import EYE, Verdict, meaning_of, unit_of, verdict_of
+from paradize.report.verdict import EYE, Verdict, verdict_of
+from paradize.scene.budget import meaning_of, unit_of
 from paradize.store.atomic import write_whole
 
 _WIDE = 1100  # pixels, of a sheet on the page

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from paradize.scene.budget import METRICS, REPORTED, is_beyond
+from paradize.scene.budget import METRICS, is_beyond
 
 # Rules of thumb by the end of a metric's name: up to which value (of dB from which value on) the eye sees no
 # difference, and the rule in words.
@@ -36,16 +36,6 @@ class Verdict:
     kind: str
     words: str
     share: float | None = None
-
-
-def unit_of(metric: str) -> str:
-    """The unit of a metric; empty where it is not known."""
-    return METRICS[metric].unit if metric in METRICS else REPORTED.get(metric, ("", ""))[0]
-
-
-def meaning_of(metric: str) -> str:
-    """What a metric measures, in a clause; empty where it is not known."""
-    return METRICS[metric].meaning if metric in METRICS else REPORTED.get(metric, ("", ""))[1]
 
 
 def verdict_of(metric: str, value: float, scene: Mapping[str, Any]) -> Verdict:

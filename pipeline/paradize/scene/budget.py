@@ -147,6 +147,16 @@ REPORTED = {
 }
 
 
+def unit_of(metric: str) -> str:
+    """The unit of a metric; empty where it is not known."""
+    return METRICS[metric].unit if metric in METRICS else REPORTED.get(metric, ("", ""))[0]
+
+
+def meaning_of(metric: str) -> str:
+    """What a metric measures, in a clause; empty where it is not known."""
+    return METRICS[metric].meaning if metric in METRICS else REPORTED.get(metric, ("", ""))[1]
+
+
 @dataclass(frozen=True)
 class Excess:
     """An error beyond its limit. hard: it fails a check; otherwise it is a warning."""

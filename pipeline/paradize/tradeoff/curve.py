@@ -24,7 +24,8 @@ class Point(TypedDict):
     """A measured tier. series: points of one series count as equal in bytes (one texture format, one mesh); a
     point without one is a series of its own. error: "value" is the group's metric; mean, p99, max ... belong
     to it. loss: the value as an error (see loss). bytes: of what is written; None: nothing. passes: False if
-    another metric of the tier is beyond its budget. instead: what to take if the tier is dominated."""
+    another metric of the tier is beyond its budget. beside: errors of other kinds, by metric, the same for
+    all points of a group; less is better. instead: what to take if the tier is dominated."""
 
     tier: str
     seconds: Seconds
@@ -35,6 +36,7 @@ class Point(TypedDict):
     on_front: bool
     loss: NotRequired[float]
     series: NotRequired[str]
+    beside: NotRequired[dict[str, float]]
     passes: NotRequired[bool]
     note: NotRequired[str]
     instead: NotRequired[str]
@@ -89,13 +91,16 @@ def series_of(point: Point) -> str:
 
 
 def dominates(a: Point, b: Point, less_is_better: bool) -> bool:
-    """Whether a is at least as good as b in time, error and (in another series) bytes, and better in one of
-    them. Times within each other's quartiles are equal."""
+    """Whether a is at least as good as b in time, error and (in another series) bytes and all errors beside,
+    and better in one of them. Times within each other's quartiles are equal."""
     first = a["seconds"]["median"] if apart(a["seconds"], b["seconds"]) else b["seconds"]["median"]
     costs = []
     for point, seconds in ((a, first), (b, b["seconds"]["median"])):
-        size = (0 if series_of(a) == series_of(b) else point["bytes"]) or 0
-        costs.append((seconds, loss(point["error"]["value"], less_is_better), size))
+        more: tuple[float, ...] = ()
+        if series_of(a) != series_of(b):
+            beside = point.get("beside", {})
+            more = (point["bytes"] or 0, *(beside[metric] for metric in sorted(beside)))
+        costs.append((seconds, loss(point["error"]["value"], less_is_better), *more))
     return costs[0] != costs[1] and all(p <= q for p, q in zip(*costs, strict=True))
 
 

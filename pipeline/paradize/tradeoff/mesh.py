@@ -34,21 +34,26 @@ from paradize.stages.weld import weld
 from paradize.tradeoff.timing import Trial, TrialGroup, TrialResult, timed
 
 Settings = dict[str, Any]
+_BESIDE = ("lod_normal_p99_deg", "uv_shift_p99")  # what levels do to light and texture
 # Vertex formats -> how many degrees quantization may turn normals and tangents; None: floats.
 _VERTICES = {"16 bit, directions 8": 180.0, "16 bit": 0.0, "float32": None}
 
 
-def mesh_groups(job: BakeJob) -> list[TrialGroup]:
-    """The groups of a job of the baker "mesh". Reads the source."""
+def mesh_groups(job: BakeJob, *, alone: bool = False) -> list[TrialGroup]:
+    """The groups of a job of the baker "mesh". alone: a model without a scene; where its UVs overlap, the
+    layout of `paradize mesh --atlas` is measured too. Reads the source."""
     path, settings = job.sources["mesh"], job.settings
     artifact = job.outputs[0].artifact
     name = job.name.removesuffix(" mesh")
     arguments = {"path": path, "settings": settings}
     bare = _mended_mesh(path, settings)
     found = []
-    if _needs_layout(bare, settings):
+    if _needs_layout(bare, settings | ({"painted": False} if alone else {})):
         metrics = ("atlas_seam_length", "atlas_stretch", "atlas_packing")
-        layouts = _tier_group(name, "atlas", artifact, metrics, tuple(atlas.TIERS), arguments, atlas_tier)
+        note = "" if bare.uvs is None else "The model's own overlaps; levels and tangent frames keep it."
+        layouts = _tier_group(
+            name, "atlas", artifact, metrics, tuple(atlas.TIERS), arguments, atlas_tier, note
+        )
         found.append(
             _with_libraries(layouts, "unwrapper", UNWRAPPERS, settings["unwrapper"], require_unwrapper)
         )
@@ -62,6 +67,8 @@ def mesh_groups(job: BakeJob) -> list[TrialGroup]:
         lod_tier,
         "The time includes the measuring that decides which levels are kept.",
     )
+
+    levels = replace(levels, beside=_BESIDE)
 
     def require(name: str) -> None:
         require_simplifier(name, bare)
@@ -181,14 +188,21 @@ def atlas_tier(
 
 
 def lod_tier(
-    path: Path, settings: Settings, tier: str, runs: int | None, simplifier: str = METHODS[0]
+    path: Path,
+    settings: Settings,
+    tier: str,
+    runs: int | None,
+    simplifier: str = METHODS[0],
+    most_levels: int | None = None,
 ) -> TrialResult:
-    """Makes the levels of detail, with the errors that the baker measures of each. Raises BakeError if a
-    library makes no level."""
+    """Makes the levels of detail, with the errors that the baker measures of each. most_levels: the source
+    counted; None: as many as a bake makes. Raises BakeError if a library makes no level."""
     mesh = _laid_out(path, settings)
     plan = replace(Plan.of(MeshSettings(**settings)), simplifier=simplifier)
     if settings.get("sight"):
         plan = sight_plan(settings["sight"], settings["instances"])(mesh, plan)
+    if most_levels is not None:
+        plan = replace(plan, count=most_levels)
     seconds, (made, notes) = timed(lambda: make_levels(mesh, plan, tier), runs)
     if len(made) == 1 and simplifier != METHODS[0]:
         raise BakeError(f"{simplifier} makes no level: {'; '.join(notes)}")
@@ -197,9 +211,20 @@ def lod_tier(
     for level in made:
         parts = [(*key.partition("_"), value) for key, value in level.errors.items()]
         errors.append({f"{heads.get(head, head)}_{tail}": value for head, _, tail, value in parts})
-    triangles = ", ".join(str(len(level.mesh.triangles)) for level in made)
+    triangles = tuple(len(level.mesh.triangles) for level in made)
     size = _size([level.mesh for level in made], settings["tangents"])
-    return TrialResult(seconds, errors, size, f"{triangles} triangles")
+    note = f"{', '.join(map(str, triangles))} triangles{_moved(errors)}"
+    return TrialResult(seconds, errors, size, note, triangles)
+
+
+def _moved(levels: list[dict[str, float]]) -> str:
+    """What the levels do to normals and to the texture, for 99 % of the surface of the worst level."""
+    words = ""
+    texts = ("normals turn by {:.3g} degrees", "the texture slides by {:.2g} of the diagonal")
+    for metric, text in zip(_BESIDE, texts, strict=True):
+        worst = max((level.get(metric, 0.0) for level in levels), default=0.0)
+        words += f"; {text.format(worst)}" if worst > 0.0 else ""
+    return f"{words} (99 %)" if words else ""
 
 
 def tangent_tier(path: Path, settings: Settings, tier: str, runs: int | None) -> TrialResult:

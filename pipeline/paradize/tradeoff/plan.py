@@ -64,7 +64,7 @@ def file_groups(path: Path, options: FileOptions) -> list[TrialGroup]:
         if options != FileOptions():
             mend = "leave out --from, --size, --height and --max-error"
             raise BakeError("is a model; sizes and heights are those of a picture", file=path, mend=mend)
-        return mesh_groups(_mesh_job(path))
+        return mesh_groups(_mesh_job(path), alone=True)
     image = read_image(path, finite=False)
     kind = guess_source(image)[0] if options.source == "auto" else options.source
     rows, columns = image.values.shape[:2]
@@ -86,8 +86,8 @@ def file_groups(path: Path, options: FileOptions) -> list[TrialGroup]:
 
 
 def _mesh_job(path: Path) -> BakeJob:
-    """The job of `paradize mesh --atlas`."""
-    settings = asdict(MeshSettings(atlas=True))
+    """The job of `paradize mesh`; a model without texture coordinates gets them, as with --atlas."""
+    settings = asdict(MeshSettings(atlas=True, painted=True))
     return BakeJob(
         f"{path.stem} mesh", "mesh", {"mesh": path}, settings, (Output(path.stem, "mesh", "mesh", ""),)
     )

@@ -10,12 +10,13 @@ from __future__ import annotations
 import re
 import time
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from paradize.data import rounded
 from paradize.errors import BakeError, GroupedError, ParadizeError, SourceError
-from paradize.jobs.pool import Job, WorkerPool, run_jobs
+from paradize.jobs.pool import Job, Outcome, WorkerPool, run_jobs
 from paradize.jobs.progress import OnProgress
 from paradize.scene.budget import METRICS
 from paradize.tradeoff.curve import Group, Point, inside, spread
@@ -24,6 +25,7 @@ from paradize.tradeoff.timing import Trial, TrialGroup, TrialResult
 from paradize.tradeoff.words import conclude
 
 VERSION = 1
+_SAME_COUNT = 1.1  # levels whose triangles differ by less than this factor are compared
 _ROLE = re.compile(r"_(mean|p99|rms|max)(?=_|$)")
 
 
@@ -91,8 +93,7 @@ def run_groups(
             for trial in group.trials:
                 if on_progress:
                     on_progress(f"{group.name}: {trial.tier}", done, total)
-                job = Job(f"{group.name}, {trial.tier}", trial.call, trial.arguments | {"runs": runs})
-                (outcome,) = run_jobs([job], 1, threads=1, pool=pool)
+                outcome = _run(pool, group, trial, runs)
                 done += 1
                 if isinstance(outcome.error, SourceError):
                     raise outcome.error
@@ -102,9 +103,16 @@ def run_groups(
                 else:
                     results.append((trial, outcome.value))
             if results:
-                measured, uneven = _group(group, results, rows.get(group.artifact, {}), budget)
+                for at, most in _uneven([one for _, one in results]).items():
+                    trial = results[at][0]
+                    trial = replace(trial, arguments=trial.arguments | {"most_levels": most})
+                    outcome = _run(pool, group, trial, runs)
+                    if outcome.error:
+                        raise outcome.error
+                    results[at] = trial, outcome.value
+                measured = _group(group, results, rows.get(group.artifact, {}), budget)
                 groups.append(measured)
-                warnings += uneven + conclude(measured)
+                warnings += conclude(measured)
     if on_progress:
         on_progress("done", total, total)
     if not groups:
@@ -112,21 +120,31 @@ def run_groups(
     return groups, warnings
 
 
+def _run(pool: WorkerPool, group: TrialGroup, trial: Trial, runs: int | None) -> Outcome:
+    job = Job(f"{group.name}, {trial.tier}", trial.call, trial.arguments | {"runs": runs})
+    (outcome,) = run_jobs([job], 1, threads=1, pool=pool)
+    return outcome
+
+
+def _uneven(results: list[TrialResult]) -> dict[int, int]:
+    """Which results hold coarser levels of detail than all reach, and how many levels each of these may have
+    to be compared: a finer last level would look more exact, one level less quicker and smaller."""
+    made = [one.triangles for one in results if len(one.triangles) > 1]
+    if not made:
+        return {}
+    reached = max(triangles[-1] for triangles in made) / _SAME_COUNT
+    counts = [max(2, sum(count >= reached for count in one.triangles)) for one in results]
+    return {at: most for at, most in enumerate(counts) if most < len(results[at].triangles)}
+
+
 def _group(
     planned: TrialGroup,
     results: list[tuple[Trial, TrialResult]],
     row: Mapping[str, Any],
     budget: Mapping[str, float],
-) -> tuple[Group, list[str]]:
-    """A group of tradeoff.json, without conclusions; and warnings."""
-    common = min(len(result.levels) for _, result in results)
-    warnings = []
-    if len({len(result.levels) for _, result in results}) > 1:
-        counts = ", ".join(f"{trial.tier} {len(result.levels)}" for trial, result in results)
-        warnings.append(
-            f"{planned.name}: tiers made different numbers of levels ({counts}); errors are those of {common}"
-        )
-    errors = [_worst(result.levels[:common]) for _, result in results]
+) -> Group:
+    """A group of tradeoff.json, without conclusions."""
+    errors = [_worst(result.levels) for _, result in results]
     known = [metric for metric in planned.metrics if all(metric in one for one in errors)]
     if not known:
         raise BakeError(f"{planned.name}: none of {', '.join(planned.metrics)} was measured")
@@ -146,6 +164,8 @@ def _group(
         }
         if not all(within(name, value, budget) for name, value in error.items()):
             point["passes"] = False
+        if planned.beside:
+            point["beside"] = {name: rounded(error.get(name, 0.0)) for name in planned.beside}
         if trial.series:
             point["series"] = trial.series
         if result.note:
@@ -166,7 +186,7 @@ def _group(
         "declared": list(planned.declared),
         "note": planned.note,
         "advice": None,
-    }, warnings
+    }
 
 
 def within(metric: str, value: float, budget: Mapping[str, float]) -> bool:

@@ -38,7 +38,8 @@ class Trial:
 @dataclass(frozen=True)
 class TrialGroup:
     """A group to measure. metrics: the one that has a budget counts, else the first. declared: as in
-    curve.Group. units: of metrics that are not in scene/budget.py."""
+    curve.Group. units: of metrics that are not in scene/budget.py. beside: metrics of other errors in which a
+    library may be worse."""
 
     name: str
     stage: str
@@ -48,17 +49,20 @@ class TrialGroup:
     declared: tuple[str, ...] = ()
     note: str = ""
     units: Mapping[str, str] = field(default_factory=dict)
+    beside: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
 class TrialResult:
     """What a worker measured of a tier. seconds: of each run. levels: metric -> value, for each level of
-    detail; other stages have one level. bytes: None if nothing is written."""
+    detail; other stages have one level. bytes: None if nothing is written. triangles: of each level of
+    detail."""
 
     seconds: list[float]
     levels: list[dict[str, float]]
     bytes: int | None = None
     note: str = ""
+    triangles: tuple[int, ...] = ()
 
 
 def timed(work: Callable[[], Result], runs: int | None) -> tuple[list[float], Result]:

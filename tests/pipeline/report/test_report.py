@@ -26,7 +26,8 @@ from paradize.report.folder import Sheets, draw_folder, draw_maps, draw_page
 from paradize.report.poster import FILE, Poster, draw_poster
 from paradize.report.scene_page import _curves, scene_page
 from paradize.report.sheet import draw_sheet, error_lines
-from paradize.report.verdict import meaning_of, verdict_of
+from paradize.report.verdict import verdict_of
+from paradize.scene.budget import meaning_of
 from tests.conftest import RENDER_ENVIRONMENT
 from tests.pipeline.scenes import make_cove
 from tests.sweeps import sample

@@ -44,6 +44,7 @@ def with_atlas(
     if mesh.uvs is not None and not overlaps(mesh):
         return mesh, None, []
     why = "no texture coordinates" if mesh.uvs is None else "texture coordinates that lie over one another"
+    loss = "" if mesh.uvs is None else "; pictures painted for the old one no longer fit"
     by = "" if unwrapper == UNWRAPPERS[0] else f" by {unwrapper}"
     unwrapped = call_isolated(
         f"the atlas of {path}{by}",
@@ -55,7 +56,7 @@ def with_atlas(
     return (
         unwrapped,
         sound_quality(unwrapped, path, unwrapper),
-        [f"{path}: {why}, so a UV layout was made{by}"],
+        [f"{path}: {why}, so a UV layout was made{by}{loss}"],
     )
 
 

@@ -142,9 +142,7 @@ def _warnings(warnings: Sequence[str]) -> str:
     if not warnings:
         return ""
     items = "".join(f"<li>{escape(text)}</li>" for text in warnings)
-    return (
-        f'<h2>Where the measurement disagrees with the declared order</h2><ul class="warnings">{items}</ul>'
-    )
+    return f'<h2>What to know of this measurement</h2><ul class="warnings">{items}</ul>'
 
 
 def _legend() -> str:
