@@ -20,7 +20,7 @@ from paradize.files import open_file, read_file
 from paradize.report.poster import Poster
 from paradize.report.tradeoff.plot import curve, number_label, seconds_label
 from paradize.report.tradeoff.style import STYLE
-from paradize.report.verdict import EYE, Verdict, verdict_of
+from paradize.report.verdict import Verdict, verdict_of
 from paradize.scene.budget import meaning_of, unit_of
 from paradize.store.atomic import write_whole
 
@@ -153,9 +153,8 @@ def _errors(scene: Mapping[str, Any], rows: Sequence[Mapping[str, Any]]) -> str:
     lines = [row for _, _, row in sorted(limited, key=lambda entry: entry[:2])]
     shown = _table(head, lines, "errors") if lines else ""
     lead = lead if lines else "The scene has no [budget]: no error is limited."
-    rules = dict.fromkeys(words for _, _, words in EYE)
-    rest = "Without a budget, an error is compared with what the eye sees, by rules of thumb: "
-    more = f'<p class="lead">{escape(rest + "; ".join(rules))}.</p>{_table(head, others, "errors")}'
+    rest = "Without a budget, an error is compared with what the eye sees, by rules of thumb."
+    more = f'<p class="lead">{rest}</p>{_table(head, others, "errors")}'
     details = f"<details><summary>{len(others)} errors without a budget</summary>{more}</details>"
     return f'<p class="lead">{escape(lead)}</p>{shown}{details if others else ""}'
 

@@ -18,8 +18,21 @@ EYE = (
     ("path_ripple_p99", 0.01, "the eye sees changes of speed from about 1 %"),
     ("load_max", 0.001, "a pixel where the object fills 1000 pixels"),
     ("quantise_max", 0.001, "a pixel where the object fills 1000 pixels"),
+    ("quantise_uv_max", 0.0005, "half a texel of a map of 1024"),
+    ("quantise_color_max", 0.004, "a step of 8 bits"),
+    ("quantise_sway_max", 0.01, "a hundredth of the lean, below a pixel where it spans 100"),
+    ("occlusion_cast_mean", 0.02, "the eye hardly sees 2 % of soft shade"),
+    ("occlusion_cast_p99", 0.05, "the eye hardly sees 5 % of soft shade on 1 % of the texels"),
+    ("lod_seen_silhouette", 0.01, "a level may be off by 1 % of its pixels before its switch shows"),
+    ("path_time_s", 0.016, "a frame at 60 Hz"),
+    ("path_jump_m_per_u", 1e-6, "what rounding leaves"),
+    ("path_jump_m_per_u2", 1e-6, "what rounding leaves"),
+    ("_m", 0.001, "a millimetre, about a pixel from a metre away"),
+    ("_max", 0.1, "one texel, the worst; PSNR or the error of 99 of 100 says how the map looks"),
 )
-_SWITCHED = (
+_TERRAIN = 0.001  # of its width
+SWITCHED = (
+    "terrain_tile_max_m",
     "surface_max",
     "surface_rms",
     "uv_shift_p99",
@@ -44,10 +57,16 @@ def verdict_of(metric: str, value: float, scene: Mapping[str, Any]) -> Verdict:
     limit = hard if hard is not None else soft
     if limit is not None and metric in METRICS:
         return _against_budget(metric, value, limit, soft)
-    if metric in _SWITCHED and "lod_error_px" in scene:
+    if metric in SWITCHED and "lod_error_px" in scene:
         return Verdict(
             "good", f"a level is drawn only where it is off by at most {scene['lod_error_px']:g} px"
         )
+    if metric in ("terrain_max_m", "terrain_rms_m") and scene.get("terrain"):
+        good = value <= _TERRAIN * max(scene["terrain"]["size_m"])
+        words = (
+            "a pixel where the terrain fills 1000 pixels; `paradize explain` says how many it is near the eye"
+        )
+        return Verdict("good" if good else "hint", words)
     for end, most, words in EYE:
         if metric.endswith(end):
             good = value >= most if end == "_psnr_db" else value <= most

@@ -26,8 +26,8 @@ from paradize.report.folder import Sheets, draw_folder, draw_maps, draw_page
 from paradize.report.poster import FILE, Poster, draw_poster
 from paradize.report.scene_page import _curves, scene_page
 from paradize.report.sheet import draw_sheet, error_lines
-from paradize.report.verdict import verdict_of
-from paradize.scene.budget import meaning_of
+from paradize.report.verdict import SWITCHED, verdict_of
+from paradize.scene.budget import METRICS, REPORTED, meaning_of
 from tests.conftest import RENDER_ENVIRONMENT
 from tests.pipeline.scenes import make_cove
 from tests.sweeps import sample
@@ -352,14 +352,19 @@ def test_a_poster_is_drawn_once_for_each_bake_and_a_player_that_fails_is_told(tm
         ("dudv_p99_deg", 2.1, "hint", "up to 2 degrees"),
         ("lod_normal_p99_deg", 60.0, "plain", "coarse levels"),
         ("surface_max", 0.01, "good", "at most 1.5 px"),
-        ("terrain_rms_m", 0.1, "plain", "neither a budget nor a rule of thumb"),
+        ("terrain_rms_m", 0.1, "good", "a pixel where the terrain fills 1000 pixels"),
+        ("terrain_rms_m", 0.3, "hint", "a pixel where the terrain fills 1000 pixels"),
+        ("terrain_tile_max_m", 9.0, "good", "1.5 px"),
+        ("load_max_m", 2e-3, "hint", "a millimetre"),
     ],
 )
 def test_an_error_is_good_against_its_budget_else_against_what_the_eye_sees(
     metric: str, value: float, kind: str, words: str
 ) -> None:
     budget = {"hard": {"color_psnr_db": 36.0, "normal_p99_deg": 5.0}, "soft": {"normal_p99_deg": 2.0}}
-    verdict = verdict_of(metric, value, {"budget": budget, "lod_error_px": 1.5})
+    verdict = verdict_of(
+        metric, value, {"budget": budget, "lod_error_px": 1.5, "terrain": {"size_m": [200.0, 150.0]}}
+    )
     assert verdict.kind == kind and words in verdict.words
     assert (verdict.share is not None) == ("budget: " in verdict.words)
 
@@ -368,6 +373,19 @@ def test_every_error_of_the_island_has_a_meaning(island: Path) -> None:
     scene = json.loads((island / "scene.json").read_text())
     errors = [scene["flight"]["errors"], *(entry["errors"] for entry in scene["artifacts"].values())]
     assert {metric for told in errors for metric in told if not meaning_of(metric)} == set()
+
+
+@pytest.mark.parametrize("metric", sorted({*METRICS, *REPORTED} - {"folder_mb", "gpu_mb"}))
+def test_every_error_is_judged_without_a_budget(metric: str) -> None:
+    scene = {
+        "budget": {"hard": {}, "soft": {}},
+        "lod_error_px": 1.0,
+        "terrain": {"size_m": [100.0, 100.0]},
+    }
+    best = 120.0 if metric.endswith("_db") else 0.0
+    assert verdict_of(metric, best, scene).kind == "good"
+    worst = 5.0 if metric.endswith("_db") else 90.0
+    assert verdict_of(metric, worst, scene).kind in ("hint", "plain") or metric in SWITCHED
 
 
 def test_a_level_is_drawn_where_it_lies_and_holes_show_what_is_behind() -> None:
