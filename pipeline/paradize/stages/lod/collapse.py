@@ -13,6 +13,7 @@ from paradize.kernels.mesh import number_rows, topology
 from paradize.kernels.simplify import simplify as collapse
 from paradize.stages.lod.surface import (
     KEPT_AREAS,
+    MISSED_TARGET,
     NEAR_TARGET,
     Simplified,
     image_scale,
@@ -96,7 +97,7 @@ def simplify_collapse(
     if released:
         result = take_attributes(original, result, released, one_chart="uvs" in released)
     note = ""
-    if len(best.triangles) > 1.1 * target:
+    if len(best.triangles) > MISSED_TARGET * target:
         why = "seams, borders and parts that would vanish hold the rest"
         note = f"{len(best.triangles)} triangles where {target} were asked: {why}"
     return Simplified(used_only(result), note, mesh.uvs is None or "uvs" not in released)

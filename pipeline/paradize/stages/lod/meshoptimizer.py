@@ -16,6 +16,7 @@ from paradize.errors import BakeError
 from paradize.kernels.mesh import number_rows, topology
 from paradize.stages.lod.surface import (
     KEPT_AREAS,
+    MISSED_TARGET,
     NEAR_TARGET,
     Simplified,
     areas,
@@ -79,7 +80,7 @@ def simplify_meshoptimizer(
         result = take_attributes(original, result, released, one_chart="uvs" in released)
     result = used_only(result)
     note = ""
-    if len(triangles) > 1.1 * target:
+    if len(triangles) > MISSED_TARGET * target:
         why = (
             f"{kept} vertices belong to parts that would vanish"
             if kept

@@ -17,7 +17,7 @@ from paradize.data import Mesh
 from paradize.errors import BakeError
 from paradize.kernels import openmesh
 from paradize.kernels.mesh import number_rows
-from paradize.stages.lod.surface import Simplified, areas, normalised, used_only
+from paradize.stages.lod.surface import MISSED_TARGET, Simplified, areas, normalised, used_only
 from paradize.stages.reproject import take_attributes
 
 if TYPE_CHECKING:
@@ -27,7 +27,6 @@ if TYPE_CHECKING:
 # aggressiveness are tried in this order, the most careful first.
 _FAST_DIAGONAL = 3.5
 _FAST_STEPS = (3, 5, 7, 10)
-_NEAR = 1.1  # times the triangles that were asked for
 
 
 def simplify_positions(mesh: Mesh, target: int, original: Mesh, method: str) -> Simplified:
@@ -49,7 +48,7 @@ def simplify_positions(mesh: Mesh, target: int, original: Mesh, method: str) -> 
     )
     result = take_attributes(original, bare, ("normals", "uvs", "uvs1"), one_chart=original.uvs is not None)
     note = ""
-    if len(triangles) > 1.1 * target:
+    if len(triangles) > MISSED_TARGET * target:
         note = f"{len(triangles)} triangles where {target} were asked: {method!r} comes no nearer"
     return Simplified(used_only(result), note, seams_kept=original.uvs is None)
 
@@ -73,7 +72,7 @@ def fast_simplify(
         made = _checked("fast-simplification", np.asarray(found, np.float64) / _FAST_DIAGONAL, kept)
         if best is None or len(made[1]) < len(best[1]):
             best = made
-        if len(best[1]) <= _NEAR * target:
+        if len(best[1]) <= MISSED_TARGET * target:
             break
     assert best is not None
     return best
