@@ -9,6 +9,7 @@ import sys
 import time
 from pathlib import Path
 
+import driftwood
 import effect
 import grove
 import jetty
@@ -21,7 +22,7 @@ import sound
 import terrain
 import water
 
-MAKERS = (terrain, sand, effect, water, sky, sound, palm, jetty, grove, shells, rocks)
+MAKERS = (terrain, sand, effect, water, sky, sound, palm, jetty, grove, shells, driftwood, rocks)
 
 
 def main(arguments: list[str]) -> int:

@@ -14,6 +14,7 @@ from scipy import ndimage
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
+from paradize.readers.model import read_model
 from tests.sweeps import sweep
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -65,6 +66,7 @@ def model(request: pytest.FixtureRequest) -> tuple[str, Obj]:
 def scripts() -> Any:
     """The scripts of raw_assets/make, imported the way they import one another."""
     sys.path.insert(0, str(RAW / "make"))
+    import driftwood
     import grove
     import jetty
     import jetty_paint
@@ -74,6 +76,7 @@ def scripts() -> Any:
     import shells
 
     yield {
+        "driftwood": driftwood,
         "rocks": rocks,
         "shells": shells,
         "grove": grove,
@@ -288,11 +291,23 @@ def test_the_script_paints_the_same_jetty_again(scripts: Any, piece: str) -> Non
 
 
 @pytest.mark.deep
-@pytest.mark.parametrize(("script", "folder"), [("grove", "grove"), ("shells", "shore")])
+@pytest.mark.parametrize(
+    ("script", "folder"), [("grove", "grove"), ("shells", "shore"), ("driftwood", "driftwood")]
+)
 def test_the_script_strews_the_same_again(scripts: Any, script: str, folder: str, tmp_path: Path) -> None:
     scripts[script].make(tmp_path)
     made = {path.name: path.read_bytes() for path in (tmp_path / folder).iterdir()}
     assert made == {path.name: path.read_bytes() for path in (RAW / folder).iterdir()}
+
+
+@pytest.mark.parametrize("model", ["rocks/boulder", "rocks/slab", "driftwood/log", "driftwood/branch"])
+def test_rocks_and_driftwood_are_wound_outwards(model: str) -> None:
+    mesh = read_model(RAW / f"{model}.obj").mesh
+    a, b, c = np.moveaxis(mesh.positions[mesh.triangles].astype(np.float64), 1, 0)
+    volume = (a * np.cross(b, c)).sum() / 6.0
+    box = np.ptp(mesh.positions, axis=0).prod()
+    assert 0.0 < volume < box
+    assert volume > 0.3 * box or model.startswith("driftwood")
 
 
 def test_the_script_makes_the_same_rocks_again(scripts: Any, tmp_path: Path) -> None:
