@@ -148,12 +148,11 @@ def test_boulders_stand_in_the_sea_with_their_feet_under_water(scene: Scene, gro
         assert ground(at[:, 0], at[:, 2]).max() < 0.5  # none is buried
 
 
-def test_something_stands_out_of_the_open_sea_at_every_second(
-    scene: Scene, flight: Flight, objects: dict[str, np.ndarray]
-) -> None:
+def test_something_stands_out_of_the_open_sea_at_every_second(scene: Scene, flight: Flight) -> None:
     aspect = scene.head.viewport[0] / scene.head.viewport[1]
-    landmarks = np.concatenate([objects[name] for name in ("boulder", "slab", "tall", "jetty")])
-    landmarks = landmarks[landmarks[:, 1] > 0.3]
+    items = [item for item in scene.objects if item.name in ("boulder", "slab", "tall", "jetty")]
+    landmarks = np.array([instance.position for item in items for instance in item.instances])
+    assert len(items) == 4
     seen = {t: int(in_view(flight, float(t), aspect, landmarks).sum()) for t in range(196, 240)}
     assert min(seen.values()) > 0, [t for t, count in seen.items() if not count]
 
