@@ -14,6 +14,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parent.parent
 PACKAGE = ROOT / "pipeline/paradize"
+BENCH = ROOT / "tests/bench"
 
 # The floors of the house, the highest first: a room imports from lower floors alone, and rooms of one floor
 # never import one another. A metric that called a stage would judge itself.
@@ -147,12 +148,23 @@ def test_every_room_says_what_is_inside() -> None:
 def test_files_stand_in_folders_not_behind_prefixes() -> None:
     """Five files of a folder whose names begin with the same word belong into a folder of that name."""
     stems = set()
-    for root in ("pipeline", "player"):
+    for root in ("pipeline", "player", "shaders", "raw_assets", "tests"):
         for path in (ROOT / root).rglob("*.*"):
-            if path.suffix in (".py", ".cpp", ".hpp"):
-                stems.add((path.parent.relative_to(ROOT), path.stem))
+            if path.suffix in (".py", ".cpp", ".hpp", ".glsl", ".vert", ".frag", ".mjs"):
+                stems.add((path.parent.relative_to(ROOT), path.stem.removeprefix("test_")))
     firsts = Counter((folder, stem.partition("_")[0]) for folder, stem in stems if "_" in stem.strip("_"))
     assert [f"{folder}/{word}_*" for (folder, word), count in firsts.items() if count >= 5] == []
+
+
+def test_the_pipeline_readme_draws_the_floors() -> None:
+    """Its table of rooms has each room once, in the order of FLOORS, and one number for a floor."""
+    readme = (ROOT / "pipeline/README.md").read_text()
+    rows = re.findall(r"^\| (\d+) \| (.*?) \|", readme, re.M)
+    drawn = [(int(floor), room) for floor, rooms in rows for room in re.findall(r"`paradize/(\w+)", rooms)]
+    assert drawn == sorted(drawn, key=lambda pair: pair[0])
+    floors = [{room for floor, room in drawn if floor == number} for number in range(1, len(FLOORS))]
+    assert floors == [*FLOORS[1:]]  # __main__ starts the first
+    assert len(drawn) == sum(map(len, floors))
 
 
 def test_every_topic_of_kernels_is_built_and_tested_without_python() -> None:
@@ -276,7 +288,7 @@ def test_tests_reach_the_corpus_through_its_fixture_alone() -> None:
     ways = re.compile(r"\bCORPUS\b|PARADIZE_CORPUS|shared\W+corpus")
     own = {ROOT / "tests" / name for name in ("conftest.py", "places.py", "test_house.py")}
     files = [path for path in (ROOT / "tests").rglob("*") if path.suffix in (".py", ".cpp", ".hpp", ".mjs")]
-    wrong = {path for path in files if path.parent.name != "bench" and ways.search(path.read_text())}
+    wrong = {path for path in files if BENCH not in path.parents and ways.search(path.read_text())}
     assert wrong - own == set()
 
 

@@ -66,6 +66,7 @@ def test_a_run_that_is_ended_leaves_no_process(tmp_path: Path, number: int) -> N
 
 def test_tests_start_what_runs_beside_them_in_one_way() -> None:
     """`started` ends them; press.py and the bench are programs of their own."""
-    paths = [path for path in (ROOT / "tests").rglob("*.py") if path.parent.name != "bench"]
+    bench = ROOT / "tests/bench"
+    paths = [path for path in (ROOT / "tests").rglob("*.py") if bench not in path.parents]
     starting = {str(path.relative_to(ROOT)) for path in paths if re.search(r"Popen\(", path.read_text())}
     assert starting == {"tests/processes.py", "tests/player/press.py"}

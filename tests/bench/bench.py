@@ -2,7 +2,7 @@
 
 usage: bench.py [--runs N] [TOPIC ...]
 
-A topic is a file rows_TOPIC.py beside this one. A row: the work, our median time, the peer and its median
+A topic is a file of topics/. A row: the work, our median time, the peer and its median
 time, the ratio (above 1: we are faster) beside the one promised and whether it was kept, our error and the
 peer's against an analytic or float64 reference, what both times hold, and the threads and instruction sets of
 each side. Errors are not inside the times.
@@ -21,7 +21,7 @@ from row import Row, machine
 
 sys.path.append(str(Path(__file__).parents[2]))  # rows share tests.places and tests.pipeline's truths
 
-TOPICS = sorted(file.stem.removeprefix("rows_") for file in Path(__file__).parent.glob("rows_*.py"))
+TOPICS = sorted(file.stem for file in Path(__file__).with_name("topics").glob("*.py"))
 
 
 def main() -> None:
@@ -36,7 +36,7 @@ def main() -> None:
     done: list[Row] = []
     with tempfile.TemporaryDirectory() as name:
         for topic in asked.topics or TOPICS:
-            for row in importlib.import_module(f"rows_{topic}").rows(asked.runs, Path(name)):
+            for row in importlib.import_module(f"topics.{topic}").rows(asked.runs, Path(name)):
                 done.append(row)
                 ratio = row.peer_ms / row.ours_ms
                 kept = row.limit is None or ratio >= row.limit

@@ -4,7 +4,7 @@ The unwrapper cuts the charts: our own, `paradize`, or `xatlas` (`unwrappers.py`
 charts that are as flat as the tier demands, and flattens each chart with as little distortion as possible. A
 chart that would fold or stretch is cut in two. Our packing then lays out the charts of either unwrapper with
 gutters between them. The mesh is centred and scaled first, so that its size and place do not matter.
-Sources: named in `atlas/charts.hpp` and `atlas/pack.hpp`. `tests/bench/rows_atlas.py` measures both.
+Sources: named in `atlas/charts.hpp` and `atlas/pack.hpp`. `tests/bench/topics/atlas.py` measures both.
 """
 
 from __future__ import annotations

@@ -26,9 +26,9 @@ import OpenImageIO as oiio
 from meshes import write_torus
 from peer_etcpak import BUILD, etcpak
 from row import CORES, Row, on, pair_ms
-from rows_normals import FOURTH, slopes
+from topics.normals import FOURTH, slopes
 
-GLTFPACK = Path(__file__).parents[2] / "build/node/node_modules/gltfpack/cli.js"
+GLTFPACK = Path(__file__).parents[3] / "build/node/node_modules/gltfpack/cli.js"
 SIDE = 2048
 COLUMNS, ROWS = 283, 141  # 80 thousand triangles
 SCENE = """

@@ -123,7 +123,7 @@ def meshopt_update(mesh: Mesh, folder: Path, *, attributes: bool) -> Levels:
     file = folder / "surface.bin"
     file.write_bytes(points.tobytes() + columns.tobytes() + np.ascontiguousarray(faces, np.uint32).tobytes())
     told = subprocess.run(
-        ["node", Path(__file__).with_name("meshoptimizer.mjs"), file, str(len(points)),
+        ["node", Path(__file__).parents[1] / "meshoptimizer.mjs", file, str(len(points)),
          ",".join(map(str, weights)), *map(str, TARGETS)],
         capture_output=True, text=True, check=True,
         env={**os.environ, "PARADIZE_NODE_MODULES": str(NODE_MODULES)},

@@ -13,8 +13,8 @@ from pathlib import Path
 from crowds import crowd_rows
 from many import PER_OBJECT, make_many
 from row import Row, on, pair_ms
-from rows_engine import bake_command, told
 from tests.places import ROOT
+from topics.engine import bake_command, told
 
 MANY = 10_000
 SOME = 200
