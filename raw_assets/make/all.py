@@ -9,6 +9,8 @@ import sys
 import time
 from pathlib import Path
 
+import bar
+import boat
 import driftwood
 import effect
 import grove
@@ -22,7 +24,7 @@ import sound
 import terrain
 import water
 
-MAKERS = (terrain, sand, effect, water, sky, sound, palm, jetty, grove, shells, driftwood, rocks)
+MAKERS = (terrain, sand, effect, water, sky, sound, palm, jetty, bar, boat, grove, shells, driftwood, rocks)
 
 
 def main(arguments: list[str]) -> int:

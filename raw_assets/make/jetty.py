@@ -222,18 +222,24 @@ def add_pole(model: Model, number: int, x: float, z: float, top: float) -> None:
     points = np.array(rows)
     n = POLE_SIDES + 1
     model.add("poles", "poles", points, np.array(pixels), grid_triangles(len(heights), n))
-    cx, cy = atlas.cap_center((pattern + int(r[8] * 4.0)) % atlas.POLES)
-    rim = points[:POLE_SIDES]
+    add_cap(model, points[:POLE_SIDES], (pattern + int(r[8] * 4.0)) % atlas.POLES, r[9])
+
+
+def add_cap(model: Model, rim: Floats, pattern: int, turn: float) -> None:
+    """Closes the top of a pole: `rim` (n, 3), the ring of its upper end; `turn`: of the annual rings, in
+    turns."""
+    sides = len(rim)
+    cx, cy = atlas.cap_center(pattern)
     middle = np.array([rim.mean(axis=0) + np.array([0.0, 0.004, 0.0])])
-    spin = 2.0 * math.pi * r[9]
+    spin = 2.0 * math.pi * turn
     disc = [(cx, cy)] + [
         (
-            cx + 0.97 * atlas.CAP_RADIUS * math.cos(2.0 * math.pi * j / POLE_SIDES + spin),
-            cy + 0.97 * atlas.CAP_RADIUS * math.sin(2.0 * math.pi * j / POLE_SIDES + spin),
+            cx + 0.97 * atlas.CAP_RADIUS * math.cos(2.0 * math.pi * j / sides + spin),
+            cy + 0.97 * atlas.CAP_RADIUS * math.sin(2.0 * math.pi * j / sides + spin),
         )
-        for j in range(POLE_SIDES)
+        for j in range(sides)
     ]
-    fan = np.array([(0, 1 + (j + 1) % POLE_SIDES, 1 + j) for j in range(POLE_SIDES)])
+    fan = np.array([(0, 1 + (j + 1) % sides, 1 + j) for j in range(sides)])
     model.add("poles", "poles", np.concatenate([middle, rim]), np.array(disc), fan)
 
 

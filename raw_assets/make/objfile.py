@@ -52,8 +52,8 @@ def grid_triangles(rows: int, columns: int) -> Ints:
 class Model:
     """Collects patches of triangles in groups and writes them as one OBJ."""
 
-    atlas_width: int
-    atlas_height: int
+    atlas_width: int = 1
+    atlas_height: int = 1
     _positions: dict[str, int] = field(default_factory=dict)
     _uvs: dict[str, int] = field(default_factory=dict)
     _normals: dict[str, int] = field(default_factory=dict)
@@ -64,13 +64,16 @@ class Model:
         group: str,
         material: str,
         points: Floats,
-        pixels: Floats,
+        pixels: Floats | None,
         triangles: Ints,
         normals: Floats | None = None,
+        colors: Floats | None = None,
     ) -> None:
-        """Adds a patch: `points` (n, 3) metres, `pixels` (n, 2) of the atlas, `triangles` (m, 3).
+        """Adds a patch: `points` (n, 3) metres, `pixels` (n, 2) of the atlas, `triangles` (m, 3), `colors`
+        (n, 3) sRGB.
 
-        Without `normals` the patch is smooth. Raises ValueError for triangles without area.
+        Without `normals` the patch is smooth. All patches of a model have pixels, or none has; so it is with
+        colours. Raises ValueError for triangles without area.
         """
         corner = points[triangles]
         facet = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
@@ -79,10 +82,13 @@ class Model:
         if normals is None:
             normals = smooth_normals(points, triangles)
         names = []
-        for p, t, n in zip(points, pixels, normals, strict=True):
-            u, v = t[0] / self.atlas_width, 1.0 - t[1] / self.atlas_height
-            i = _index(self._positions, _text("v", p, 5))
-            j = _index(self._uvs, _text("vt", (u, v), 6))
+        for row, (p, n) in enumerate(zip(points, normals, strict=True)):
+            place = _text("v", p, 5) + ("" if colors is None else _text("", colors[row], 3))
+            i = _index(self._positions, place)
+            j: int | str = ""
+            if pixels is not None:
+                u, v = pixels[row, 0] / self.atlas_width, 1.0 - pixels[row, 1] / self.atlas_height
+                j = _index(self._uvs, _text("vt", (u, v), 6))
             k = _index(self._normals, _text("vn", n, 4))
             names.append(f"{i}/{j}/{k}")
         lines = self._groups.setdefault((group, material), [])

@@ -148,6 +148,28 @@ def test_boulders_stand_in_the_sea_with_their_feet_under_water(scene: Scene, gro
         assert ground(at[:, 0], at[:, 2]).max() < 0.5  # none is buried
 
 
+def test_the_bar_stands_on_the_beach_above_the_sea_and_the_boat_lies_at_its_edge(
+    objects: dict[str, np.ndarray], ground: Any
+) -> None:
+    bar, boat = objects["bar"], objects["boat"]
+    feet = bar[bar[:, 1] < bar[:, 1].min() + 0.02]
+    assert (feet[:, 1] < ground(feet[:, 0], feet[:, 2]) - 0.1).all()  # the posts end in the sand
+    deck_y = 1.95
+    deck = bar[np.abs(bar[:, 1] - deck_y) < 0.02]
+    assert len(deck) > 500 and (ground(deck[:, 0], deck[:, 2]) < deck_y).all()
+    height = boat[:, 1] - ground(boat[:, 0], boat[:, 2])
+    assert -0.25 < height.min() < 0.0 and np.quantile(height, 0.05) < 0.1  # it rests on the sand
+    assert ground(boat[:, 0], boat[:, 2]).min() < 0.1
+
+
+def test_the_bar_is_seen_from_the_jetty_and_from_the_palm(
+    flight: Flight, scene: Scene, objects: dict[str, np.ndarray]
+) -> None:
+    aspect = scene.head.viewport[0] / scene.head.viewport[1]
+    for t in (*range(30, 42), *range(108, 118)):
+        assert in_view(flight, float(t), aspect, objects["bar"]).mean() > 0.95, f"at {t} s"
+
+
 def test_the_sea_is_never_empty(scene: Scene, flight: Flight) -> None:
     aspect = scene.head.viewport[0] / scene.head.viewport[1]
     items = [item for item in scene.objects if item.name in ("boulder", "slab", "tall", "jetty")]
