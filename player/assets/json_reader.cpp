@@ -1,11 +1,8 @@
-// Only this file and unique_tree.hpp include nlohmann/json, because it takes seconds to compile.
 #include "assets/json_reader.hpp"
 
-#include "assets/unique_tree.hpp"
+#include "assets/json_tree.hpp"
 #include "error.hpp"
 #include "number_text.hpp"
-
-#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -14,99 +11,77 @@ namespace paradize::assets {
 
 namespace {
 
-using Json = nlohmann::json;
-
-const Json &json(const void *value) {
-    return *static_cast<const Json *>(value);
-}
-
-/// The path of a value. It is formatted only for an error, because a document may have a million values.
-struct JsonPath {
-    const std::string &object;
-    std::string_view key;
-    std::ptrdiff_t row = -1, column = -1; // index in an array and in an array inside it; -1: none
-
-    [[nodiscard]] std::string text() const {
-        std::string out = object + (object.ends_with(": ") ? "" : ".") + std::string(key);
-        for (const std::ptrdiff_t index : {row, column}) {
-            out += index < 0 ? "" : "[" + std::to_string(index) + "]";
-        }
-        return out;
+double checked_number(const JsonTree &tree, const JsonNode &node, double low, double high) {
+    if (node.kind != JsonKind::number) {
+        throw Error(tree.path(node) + ": must be a number, is " + name_of(node.kind));
     }
-};
-
-double checked_number(const Json &value, const JsonPath &path, double low, double high) {
-    if (!value.is_number()) {
-        throw Error(path.text() + ": must be a number, is " + value.type_name());
-    }
-    const double number = value.get<double>();
-    if (!(number >= low && number <= high)) {
-        throw Error(path.text() + ": is " + shortest(number) +
+    if (!(node.number >= low && node.number <= high)) {
+        throw Error(tree.path(node) + ": is " + shortest(node.number) +
                     (low <= high ? ", must lie in [" + shortest(low) + ", " + shortest(high) + "]"
                                  : ", but the file has no such entries"));
     }
-    return number;
+    return node.number;
 }
 
-long long checked_integer(const Json &value, const JsonPath &path, long long low, long long high) {
-    const double number = checked_number(value, path, static_cast<double>(low), static_cast<double>(high));
+long long checked_integer(const JsonTree &tree, const JsonNode &node, long long low, long long high) {
+    const double number = checked_number(tree, node, static_cast<double>(low), static_cast<double>(high));
     if (number != std::floor(number)) {
-        throw Error(path.text() + ": is " + shortest(number) + ", must be a whole number");
+        throw Error(tree.path(node) + ": is " + shortest(number) + ", must be a whole number");
     }
     return static_cast<long long>(number);
 }
 
-void check_array(const Json &value, const JsonPath &path, std::size_t least, std::size_t most) {
-    if (!value.is_array() || value.size() < least || value.size() > most) {
+/// Returns the entries of an array.
+std::span<const JsonNode> checked_array(const JsonTree &tree, const JsonNode &node, std::size_t least,
+                                        std::size_t most) {
+    const bool is_array = node.kind == JsonKind::array;
+    if (!is_array || node.children.count < least || node.children.count > most) {
         const std::string size =
-            value.is_array() ? std::to_string(value.size()) + " entries" : value.type_name();
-        throw Error(path.text() + ": must be an array of " + std::to_string(least) +
+            is_array ? std::to_string(node.children.count) + " entries" : name_of(node.kind);
+        throw Error(tree.path(node) + ": must be an array of " + std::to_string(least) +
                     (least == most ? "" : " to " + std::to_string(most)) + " entries, is " + size);
     }
+    return tree.children(node);
 }
 
-std::string checked_text(const Json &value, const JsonPath &path) {
-    if (!value.is_string()) {
-        throw Error(path.text() + ": must be a string, is " + value.type_name());
+std::string checked_text(const JsonTree &tree, const JsonNode &node) {
+    if (node.kind != JsonKind::string) {
+        throw Error(tree.path(node) + ": must be a string, is " + name_of(node.kind));
     }
-    return value.get<std::string>();
+    return std::string(node.text);
 }
 
 } // namespace
 
-JsonObject::JsonObject(const void *value, std::string path) : value_(value), path_(std::move(path)) {
-    if (!json(value_).is_object()) {
-        throw Error(path_ + ": must be an object, is " + json(value_).type_name());
+JsonObject::JsonObject(const JsonTree &tree, const JsonNode &node) : tree_(&tree), node_(&node) {
+    if (node.kind != JsonKind::object) {
+        throw Error(tree.path(node) + ": must be an object, is " + name_of(node.kind));
     }
 }
 
-const void *JsonObject::find(std::string_view key) const {
-    const auto found = json(value_).find(key);
-    if (found == json(value_).end()) {
-        return nullptr;
-    }
-    if (read_members_.empty()) {
-        read_members_.reserve(8);
-    }
-    read_members_.push_back(&*found);
-    return &*found;
-}
-
-const void *JsonObject::member(std::string_view key) const {
-    const void *found = find(key);
-    if (found == nullptr) {
-        fail(key, "is missing");
+const JsonNode *JsonObject::find(std::string_view key) const {
+    const JsonNode *found = tree_->find(*node_, key);
+    if (found != nullptr) {
+        found->was_read = true;
     }
     return found;
 }
 
+const JsonNode &JsonObject::member(std::string_view key) const {
+    const JsonNode *found = find(key);
+    if (found == nullptr) {
+        fail(key, "is missing");
+    }
+    return *found;
+}
+
 bool JsonObject::has(std::string_view key) const {
-    const void *found = find(key);
-    return found != nullptr && !json(found).is_null();
+    const JsonNode *found = find(key);
+    return found != nullptr && found->kind != JsonKind::null;
 }
 
 double JsonObject::number(std::string_view key, double low, double high) const {
-    return checked_number(json(member(key)), {path_, key}, low, high);
+    return checked_number(*tree_, member(key), low, high);
 }
 
 double JsonObject::number_or(std::string_view key, double low, double high, double fallback) const {
@@ -114,7 +89,7 @@ double JsonObject::number_or(std::string_view key, double low, double high, doub
 }
 
 long long JsonObject::integer(std::string_view key, long long low, long long high) const {
-    return checked_integer(json(member(key)), {path_, key}, low, high);
+    return checked_integer(*tree_, member(key), low, high);
 }
 
 long long JsonObject::integer_or(std::string_view key, long long low, long long high,
@@ -126,15 +101,15 @@ bool JsonObject::boolean_or(std::string_view key, bool fallback) const {
     if (!has(key)) {
         return fallback;
     }
-    const Json &value = json(member(key));
-    if (!value.is_boolean()) {
-        fail(key, std::string("must be true or false, is ") + value.type_name());
+    const JsonNode &node = member(key);
+    if (node.kind != JsonKind::boolean) {
+        fail(key, std::string("must be true or false, is ") + name_of(node.kind));
     }
-    return value.get<bool>();
+    return node.truth;
 }
 
 std::string JsonObject::text(std::string_view key) const {
-    return checked_text(json(member(key)), {path_, key});
+    return checked_text(*tree_, member(key));
 }
 
 std::string JsonObject::text_or(std::string_view key, std::string fallback) const {
@@ -143,48 +118,45 @@ std::string JsonObject::text_or(std::string_view key, std::string fallback) cons
 
 std::vector<double> JsonObject::numbers(std::string_view key, std::size_t count, double low,
                                         double high) const {
-    check_array(json(member(key)), {path_, key}, count, count);
+    checked_array(*tree_, member(key), count, count);
     return column(key, count, low, high);
 }
 
 std::vector<double> JsonObject::column(std::string_view key, std::size_t most, double low,
                                        double high) const {
-    const Json &array = json(member(key));
-    check_array(array, {path_, key}, 0, most);
+    const std::span<const JsonNode> entries = checked_array(*tree_, member(key), 0, most);
     std::vector<double> out;
-    out.reserve(array.size());
-    for (std::size_t i = 0; i < array.size(); ++i) {
-        out.push_back(checked_number(array[i], {path_, key, static_cast<std::ptrdiff_t>(i)}, low, high));
+    out.reserve(entries.size());
+    for (const JsonNode &entry : entries) {
+        out.push_back(checked_number(*tree_, entry, low, high));
     }
     return out;
 }
 
 std::vector<long long> JsonObject::integers(std::string_view key, std::size_t most, long long low,
                                             long long high) const {
-    const Json &array = json(member(key));
-    check_array(array, {path_, key}, 0, most);
+    const std::span<const JsonNode> entries = checked_array(*tree_, member(key), 0, most);
     std::vector<long long> out;
-    out.reserve(array.size());
-    for (std::size_t i = 0; i < array.size(); ++i) {
-        out.push_back(checked_integer(array[i], {path_, key, static_cast<std::ptrdiff_t>(i)}, low, high));
+    out.reserve(entries.size());
+    for (const JsonNode &entry : entries) {
+        out.push_back(checked_integer(*tree_, entry, low, high));
     }
     return out;
 }
 
 std::vector<std::string> JsonObject::texts(std::string_view key, std::size_t most) const {
-    const Json &array = json(member(key));
-    check_array(array, {path_, key}, 0, most);
+    const std::span<const JsonNode> entries = checked_array(*tree_, member(key), 0, most);
     std::vector<std::string> out;
-    out.reserve(array.size());
-    for (std::size_t i = 0; i < array.size(); ++i) {
-        out.push_back(checked_text(array[i], {path_, key, static_cast<std::ptrdiff_t>(i)}));
+    out.reserve(entries.size());
+    for (const JsonNode &entry : entries) {
+        out.push_back(checked_text(*tree_, entry));
     }
     return out;
 }
 
 std::vector<std::vector<double>> JsonObject::rows(std::string_view key, std::size_t most, std::size_t count,
                                                   double low, double high) const {
-    check_array(json(member(key)), {path_, key}, 1, most);
+    checked_array(*tree_, member(key), 1, most);
     const std::vector<double> flat = flat_rows(key, most, count, low, high);
     std::vector<std::vector<double>> out;
     out.reserve(flat.size() / count);
@@ -196,23 +168,19 @@ std::vector<std::vector<double>> JsonObject::rows(std::string_view key, std::siz
 
 std::vector<double> JsonObject::flat_rows(std::string_view key, std::size_t most, std::size_t count,
                                           double low, double high) const {
-    const Json &array = json(member(key));
-    check_array(array, {path_, key}, 0, most);
+    const std::span<const JsonNode> rows = checked_array(*tree_, member(key), 0, most);
     std::vector<double> out;
-    out.reserve(array.size() * count);
-    for (std::size_t i = 0; i < array.size(); ++i) {
-        const auto row = static_cast<std::ptrdiff_t>(i);
-        check_array(array[i], {path_, key, row}, count, count);
-        for (std::size_t k = 0; k < count; ++k) {
-            out.push_back(
-                checked_number(array[i][k], {path_, key, row, static_cast<std::ptrdiff_t>(k)}, low, high));
+    out.reserve(rows.size() * count);
+    for (const JsonNode &row : rows) {
+        for (const JsonNode &entry : checked_array(*tree_, row, count, count)) {
+            out.push_back(checked_number(*tree_, entry, low, high));
         }
     }
     return out;
 }
 
 JsonObject JsonObject::object(std::string_view key) const {
-    return {member(key), JsonPath{path_, key}.text()};
+    return {*tree_, member(key)};
 }
 
 std::optional<JsonObject> JsonObject::object_or_none(std::string_view key) const {
@@ -220,9 +188,9 @@ std::optional<JsonObject> JsonObject::object_or_none(std::string_view key) const
 }
 
 JsonArray JsonObject::array(std::string_view key, std::size_t most) const {
-    const Json &array = json(member(key));
-    check_array(array, {path_, key}, 0, most);
-    return {&array, JsonPath{path_, key}.text()};
+    const JsonNode &node = member(key);
+    checked_array(*tree_, node, 0, most);
+    return {*tree_, node};
 }
 
 std::vector<JsonObject> JsonObject::objects(std::string_view key, std::size_t most) const {
@@ -237,10 +205,11 @@ std::vector<JsonObject> JsonObject::objects(std::string_view key, std::size_t mo
 
 std::vector<std::string> JsonObject::names() const {
     std::vector<std::string> out;
-    for (const auto &item : json(value_).items()) {
-        out.push_back(item.key());
-        read_members_.push_back(&item.value());
+    for (const JsonNode &member : tree_->children(*node_)) {
+        out.emplace_back(member.key);
+        member.was_read = true;
     }
+    std::ranges::sort(out);
     return out;
 }
 
@@ -251,54 +220,40 @@ void JsonObject::ignore(std::initializer_list<std::string_view> keys) const {
 }
 
 void JsonObject::reject_unknown_keys() const {
-    for (const auto &item : json(value_).items()) {
-        if (std::ranges::find(read_members_, &item.value()) == read_members_.end()) {
-            fail(item.key(), "is unknown to this player; bake the scene with the same version of Paradize");
+    for (const JsonNode &member : tree_->children(*node_)) {
+        if (!member.was_read) {
+            fail(member.key, "is unknown to this player; bake the scene with the same version of Paradize");
         }
     }
 }
 
 void JsonObject::fail(std::string_view key, const std::string &what) const {
-    throw Error(JsonPath{path_, key}.text() + ": " + what);
+    throw Error(tree_->path(*node_, key) + ": " + what);
 }
 
 std::size_t JsonArray::size() const {
-    return json(value_).size();
+    return node_->children.count;
 }
 
 JsonObject JsonArray::operator[](std::size_t index) const {
-    return {&json(value_)[index], path_ + "[" + std::to_string(index) + "]"};
+    return {*tree_, tree_->children(*node_)[index]};
 }
 
-struct JsonDocument::Value {
-    Json json;
-};
-
-JsonDocument::JsonDocument(std::string_view text, const std::string &file)
-    : value_(std::make_unique<Value>()), file_(file) {
+JsonDocument::JsonDocument(std::string_view text, const std::string &file) {
     if (text.size() > max_json_bytes) {
         throw Error(file + ": " + std::to_string(text.size()) + " bytes of JSON, the limit is " +
                     std::to_string(max_json_bytes));
     }
-    UniqueTree tree(value_->json);
-    if (!Json::sax_parse(text, &tree)) {
-        if (!tree.duplicate_key.empty()) {
-            throw Error(file + ": key \"" + tree.duplicate_key + "\" appears twice in one object");
-        }
-        // "[json.exception.parse_error.101] parse error at line ..."
-        const std::size_t code = tree.problem.starts_with('[') ? tree.problem.find("] ") : std::string::npos;
-        throw Error(file + ": is not valid JSON: " +
-                    (code == std::string::npos ? tree.problem : tree.problem.substr(code + 2)));
-    }
-    if (!value_->json.is_object()) {
-        throw Error(file + ": must hold one JSON object, holds " + value_->json.type_name());
+    tree_ = std::make_unique<JsonTree>(text, file);
+    if (const JsonKind kind = tree_->root().kind; kind != JsonKind::object) {
+        throw Error(file + ": must hold one JSON object, holds " + name_of(kind));
     }
 }
 
 JsonDocument::~JsonDocument() = default;
 
 JsonObject JsonDocument::root() const {
-    return {&value_->json, file_ + ": "};
+    return {*tree_, tree_->root()};
 }
 
 } // namespace paradize::assets

@@ -18,27 +18,30 @@ namespace paradize::assets {
 inline constexpr std::size_t max_json_bytes = std::size_t{64} << 20U;
 
 class JsonObject;
+class JsonTree;
+struct JsonNode;
 
-/// An array of objects. The objects are created on access.
+/// An array of objects. The document must outlive it.
 class JsonArray {
   public:
-    JsonArray(const void *value, std::string path) : value_(value), path_(std::move(path)) {}
+    JsonArray(const JsonTree &tree, const JsonNode &node) : tree_(&tree), node_(&node) {}
 
     std::size_t size() const;
     /// Throws Error if the entry is not an object.
     JsonObject operator[](std::size_t index) const;
 
   private:
-    const void *value_;
-    std::string path_;
+    const JsonTree *tree_;
+    const JsonNode *node_;
 };
 
-/// One object of a document. Errors name the file and the path, as in `file: objects[2].radius_m: ...`.
+/// One object of a document, which must outlive it. Errors name the file and the path, as in
+/// `file: objects[2].radius_m: ...`.
 class JsonObject {
   public:
-    JsonObject(const void *value, std::string path);
+    /// Throws Error if the node is not an object.
+    JsonObject(const JsonTree &tree, const JsonNode &node);
 
-    const std::string &path() const { return path_; }
     /// True if the member exists and is not null. Counts as read.
     bool has(std::string_view key) const;
     double number(std::string_view key, double low, double high) const;
@@ -75,18 +78,17 @@ class JsonObject {
     [[noreturn]] void fail(std::string_view key, const std::string &what) const;
 
   private:
-    const void *find(std::string_view key) const;   // nullptr: no such member
-    const void *member(std::string_view key) const; // throws Error if there is no such member
+    const JsonNode *find(std::string_view key) const;   // nullptr: no such member
+    const JsonNode &member(std::string_view key) const; // throws Error if there is no such member
 
-    const void *value_;
-    std::string path_;
-    mutable std::vector<const void *> read_members_; // members that were read
+    const JsonTree *tree_;
+    const JsonNode *node_;
 };
 
 class JsonDocument {
   public:
-    /// Throws Error if the text is not one JSON object in UTF-8, exceeds 64 MiB or repeats a key in an
-    /// object.
+    /// `text` must outlive the document. Throws Error if it is not one JSON object in UTF-8, exceeds 64 MiB
+    /// or repeats a key in an object.
     JsonDocument(std::string_view text, const std::string &file);
     ~JsonDocument();
     JsonDocument(const JsonDocument &) = delete;
@@ -94,9 +96,7 @@ class JsonDocument {
     JsonObject root() const;
 
   private:
-    struct Value;
-    std::unique_ptr<Value> value_;
-    std::string file_;
+    std::unique_ptr<JsonTree> tree_;
 };
 
 } // namespace paradize::assets

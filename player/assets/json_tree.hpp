@@ -1,0 +1,69 @@
+#pragma once
+// A parsed JSON document as one array of nodes. Part of json_reader.cpp.
+
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace paradize::assets {
+
+enum class JsonKind : std::uint8_t { null, boolean, number, string, array, object };
+
+/// The kind's name in messages.
+const char *name_of(JsonKind kind);
+
+struct JsonNode {
+    /// The entries of an array or the members of an object: nodes that follow one another.
+    struct Range {
+        std::uint32_t first, count;
+    };
+
+    JsonNode() : number(0.0) {}
+
+    std::string_view key; // of a member
+    union {
+        double number;
+        std::string_view text;
+        Range children;
+        bool truth;
+    };
+    JsonKind kind = JsonKind::null;
+    mutable bool was_read = false; // of a member: somebody has looked it up
+};
+
+/// A document of JSON: T. Bray (ed.), "The JavaScript Object Notation (JSON) Data Interchange Format", RFC
+/// 8259, 2017. Nothing is allocated per value, because a scene with many instances has a million of them.
+class JsonTree {
+  public:
+    /// `text` must outlive the tree. Throws Error, with line and column, if it is not one JSON value in
+    /// UTF-8, nests deeper than 256 arrays and objects, holds a number that a double cannot, or repeats a key
+    /// within one object. `file` begins the message.
+    JsonTree(std::string_view text, const std::string &file);
+
+    const JsonNode &root() const { return root_; }
+    /// The entries or members of an array or object. Members of large objects are sorted by key.
+    std::span<const JsonNode> children(const JsonNode &of) const {
+        return std::span(nodes_).subspan(of.children.first, of.children.count);
+    }
+    /// The member of an object, or nullptr.
+    const JsonNode *find(const JsonNode &object, std::string_view key) const;
+    /// Where the node stands: "file: objects[2].radius_m"; of the root "file: ". It is found again by a
+    /// search, which only errors need.
+    std::string path(const JsonNode &node) const;
+    /// The path of a member, existing or not.
+    std::string path(const JsonNode &object, std::string_view key) const;
+
+  private:
+    friend class JsonParser;
+
+    std::string file_;
+    JsonNode root_;
+    std::vector<JsonNode> nodes_;       // children before their parents
+    std::deque<std::string> unescaped_; // texts that differ from those of the document
+};
+
+} // namespace paradize::assets
