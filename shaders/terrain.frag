@@ -1,9 +1,14 @@
+// Macros: FADE 1 leaves out pixels by u_fade; SUNKEN as in lib/light.glsl; default 0.
 #include "lib/clip_frag.glsl"
 #include "lib/color.glsl"
 #include "lib/fog.glsl"
 #include "lib/hash.glsl"
 #include "lib/light.glsl"
 #include "lib/normal.glsl"
+
+#ifndef FADE
+#define FADE 0
+#endif
 
 uniform sampler2D u_sand_color;
 uniform sampler2D u_sand_normal;
@@ -14,7 +19,9 @@ uniform float u_has_effect;
 uniform float u_sand_reference_m; // up to this distance the sand repeats at its baked scale
 uniform vec4 u_sand_mix;          // low height m, high height m, specular, smoothness
 uniform vec2 u_grain_offset_uv;   // displacement of the effect map by grains, UV
+#if FADE
 uniform vec2 u_fade;              // shown where the pixel's dither value is at least x and below y
+#endif
 uniform vec3 u_wet;               // height above the water up to which sand is wet, m; darkness; smoothness
 
 in vec3 v_position;
@@ -128,19 +135,26 @@ void main() {
     float tone = value_noise(world * 0.11) + 0.5 * value_noise(world * 0.37 + 19.0);
     albedo *= 0.93 + 0.09 * tone;
 
+#if SUNKEN
+    // Under water there is no film on the sand: it is neither darker nor smoother there.
+    const float wet = 1.0;
+    const float film = 0.0;
+    const float wet_smoothness = 0.0; // reflects nothing
+#else
     // Wet sand is darker and glossier: J. Lekner, M. Dorf, "Why some things are darker when wet", Applied
     // Optics 27(7), 1988.
     float above = height - water.w + 0.25 * u_wet.x * (tone - 0.75);
     float wet = 1.0 - safe_smoothstep(0.35 * u_wet.x, u_wet.x, above);
-    // Under water there is no film on the sand: it is neither darker nor smoother there.
+    // The film ends a hand's breadth under water, where all around the grains is water.
     float ashore = 1.0 - smoothstep(0.0, 0.15, water.w - height);
     float darkening = u_wet.y * wet * ashore;
     albedo *= 1.0 - darkening * vec3(0.92, 1.0, 1.08);
 
     // Where the last wave ran, a film of water levels the grains and mirrors the sky.
     float film = (1.0 - safe_smoothstep(0.15 * u_wet.x, 0.6 * u_wet.x, above)) * ashore;
-    local_normal = safe_normalize(mix(local_normal, vec3(0.0, 0.0, 1.0), 0.9 * film), vec3(0.0, 0.0, 1.0));
     float wet_smoothness = 1.0 - (1.0 - u_wet.z) * (1.0 - 0.55 * film);
+#endif
+    local_normal = safe_normalize(mix(local_normal, vec3(0.0, 0.0, 1.0), 0.9 * film), vec3(0.0, 0.0, 1.0));
 
     vec3 geometric = safe_normalize(v_normal, vec3(0.0, 1.0, 0.0));
     vec3 world_normal = tangent_to_world(local_normal, v_normal, v_tangent);
@@ -157,9 +171,12 @@ void main() {
     } else {
         fragment = vec4(apply_haze(color, v_position), 1.0);
     }
-    // Last, because the derivatives above need all pixels.
+#if FADE
+    // Last, because the derivatives above need all pixels. Other patches never discard, so that the depth test
+    // comes first.
     float dither = gradient_noise(gl_FragCoord.xy);
     if (dither < u_fade.x || dither >= u_fade.y) {
         discard;
     }
+#endif
 }

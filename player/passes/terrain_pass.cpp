@@ -3,7 +3,9 @@
 #include "gl/texture.hpp"
 
 #include <algorithm>
+#include <array>
 #include <epoxy/gl.h>
+#include <string>
 
 namespace paradize {
 
@@ -11,28 +13,73 @@ namespace {
 enum Unit : unsigned { unit_sand_color, unit_sand_normal, unit_effect_color, unit_effect_normal };
 // displacement of the effect map by grains at a slope of one, close to the eye
 constexpr float grain_shift_m = 0.12F;
+
+std::string defines_of(const PassSetup &setup, PatchKind kind) {
+    const bool matte = kind == PatchKind::sunken;
+    return shadow_define(setup.settings) + "\n#define " + cascades_define(setup.settings) +
+           "\n#define FADE " + (kind == PatchKind::fading ? "1" : "0") + "\n#define DRY " +
+           (kind == PatchKind::dry ? "1" : "0") + "\n#define SUNKEN " + (matte ? "1" : "0") +
+           "\n#define MATTE " + (matte ? "1" : "0");
+}
+
+/// The kinds of patches that the terrain has.
+std::array<bool, patch_kinds> kinds_of(const Scene &scene) {
+    std::array<bool, patch_kinds> out{};
+    const assets::SceneFile &file = scene.file();
+    if (!file.water) {
+        out[static_cast<std::size_t>(PatchKind::dry)] = true;
+        return out;
+    }
+    for (const PatchKind kind : patch_heights(*file.terrain, scene.streamer(), file.water->level_m)) {
+        out[static_cast<std::size_t>(kind)] = true;
+    }
+    const std::vector<bool> fading = shore_diamonds(*file.terrain, scene.streamer(), file.water->level_m);
+    out[static_cast<std::size_t>(PatchKind::fading)] = std::ranges::find(fading, true) != fading.end();
+    return out;
+}
 } // namespace
+
+TerrainPass::Lit::Lit(const PassSetup &setup, PatchKind drawn_kind)
+    : kind(drawn_kind), program(setup.shaders, "terrain.vert", "terrain.frag", {defines_of(setup, kind)}),
+      environment(setup, program), has_sand_normal(program.location("u_has_sand_normal")),
+      has_effect(program.location("u_has_effect")), sand_reference(program.location("u_sand_reference_m")),
+      grain_offset(program.location("u_grain_offset_uv")), mix(program.location("u_sand_mix")),
+      wet(program.location("u_wet")),
+      clip(program.location("u_clip_plane")), uniforms{program.location("u_model"),
+                                                       program.location("u_normal_matrix"),
+                                                       program.location("u_fade")} {
+    program.set_unit("u_sand_color", unit_sand_color);
+    program.set_unit("u_sand_normal", unit_sand_normal);
+    program.set_unit("u_effect_color", unit_effect_color);
+    program.set_unit("u_effect_normal", unit_effect_normal);
+}
 
 TerrainPass::TerrainPass(const PassSetup &setup)
     : depth_(setup.shaders, "depth.vert", "depth.frag"),
-      program_(setup.shaders, "terrain.vert", "terrain.frag",
-               {shadow_define(setup.settings), cascades_define(setup.settings)}),
-      environment_(setup, program_),
       repeat_sampler_(gl::make_sampler(gl::Wrap::repeat, gl::Filter::mipmapped, setup.settings.anisotropy,
                                        std::nullopt, setup.settings.mip_bias)),
       clamp_sampler_(gl::make_sampler(gl::Wrap::clamp, gl::Filter::mipmapped, setup.settings.anisotropy)),
-      depth_model_location_(depth_.location("u_model")),
-      has_sand_normal_location_(program_.location("u_has_sand_normal")),
-      has_effect_location_(program_.location("u_has_effect")),
-      sand_reference_location_(program_.location("u_sand_reference_m")),
-      grain_offset_location_(program_.location("u_grain_offset_uv")),
-      mix_location_(program_.location("u_sand_mix")), wet_location_(program_.location("u_wet")),
-      clip_location_(program_.location("u_clip_plane")), model_location_(program_.location("u_model")),
-      normals_location_(program_.location("u_normal_matrix")), fade_location_(program_.location("u_fade")) {
-    program_.set_unit("u_sand_color", unit_sand_color);
-    program_.set_unit("u_sand_normal", unit_sand_normal);
-    program_.set_unit("u_effect_color", unit_effect_color);
-    program_.set_unit("u_effect_normal", unit_effect_normal);
+      depth_model_location_(depth_.location("u_model")) {
+    const assets::Terrain &terrain = *setup.scene.file().terrain;
+    has_sand_normal_ = !terrain.sand_normal.empty();
+    has_effect_ = !terrain.effect_color.empty() && !terrain.effect_normal.empty();
+    const std::array<bool, patch_kinds> kinds = kinds_of(setup.scene);
+    for (std::size_t kind = 0; kind < kinds.size(); ++kind) {
+        if (kinds[kind]) {
+            lit_.emplace_back(setup, static_cast<PatchKind>(kind));
+        }
+    }
+}
+
+void TerrainPass::set_uniforms(const Lit &lit, const assets::Terrain &terrain) const {
+    gl::Program::set(lit.has_sand_normal, has_sand_normal_ ? 1.0F : 0.0F);
+    gl::Program::set(lit.has_effect, has_effect_ ? 1.0F : 0.0F);
+    const float repeat_m = terrain.size_m.x / std::max(terrain.sand_repeat, 1e-3F);
+    gl::Program::set(lit.sand_reference, 4.0F * repeat_m);
+    gl::Program::set(lit.grain_offset, grain_shift_m / glm::vec2(terrain.size_m));
+    gl::Program::set(lit.mix,
+                     glm::vec4(terrain.mix_low_m, terrain.mix_high_m, terrain.specular, terrain.smoothness));
+    gl::Program::set(lit.wet, glm::vec3(terrain.wet_high_m, terrain.wet_darkness, terrain.wet_smoothness));
 }
 
 void TerrainPass::draw(const Frame &frame, const View &view) {
@@ -45,28 +92,15 @@ void TerrainPass::draw(const Frame &frame, const View &view) {
         depth_bias(false);
         return;
     }
-    program_.use();
-    environment_.apply(frame, view);
     const auto bind = [&](const std::string &name, unsigned unit, const gl::Sampler &sampler) {
-        const StreamedTexture *texture = frame.scene.texture(name);
-        if (texture != nullptr) {
+        if (const StreamedTexture *texture = frame.scene.texture(name)) {
             texture->bind(unit, sampler.name());
         }
-        return texture != nullptr;
     };
     bind(terrain.sand_color, unit_sand_color, repeat_sampler_);
-    const bool has_sand_normal = bind(terrain.sand_normal, unit_sand_normal, repeat_sampler_);
-    const bool has_effect = bind(terrain.effect_color, unit_effect_color, clamp_sampler_) &&
-                            bind(terrain.effect_normal, unit_effect_normal, clamp_sampler_);
-    gl::Program::set(has_sand_normal_location_, has_sand_normal ? 1.0F : 0.0F);
-    gl::Program::set(has_effect_location_, has_effect ? 1.0F : 0.0F);
-    const float repeat_m = terrain.size_m.x / std::max(terrain.sand_repeat, 1e-3F);
-    gl::Program::set(sand_reference_location_, 4.0F * repeat_m);
-    gl::Program::set(grain_offset_location_, grain_shift_m / glm::vec2(terrain.size_m));
-    gl::Program::set(mix_location_,
-                     glm::vec4(terrain.mix_low_m, terrain.mix_high_m, terrain.specular, terrain.smoothness));
-    gl::Program::set(wet_location_,
-                     glm::vec3(terrain.wet_high_m, terrain.wet_darkness, terrain.wet_smoothness));
+    bind(terrain.sand_normal, unit_sand_normal, repeat_sampler_);
+    bind(terrain.effect_color, unit_effect_color, clamp_sampler_);
+    bind(terrain.effect_normal, unit_effect_normal, clamp_sampler_);
 
     // The refraction texture shows the sea floor, so the main view does not draw it again.
     const bool clipped_at_water = view.kind == ViewKind::main && frame.shared.refraction != nullptr &&
@@ -80,8 +114,14 @@ void TerrainPass::draw(const Frame &frame, const View &view) {
     if (view.kind == ViewKind::refraction && file.water) {
         plane = glm::vec4(0.0F, -1.0F, 0.0F, frame.water_m() + 1.0F);
     }
-    gl::Program::set(clip_location_, plane);
-    frame.terrain()->draw(view, plane, {model_location_, normals_location_, fade_location_});
+    for (const Lit &lit : lit_) {
+        lit.program.use();
+        lit.environment.apply(frame, view);
+        set_uniforms(lit, terrain);
+        gl::Program::set(lit.clip, plane);
+        frame.terrain()->draw(view, plane, lit.uniforms,
+                              static_cast<PatchKinds>(1U << static_cast<unsigned>(lit.kind)));
+    }
     if (clipped_at_water) {
         glDisable(GL_CLIP_DISTANCE0);
     }

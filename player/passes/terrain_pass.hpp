@@ -5,6 +5,9 @@
 #include "gl/program.hpp"
 #include "passes/environment_bindings.hpp"
 #include "passes/pass.hpp"
+#include "streaming/terrain_tiles.hpp"
+
+#include <vector>
 
 namespace paradize {
 
@@ -14,17 +17,27 @@ class TerrainPass : public Pass {
     void draw(const Frame &frame, const View &view) override;
 
   private:
+    /// A variant of the program for the patches of a kind, so that none computes what it does not need:
+    /// software rasterisers run both sides of every branch.
+    struct Lit {
+        Lit(const PassSetup &setup, PatchKind drawn_kind);
+
+        PatchKind kind;
+        gl::Program program;
+        EnvironmentBindings environment;
+        int has_sand_normal, has_effect, sand_reference, grain_offset, mix, wet, clip;
+        TerrainUniforms uniforms;
+    };
+    void set_uniforms(const Lit &lit, const assets::Terrain &terrain) const;
+
     gl::Program depth_;
-    gl::Program program_;
-    EnvironmentBindings environment_;
+    std::vector<Lit> lit_;       // of the kinds that the terrain has
     gl::Sampler repeat_sampler_; // repeats, for the sand
     // Clamps, because the effect map covers the terrain once. It has no mip bias: its coarse mips are used
     // for sharpening.
     gl::Sampler clamp_sampler_;
     int depth_model_location_ = -1;
-    int has_sand_normal_location_ = -1, has_effect_location_ = -1, sand_reference_location_ = -1,
-        grain_offset_location_ = -1, mix_location_ = -1, wet_location_ = -1, clip_location_ = -1,
-        model_location_ = -1, normals_location_ = -1, fade_location_ = -1;
+    bool has_sand_normal_, has_effect_;
 };
 
 } // namespace paradize

@@ -22,16 +22,38 @@ float above(const glm::vec4 &plane, const glm::vec3 &point) {
     return glm::dot(glm::vec3(plane), point) + plane.w;
 }
 
+constexpr double film_depth_m = 0.16; // shaders/terrain.frag and lib/light.glsl: nothing is wet below it
+constexpr double rounding_m = 0.01;   // of heights, far from the origin
+
+/// Calls use(patch, range) for each patch.
+void for_each_range(const assets::TerrainPatches &patches, const Streamer &streamer, auto use) {
+    std::uint32_t first = 0; // patch of the tile
+    for (std::uint32_t patch = 0; patch < patches.size(); ++patch) {
+        first = patch != 0 && patches.tile[patch] == patches.tile[patch - 1] ? first : patch;
+        use(patch, streamer.tile(patches.tile[patch]).range(patch - first));
+    }
+}
+
 } // namespace
+
+std::vector<PatchKind> patch_heights(const assets::Terrain &terrain, const Streamer &streamer,
+                                     double water_m) {
+    std::vector<PatchKind> out(terrain.patches.size(), PatchKind::shore);
+    for_each_range(terrain.patches, streamer, [&](std::uint32_t patch, const PatchRange &range) {
+        if (static_cast<double>(range.low_m) > water_m + rounding_m) {
+            out[patch] = PatchKind::dry;
+        } else if (static_cast<double>(range.high_m) < water_m - film_depth_m - rounding_m) {
+            out[patch] = PatchKind::sunken;
+        }
+    });
+    return out;
+}
 
 std::vector<bool> shore_diamonds(const assets::Terrain &terrain, const Streamer &streamer, double water_m) {
     std::vector<float> low_m(terrain.diamonds.size(), std::numeric_limits<float>::max());
     std::vector<float> high_m(terrain.diamonds.size(), std::numeric_limits<float>::lowest());
     const assets::TerrainPatches &patches = terrain.patches;
-    std::uint32_t first = 0; // patch of the tile
-    for (std::uint32_t patch = 0; patch < patches.size(); ++patch) {
-        first = patch != 0 && patches.tile[patch] == patches.tile[patch - 1] ? first : patch;
-        const PatchRange &range = streamer.tile(patches.tile[patch]).range(patch - first);
+    for_each_range(patches, streamer, [&](std::uint32_t patch, const PatchRange &range) {
         for (const std::int32_t diamond : {patches.parent_diamond[patch], patches.diamond[patch]}) {
             if (diamond >= 0) {
                 const auto d = static_cast<std::size_t>(diamond);
@@ -39,7 +61,7 @@ std::vector<bool> shore_diamonds(const assets::Terrain &terrain, const Streamer 
                 high_m[d] = std::max(high_m[d], range.high_m);
             }
         }
-    }
+    });
     std::vector<bool> out(terrain.diamonds.size());
     for (std::size_t d = 0; d < out.size(); ++d) {
         out[d] = static_cast<double>(low_m[d]) <= water_m && water_m <= static_cast<double>(high_m[d]);
@@ -56,6 +78,7 @@ TerrainTiles::TerrainTiles(const assets::Terrain &terrain, const Streamer &strea
     for (std::uint32_t i = 0; i <= terrain.tiles.size(); ++i) {
         first_patch_.push_back(static_cast<std::uint32_t>(std::ranges::lower_bound(tile, i) - tile.begin()));
     }
+    heights_.resize(terrain.patches.size(), PatchKind::dry);
     seen_.resize(terrain.patches.size());
     counts_.resize(terrain.patches.size());
     base_vertices_.resize(terrain.patches.size());
@@ -64,6 +87,7 @@ TerrainTiles::TerrainTiles(const assets::Terrain &terrain, const Streamer &strea
 
 void TerrainTiles::set_water(double level_m) {
     water_m_ = level_m;
+    heights_ = patch_heights(terrain_, streamer_, level_m);
     cut_.set_fading(shore_diamonds(terrain_, streamer_, level_m));
 }
 
@@ -105,7 +129,18 @@ bool TerrainTiles::sees(const View &view, const glm::vec4 &plane, std::uint32_t 
     });
 }
 
-void TerrainTiles::draw(const View &view, const glm::vec4 &plane, const TerrainUniforms &uniforms) {
+PatchFade TerrainTiles::fade_in(const View &view, std::uint32_t patch) const {
+    return view.kind == ViewKind::light ? PatchFade{} : cut_.fade(patch);
+}
+
+bool TerrainTiles::is_of(PatchKinds kinds, const View &view, std::uint32_t patch) const {
+    const bool fades = fade_in(view, patch) != PatchFade{};
+    const auto kind = static_cast<unsigned>(fades ? PatchKind::fading : heights_[patch]);
+    return (kinds >> kind & 1U) != 0;
+}
+
+void TerrainTiles::draw(const View &view, const glm::vec4 &plane, const TerrainUniforms &uniforms,
+                        PatchKinds kinds) {
     const std::span<const std::uint32_t> patches = cut_.patches();
     std::uint32_t drawn = 0;
     std::uint64_t triangles = 0;
@@ -118,7 +153,7 @@ void TerrainTiles::draw(const View &view, const glm::vec4 &plane, const TerrainU
         const TileBlock &block = tile.blocks()[tile.range(patches[end - 1] - first).block];
         std::size_t seen = 0;
         for (; end > 0 && patches[end - 1] >= first + block.first_patch; --end) {
-            if (sees(view, plane, patches[end - 1])) {
+            if (is_of(kinds, view, patches[end - 1]) && sees(view, plane, patches[end - 1])) {
                 seen_[seen++] = patches[end - 1];
             }
         }
@@ -133,9 +168,7 @@ void TerrainTiles::draw(const View &view, const glm::vec4 &plane, const TerrainU
         }
         glBindVertexArray(block.vertex_array.name());
         // One call for the patches that are wholly shown, and one for each way to fade.
-        const auto fade_of = [&](std::uint32_t patch) {
-            return view.kind == ViewKind::light ? PatchFade{} : cut_.fade(patch);
-        };
+        const auto fade_of = [&](std::uint32_t patch) { return fade_in(view, patch); };
         std::sort(seen_.begin(), seen_.begin() + static_cast<std::ptrdiff_t>(seen),
                   [&](std::uint32_t a, std::uint32_t b) {
                       const PatchFade x = fade_of(a);
@@ -159,8 +192,8 @@ void TerrainTiles::draw(const View &view, const glm::vec4 &plane, const TerrainU
         }
     }
     if (view.kind == ViewKind::main) {
-        main_patches_ = drawn;
-        main_triangles_ = triangles;
+        main_patches_ += drawn;
+        main_triangles_ += triangles;
     }
 }
 

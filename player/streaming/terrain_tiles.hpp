@@ -34,6 +34,19 @@ struct TerrainUniforms {
     int fade = -1;    // vec2, PatchFade
 };
 
+/// What the light of a patch needs. Fading patches may be of any height.
+enum class PatchKind : std::uint8_t { dry, shore, sunken, fading };
+inline constexpr std::size_t patch_kinds = 4;
+
+/// Kinds of patches, one bit each, as 1 << kind.
+using PatchKinds = std::uint8_t;
+inline constexpr PatchKinds all_patches = (1U << patch_kinds) - 1;
+
+/// Returns the kind of each patch while it does not fade: `dry`, wholly above the water; `sunken`, wholly so
+/// far below it that it is neither wet sand nor reflects; else `shore`.
+std::vector<PatchKind> patch_heights(const assets::Terrain &terrain, const Streamer &streamer,
+                                     double water_m);
+
 /// Says of each diamond whether a patch of it, or of its split, meets the height of the water. Where such a
 /// diamond splits the waterline moves, which is seen more than other changes: those fade.
 std::vector<bool> shore_diamonds(const assets::Terrain &terrain, const Streamer &streamer, double water_m);
@@ -54,14 +67,20 @@ class TerrainTiles {
     /// Sets the water level. The refraction view draws what is below the water between its true height and
     /// this level.
     void set_water(double level_m);
-    /// Draws the patches that sees() accepts, with the program in use. Leaves a vertex array bound.
-    void draw(const View &view, const glm::vec4 &plane, const TerrainUniforms &uniforms);
+    /// Draws the patches of some kinds that sees() accepts, with the program in use. Leaves a vertex array
+    /// bound. The light sees no patch fade.
+    void draw(const View &view, const glm::vec4 &plane, const TerrainUniforms &uniforms,
+              PatchKinds kinds = all_patches);
     TerrainCounts counts() const;
 
   private:
+    PatchFade fade_in(const View &view, std::uint32_t patch) const;
+    bool is_of(PatchKinds kinds, const View &view, std::uint32_t patch) const;
+
     const assets::Terrain &terrain_;
     const Streamer &streamer_;
     TerrainCut cut_;
+    std::vector<PatchKind> heights_; // patch_heights()
     double water_m_ = -1e30;
     std::vector<std::uint32_t> first_patch_;        // per tile, plus the end
     std::vector<std::vector<bool>> known_resident_; // per tile and block: what cut_ knows
@@ -69,7 +88,7 @@ class TerrainTiles {
     std::vector<std::uint32_t> seen_; // patches of a block
     std::vector<int> counts_, base_vertices_;
     std::vector<const void *> offsets_;
-    std::uint32_t main_patches_ = 0;
+    std::uint32_t main_patches_ = 0; // drawn since update()
     std::uint64_t main_triangles_ = 0;
 };
 

@@ -50,8 +50,13 @@ Surface matte_surface(vec3 position, vec3 normal, vec3 geometric, vec3 albedo) {
     return Surface(position, normal, geometric, albedo, dielectric_reflector(0.0), 1.0, 0.0, 1.0);
 }
 
+// Macros: DRY 1, nothing is under water; SUNKEN 1, everything is, too deep to reflect; MATTE 1, nothing
+// reflects.
 #ifndef DRY
 #define DRY 0
+#endif
+#ifndef SUNKEN
+#define SUNKEN 0
 #endif
 #ifndef MATTE
 #define MATTE 0
@@ -65,6 +70,8 @@ vec3 shade(Surface s) {
     float depth = water.w - s.position.y;
 #if DRY
     const bool submerged = false;
+#elif SUNKEN
+    const bool submerged = true;
 #else
     bool submerged = depth > 0.0;
 #endif

@@ -35,6 +35,8 @@ LEAST = (
     "MATTE 1",
 )
 VARIANTS.append("\n#define ".join(LEAST))
+# Of the terrain's shader: patches that fade, and those wholly above or below the water.
+VARIANTS += ["FADE 1", "DRY 1", "SUNKEN 1\n#define MATTE 1"]
 STEPS = [f"PARALLAX_STEPS {i}" for i in (0, 1, 24, 128)]  # the values that player/scene/quality.cpp sets
 SHADOWS = [f"SHADOW_FILTER {i}\n#define SHADOW_CASCADES {n}" for i in range(4) for n in (1, 3)]
 INCLUDE = re.compile(r'^#include "(lib/[a-z0-9_]+\.glsl)"$')

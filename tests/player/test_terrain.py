@@ -124,6 +124,29 @@ def test_the_waterline_does_not_jump_when_a_diamond_splits(
     assert (np.abs(before - after).max(axis=2) > 5 / 255).sum() > 200
 
 
+def ramp(x: npt.NDArray[np.float64], z: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    """An even slope from the floor of the sea to 6 m above it."""
+    return np.asarray(0.2 * z + 0.0 * x)
+
+
+def test_patches_above_at_and_below_the_water_are_lit_as_one_that_reaches_through_it(
+    player: Player, tmp_path: Path
+) -> None:
+    """Each kind has its own shader; all levels of an even slope are the same surface (but for refraction,
+    which lifts vertices)."""
+    terrain = tiled(SIZE_M, ramp, levels=7, error_m=0.05)
+    folder = write_scene(tmp_path / "ramp", terrain=terrain, objects=[], particles=[])
+    manifest = json.loads((folder / "scene.json").read_text())
+    manifest["terrain"] |= {"mix_low_m": -5.0, "mix_high_m": -4.0, "wet_high_m": 0.6, "wet_darkness": 0.4}
+    for name, eye in {"over the sea": (2.0, 8.0, -26.0), "under water": (1.0, -0.6, -9.0)}.items():
+        manifest = pose(manifest, eye, (0.0, 0.0, 3.0))
+        split = place(tmp_path / name / "split", folder, manifest | {"lod_error_px": 0.01})
+        whole = place(tmp_path / name / "whole", folder, manifest | {"lod_error_px": 100.0})
+        (many, most), (one, least) = (draw(player, one, "--disable", "water") for one in (split, whole))
+        assert (most["cut_patches"], least["cut_patches"]) == (128, 2)
+        assert (np.abs(many - one).max(axis=2) > 2 / 255).mean() < 0.002, name
+
+
 def test_nothing_that_a_view_sees_is_culled(hilly: Path, player: Player, tmp_path: Path) -> None:
     """All views give the same bytes as with bounding spheres that are always visible."""
     for name, (eye, target) in EYES.items():
