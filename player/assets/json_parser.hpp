@@ -76,6 +76,10 @@ class JsonParser {
         : begin_(text.data()), at_(begin_), end_(begin_ + text.size()), tree_(tree) {}
 
     void parse() {
+        // No more than these, so that the array of nodes never moves.
+        tree_.nodes_.reserve(static_cast<std::size_t>(
+            std::count_if(begin_, end_, [](char c) { return c == ',' || c == '[' || c == '{'; })));
+        open_.reserve(64);
         tree_.root_ = value(0);
         skip_space();
         if (at_ != end_) {
