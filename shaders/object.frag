@@ -86,6 +86,9 @@ void main() {
 #if EMISSION_MAP
     emission *= material.has_emission > 0.5 ? FETCH(u_emission).rgb : vec3(1.0);
 #endif
+#if POINT_LIGHTS
+    emission *= light_state.y;
+#endif
     vec3 world_normal = tangent_to_world(local_normal, v_normal, v_tangent) * facing;
     float alpha = filtered_alpha(world_normal, alpha_of_smoothness(gloss.g * material.specular_smoothness.y));
 

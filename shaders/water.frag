@@ -113,6 +113,13 @@ void main() {
     float visibility = sun_visibility(v_position, vec3(0.0, 1.0, 0.0), distance_m);
     vec3 light = sun_radiance.rgb * max(sun_direction.y, 0.0) * (0.35 + 0.65 * visibility) * (1.0 / PI) +
                  sky_ambient(vec3(0.0, 1.0, 0.0));
+#if POINT_LIGHTS
+    int lights = int(light_state.x);
+    for (int i = 0; i < lights; ++i) {
+        Arriving one = light_at(i, v_position);
+        light += one.light * (max(one.direction.y, 0.0) * (1.0 / PI));
+    }
+#endif
     float optical_depth = depth * dot(water.rgb, vec3(1.0 / 3.0));
     vec3 scattered = mix(u_shallow_color, u_deep_color, 1.0 - exp(-min(optical_depth * optical_depth, 60.0))) * light;
     // Crests towards the sun transmit light.
@@ -129,6 +136,12 @@ void main() {
     alpha = filtered_alpha(n, alpha);
     Reflector surface = dielectric_reflector(WATER_F0 * u_specular_smoothness.x);
     color += sun_radiance.rgb * visibility * specular_ggx(n, v, sun_direction.xyz, surface, alpha, 60.0);
+#if POINT_LIGHTS
+    for (int i = 0; i < lights; ++i) {
+        Arriving one = light_at(i, v_position);
+        color += one.light * specular_ggx(n, v, one.direction, surface, widened_alpha(alpha, one.spread), 60.0);
+    }
+#endif
 
     // Foam at the shore, in a broken line that moves with the swash. Deep water and water without a
     // refraction texture are opaque.

@@ -2,3 +2,6 @@
 
 MOST_INSTANCES = 200_000
 MOST_PARTICLES = 1_000_000
+MOST_LIGHTS = 256  # lights.cpp there
+MOST_LIGHT_SETS = 4096
+MOST_LIGHTS_OF_A_SET = 16  # scene_file.hpp there: a draw call takes so many

@@ -26,8 +26,13 @@ std::string optional_artifact(const SceneFile &scene, const JsonObject &from, st
 std::string required_artifact(const SceneFile &scene, const JsonObject &from, std::string_view key,
                               ArtifactKind kind);
 
-// In scene_terrain.cpp and scene_objects.cpp. Each reads its members of the root into `out`. The artifacts
-// must have been read before.
+/// Returns the light sets of `count` things, one each. Empty if the member is absent or null. The lights must
+/// have been read before.
+std::vector<std::uint32_t> light_sets_of(const SceneFile &scene, const JsonObject &from, std::size_t count);
+
+// In lights.cpp, scene_terrain.cpp and scene_objects.cpp. Each reads its members of the root into
+// `out`. The artifacts must have been read before.
+void read_lights(const JsonObject &root, SceneFile &out);
 void read_terrain(const JsonObject &root, SceneFile &out);
 void read_objects(const JsonObject &root, SceneFile &out);
 void read_particles(const JsonObject &root, SceneFile &out);

@@ -14,7 +14,7 @@ namespace paradize::assets {
 
 namespace {
 
-constexpr long long scene_version = 7;
+constexpr long long scene_version = 8;
 
 class SceneReader {
   public:
@@ -32,6 +32,7 @@ class SceneReader {
         head();
         artifacts();
         light();
+        read_lights(root_, out_);
         read_terrain(root_, out_);
         water();
         read_objects(root_, out_);
@@ -228,6 +229,10 @@ class SceneReader {
         value.absorption_per_m = triple(*from, "absorption_per_m", 0.0, 1e5);
         value.specular = real(*from, "specular", 0.0, 1e3);
         value.smoothness = real(*from, "smoothness", 0.0, 1.0);
+        if (from->has("light_set")) {
+            const auto last = static_cast<long long>(out_.light_sets.size()) - 1;
+            value.light_set = static_cast<std::uint32_t>(from->integer("light_set", 0, last));
+        }
         from->reject_unknown_keys();
         out_.water = value;
     }

@@ -1,5 +1,5 @@
 #pragma once
-// scene.json, version 7, as plain values. Uses no GL. pipeline/paradize/formats/FORMAT.md describes the
+// scene.json, version 8, as plain values. Uses no GL. pipeline/paradize/formats/FORMAT.md describes the
 // members.
 
 #include "assets/object_maps.hpp"
@@ -58,6 +58,29 @@ struct Fog {
     float density_per_m = 0.0F;
 };
 
+/// A lamp. It shines alike in all directions and throws no shadow.
+struct PointLight {
+    std::string name;
+    glm::dvec3 position{0.0};
+    glm::vec3 color{1.0F};          // linear
+    float intensity = 1.0F;         // on a surface one metre away that faces it, in the unit of the sun's
+    float radius_m = 0.05F;         // of what glows
+    float range_m = 10.0F;          // it lights nothing farther away
+    bool always = true;             // on at every second of the flight
+    double on_s = 0.0, off_s = 0.0; // else: seconds of the flight; off may come before on
+    float fade_s = 0.0F;            // from dark to full after on_s, and back after off_s
+    float flicker = 0.0F;           // share of its light that comes and goes
+};
+
+/// A draw call takes so many lights.
+inline constexpr std::size_t max_lights_of_a_set = 16;
+
+/// Lights of SceneFile::lights that reach what is drawn together, in rising order.
+struct LightSet {
+    std::vector<std::uint32_t> lights;
+    std::optional<std::uint32_t> glow; // the light whose strength multiplies what the surface gives off
+};
+
 struct Shadow {
     int size_px = 2048;
     float extent_m = 100.0F; // edge of the square that the map covers
@@ -94,7 +117,8 @@ struct Terrain {
     std::vector<std::string> tiles; // artifacts of kind mesh
     TerrainPatches patches;
     TerrainDiamonds diamonds;
-    std::uint64_t trimmed_patches = 0; // left out by the bake, because no view of the flight needs them
+    std::vector<std::uint32_t> light_sets; // of each patch; empty: no light reaches any
+    std::uint64_t trimmed_patches = 0;     // left out by the bake, because no view of the flight needs them
     std::string sand_color, effect_color, effect_normal, sand_normal; // artifacts; empty: none
     float sand_repeat = 1.0F;                                         // TEXCOORD_0 spans [0, sand_repeat]
     float mix_low_m = 0.0F;                                           // at and below: effect only
@@ -121,6 +145,7 @@ struct Water {
     glm::vec3 absorption_per_m{0.0F};
     float specular = 1.0F;
     float smoothness = 0.9F;
+    std::uint32_t light_set = 0;
 };
 
 /// What alpha does: nothing; texels below the cutoff are holes; the surface mixes with what is behind it.
@@ -183,6 +208,7 @@ struct Object {
     std::vector<ObjectLod> lods; // level 0, the finest, comes first
     std::vector<Material> materials;
     std::vector<Placement> instances;
+    std::vector<std::uint32_t> light_sets; // of each instance; empty: no light reaches any
 };
 
 struct ParticleField {
@@ -243,6 +269,8 @@ struct SceneFile {
     Fog fog;
     std::optional<Wind> wind; // none: nothing moves in it
     std::string sky;          // cube map artifact; empty: none
+    std::vector<PointLight> lights;
+    std::vector<LightSet> light_sets{{}}; // the first is empty: no light
     std::optional<Shadow> shadow;
     std::optional<float> reflection_scale; // relative to the picture's size
     std::optional<float> refraction_scale;

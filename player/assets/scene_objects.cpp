@@ -158,6 +158,7 @@ void read_objects(const JsonObject &root, SceneFile &out) {
             }
             value.instances.push_back(placement(at));
         }
+        value.light_sets = light_sets_of(out, from, value.instances.size());
         from.reject_unknown_keys();
         out.objects.push_back(std::move(value));
     }

@@ -188,6 +188,7 @@ void read_terrain(const JsonObject &root, SceneFile &out) {
     }
     Terrain value;
     read_tiles(out, *from, value);
+    value.light_sets = light_sets_of(out, *from, value.patches.size());
     value.sand_color = required_artifact(out, *from, "sand_color", ArtifactKind::texture);
     value.sand_normal = optional_artifact(out, *from, "sand_normal", ArtifactKind::texture);
     value.effect_color = optional_artifact(out, *from, "effect_color", ArtifactKind::texture);

@@ -2,6 +2,7 @@
 
 #include "error.hpp"
 #include "gl/frame_uniforms.hpp"
+#include "gl/light_uniforms.hpp"
 #include "gl/material_uniforms.hpp"
 #include "gl/shader_library.hpp"
 #include "gl/uniform_check.hpp"
@@ -107,6 +108,12 @@ constexpr std::array<Member, 15> material_members{{
     {"MaterialUniforms.wind_reach", offsetof(MaterialUniforms, wind_reach)},
 }};
 
+constexpr std::array<Member, 3> light_members{{
+    {"light_state", offsetof(LightUniforms, state)},
+    {"light_place[0]", offsetof(LightUniforms, place)},
+    {"light_color[0]", offsetof(LightUniforms, color)},
+}};
+
 struct Block {
     const char *name;
     unsigned binding;
@@ -115,11 +122,13 @@ struct Block {
     const char *shader, *header; // where shaders and player declare it
 };
 
-const std::array<Block, 2> blocks{{
+const std::array<Block, 3> blocks{{
     {"FrameUniforms", frame_uniforms_binding, frame_members, sizeof(FrameUniforms), "lib/frame.glsl",
      "gl/frame_uniforms.hpp"},
     {"MaterialUniforms", material_uniforms_binding, material_members, sizeof(MaterialUniforms),
      "lib/material.glsl", "gl/material_uniforms.hpp"},
+    {"LightUniforms", light_uniforms_binding, light_members, sizeof(LightUniforms), "lib/point_lights.glsl",
+     "gl/light_uniforms.hpp"},
 }};
 
 /// Checks that the shader's block has the same members and offsets as the struct, and binds it.

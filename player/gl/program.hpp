@@ -14,9 +14,10 @@ namespace paradize::gl {
 
 class ShaderLibrary;
 
-/// Binding points of the uniform blocks FrameUniforms and MaterialUniforms.
+/// Binding points of the uniform blocks FrameUniforms, MaterialUniforms and LightUniforms.
 inline constexpr unsigned frame_uniforms_binding = 0;
 inline constexpr unsigned material_uniforms_binding = 1;
+inline constexpr unsigned light_uniforms_binding = 2;
 
 class Program {
   public:

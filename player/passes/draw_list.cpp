@@ -43,10 +43,13 @@ DrawList::DrawList(std::span<const Object> objects, DrawnMaterials drawn) : obje
     for (const Object &object : objects) {
         const auto materials = static_cast<std::size_t>(
             std::ranges::count_if(object.materials, [&](const Material &one) { return has(one); }));
-        const std::size_t groups = 2 * std::max<std::size_t>(object.errors_m.size(), 1);
+        const std::size_t sets = object.light_sets.size();
+        const std::size_t groups = 2 * sets * std::max<std::size_t>(object.errors_m.size(), 1);
         first_group_.push_back(static_cast<std::uint32_t>(groups_.size()));
         for (std::size_t group = 0; group < groups; ++group) {
-            groups_.push_back({&object, static_cast<int>(group / 2), group % 2 != 0});
+            const std::size_t of_level = group % (2 * sets);
+            groups_.push_back({&object, static_cast<int>(group / (2 * sets)), of_level >= sets,
+                               object.light_sets[of_level % sets]});
         }
         most_commands += materials * std::min(groups, object.instances.size());
         most_blended += materials * object.instances.size();
@@ -63,7 +66,9 @@ bool DrawList::has(const Material &material) const {
     return drawn_ == DrawnMaterials::all || is_blended == (drawn_ == DrawnMaterials::blended);
 }
 
-void DrawList::fill(std::span<const DrawItem> items, const View &view, const InstanceTransforms &transforms) {
+void DrawList::fill(std::span<const DrawItem> items, const View &view, const InstanceTransforms &transforms,
+                    std::span<const std::uint8_t> lit) {
+    lit_ = lit;
     commands_.clear();
     instances_.clear();
     if (drawn_ == DrawnMaterials::blended) {
@@ -73,9 +78,28 @@ void DrawList::fill(std::span<const DrawItem> items, const View &view, const Ins
     }
 }
 
-DrawList::Group &DrawList::group_of(const DrawItem &item) {
-    return groups_[first_group_[index_of(*item.object)] + 2 * static_cast<std::size_t>(item.lod) +
-                   (item.mirrored() ? 1U : 0U)];
+std::uint32_t DrawList::light_of(const Object &object, const Instance &instance) const {
+    return !lit_.empty() && lit_[object.light_sets[instance.light]] != 0 ? instance.light : 0;
+}
+
+DrawList::Group &DrawList::group_of(const DrawItem &item, std::uint32_t light) {
+    const std::size_t side = 2 * static_cast<std::size_t>(item.lod) + (item.mirrored() ? 1U : 0U);
+    return groups_[first_group_[index_of(*item.object)] + side * item.object->light_sets.size() + light];
+}
+
+template <class Take>
+void DrawList::for_each_part(const DrawItem &item, const Take &take) {
+    const std::span<const Instance> instances = item.instances();
+    if (lit_.empty() || item.object->light_sets.size() == 1) {
+        take(group_of(item, 0), 0U, item.count);
+        return;
+    }
+    for (std::uint32_t begin = 0, end = 0; begin < item.count; begin = end) {
+        const std::uint32_t light = light_of(*item.object, instances[begin]);
+        for (end = begin + 1; end < item.count && light_of(*item.object, instances[end]) == light; ++end) {
+        }
+        take(group_of(item, light), begin, end - begin);
+    }
 }
 
 void DrawList::fill_sorted(std::span<const DrawItem> items, const InstanceTransforms &transforms) {
@@ -86,7 +110,10 @@ void DrawList::fill_sorted(std::span<const DrawItem> items, const InstanceTransf
         return std::ranges::any_of(item.object->materials, [&](const Material &one) { return has(one); });
     };
     for (const DrawItem &item : items) {
-        group_of(item).count += is_drawn(item) ? item.count : 0;
+        if (is_drawn(item)) {
+            for_each_part(item,
+                          [](Group &group, std::uint32_t, std::uint32_t count) { group.count += count; });
+        }
     }
     std::uint32_t total = 0;
     for (Group &group : groups_) {
@@ -94,22 +121,26 @@ void DrawList::fill_sorted(std::span<const DrawItem> items, const InstanceTransf
         total += group.count;
         for (std::uint32_t m = 0; group.count != 0 && m < group.object->materials.size(); ++m) {
             if (has(group.object->materials[m])) {
-                commands_.push_back({group.object, m, group.lod, group.mirrored, group.first, group.count});
+                commands_.push_back(
+                    {group.object, m, group.lod, group.mirrored, group.first, group.count, group.light_set});
             }
         }
     }
     instances_.resize(total);
     for (const DrawItem &item : items) {
-        if (Group &group = group_of(item); group.filled < group.count) {
-            std::ranges::copy(transforms.of(item), instances_.begin() + group.first + group.filled);
-            group.filled += item.count;
-        }
+        for_each_part(item, [&](Group &group, std::uint32_t first, std::uint32_t count) {
+            if (group.filled < group.count) {
+                std::ranges::copy(transforms.of(item).subspan(first, count),
+                                  instances_.begin() + group.first + group.filled);
+                group.filled += count;
+            }
+        });
     }
     std::ranges::sort(commands_, {}, [&](const DrawCommand &command) {
         const Material &material = command.object->materials[command.material];
         return std::tuple(material.values.alpha_mode, material.values.vertex_colors, material.values.sways(),
-                          command.object->dry, material.id, index_of(*command.object), command.lod,
-                          command.mirrored, command.material);
+                          command.object->dry, command.light_set != 0, material.id, index_of(*command.object),
+                          command.lod, command.mirrored, command.light_set, command.material);
     });
 }
 
@@ -135,18 +166,21 @@ void DrawList::fill_blended(std::span<const DrawItem> items, const View &view,
     });
     for (const Blended &one : blended_) {
         const DrawItem &item = items[one.item];
+        const std::uint32_t light_set =
+            item.object->light_sets[light_of(*item.object, item.instances()[one.instance])];
         const auto first = static_cast<std::uint32_t>(instances_.size());
         instances_.push_back(transforms.of(item)[one.instance]);
         // Instances of a draw call are drawn in their order. Two-sided materials take two calls each.
         if (!commands_.empty()) {
             DrawCommand &last = commands_.back();
             if (last.object == item.object && last.material == one.material && last.lod == item.lod &&
-                last.mirrored == item.mirrored() && !item.object->materials[one.material].values.two_sided) {
+                last.light_set == light_set && last.mirrored == item.mirrored() &&
+                !item.object->materials[one.material].values.two_sided) {
                 ++last.count;
                 continue;
             }
         }
-        commands_.push_back({item.object, one.material, item.lod, item.mirrored(), first, 1});
+        commands_.push_back({item.object, one.material, item.lod, item.mirrored(), first, 1, light_set});
     }
 }
 

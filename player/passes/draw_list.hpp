@@ -33,7 +33,8 @@ class InstanceTransforms {
 /// Which materials a list holds: opaque ones and those with holes; blended ones; all.
 enum class DrawnMaterials { solid, blended, all };
 
-/// Draws the triangles of one material, in instances that share a level of detail and a winding.
+/// Draws the triangles of one material, in instances that share a level of detail, a winding and their
+/// lights.
 struct DrawCommand {
     const Object *object = nullptr;
     std::uint32_t material = 0; // index into Object::materials
@@ -41,6 +42,7 @@ struct DrawCommand {
     bool mirrored = false;   // the winding of the triangles is reversed
     std::uint32_t first = 0; // index into DrawList::instances()
     std::uint32_t count = 0;
+    std::uint32_t light_set = 0; // of the scene; 0: none of its lights is on
 };
 
 class DrawList {
@@ -50,8 +52,11 @@ class DrawList {
 
     /// Lists what `view` draws of its visible instances. Blended materials come back to front, by the centre
     /// of their triangles in each instance. All others come by program, material, mesh and level, as this
-    /// changes the least state; the work is that of the items and of copying their transforms.
-    void fill(std::span<const DrawItem> items, const View &view, const InstanceTransforms &transforms);
+    /// changes the least state; the work is that of the items and of copying their transforms, and of single
+    /// instances where lights that are on reach the object. `lit`: 1 for each light set of the scene that is
+    /// drawn as such, empty for none.
+    void fill(std::span<const DrawItem> items, const View &view, const InstanceTransforms &transforms,
+              std::span<const std::uint8_t> lit = {});
 
     std::span<const DrawCommand> commands() const { return commands_; }
     std::span<const InstanceRows> instances() const { return instances_; }
@@ -60,11 +65,12 @@ class DrawList {
     }
 
   private:
-    /// Instances of an object at one level and with one winding.
+    /// Instances of an object at one level, with one winding and one set of lights.
     struct Group {
         const Object *object = nullptr;
         int lod = 0;
         bool mirrored = false;
+        std::uint32_t light_set = 0;
         std::uint32_t count = 0, first = 0, filled = 0; // instances; the first one in the list
     };
     struct Blended {
@@ -73,15 +79,21 @@ class DrawList {
     };
 
     bool has(const Material &material) const;
-    Group &group_of(const DrawItem &item);
+    /// The index into Object::light_sets that an instance is drawn with: 0 where its lights are off.
+    std::uint32_t light_of(const Object &object, const Instance &instance) const;
+    Group &group_of(const DrawItem &item, std::uint32_t light);
+    /// Calls take(group, first, count) for the parts of an item that share their lights.
+    template <class Take>
+    void for_each_part(const DrawItem &item, const Take &take);
     void fill_sorted(std::span<const DrawItem> items, const InstanceTransforms &transforms);
     void fill_blended(std::span<const DrawItem> items, const View &view,
                       const InstanceTransforms &transforms);
 
     std::span<const Object> objects_;
     DrawnMaterials drawn_;
+    std::span<const std::uint8_t> lit_;      // of this fill
     std::vector<std::uint32_t> first_group_; // by object
-    std::vector<Group> groups_;              // two for each level
+    std::vector<Group> groups_;              // two for each level and set of lights
     std::vector<Blended> blended_;
     std::vector<DrawCommand> commands_;
     std::vector<InstanceRows> instances_;

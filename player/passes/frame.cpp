@@ -23,7 +23,8 @@ constexpr float no_water = -1e9F;
 } // namespace
 
 Frame::Frame(const Scene &drawn_scene, std::span<const std::unique_ptr<Pass>> passes)
-    : scene(drawn_scene), transforms_(drawn_scene.objects()), passes_(passes) {
+    : scene(drawn_scene), point_lights(drawn_scene.file()), transforms_(drawn_scene.objects()),
+      passes_(passes) {
     slot_bytes_ = gl::aligned_uniform_bytes(sizeof(gl::FrameUniforms));
     uniforms_ = gl::Buffer::create();
     glBindBuffer(GL_UNIFORM_BUFFER, uniforms_.name());

@@ -4,6 +4,7 @@
 #include "gl/handle.hpp"
 #include "passes/draw_list.hpp"
 #include "passes/pass_meter.hpp"
+#include "passes/point_lights.hpp"
 #include "scene/cascades.hpp"
 #include "scene/quality.hpp"
 #include "scene/view.hpp"
@@ -49,6 +50,7 @@ class Frame {
     const Scene &scene;
     Clock clock;
     Shared shared;
+    PointLights point_lights;
     RenderSettings settings;            // settings of this frame
     glm::vec3 to_sun{0.0F, 1.0F, 0.0F}; // unit; in --reference a point of the sun's disc
     PassMeter *meter = nullptr;         // measures the passes of the main view; nullptr: no measurement

@@ -52,14 +52,16 @@ std::string depth_defines(const assets::Material &material) {
                    define("SWAY", material.sways() ? 1 : 0)});
 }
 
-std::string lit_defines(const RenderSettings &settings, const assets::Material &material, bool dry) {
+std::string lit_defines(const RenderSettings &settings, const assets::Material &material, bool dry,
+                        bool point_lights) {
     const auto has = [&](ObjectMap map) { return material.maps[map].empty() ? 0 : 1; };
     const bool has_parallax = material.parallax_scale > 0.0F && has(ObjectMap::height) != 0;
     const bool is_matte = material.specular == 0.0F && material.metalness == 0.0F;
     return joined({depth_defines(material), shadow_define(settings), cascades_define(settings),
                    define("PARALLAX_STEPS", has_parallax ? settings.parallax_steps : 0),
                    define("DRY", dry ? 1 : 0), define("MATTE", is_matte ? 1 : 0),
-                   define("NORMAL_MAP", has(ObjectMap::normal)), define("GLOSS_MAP", has(ObjectMap::gloss)),
+                   point_lights_define(point_lights), define("NORMAL_MAP", has(ObjectMap::normal)),
+                   define("GLOSS_MAP", has(ObjectMap::gloss)),
                    define("OCCLUSION_MAP", has(ObjectMap::occlusion)),
                    define("EMISSION_MAP", has(ObjectMap::emission))});
 }
@@ -139,7 +141,12 @@ ObjectsPass::ObjectsPass(const PassSetup &setup, DrawnMaterials drawn)
             const bool is_blended = values.alpha_mode == AlphaMode::blend;
             Programs &numbers = programs.emplace_back();
             if (is_blended == (drawn == DrawnMaterials::blended)) {
-                numbers.lit = number_in(lit_known, lit_defines(setup.settings, values, object.dry), lit_);
+                const auto lit = [&](bool point_lights) {
+                    const std::string defines = lit_defines(setup.settings, values, object.dry, point_lights);
+                    return number_in(lit_known, defines, lit_);
+                };
+                numbers.lit = lit(false);
+                numbers.by_lights = object.light_sets.size() > 1 ? lit(true) : numbers.lit;
             }
             if (draws_light) {
                 numbers.depth = number_in(depth_known, depth_defines(values), depth_);
@@ -174,6 +181,7 @@ unsigned ObjectsPass::sampler(gl::Wraps wraps, bool nearest, std::optional<int> 
 void ObjectsPass::forget_state() {
     program_.reset();
     material_.reset();
+    light_set_ = 0;
     two_sided_.reset();
     mirrored_.reset();
     maps_ = {};
@@ -200,8 +208,13 @@ void ObjectsPass::bind_uniforms(const Material &material) {
 
 void ObjectsPass::use_lit(const Frame &frame, const View &view, const DrawCommand &command) {
     const Material &material = command.object->materials[command.material];
-    const std::uint32_t number = programs_of(command).lit;
+    const Programs &programs = programs_of(command);
+    const std::uint32_t number = command.light_set != 0 ? programs.by_lights : programs.lit;
     const Lit &lit = lit_[number];
+    if (command.light_set != 0 && light_set_ != command.light_set) {
+        light_set_ = command.light_set;
+        frame.point_lights.bind(light_set_);
+    }
     if (program_ != number) {
         program_ = number;
         material_.reset();
@@ -271,7 +284,9 @@ void ObjectsPass::draw_command(const DrawCommand &command, const View &view) {
 
 bool ObjectsPass::fill(DrawList &list, const Frame &frame, const View &view) const {
     const CpuTimer timer(frame.scene_ms);
-    list.fill(frame.visible(view.kind), view, frame.transforms());
+    const bool shaded = view.kind != ViewKind::light && frame.point_lights.any_lit();
+    list.fill(frame.visible(view.kind), view, frame.transforms(),
+              shaded ? frame.point_lights.lit() : std::span<const std::uint8_t>());
     if (list.commands().empty()) {
         return false;
     }

@@ -42,9 +42,9 @@ class ObjectsPass : public Pass {
 
         gl::Program program;
     };
-    /// Of a material of an object: indices of its programs.
+    /// Of a material of an object: indices of its programs. `by_lights`: where point lights reach it.
     struct Programs {
-        std::uint32_t lit = 0, depth = 0;
+        std::uint32_t lit = 0, by_lights = 0, depth = 0;
     };
     const Programs &programs_of(const DrawCommand &command) const;
 
@@ -96,6 +96,7 @@ class ObjectsPass : public Pass {
     // what is bound
     std::optional<std::uint32_t> program_;
     std::optional<std::uint32_t> material_;
+    std::uint32_t light_set_ = 0;
     std::optional<bool> two_sided_, mirrored_;
     assets::PerMap<BoundMap> maps_;
     BoundMesh mesh_;

@@ -14,12 +14,12 @@ enum Unit : unsigned { unit_sand_color, unit_sand_normal, unit_effect_color, uni
 // displacement of the effect map by grains at a slope of one, close to the eye
 constexpr float grain_shift_m = 0.12F;
 
-std::string defines_of(const PassSetup &setup, PatchKind kind) {
+std::string defines_of(const PassSetup &setup, PatchKind kind, bool point_lights) {
     const bool matte = kind == PatchKind::sunken;
     return shadow_define(setup.settings) + "\n#define " + cascades_define(setup.settings) +
            "\n#define FADE " + (kind == PatchKind::fading ? "1" : "0") + "\n#define DRY " +
            (kind == PatchKind::dry ? "1" : "0") + "\n#define SUNKEN " + (matte ? "1" : "0") +
-           "\n#define MATTE " + (matte ? "1" : "0");
+           "\n#define MATTE " + (matte ? "1" : "0") + "\n#define " + point_lights_define(point_lights);
 }
 
 /// The kinds of patches that the terrain has.
@@ -39,8 +39,9 @@ std::array<bool, patch_kinds> kinds_of(const Scene &scene) {
 }
 } // namespace
 
-TerrainPass::Lit::Lit(const PassSetup &setup, PatchKind drawn_kind)
-    : kind(drawn_kind), program(setup.shaders, "terrain.vert", "terrain.frag", {defines_of(setup, kind)}),
+TerrainPass::Lit::Lit(const PassSetup &setup, PatchKind drawn_kind, bool point_lights)
+    : kind(drawn_kind), by_lights(point_lights),
+      program(setup.shaders, "terrain.vert", "terrain.frag", {defines_of(setup, kind, by_lights)}),
       environment(setup, program), has_sand_normal(program.location("u_has_sand_normal")),
       has_effect(program.location("u_has_effect")), sand_reference(program.location("u_sand_reference_m")),
       grain_offset(program.location("u_grain_offset_uv")), mix(program.location("u_sand_mix")),
@@ -66,7 +67,10 @@ TerrainPass::TerrainPass(const PassSetup &setup)
     const std::array<bool, patch_kinds> kinds = kinds_of(setup.scene);
     for (std::size_t kind = 0; kind < kinds.size(); ++kind) {
         if (kinds[kind]) {
-            lit_.emplace_back(setup, static_cast<PatchKind>(kind));
+            lit_.emplace_back(setup, static_cast<PatchKind>(kind), false);
+            if (!terrain.light_sets.empty()) {
+                lit_.emplace_back(setup, static_cast<PatchKind>(kind), true);
+            }
         }
     }
 }
@@ -114,13 +118,20 @@ void TerrainPass::draw(const Frame &frame, const View &view) {
     if (view.kind == ViewKind::refraction && file.water) {
         plane = glm::vec4(0.0F, -1.0F, 0.0F, frame.water_m() + 1.0F);
     }
+    const PointLights &lights = frame.point_lights;
     for (const Lit &lit : lit_) {
+        if (lit.by_lights && !lights.any_lit()) {
+            continue;
+        }
         lit.program.use();
         lit.environment.apply(frame, view);
         set_uniforms(lit, terrain);
         gl::Program::set(lit.clip, plane);
+        const PatchLights chosen{lights.lit(), lit.by_lights,
+                                 [&lights](std::uint32_t set) { lights.bind(set); }};
         frame.terrain()->draw(view, plane, lit.uniforms,
-                              static_cast<PatchKinds>(1U << static_cast<unsigned>(lit.kind)));
+                              static_cast<PatchKinds>(1U << static_cast<unsigned>(lit.kind)),
+                              lights.any_lit() ? &chosen : nullptr);
     }
     if (clipped_at_water) {
         glDisable(GL_CLIP_DISTANCE0);

@@ -20,9 +20,10 @@ class TerrainPass : public Pass {
     /// A variant of the program for the patches of a kind, so that none computes what it does not need:
     /// software rasterisers run both sides of every branch.
     struct Lit {
-        Lit(const PassSetup &setup, PatchKind drawn_kind);
+        Lit(const PassSetup &setup, PatchKind drawn_kind, bool point_lights);
 
         PatchKind kind;
+        bool by_lights; // for patches that point lights reach
         gl::Program program;
         EnvironmentBindings environment;
         int has_sand_normal, has_effect, sand_reference, grain_offset, mix, wet, clip;
@@ -31,7 +32,7 @@ class TerrainPass : public Pass {
     void set_uniforms(const Lit &lit, const assets::Terrain &terrain) const;
 
     gl::Program depth_;
-    std::vector<Lit> lit_;       // of the kinds that the terrain has
+    std::vector<Lit> lit_;       // of the kinds that the terrain has, and again where point lights reach it
     gl::Sampler repeat_sampler_; // repeats, for the sand
     // Clamps, because the effect map covers the terrain once. It has no mip bias: its coarse mips are used
     // for sharpening.

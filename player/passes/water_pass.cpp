@@ -30,22 +30,25 @@ float grid_line(int index, float reach_m) {
 
 } // namespace
 
-WaterPass::WaterPass(const PassSetup &setup)
-    : program_(setup.shaders, "water.vert", "water.frag",
-               {shadow_define(setup.settings), cascades_define(setup.settings)}),
-      environment_(setup, program_), clamped_(gl::make_sampler(gl::Wrap::clamp, gl::Filter::linear)),
-      grid_(gl::VertexArray::create()), half_size_location_(program_.location("u_half_size_m")),
-      has_textures_location_(program_.location("u_has_textures")),
-      distortion_location_(program_.location("u_distortion")),
-      deep_location_(program_.location("u_deep_color")),
-      shallow_location_(program_.location("u_shallow_color")),
-      shine_location_(program_.location("u_specular_smoothness")),
-      wave_length_location_(program_.location("u_wave_length_m")),
-      fade_distance_location_(program_.location("u_fade_distance_m")),
-      swash_location_(program_.location("u_swash")) {
-    program_.set_unit("u_reflection", unit_reflection);
-    program_.set_unit("u_refraction", unit_refraction);
+WaterPass::Lit::Lit(const PassSetup &setup, bool point_lights)
+    : program(setup.shaders, "water.vert", "water.frag",
+              {shadow_define(setup.settings), cascades_define(setup.settings),
+               point_lights_define(point_lights)}),
+      environment(setup, program), half_size(program.location("u_half_size_m")),
+      has_textures(program.location("u_has_textures")), distortion(program.location("u_distortion")),
+      deep(program.location("u_deep_color")), shallow(program.location("u_shallow_color")),
+      shine(program.location("u_specular_smoothness")), wave_length(program.location("u_wave_length_m")),
+      fade_distance(program.location("u_fade_distance_m")), swash(program.location("u_swash")) {
+    program.set_unit("u_reflection", unit_reflection);
+    program.set_unit("u_refraction", unit_refraction);
+}
 
+WaterPass::WaterPass(const PassSetup &setup)
+    : lit_(setup, false), clamped_(gl::make_sampler(gl::Wrap::clamp, gl::Filter::linear)),
+      grid_(gl::VertexArray::create()) {
+    if (setup.scene.file().water->light_set != 0) {
+        by_lights_.emplace(setup, true);
+    }
     const float reach_m = 0.69F * setup.scene.file().flight.far_m; // the corners reach the far plane
     std::vector<glm::vec3> points;
     std::vector<std::uint16_t> triangles;
@@ -78,28 +81,33 @@ void WaterPass::draw(const Frame &frame, const View &view) {
     }
     const assets::SceneFile &file = frame.scene.file();
     const assets::Water &water = *file.water;
-    program_.use();
-    environment_.apply(frame, view);
+    const bool is_lit = by_lights_ && frame.point_lights.lit()[water.light_set] != 0;
+    const Lit &lit = is_lit ? *by_lights_ : lit_;
+    lit.program.use();
+    lit.environment.apply(frame, view);
+    if (is_lit) {
+        frame.point_lights.bind(water.light_set);
+    }
     const gl::Texture *reflection = frame.shared.reflection;
     const gl::Texture *refraction = frame.shared.refraction;
     gl::bind_texture(unit_reflection, GL_TEXTURE_2D, reflection != nullptr ? reflection->name() : 0,
                      clamped_.name());
     gl::bind_texture(unit_refraction, GL_TEXTURE_2D, refraction != nullptr ? refraction->name() : 0,
                      clamped_.name());
-    gl::Program::set(has_textures_location_,
+    gl::Program::set(lit.has_textures,
                      glm::vec2(reflection != nullptr ? 1.0F : 0.0F, refraction != nullptr ? 1.0F : 0.0F));
     const float half_m = 0.5F * water.size_m;
-    gl::Program::set(half_size_location_, half_m);
+    gl::Program::set(lit.half_size, half_m);
     // The edge of the sea fades into haze before the far plane or the sea's own border.
     const float far_m = 0.69F * view.far_m;
-    gl::Program::set(fade_distance_location_, far_m);
-    gl::Program::set(distortion_location_, glm::vec2(water.strength, water.k));
-    gl::Program::set(deep_location_, water.deep_color);
-    gl::Program::set(shallow_location_, water.shallow_color);
-    gl::Program::set(shine_location_, glm::vec2(water.specular, water.smoothness));
-    gl::Program::set(wave_length_location_, waves_at(water, 0.0).lengths_m);
+    gl::Program::set(lit.fade_distance, far_m);
+    gl::Program::set(lit.distortion, glm::vec2(water.strength, water.k));
+    gl::Program::set(lit.deep, water.deep_color);
+    gl::Program::set(lit.shallow, water.shallow_color);
+    gl::Program::set(lit.shine, glm::vec2(water.specular, water.smoothness));
+    gl::Program::set(lit.wave_length, waves_at(water, 0.0).lengths_m);
     const double phase = frame.clock.elapsed_s / swash_period_s;
-    gl::Program::set(swash_location_, static_cast<float>(phase - std::floor(phase)));
+    gl::Program::set(lit.swash, static_cast<float>(phase - std::floor(phase)));
 
     glEnable(GL_BLEND);
     glBlendFuncSeparate(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA, GL_ZERO, GL_ONE);

@@ -6,6 +6,8 @@
 #include "passes/environment_bindings.hpp"
 #include "passes/pass.hpp"
 
+#include <optional>
+
 namespace paradize {
 
 class WaterPass : public Pass {
@@ -14,15 +16,21 @@ class WaterPass : public Pass {
     void draw(const Frame &frame, const View &view) override;
 
   private:
-    gl::Program program_;
-    EnvironmentBindings environment_;
+    /// The program, with point lights or without them.
+    struct Lit {
+        Lit(const PassSetup &setup, bool point_lights);
+
+        gl::Program program;
+        EnvironmentBindings environment;
+        int half_size, has_textures, distortion, deep, shallow, shine, wave_length, fade_distance, swash;
+    };
+
+    Lit lit_;
+    std::optional<Lit> by_lights_; // where point lights reach the water
     gl::Sampler clamped_;
     gl::VertexArray grid_;
     gl::Buffer vertices_, indices_;
     int index_count_ = 0;
-    int half_size_location_ = -1, has_textures_location_ = -1, distortion_location_ = -1, deep_location_ = -1,
-        shallow_location_ = -1, shine_location_ = -1;
-    int wave_length_location_ = -1, fade_distance_location_ = -1, swash_location_ = -1;
 };
 
 } // namespace paradize

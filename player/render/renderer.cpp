@@ -128,6 +128,7 @@ void Renderer::set_views(const Pose &pose, const Sample &sample) {
     const View &main = frame_.view(ViewKind::main);
     const CpuTimer timer(frame_.scene_ms);
     frame_.transforms_.update(main.anchor);
+    frame_.point_lights.update({frame_.clock.flight_s, frame_.clock.elapsed_s}, main.anchor);
     if (frame_.terrain_) {
         frame_.terrain_->update(main, settings.lod_error_px);
     }

@@ -19,8 +19,9 @@ struct Instance {
     glm::dmat4 model{1.0};  // world from mesh
     glm::dvec3 center{0.0}; // bounding sphere in the world
     float radius_m = 0.0F;
-    float scale = 1.0F;    // largest of its axes
-    bool mirrored = false; // triangle winding is reversed
+    float scale = 1.0F;      // largest of its axes
+    bool mirrored = false;   // triangle winding is reversed
+    std::uint32_t light = 0; // index into Object::light_sets
 };
 
 /// Rows of the matrix from the mesh to the view's coordinates, as shaders/lib/model.glsl reads them.

@@ -65,6 +65,14 @@ Scene::Scene(const assets::SceneFile &file, const Streamer &streamer) : file_(fi
         }
         for (const assets::Placement &placement : entry.instances) {
             Instance &instance = object.instances.emplace_back();
+            if (!entry.light_sets.empty()) {
+                const std::uint32_t set = entry.light_sets[object.instances.size() - 1];
+                const auto known = std::ranges::find(object.light_sets, set);
+                instance.light = static_cast<std::uint32_t>(known - object.light_sets.begin());
+                if (known == object.light_sets.end()) {
+                    object.light_sets.push_back(set);
+                }
+            }
             const glm::dvec3 &scale = placement.scale;
             glm::dmat4 stand = glm::translate(glm::dmat4(1.0), placement.position);
             stand = glm::scale(stand * glm::mat4_cast(placement.rotation), scale);

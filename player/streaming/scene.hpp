@@ -31,6 +31,8 @@ struct Object {
     InstanceTree tree;
     std::vector<float> errors_m; // of its levels
     bool dry = true;             // no instance reaches under the water
+    // what its instances have of SceneFile::light_sets, each once; the first is 0: no light
+    std::vector<std::uint32_t> light_sets{0};
 };
 
 /// Instances of an object to draw in one view: neighbours in its list, all of one winding, with a level of

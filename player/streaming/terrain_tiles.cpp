@@ -140,7 +140,14 @@ bool TerrainTiles::is_of(PatchKinds kinds, const View &view, std::uint32_t patch
 }
 
 void TerrainTiles::draw(const View &view, const glm::vec4 &plane, const TerrainUniforms &uniforms,
-                        PatchKinds kinds) {
+                        PatchKinds kinds, const PatchLights *lights) {
+    const auto is_wanted = [&](std::uint32_t patch) {
+        return lights == nullptr || (lights->lit[light_set(patch)] != 0) == lights->draws_lit;
+    };
+    const auto set_of = [&](std::uint32_t patch) {
+        return lights != nullptr && lights->draws_lit ? light_set(patch) : 0;
+    };
+    std::uint32_t bound = 0;
     const std::span<const std::uint32_t> patches = cut_.patches();
     std::uint32_t drawn = 0;
     std::uint64_t triangles = 0;
@@ -153,7 +160,8 @@ void TerrainTiles::draw(const View &view, const glm::vec4 &plane, const TerrainU
         const TileBlock &block = tile.blocks()[tile.range(patches[end - 1] - first).block];
         std::size_t seen = 0;
         for (; end > 0 && patches[end - 1] >= first + block.first_patch; --end) {
-            if (is_of(kinds, view, patches[end - 1]) && sees(view, plane, patches[end - 1])) {
+            if (is_of(kinds, view, patches[end - 1]) && is_wanted(patches[end - 1]) &&
+                sees(view, plane, patches[end - 1])) {
                 seen_[seen++] = patches[end - 1];
             }
         }
@@ -167,18 +175,25 @@ void TerrainTiles::draw(const View &view, const glm::vec4 &plane, const TerrainU
                              glm::mat3(glm::transpose(glm::inverse(glm::dmat3(tile.model())))));
         }
         glBindVertexArray(block.vertex_array.name());
-        // One call for the patches that are wholly shown, and one for each way to fade.
+        // One call for the patches that are wholly shown, and one for each way to fade, for each set of
+        // lights.
         const auto fade_of = [&](std::uint32_t patch) { return fade_in(view, patch); };
         std::sort(seen_.begin(), seen_.begin() + static_cast<std::ptrdiff_t>(seen),
                   [&](std::uint32_t a, std::uint32_t b) {
                       const PatchFade x = fade_of(a);
                       const PatchFade y = fade_of(b);
-                      return std::tuple(x.from, -x.to, b) < std::tuple(y.from, -y.to, a);
+                      return std::tuple(set_of(a), x.from, -x.to, b) <
+                             std::tuple(set_of(b), y.from, -y.to, a);
                   });
         for (std::size_t begin = 0; begin < seen;) {
             const PatchFade fade = fade_of(seen_[begin]);
+            const std::uint32_t set = set_of(seen_[begin]);
+            if (set != 0 && std::exchange(bound, set) != set) {
+                lights->bind(set);
+            }
             std::size_t count = 0;
-            for (; begin < seen && fade_of(seen_[begin]) == fade; ++begin, ++count) {
+            for (; begin < seen && fade_of(seen_[begin]) == fade && set_of(seen_[begin]) == set;
+                 ++begin, ++count) {
                 const PatchRange &range = tile.range(seen_[begin] - first);
                 counts_[count] = range.index_count;
                 base_vertices_[count] = range.base_vertex;

@@ -9,6 +9,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -47,6 +48,14 @@ inline constexpr PatchKinds all_patches = (1U << patch_kinds) - 1;
 std::vector<PatchKind> patch_heights(const assets::Terrain &terrain, const Streamer &streamer,
                                      double water_m);
 
+/// The patches to draw, by the lights that reach them. `lit`: by light set, as in PointLights. Draws those
+/// whose set is lit, or the others. `bind` is called with each set that is lit before its patches.
+struct PatchLights {
+    std::span<const std::uint8_t> lit;
+    bool draws_lit = false;
+    std::function<void(std::uint32_t)> bind;
+};
+
 /// Says of each diamond whether a patch of it, or of its split, meets the height of the water. Where such a
 /// diamond splits the waterline moves, which is seen more than other changes: those fade.
 std::vector<bool> shore_diamonds(const assets::Terrain &terrain, const Streamer &streamer, double water_m);
@@ -68,13 +77,16 @@ class TerrainTiles {
     /// this level.
     void set_water(double level_m);
     /// Draws the patches of some kinds that sees() accepts, with the program in use. Leaves a vertex array
-    /// bound. The light sees no patch fade.
+    /// bound. The light sees no patch fade. lights: only some of them; nullptr: all, without lights.
     void draw(const View &view, const glm::vec4 &plane, const TerrainUniforms &uniforms,
-              PatchKinds kinds = all_patches);
+              PatchKinds kinds = all_patches, const PatchLights *lights = nullptr);
     TerrainCounts counts() const;
 
   private:
     PatchFade fade_in(const View &view, std::uint32_t patch) const;
+    std::uint32_t light_set(std::uint32_t patch) const {
+        return terrain_.light_sets.empty() ? 0 : terrain_.light_sets[patch];
+    }
     bool is_of(PatchKinds kinds, const View &view, std::uint32_t patch) const;
 
     const assets::Terrain &terrain_;

@@ -61,6 +61,35 @@ Surface matte_surface(vec3 position, vec3 normal, vec3 geometric, vec3 albedo) {
 #ifndef MATTE
 #define MATTE 0
 #endif
+#ifndef POINT_LIGHTS
+#define POINT_LIGHTS 0
+#endif
+#if POINT_LIGHTS
+#include "lib/point_lights.glsl"
+
+// Linear radiance towards v of a surface in the light of the point lights. depth: under the water, metres; above_water: the
+// share of its specular reflection that is left.
+vec3 shade_by_point_lights(Surface s, vec3 v, vec3 transmitted, float depth, float above_water) {
+    vec3 color = vec3(0.0);
+    int count = int(light_state.x);
+    for (int i = 0; i < count; ++i) {
+        Arriving one = light_at(i, s.position);
+        vec3 light = one.light;
+        if (depth > 0.0) {
+            light *= exp(-min(water.rgb * depth / max(one.direction.y, 0.2), vec3(60.0)));
+        }
+        float n_l = dot(s.normal, one.direction);
+        float direct = max(n_l, 0.0) * smoothstep(-0.05, 0.1, dot(s.geometric, one.direction));
+#if !MATTE
+        float alpha = widened_alpha(s.alpha, one.spread);
+        direct *= mix(1.0, sun_entering(s.normal, v, one.direction, s.reflector.dielectric), above_water);
+        color += above_water * light * specular_ggx(s.normal, v, one.direction, s.reflector, alpha, 16.0);
+#endif
+        color += (s.albedo * direct + transmitted * (s.translucency * max(-n_l, 0.0))) * (1.0 / PI) * light;
+    }
+    return color;
+}
+#endif
 
 // Linear radiance towards the eye, without haze. Includes absorption and caustics under water.
 vec3 shade(Surface s) {
@@ -120,6 +149,9 @@ vec3 shade(Surface s) {
         color += above_water * sky_specular(s.normal, v, s.reflector, s.alpha) *
                  specular_occlusion(dot(s.normal, v), s.occlusion, s.alpha);
     }
+#endif
+#if POINT_LIGHTS
+    color += shade_by_point_lights(s, v, transmitted, submerged ? depth : 0.0, above_water);
 #endif
     return color;
 }

@@ -77,6 +77,36 @@ TEST_CASE("draw list: instances of a level are one command, mirrored ones anothe
     CHECK(list.instances()[coarse.first + 1][2].w == 4.0F);
 }
 
+TEST_CASE("draw list: instances that other lights reach are other commands, while those are on") {
+    std::vector<Object> objects(1);
+    objects[0].materials = {material(0)};
+    objects[0].light_sets = {0, 4, 7};
+    objects[0].instances = {standing(1.0), standing(2.0), standing(3.0), standing(4.0), standing(5.0)};
+    for (std::uint32_t i = 0; i < 5; ++i) {
+        objects[0].instances[i].light = std::array<std::uint32_t, 5>{0, 1, 2, 1, 0}[i];
+    }
+    const std::vector<DrawItem> items{{&objects[0], 0, 5, 0}};
+    InstanceTransforms transforms(objects);
+    transforms.update(glm::dvec3(0.0));
+    DrawList list(objects, DrawnMaterials::solid);
+    const auto filled = [&](std::vector<std::uint8_t> lit) {
+        list.fill(items, eye_at(0.0F), transforms, lit);
+        std::vector<std::string> out;
+        for (const DrawCommand &command : list.commands()) {
+            std::string text = std::to_string(command.light_set) + ":";
+            for (std::uint32_t i = 0; i < command.count; ++i) {
+                text += " " + std::to_string(static_cast<int>(list.instances()[command.first + i][2].w));
+            }
+            out.push_back(text);
+        }
+        return out;
+    };
+    CHECK(filled({}) == Words{"0: 1 2 3 4 5"});
+    CHECK(filled({0, 0, 0, 0, 0, 0, 0, 0}) == Words{"0: 1 2 3 4 5"});
+    CHECK(filled({0, 0, 0, 0, 1, 0, 0, 0}) == Words{"0: 1 3 5", "4: 2 4"});
+    CHECK(filled({0, 0, 0, 0, 1, 0, 0, 1}) == Words{"0: 1 5", "4: 2 4", "7: 3"});
+}
+
 TEST_CASE("draw list: programs change least, then materials, then meshes") {
     std::vector<Object> objects(3);
     objects[0].materials = {material(2, AlphaMode::mask), material(1)};

@@ -7,6 +7,7 @@ from math import sqrt
 from typing import Any
 
 from paradize.artifact import PUBLISHED, Artifact
+from paradize.build.light_sets import add_light_sets, light_entries
 from paradize.errors import FormatError
 from paradize.formats.glb.document import glb_document
 from paradize.formats.scene_manifest import FORMAT, MATERIAL_MAPS, VERSION
@@ -88,11 +89,11 @@ def build_manifest(
     constants: dict[str, list[float]],
     pixels: dict[str, float],
     terrain_tables: dict[str, Any] | None,
-) -> dict[str, Any]:
-    """Returns the manifest. owners: the objects that use an artifact, by its name. artifacts, facts: by
-    artifact name. sightings, pixels (from nearest_view.nearest_pixel_m): by object name. gutters: by (object,
-    map set), from gutter_limits.measure_gutters. constants: the values of textures that are not published.
-    terrain_tables: the terrain's tables and when each of its tiles is first needed, from
+) -> tuple[dict[str, Any], list[str]]:
+    """Returns the manifest and warnings. owners: the objects that use an artifact, by its name. artifacts,
+    facts: by artifact name. sightings, pixels (from nearest_view.nearest_pixel_m): by object name. gutters:
+    by (object, map set), from gutter_limits.measure_gutters. constants: the values of textures that are not
+    published. terrain_tables: the terrain's tables and when each of its tiles is first needed, from
     registry.make_terrain."""
     tiles = _tiles(terrain_tables)
     entries = {}
@@ -103,8 +104,10 @@ def build_manifest(
         levels = _with_pixel_errors(one.levels, facts[name], pixels[seen[0]]) if seen else one.levels
         entries[name] = replace(one, first_needed_s=first_s, levels=levels).to_json(PUBLISHED)
     head = scene.head
-    limits = {} if head.vram_mb is None else {"vram_mb": head.vram_mb}
-    return limits | {
+    lights, glow = light_entries(scene)
+    optional: dict[str, Any] = {} if head.vram_mb is None else {"vram_mb": head.vram_mb}
+    optional |= {"lights": lights, "light_sets": []} if lights else {}
+    manifest = optional | {
         "format": FORMAT,
         "version": VERSION,
         "name": head.name,
@@ -142,6 +145,7 @@ def build_manifest(
         "sound": {"artifact": "sound", "volume": scene.sound.volume} if scene.sound else None,
         "flight": flight.as_json() | {"errors": flight_errors},
     }
+    return manifest, add_light_sets(manifest, glow) if lights else []
 
 
 def _with_pixel_errors(

@@ -120,7 +120,7 @@ def publish(
         _check_totals(context, baked, report)
         if report.errors:
             return True
-        manifest = build_manifest(
+        manifest, warnings = build_manifest(
             context.scene,
             maps,
             {output.artifact: task.job.objects for task in tasks for output in task.outputs},
@@ -134,6 +134,7 @@ def publish(
             pixels,
             baked.tree,
         )
+        report.warnings += warnings
         files = {str(one.file): (baked.data[name], one.sha256) for name, one in baked.artifacts.items()}
         report.warnings += _write(context.out, files, encode_scene(manifest))
     except ParadizeError as error:

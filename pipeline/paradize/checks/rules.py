@@ -210,6 +210,24 @@ RULES: dict[str, Rule] = {
         "a file grew by more than the accepted share since the earlier bake",
         "look at its format and tier; --worse-by accepts more",
     ),
+    "PZ424": Rule(
+        "warning",
+        "light reaches nothing",
+        "no object, no terrain and no water is inside its range",
+        "move the [[light]], make its range_m larger, or take it out",
+    ),
+    "PZ425": Rule(
+        "warning",
+        "light is never on",
+        "its color or intensity is 0, or it goes off when it goes on",
+        "mend color, intensity, on_s and off_s of the [[light]], or take it out",
+    ),
+    "PZ426": Rule(
+        "error",
+        "light is missing where it reaches",
+        "what is drawn with a set of lights would stay dark beside this light",
+        "bake again",
+    ),
     "PZ431": Rule(
         "error",
         "scene refused",

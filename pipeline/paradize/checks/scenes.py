@@ -17,6 +17,7 @@ from paradize.checks.flights import check_flight
 from paradize.checks.gutters import check_gutters
 from paradize.checks.inside_out import check_winding
 from paradize.checks.layouts import check_layouts
+from paradize.checks.lights import check_lights
 from paradize.checks.maps import scene_maps
 from paradize.checks.meshes import check_mesh
 from paradize.checks.rules import Finding, isolated
@@ -93,6 +94,7 @@ def _findings(manifest: dict[str, Any], path: Path, options: CheckOptions) -> It
         "gutters": check_gutters(manifest, folder),
         "maps": scene_maps(manifest, folder),
         "terrain": check_tiles(manifest, folder),
+        "lights": check_lights(manifest, file),
         "unused files": _unused(folder, manifest, file),
         "path": _path(manifest["flight"], file),
         "flight": check_flight(manifest, folder, file),

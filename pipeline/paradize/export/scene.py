@@ -263,6 +263,14 @@ class _Export:
         most = max(1e-6, *sun["color"])
         red, green, blue = (float(channel / most) for channel in sun["color"])
         self.bundle.sun("sun", (red, green, blue), sun["intensity"] * most, [float(x) for x in turn])
+        lamps = self.manifest.get("lights", [])
+        for lamp in lamps:
+            most = max(1e-6, *lamp["color"])
+            red, green, blue = (float(channel / most) for channel in lamp["color"])
+            power, at = lamp["intensity"] * most, [float(x) for x in lamp["position"]]
+            self.bundle.lamp(lamp["name"], (red, green, blue), power, lamp["range_m"], at)
+        if any(lamp["hours"] for lamp in lamps):
+            self.notes.append("lights that go on and off are always on")
         self.notes.append(
             "glTF holds no ambient light: give the viewer an environment map or an ambient light"
         )

@@ -36,7 +36,7 @@ from paradize.map_table import maps_of
 from paradize.material import REPEATED, WRAPS
 
 FORMAT = "paradize-scene"
-VERSION = 7
+VERSION = 8
 VIEWS = ("camera", "shadow", "reflection", "refraction")
 KINDS = ("mesh", "texture", "cubemap", "sound")
 ALPHA_MODES = ("opaque", "mask", "blend")
@@ -117,6 +117,24 @@ _required_detail = table(
     view=or_null(text),
 )
 
+_light = table(
+    name=text,
+    position=_vec3,
+    color=list_of(_positive, size=3),
+    intensity=_positive,
+    radius_m=_positive,
+    range_m=_positive,
+    hours=or_null(table(on_s=_positive, off_s=_positive)),
+    fade_s=_positive,
+    flicker=_share,
+)
+_light_index = whole(0, player_limits.MOST_LIGHTS - 1)
+_light_set_index = whole(0, player_limits.MOST_LIGHT_SETS - 1)
+_light_set = table(
+    lights=list_of(_light_index, max_size=player_limits.MOST_LIGHTS_OF_A_SET), glow=or_null(_light_index)
+)
+_light_sets = list_of(_light_set_index)
+
 _instance = table(position=_vec3, rotation=_unit_quaternion, scale=list_of(_axis_scale, size=3))
 
 
@@ -139,7 +157,11 @@ check_artifact = table(  # the fields of paradize.artifact.PUBLISHED
 )
 
 _manifest = table(
-    {"vram_mb": number(1.0, 1e9)},
+    {
+        "vram_mb": number(1.0, 1e9),
+        "lights": list_of(_light, min_size=1, max_size=player_limits.MOST_LIGHTS),
+        "light_sets": list_of(_light_set, min_size=1, max_size=player_limits.MOST_LIGHT_SETS),
+    },
     format=text,
     version=whole(1, 1 << 30),
     name=text,
@@ -171,6 +193,7 @@ _manifest = table(
     refraction=_view,
     terrain=or_null(
         table(
+            {"light_sets": _light_sets},
             tiles=list_of(text, min_size=1),
             patches=table(
                 tile=list_of(_row, min_size=1),
@@ -209,6 +232,7 @@ _manifest = table(
     ),
     water=or_null(
         table(
+            {"light_set": _light_set_index},
             **dict.fromkeys(maps_of("water"), text),
             level_m=_real,
             size_m=_positive,
@@ -225,6 +249,7 @@ _manifest = table(
     ),
     objects=list_of(
         table(
+            {"light_sets": _light_sets},
             name=text,
             views=list_of(_view_name, min_size=1),
             mesh=text,
@@ -314,6 +339,34 @@ def _time_table(manifest: dict[str, Any]) -> None:
         raise Wrong("flight.time_table", "does not go from (0, 0) to (duration_s, number of segments)")
 
 
+_NO_LIGHT: dict[str, Any] = {"lights": [], "glow": None}  # the first of `light_sets`
+
+
+def _check_light_sets(manifest: dict[str, Any]) -> None:
+    """Raises Wrong for a light or a set that is not there, and for a list of the wrong length."""
+    lights, sets = len(manifest.get("lights", ())), manifest.get("light_sets", [_NO_LIGHT])
+    for i, one in enumerate(sets):
+        named = [*one["lights"], *([] if one["glow"] is None else [one["glow"]])]
+        if max(named, default=-1) >= lights or one["lights"] != sorted(set(one["lights"])):
+            raise Wrong(f"light_sets[{i}]", f"is {one!r:.60}; there are {lights} lights, and they must rise")
+    if sets[0] != _NO_LIGHT:
+        raise Wrong("light_sets[0]", "must be empty: no light")
+    terrain, water = manifest["terrain"], manifest["water"]
+    owners = [
+        (f"objects[{i}].light_sets", item["light_sets"], len(item["instances"]))
+        for i, item in enumerate(manifest["objects"])
+        if "light_sets" in item
+    ]
+    if terrain and "light_sets" in terrain:
+        owners.append(("terrain.light_sets", terrain["light_sets"], len(terrain["patches"]["tile"])))
+    if water and "light_set" in water:
+        owners.append(("water.light_set", [water["light_set"]], 1))
+    for place, indices, count in owners:
+        if len(indices) != count or max(indices) >= len(sets):
+            what = f"{len(indices)} numbers up to {max(indices, default=0)}"
+            raise Wrong(place, f"holds {what}; it must hold {count} below {len(sets)}")
+
+
 def encode_scene(manifest: dict[str, Any]) -> bytes:
     """The bytes of scene.json. Raises FormatError for an invalid manifest or more than JSON_BYTES."""
     _validate(manifest, "scene.json")
@@ -366,6 +419,7 @@ def _validate(manifest: dict[str, Any], file: object) -> None:
                 raise Wrong(place, f"names {name!r}, a {artifact['kind']}, not a {' or '.join(kinds)}")
         if manifest["terrain"]:
             check_tree(manifest["terrain"])
+        _check_light_sets(manifest)
         _time_table(manifest)
     except Wrong as fault:
         raise FormatError(str(fault), file=file, place=fault.place or None) from None

@@ -53,6 +53,8 @@ EXAMPLES = {
     "object.material": "[object.material.leaf]\nalpha_cutoff = 0.5\ntwo_sided = true",
     "object.instance": "[[object.instance]]\nposition = [3.0, 1.2, -4.0]\nyaw_deg = 30.0\n"
     "roll_deg = -5.0\nscale = [-1.0, 1.2, 1.0]",
+    "light": '[[light]]\nname = "lamp"\nposition = [0.0, 2.4, 0.0]\nintensity = 4.0\nrange_m = 8.0\n'
+    "on_s = 40.0\noff_s = 55.0",
     "particles": '[[particles]]\nname = "glitter"\ncenter = [0.0, 4.0, 0.0]\ncount = 100',
     "sound": '[sound]\nfile = "sea.ogg"\nvolume = 0.8',
     "flight": "[flight]\nduration_s = 60.0\nfov_deg = 45.0",

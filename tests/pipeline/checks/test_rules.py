@@ -18,6 +18,7 @@ import pytest
 import soundfile
 
 from paradize.build.bake import bake
+from paradize.build.light_sets import add_light_sets
 from paradize.build.options import BuildOptions
 from paradize.checks import RULES, CheckOptions, Finding, check_paths, render
 from paradize.checks.rules import gathered
@@ -25,6 +26,7 @@ from paradize.checks.sounds import check_sound
 from paradize.data import Texture
 from paradize.formats.ktx2.encode import encode_ktx2
 from paradize.formats.ktx2.reader import decode_ktx2
+from tests.pipeline.checks.test_lights import light
 from tests.pipeline.scenes import make_cove
 
 
@@ -326,6 +328,17 @@ def since(edit: Callable[[dict[str, Any]], Any], *, before: bool = False) -> Cal
     return fault
 
 
+def lit_by(manifest: dict[str, Any], position: list[float], intensity: float = 1.0) -> None:
+    """Gives a scene one light."""
+    manifest["lights"] = [light(0.0) | {"position": position, "intensity": intensity}]
+    add_light_sets(manifest, {})
+
+
+def unlit(manifest: dict[str, Any]) -> None:
+    lit_by(manifest, [0.0, 1.0, 0.0])
+    del manifest["terrain"]["light_sets"]
+
+
 PLANTED: list[tuple[str, str, Callable[[Path], Any]]] = [
     ("PZ101", "missing file", lambda s: file_of(s, "sky").unlink()),
     ("PZ102", "manifest of another version", manifest(lambda m: m.update(version=1))),
@@ -364,6 +377,9 @@ PLANTED: list[tuple[str, str, Callable[[Path], Any]]] = [
     ("PZ232", "a layout that is folded", unguarded(edit_mesh("TEXCOORD_0", folded))),
     ("PZ233", "a layout whose half is squeezed", unguarded(edit_mesh("TEXCOORD_0", squeezed))),
     ("PZ234", "a ball turned inside out", edit_mesh("indices", turned)),
+    ("PZ424", "a light in the sky", manifest(lambda m: lit_by(m, [0.0, 900.0, 0.0]))),
+    ("PZ425", "a light of no strength", manifest(lambda m: lit_by(m, [0.0, 1.0, 0.0], 0.0))),
+    ("PZ426", "ground without the light above it", manifest(unlit)),
     ("PZ411", "a path through the hill", manifest(lambda m: lower(m, 3.5))),
     ("PZ412", "a near plane that reaches the ground", manifest(lambda m: m["flight"].update(near_m=4.0))),
     ("PZ501", "a sound that ends in mid-wave", clicking(0.5)),

@@ -151,7 +151,7 @@ def rotation(quaternion: Sequence[float]) -> np.ndarray:
     )
 
 
-def test_instances_sun_camera_and_sea_floor_stand_as_the_scene_says(
+def test_instances_sun_lamps_camera_and_sea_floor_stand_as_the_scene_says(
     baked: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The sun shines along its node's -Z, also from the zenith; sand repeats by the metre both ways."""
@@ -167,12 +167,15 @@ def test_instances_sun_camera_and_sea_floor_stand_as_the_scene_says(
         {"position": [1.0, 2.0, 3.0], "rotation": [0.0, 0.6, 0.0, 0.8], "scale": [2.5, 2.5, 2.5]},
         {"position": [-4.0, 0.0, 1.0], "rotation": [0.48, 0.64, 0.36, 0.48], "scale": [0.5, -1.0, 2.0]},
     ]
+    lamp = {"name": "lamp", "position": [1.0, 2.0, 3.0], "color": [2.0, 1.0, 0.5], "intensity": 3.0}
+    lamp |= {"radius_m": 0.1, "range_m": 8.0, "hours": None, "fade_s": 0.0, "flicker": 0.0}
     for k, direction in enumerate(([0.48, 0.6, -0.64], [0.0, 1.0, 0.0])):
 
         def edit(tree: dict[str, Any], direction: list[float] = direction) -> None:
             tree["objects"][0]["instances"] = stands
             tree["sun"]["direction"] = direction
             tree["terrain"]["size_m"] = [20.0, 40.0]
+            tree |= {"lights": [lamp], "light_sets": [{"lights": [], "glow": None}]}
 
         folder = edited(baked, tmp_path / f"in{k}", edit)
         tree, _ = tree_of(export(folder, tmp_path / "a.glb").file.read_bytes())
@@ -190,6 +193,10 @@ def test_instances_sun_camera_and_sea_floor_stand_as_the_scene_says(
         assert lows[1] == [-highs[0][0], *lows[0][1:]]
         assert np.allclose(rotation(nodes["sun"]["rotation"]) @ [0, 0, 1], direction, atol=1e-12)
         assert np.linalg.det(rotation(nodes["sun"]["rotation"])) == pytest.approx(1.0)
+        assert nodes["lamp"]["translation"] == lamp["position"]
+        written = tree["extensions"]["KHR_lights_punctual"]["lights"][1]  # type: ignore[index]
+        look = {"type": "point", "color": [1.0, 0.5, 0.25], "intensity": 6.0, "range": 8.0}
+        assert written == {"name": "lamp"} | look
         (camera,) = tree["cameras"]  # type: ignore[misc]
         width, height = scene["viewport"]
         assert camera["perspective"]["aspectRatio"] == width / height

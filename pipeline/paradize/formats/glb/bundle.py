@@ -110,6 +110,15 @@ class Bundle:
         self.extensions.add(_LIGHTS)
         return self.node(name, rotation=turn, extensions={_LIGHTS: {"light": len(self.lights) - 1}})
 
+    def lamp(
+        self, name: str, color: tuple[float, float, float], candela: float, range_m: float, at: list[float]
+    ) -> int:
+        """Appends a node with a point light at a place."""
+        light = {"name": name, "type": "point", "color": list(color), "intensity": candela, "range": range_m}
+        self.lights.append(light)
+        self.extensions.add(_LIGHTS)
+        return self.node(name, translation=at, extensions={_LIGHTS: {"light": len(self.lights) - 1}})
+
     def animation(self, name: str, node: int, times_s: F32, positions: F32, rotations: F32) -> None:
         """Appends a linear animation of a node. times_s: (n,), rising from 0. positions: (n, 3), metres.
         rotations: (n, 4), unit quaternions x y z w."""

@@ -13,6 +13,7 @@ faults (schema.MOST_FAULTS).
 
 from paradize.scene.settings.environment import Ambient, Fog, Shadow, Sky, Sun, View, Water
 from paradize.scene.settings.flight import EyePoint, Flight, FreeCamera, TargetPoint
+from paradize.scene.settings.lights import Light
 from paradize.scene.settings.load import load_scene
 from paradize.scene.settings.objects import (
     SIMPLIFIERS,
@@ -39,6 +40,7 @@ __all__ = [
     "FreeCamera",
     "Head",
     "Instance",
+    "Light",
     "ObjectMaterial",
     "Particles",
     "Relief",

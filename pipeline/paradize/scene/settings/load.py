@@ -13,6 +13,7 @@ from paradize.files import read_file
 from paradize.kinds import SCENE, expecting
 from paradize.scene.schema import Faults, read_table
 from paradize.scene.settings.instance_table import read_instances
+from paradize.scene.settings.lights import check_lights
 from paradize.scene.settings.objects import SceneObject
 from paradize.scene.settings.scene import Scene
 
@@ -120,6 +121,7 @@ def _cross_checks(scene: Scene, faults: Faults) -> None:
             faults.add(f"particles[{i}].name", what, "rename one")
     _check_totals(scene, faults)
     flight = scene.flight
+    check_lights(scene.lights, scene.objects, flight.duration_s, faults)
     if len(flight.eye) != len(flight.target):
         counts = f"{len(flight.target)} target waypoints for {len(flight.eye)} eye waypoints"
         faults.add("flight.target", counts, "write one target for each eye waypoint")

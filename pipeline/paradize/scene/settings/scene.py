@@ -30,6 +30,7 @@ from paradize.scene.schema import (
 )
 from paradize.scene.settings.environment import Ambient, Fog, Shadow, Sky, Sun, View, Water, Wind
 from paradize.scene.settings.flight import Flight, FreeCamera
+from paradize.scene.settings.lights import Light
 from paradize.scene.settings.objects import SceneObject
 from paradize.scene.settings.terrain import Terrain
 from paradize.tiers import TIER_OPTIONS
@@ -170,6 +171,12 @@ class Scene:
     )
     objects: tuple[SceneObject, ...] = tables(
         SceneObject, key="object", meaning="A model. One table for each."
+    )
+    lights: tuple[Light, ...] = tables(
+        Light,
+        key="light",
+        meaning="A lamp, or one at each instance of an object. It shines alike in all directions and throws "
+        "no shadow.",
     )
     particles: tuple[Particles, ...] = tables(Particles, meaning="A cloud of glittering particles.")
     sound: Sound | None = table(Sound, None, meaning="A looped sound.")
