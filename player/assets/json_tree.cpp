@@ -1,20 +1,127 @@
 #include "assets/json_tree.hpp"
 
-#include "assets/json_parser.hpp"
+#include "assets/json_reader.hpp"
+#include "error.hpp"
+
+#include <simdjson.h>
 
 #include <algorithm>
 #include <array>
+#include <utility>
 
 namespace paradize::assets {
+
+namespace {
+
+namespace dom = simdjson::dom;
+
+constexpr std::size_t max_depth = 256;
+constexpr std::size_t few_members = 16; // up to this number members are searched one after another
+
+/// Sorts many members. Returns the key that two of them have, or nullptr.
+const std::string_view *sort_members(std::span<JsonNode> members) {
+    if (members.size() > few_members) {
+        std::ranges::sort(members, {}, &JsonNode::key);
+        const auto twice = std::ranges::adjacent_find(members, {}, &JsonNode::key);
+        return twice == members.end() ? nullptr : &twice->key;
+    }
+    for (std::size_t i = 1; i < members.size(); ++i) {
+        if (std::ranges::count(members.first(i), members[i].key, &JsonNode::key) > 0) {
+            return &members[i].key;
+        }
+    }
+    return nullptr;
+}
+
+/// Copies a parsed document into the nodes of a tree.
+class Copier {
+  public:
+    Copier(std::vector<JsonNode> &nodes, const std::string &file) : nodes_(nodes), file_(file) {}
+
+    JsonNode node(dom::element element) {
+        JsonNode out;
+        switch (element.type()) {
+        case dom::element_type::ARRAY:
+            return container(JsonKind::array, dom::array(element),
+                             [&](dom::element entry) { return node(entry); });
+        case dom::element_type::OBJECT:
+            return container(JsonKind::object, dom::object(element), [&](const dom::key_value_pair &member) {
+                JsonNode child = node(member.value);
+                child.key = member.key;
+                return child;
+            });
+        case dom::element_type::STRING:
+            out.kind = JsonKind::string;
+            out.text = std::string_view(element);
+            return out;
+        case dom::element_type::BOOL:
+            out.kind = JsonKind::boolean;
+            out.truth = bool(element);
+            return out;
+        case dom::element_type::NULL_VALUE:
+            return out;
+        default: // a double, or an integer of 64 bits
+            out.kind = JsonKind::number;
+            out.number = double(element);
+            return out;
+        }
+    }
+
+  private:
+    JsonNode container(JsonKind kind, const auto &entries, const auto &node_of) {
+        const std::size_t start = open_.size();
+        for (auto entry : entries) {
+            JsonNode child = node_of(entry);
+            open_.push_back(child);
+        }
+        const auto first = open_.begin() + static_cast<std::ptrdiff_t>(start);
+        if (kind == JsonKind::object) {
+            if (const std::string_view *twice = sort_members({first, open_.end()})) {
+                throw Error(file_ + ": key \"" + std::string(*twice) + "\" appears twice in one object");
+            }
+        }
+        JsonNode out;
+        out.kind = kind;
+        out.children = {static_cast<std::uint32_t>(nodes_.size()),
+                        static_cast<std::uint32_t>(open_.size() - start)};
+        nodes_.insert(nodes_.end(), first, open_.end());
+        open_.erase(first, open_.end());
+        return out;
+    }
+
+    std::vector<JsonNode> &nodes_;
+    const std::string &file_;
+    std::vector<JsonNode> open_; // the children so far of the containers that are not closed
+};
+
+} // namespace
+
+struct JsonTree::Strings {
+    dom::parser parser{max_json_bytes};
+};
 
 const char *name_of(JsonKind kind) {
     constexpr std::array<const char *, 6> names{"null", "boolean", "number", "string", "array", "object"};
     return names[static_cast<std::size_t>(kind)];
 }
 
-JsonTree::JsonTree(std::string_view text, const std::string &file) : file_(file) {
-    JsonParser(text, *this).parse();
+JsonTree::JsonTree(std::string_view text, const std::string &file)
+    : file_(file), strings_(std::make_unique<Strings>()) {
+    dom::element root;
+    simdjson::error_code error = strings_->parser.allocate(text.size(), max_depth);
+    if (error == simdjson::SUCCESS) {
+        error = strings_->parser.parse(text.data(), text.size()).get(root);
+    }
+    if (error != simdjson::SUCCESS) {
+        throw Error(file + ": is not valid JSON: " + simdjson::error_message(error));
+    }
+    // No more than these, so that the array of nodes never moves.
+    nodes_.reserve(static_cast<std::size_t>(
+        std::ranges::count_if(text, [](char c) { return c == ',' || c == '[' || c == '{'; })));
+    root_ = Copier(nodes_, file_).node(root);
 }
+
+JsonTree::~JsonTree() = default;
 
 const JsonNode *JsonTree::find(const JsonNode &object, std::string_view key) const {
     const std::span<const JsonNode> members = children(object);

@@ -3,7 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <deque>
+#include <memory>
 #include <span>
 #include <string>
 #include <string_view>
@@ -35,14 +35,15 @@ struct JsonNode {
     mutable bool was_read = false; // of a member: somebody has looked it up
 };
 
-/// A document of JSON: T. Bray (ed.), "The JavaScript Object Notation (JSON) Data Interchange Format", RFC
-/// 8259, 2017. Nothing is allocated per value, because a scene with many instances has a million of them.
+/// A document of JSON, parsed by simdjson. Nothing is allocated per value, because a scene with many
+/// instances has a million of them.
 class JsonTree {
   public:
-    /// `text` must outlive the tree. Throws Error, with line and column, if it is not one JSON value in
-    /// UTF-8, nests deeper than 256 arrays and objects, holds a number that a double cannot, or repeats a key
-    /// within one object. `file` begins the message.
+    /// Throws Error if the text is not one JSON value in UTF-8, nests deeper than 256 arrays and objects,
+    /// holds a number that neither a 64-bit integer nor a double can, or repeats a key within one object.
+    /// `file` begins the message.
     JsonTree(std::string_view text, const std::string &file);
+    ~JsonTree();
 
     const JsonNode &root() const { return root_; }
     /// The entries or members of an array or object. Members of large objects are sorted by key.
@@ -58,12 +59,12 @@ class JsonTree {
     std::string path(const JsonNode &object, std::string_view key) const;
 
   private:
-    friend class JsonParser;
+    struct Strings; // the bytes of all texts and keys
 
     std::string file_;
+    std::unique_ptr<Strings> strings_;
     JsonNode root_;
-    std::vector<JsonNode> nodes_;       // children before their parents
-    std::deque<std::string> unescaped_; // texts that differ from those of the document
+    std::vector<JsonNode> nodes_; // children before their parents
 };
 
 } // namespace paradize::assets

@@ -215,7 +215,7 @@ TEST_CASE("scene.json: too many instances in all objects together are rejected")
 
 TEST_CASE("scene.json: invalid JSON gives the player's own message") {
     CHECK_THROWS_WITH_AS(assets::parse_scene("{\"a\" 1}", "scene.json"),
-                         doctest::Contains("scene.json: is not valid JSON: parse error at line 1"), Error);
+                         doctest::Contains("scene.json: is not valid JSON"), Error);
 }
 
 TEST_CASE("scene.json: deep nesting is rejected without a crash") {
