@@ -1,5 +1,5 @@
 // Macros: ALPHA_MODE 0 opaque, 1 holes where alpha is below the cutoff, 2 blended; default 0. VERTEX_COLORS
-// as in object.vert. The model of materials is glTF's: The Khronos Group, "glTF 2.0 Specification", 2021,
+// and SECOND_UV as in object.vert. The model of materials is glTF's: The Khronos Group, "glTF 2.0 Specification", 2021,
 // section 3.9 and appendix B.
 #include "lib/clip_frag.glsl"
 #include "lib/fog.glsl"
@@ -14,6 +14,9 @@
 #ifndef VERTEX_COLORS
 #define VERTEX_COLORS 0
 #endif
+#ifndef SECOND_UV
+#define SECOND_UV 0
+#endif
 
 uniform sampler2D u_color;
 uniform sampler2D u_normal;
@@ -27,6 +30,13 @@ in vec3 v_position;
 in vec3 v_normal;
 in vec4 v_tangent;
 in vec2 v_uv;
+#if SECOND_UV
+uniform sampler2D u_second_normal;
+uniform sampler2D u_second_gloss;
+uniform sampler2D u_second_occlusion;
+uniform sampler2D u_second_emission;
+in vec2 v_second_uv;
+#endif
 #if VERTEX_COLORS
 in vec4 v_color;
 #endif
@@ -89,6 +99,20 @@ void main() {
 #if POINT_LIGHTS
     emission *= light_state.y;
 #endif
+#if SECOND_UV
+    // A map on second coordinates multiplies the one on first; normals lie on one of them.
+    if (material.has_second_normal > 0.5) {
+        local_normal = decode_normal(texture(u_second_normal, v_second_uv).rg, 1.0);
+    }
+    gloss *= material.has_second_gloss > 0.5 ? texture(u_second_gloss, v_second_uv).rg : vec2(1.0);
+    vec2 second = material.has_second_occlusion > 0.5 ? texture(u_second_occlusion, v_second_uv).rg : vec2(1.0);
+    occlusion = vec2(occlusion.r, material.metalness.y > 0.5 ? occlusion.g : 1.0)
+                * vec2(second.r, material.has_second_occlusion > 1.5 ? second.g : 1.0);
+    emission *= material.has_second_emission > 0.5 ? texture(u_second_emission, v_second_uv).rgb : vec3(1.0);
+    float metalness = material.metalness.x * occlusion.g;
+#else
+    float metalness = material.metalness.x * mix(1.0, occlusion.g, material.metalness.y);
+#endif
     vec3 world_normal = tangent_to_world(local_normal, v_normal, v_tangent) * facing;
     float alpha = filtered_alpha(world_normal, alpha_of_smoothness(gloss.g * material.specular_smoothness.y));
 
@@ -108,7 +132,6 @@ void main() {
     coverage = base.a;
 #endif
 
-    float metalness = material.metalness.x * mix(1.0, occlusion.g, material.metalness.y);
     Surface s = matte_surface(v_position, world_normal, geometric, base.rgb * (1.0 - metalness));
     s.reflector = dielectric_reflector(0.08 * gloss.r * material.specular_smoothness.x);
     s.reflector.metal = base.rgb;

@@ -1,4 +1,5 @@
-// Macros: VERTEX_COLORS 1 if the mesh's colours multiply the material's; SWAY 1 if wind moves it; default 0.
+// Macros: VERTEX_COLORS 1 if the mesh's colours multiply the material's; SWAY 1 if wind moves it; SECOND_UV 1 if
+// maps lie on second texture coordinates; default 0.
 #include "lib/guard.glsl"
 #include "lib/model.glsl"
 #include "lib/position.glsl"
@@ -8,6 +9,9 @@
 #endif
 #ifndef SWAY
 #define SWAY 0
+#endif
+#ifndef SECOND_UV
+#define SECOND_UV 0
 #endif
 #if SWAY
 #include "lib/material.glsl"
@@ -23,6 +27,10 @@ out vec3 v_position;
 out vec3 v_normal;
 out vec4 v_tangent;
 out vec2 v_uv;
+#if SECOND_UV
+layout(location = 4) in vec2 uv1;
+out vec2 v_second_uv;
+#endif
 #if VERTEX_COLORS
 layout(location = 5) in vec4 color; // linear
 out vec4 v_color;
@@ -48,6 +56,9 @@ void main() {
     v_normal = side * safe_normalize(cofactors * normal, vec3(0.0, 1.0, 0.0));
     v_tangent = vec4(safe_normalize(model * tangent.xyz, vec3(1.0, 0.0, 0.0)), side * tangent.w);
     v_uv = uv0;
+#if SECOND_UV
+    v_second_uv = uv1;
+#endif
 #if VERTEX_COLORS
     v_color = color;
 #endif

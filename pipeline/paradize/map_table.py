@@ -154,6 +154,8 @@ MAPS: dict[str, MaterialMap] = {
 }
 DERIVED = tuple(name for name, one in MAPS.items() if one.derived)
 AUTHORED = tuple(name for name, one in MAPS.items() if one.authored)
+# Of an object's maps, those that may lie on second texture coordinates (material.SECOND_ROLES).
+SECOND = ("normal", "gloss", "occlusion", "emission")
 
 
 def maps_of(surface: str) -> tuple[str, ...]:

@@ -9,7 +9,7 @@ appendix B.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Literal
 
@@ -21,6 +21,8 @@ WRAPS: tuple[Wrap, ...] = ("repeat", "clamp", "mirror")
 # two triangles show hold the mean of both.
 OVERHANG = 0.1
 REPEATED: tuple[Wrap, Wrap] = ("repeat", "repeat")
+# Maps that may lie on second texture coordinates: none decides what is cut out.
+SECOND_ROLES = ("normal", "roughness", "smoothness", "metalness", "emission", "occlusion")
 
 
 @dataclass(frozen=True)
@@ -66,7 +68,8 @@ class Material:
     `height`, metres; None where the file does not say.
 
     maps: by role. Roles: "color" and "emission" (sRGB), "alpha", "normal", "height", "roughness",
-    "smoothness", "specular", "metalness", "occlusion". vertex_colors: whether the mesh's vertex colours
+    "smoothness", "specular", "metalness", "occlusion". second: the roles, of SECOND_ROLES, whose maps lie on
+    the mesh's second texture coordinates (data.Mesh.uvs1). vertex_colors: whether the mesh's vertex colours
     multiply the colour.
     """
 
@@ -85,12 +88,19 @@ class Material:
     occlusion_strength: float = 1.0
     bump_m: float | None = None
     maps: dict[str, MapSource] = field(default_factory=dict)
+    second: tuple[str, ...] = ()
     vertex_colors: bool = True
 
     @property
     def leading(self) -> MapSource | None:
         """The map whose sampler all maps get: of the colour, or the first; None without maps."""
         return self.maps.get("color") or next(iter(self.maps.values()), None)
+
+    def parts(self) -> tuple[Material, Material]:
+        """The material with its maps on the first texture coordinates, and with those on the second."""
+        second = {role: source for role, source in self.maps.items() if role in self.second}
+        first = {role: source for role, source in self.maps.items() if role not in second}
+        return replace(self, maps=first, second=()), replace(self, maps=second)
 
     def picture(self, role: str) -> Path | None:
         """The file of a map's picture; None without this map."""

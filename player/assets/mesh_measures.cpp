@@ -45,36 +45,44 @@ Vector read(std::span<const std::byte> bytes, const GlbFormat &format, std::uint
 struct Measured {
     glm::vec3 low{std::numeric_limits<float>::max()};
     glm::vec3 high{std::numeric_limits<float>::lowest()};
-    std::vector<std::pair<float, float>> densities; // texture coordinates per metre, area
+    // texture coordinates per metre, area; of the first and the second ones
+    std::array<std::vector<std::pair<float, float>>, 2> densities;
     double area = 0.0;
 };
 
 void add_triangle(const Glb &glb, const GlbLevel &level, const std::array<std::uint32_t, 3> &corners,
                   Measured &out) {
     std::array<glm::vec3, 3> places;
-    std::array<glm::vec2, 3> uvs{};
     for (std::size_t i = 0; i < 3; ++i) {
         places[i] = read<glm::vec3>(level.positions, level.formats[0], corners[i]);
         out.low = glm::min(out.low, places[i]);
         out.high = glm::max(out.high, places[i]);
-        if (!level.uvs.empty()) {
-            uvs[i] = read<glm::vec2>(level.uvs, level.formats[3], corners[i]);
-        }
     }
     const float step = glb.grid.step[0]; // the same along all axes
     const float area = step * step * glm::length(glm::cross(places[1] - places[0], places[2] - places[0]));
-    const glm::vec2 a = uvs[1] - uvs[0];
-    const glm::vec2 b = uvs[2] - uvs[0];
-    if (area > 0.0F) {
-        out.densities.emplace_back(std::sqrt(std::abs(a.x * b.y - a.y * b.x) / area), area);
-        out.area += static_cast<double>(area);
+    if (!(area > 0.0F)) {
+        return;
+    }
+    out.area += static_cast<double>(area);
+    const std::array sets{level.uvs, level.uvs1};
+    for (std::size_t set = 0; set < sets.size(); ++set) {
+        if (sets[set].empty()) {
+            continue;
+        }
+        std::array<glm::vec2, 3> uvs{};
+        for (std::size_t i = 0; i < 3; ++i) {
+            uvs[i] = read<glm::vec2>(sets[set], level.formats[3 + set], corners[i]);
+        }
+        const glm::vec2 a = uvs[1] - uvs[0];
+        const glm::vec2 b = uvs[2] - uvs[0];
+        out.densities[set].emplace_back(std::sqrt(std::abs(a.x * b.y - a.y * b.x) / area), area);
     }
 }
 
-float stretched_density(Measured &measured) {
-    std::ranges::sort(measured.densities);
+float stretched_density(Measured &measured, std::size_t set) {
+    std::ranges::sort(measured.densities[set]);
     double area = 0.0;
-    for (const auto &[density, triangle] : measured.densities) {
+    for (const auto &[density, triangle] : measured.densities[set]) {
         area += static_cast<double>(triangle);
         if (area >= stretched_share * measured.area) {
             return density;
@@ -103,7 +111,8 @@ std::vector<MaterialMeasure> measure_materials(const Glb &glb) {
         MaterialMeasure &measure = out.emplace_back();
         if (one.low.x <= one.high.x) {
             measure.center = 0.5F * one.low + 0.5F * one.high;
-            measure.uv_per_m = stretched_density(one);
+            measure.uv_per_m = stretched_density(one, 0);
+            measure.second_uv_per_m = stretched_density(one, 1);
         }
     }
     return out;

@@ -8,12 +8,31 @@
 
 namespace paradize::assets {
 
-enum class ObjectMap : std::size_t { color, normal, height, gloss, occlusion, emission };
+/// Those on second texture coordinates come last.
+enum class ObjectMap : std::size_t {
+    color,
+    normal,
+    height,
+    gloss,
+    occlusion,
+    emission,
+    second_normal,
+    second_gloss,
+    second_occlusion,
+    second_emission
+};
 
-/// The members of scene.json that name the artifacts. Shaders sample the map NAME as u_NAME if
-/// material.has_NAME is 1. The index in this list is the texture unit.
-inline constexpr std::array<std::string_view, 6> object_map_names{"color", "normal",    "height",
-                                                                  "gloss", "occlusion", "emission"};
+/// The members of scene.json that name the artifacts; what follows second_ stands in the table `second`.
+/// Shaders sample the map NAME as u_NAME if material.has_NAME is 1.
+inline constexpr std::string_view second_prefix = "second_";
+inline constexpr std::array<std::string_view, 10> object_map_names{
+    "color",         "normal",       "height",           "gloss",          "occlusion", "emission",
+    "second_normal", "second_gloss", "second_occlusion", "second_emission"};
+
+/// True for the maps that lie on second texture coordinates.
+constexpr bool is_second(ObjectMap map) {
+    return map >= ObjectMap::second_normal;
+}
 
 /// One value per map.
 template <typename T>

@@ -157,10 +157,11 @@ enum class Wrap { repeat, clamp, mirror };
 
 struct Material {
     std::string name;
-    PerMap<std::string> maps;                           // artifacts; empty: none
-    std::array<Wrap, 2> wrap{Wrap::clamp, Wrap::clamp}; // of u and v
-    bool nearest = false;                               // enlarged texels are squares
-    glm::vec3 color{1.0F};                              // linear
+    PerMap<std::string> maps;                                    // artifacts; empty: none
+    std::array<Wrap, 2> wrap{Wrap::clamp, Wrap::clamp};          // of u and v
+    std::array<Wrap, 2> second_wrap{Wrap::repeat, Wrap::repeat}; // of maps on second texture coordinates
+    bool nearest = false;                                        // enlarged texels are squares
+    glm::vec3 color{1.0F};                                       // linear
     float opacity = 1.0F;
     float metalness = 0.0F;
     glm::vec3 emission{0.0F}; // linear

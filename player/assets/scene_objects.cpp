@@ -50,9 +50,23 @@ Material material(const SceneFile &scene, const JsonObject &from, const std::str
     value.name = name;
     if (const auto maps = from.object_or_none("maps")) {
         for_each_map([&](ObjectMap map, std::string_view key) {
-            value.maps[map] = optional_artifact(scene, *maps, key, ArtifactKind::texture);
+            if (!is_second(map)) {
+                value.maps[map] = optional_artifact(scene, *maps, key, ArtifactKind::texture);
+            }
         });
         maps->reject_unknown_keys();
+    }
+    if (const auto second = from.object_or_none("second")) {
+        const JsonObject maps = second->object("maps");
+        for_each_map([&](ObjectMap map, std::string_view key) {
+            if (is_second(map)) {
+                key.remove_prefix(second_prefix.size());
+                value.maps[map] = optional_artifact(scene, maps, key, ArtifactKind::texture);
+            }
+        });
+        maps.reject_unknown_keys();
+        value.second_wrap = wraps(*second);
+        second->reject_unknown_keys();
     }
     if (from.has("wrap")) {
         value.wrap = wraps(from);

@@ -16,7 +16,7 @@ struct MaterialUniforms {
     glm::vec4 base_color{1.0F};
     glm::vec3 emission_color{0.0F};
     float translucency = 0.0F;
-    std::array<float, 6> has_map{}; // has_color, has_normal ... in the order of assets::ObjectMap
+    std::array<float, 10> has_map{}; // has_color, has_normal ... in the order of assets::ObjectMap
     glm::vec2 parallax{0.0F};
     glm::vec2 specular_smoothness{0.0F};
     glm::vec2 metalness{0.0F};
@@ -27,15 +27,15 @@ struct MaterialUniforms {
     bool operator==(const MaterialUniforms &) const = default;
 };
 
-static_assert(sizeof(MaterialUniforms) == 96);
+static_assert(sizeof(MaterialUniforms) == 112);
 static_assert(offsetof(MaterialUniforms, emission_color) == 16);
 static_assert(offsetof(MaterialUniforms, translucency) == 28);
 static_assert(offsetof(MaterialUniforms, has_map) == 32);
-static_assert(offsetof(MaterialUniforms, parallax) == 56);
-static_assert(offsetof(MaterialUniforms, specular_smoothness) == 64);
-static_assert(offsetof(MaterialUniforms, metalness) == 72);
-static_assert(offsetof(MaterialUniforms, occlusion_strength) == 80);
-static_assert(offsetof(MaterialUniforms, alpha_cutoff) == 84);
-static_assert(offsetof(MaterialUniforms, wind_reach) == 88);
+static_assert(offsetof(MaterialUniforms, parallax) == 72);
+static_assert(offsetof(MaterialUniforms, specular_smoothness) == 80);
+static_assert(offsetof(MaterialUniforms, metalness) == 88);
+static_assert(offsetof(MaterialUniforms, occlusion_strength) == 96);
+static_assert(offsetof(MaterialUniforms, alpha_cutoff) == 100);
+static_assert(offsetof(MaterialUniforms, wind_reach) == 104);
 
 } // namespace paradize::gl

@@ -90,7 +90,7 @@ constexpr std::array<Member, 17> frame_members{{
 }};
 
 constexpr std::size_t first_map = offsetof(MaterialUniforms, has_map);
-constexpr std::array<Member, 15> material_members{{
+constexpr std::array<Member, 19> material_members{{
     {"MaterialUniforms.base_color", offsetof(MaterialUniforms, base_color)},
     {"MaterialUniforms.emission_color", offsetof(MaterialUniforms, emission_color)},
     {"MaterialUniforms.translucency", offsetof(MaterialUniforms, translucency)},
@@ -100,6 +100,10 @@ constexpr std::array<Member, 15> material_members{{
     {"MaterialUniforms.has_gloss", first_map + 12},
     {"MaterialUniforms.has_occlusion", first_map + 16},
     {"MaterialUniforms.has_emission", first_map + 20},
+    {"MaterialUniforms.has_second_normal", first_map + 24},
+    {"MaterialUniforms.has_second_gloss", first_map + 28},
+    {"MaterialUniforms.has_second_occlusion", first_map + 32},
+    {"MaterialUniforms.has_second_emission", first_map + 36},
     {"MaterialUniforms.parallax", offsetof(MaterialUniforms, parallax)},
     {"MaterialUniforms.specular_smoothness", offsetof(MaterialUniforms, specular_smoothness)},
     {"MaterialUniforms.metalness", offsetof(MaterialUniforms, metalness)},

@@ -21,7 +21,8 @@ enum SharedUnit : int {
     unit_shadow = 9,
     unit_wave_normal = 10,
     unit_wave_dudv = 11,
-    unit_shadow_depth = 12
+    unit_shadow_depth = 12,
+    first_free_unit = 13 // of 16 that every device has
 };
 
 /// Index of refraction of water.

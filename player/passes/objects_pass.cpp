@@ -17,8 +17,10 @@ namespace {
 using assets::AlphaMode;
 using assets::ObjectMap;
 
+/// The units of a pass end where the shared ones begin; more follow after those.
 unsigned unit_of(ObjectMap map) {
-    return static_cast<unsigned>(map);
+    const auto index = static_cast<unsigned>(map);
+    return index < unit_sky ? index : index - unit_sky + first_free_unit;
 }
 
 gl::Wrap wrap_of(assets::Wrap wrap) {
@@ -52,18 +54,26 @@ std::string depth_defines(const assets::Material &material) {
                    define("SWAY", material.sways() ? 1 : 0)});
 }
 
+bool has_second_map(const assets::Material &material) {
+    bool has = false;
+    assets::for_each_map([&](ObjectMap map, std::string_view) {
+        has = has || (assets::is_second(map) && !material.maps[map].empty());
+    });
+    return has;
+}
+
 std::string lit_defines(const RenderSettings &settings, const assets::Material &material, bool dry,
                         bool point_lights) {
     const auto has = [&](ObjectMap map) { return material.maps[map].empty() ? 0 : 1; };
     const bool has_parallax = material.parallax_scale > 0.0F && has(ObjectMap::height) != 0;
     const bool is_matte = material.specular == 0.0F && material.metalness == 0.0F;
-    return joined({depth_defines(material), shadow_define(settings), cascades_define(settings),
-                   define("PARALLAX_STEPS", has_parallax ? settings.parallax_steps : 0),
-                   define("DRY", dry ? 1 : 0), define("MATTE", is_matte ? 1 : 0),
-                   point_lights_define(point_lights), define("NORMAL_MAP", has(ObjectMap::normal)),
-                   define("GLOSS_MAP", has(ObjectMap::gloss)),
-                   define("OCCLUSION_MAP", has(ObjectMap::occlusion)),
-                   define("EMISSION_MAP", has(ObjectMap::emission))});
+    return joined(
+        {depth_defines(material), shadow_define(settings), cascades_define(settings),
+         define("PARALLAX_STEPS", has_parallax ? settings.parallax_steps : 0), define("DRY", dry ? 1 : 0),
+         define("MATTE", is_matte ? 1 : 0), point_lights_define(point_lights),
+         define("NORMAL_MAP", has(ObjectMap::normal)), define("GLOSS_MAP", has(ObjectMap::gloss)),
+         define("OCCLUSION_MAP", has(ObjectMap::occlusion)), define("EMISSION_MAP", has(ObjectMap::emission)),
+         define("SECOND_UV", has_second_map(material) ? 1 : 0)});
 }
 
 /// Uniforms that no material has.
@@ -78,10 +88,12 @@ gl::MaterialUniforms uniforms_of(const Material &material) {
     gl::MaterialUniforms out;
     assets::for_each_map([&](ObjectMap map, std::string_view) {
         // The placeholder of these two would darken the surface or make it glow.
-        const bool must_be_resident = map == ObjectMap::occlusion || map == ObjectMap::emission;
+        const bool must_be_resident = map == ObjectMap::occlusion || map == ObjectMap::emission ||
+                                      map == ObjectMap::second_occlusion || map == ObjectMap::second_emission;
         const StreamedTexture *texture = material.maps[map];
         const bool has = texture != nullptr && (texture->resident() || !must_be_resident);
-        out.has_map[static_cast<std::size_t>(map)] = has ? 1.0F : 0.0F;
+        const bool second_metal = map == ObjectMap::second_occlusion && has && texture->has_green();
+        out.has_map[static_cast<std::size_t>(map)] = second_metal ? 2.0F : has ? 1.0F : 0.0F;
     });
     const StreamedTexture *occlusion = material.maps[ObjectMap::occlusion];
     const bool has_metal_map = occlusion != nullptr && occlusion->has_green();
@@ -151,8 +163,9 @@ ObjectsPass::ObjectsPass(const PassSetup &setup, DrawnMaterials drawn)
             if (draws_light) {
                 numbers.depth = number_in(depth_known, depth_defines(values), depth_);
             }
-            const gl::Wraps wraps{wrap_of(values.wrap[0]), wrap_of(values.wrap[1])};
             assets::for_each_map([&](ObjectMap map, std::string_view) {
+                const auto &wrap = assets::is_second(map) ? values.second_wrap : values.wrap;
+                const gl::Wraps wraps{wrap_of(wrap[0]), wrap_of(wrap[1])};
                 const assets::Artifact *artifact = setup.scene.file().find_artifact(values.maps[map]);
                 const std::optional<int> max_level = artifact != nullptr ? artifact->max_level : std::nullopt;
                 samplers_of_[material.id][map] = sampler(wraps, values.nearest, max_level, setup.settings);

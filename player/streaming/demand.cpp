@@ -37,14 +37,17 @@ Demand::Demand(const Scene &scene, const Streamer &streamer) : scene_(scene), st
         use.mesh = range(object.file->mesh);
         for (std::size_t m = 0; m < object.materials.size(); ++m) {
             const assets::Material &values = object.materials[m].values;
+            const assets::MaterialMeasure &measure = object.mesh->measure(m);
             assets::for_each_map([&](assets::ObjectMap map, std::string_view) {
                 if (!values.maps[map].empty()) {
-                    use.maps.push_back(map_use(values.maps[map], object.mesh->measure(m).uv_per_m));
+                    const float uv_per_m =
+                        assets::is_second(map) ? measure.second_uv_per_m : measure.uv_per_m;
+                    use.maps.push_back(map_use(values.maps[map], uv_per_m));
                 }
             });
             const std::string &color = values.maps[assets::ObjectMap::color];
             if (values.alpha_mode != assets::AlphaMode::opaque && !color.empty() && object.file->shadow) {
-                use.holes.push_back(map_use(color, object.mesh->measure(m).uv_per_m));
+                use.holes.push_back(map_use(color, measure.uv_per_m));
             }
         }
     }

@@ -9,6 +9,10 @@ layout(std140) uniform MaterialUniforms {
     float has_gloss;
     float has_occlusion;
     float has_emission;
+    float has_second_normal; // of the maps on second texture coordinates
+    float has_second_gloss;
+    float has_second_occlusion; // 2: its G multiplies metalness
+    float has_second_emission;
     vec2 parallax;            // scale, bias
     vec2 specular_smoothness; // multiplied with the gloss map
     vec2 metalness;           // metalness; 1 if the occlusion map's G multiplies it, else 0

@@ -152,6 +152,45 @@ def test_emission_is_its_colour_times_its_map_in_linear_light(render: Render) ->
     assert seen == pytest.approx([0.2 * half, 0.4, 0.6 * half], abs=STEP)
 
 
+def test_maps_on_second_coordinates_multiply_those_on_first_ones(render: Render) -> None:
+    """Each map is white on the left and dark on the right; second coordinates show the middle their left or
+    their right end alone."""
+    row = np.array([[255, 255, 0, 0]], np.uint8).repeat(4, axis=0)
+    maps = {
+        "one": texel(255, 255, fmt="RG8_UNORM"),
+        "glow": texture("RGBA8_UNORM", np.repeat(row[:, :, None], 4, axis=2)),
+        "metal": texel(255, 0, fmt="RG8_UNORM"),
+        "shade": texture("R8_UNORM", np.maximum(row, 64)[:, :, None]),
+        "bumps": texture("RG8_SNORM", np.stack([row // 255 * 76, row * 0], axis=2).astype(np.int8)),
+    }
+    none = dict.fromkeys(("normal", "gloss", "occlusion", "emission"))
+
+    def seen(at: float, one: dict[str, Any], maps_of: dict[str, str], **light: Any) -> F64:
+        square = quad()
+        assert square.uvs is not None
+        square = replace(square, uvs1=np.full_like(square.uvs, at))
+        one = one | {"second": {"maps": none | maps_of, "wrap": ["clamp", "clamp"]}}
+        return middle(render([thing("a", {"m": one})], {"a": square}, maps, **light))
+
+    bright = glow(0.5, 0.25, 0.125)
+    assert seen(0.25, bright, {"emission": "glow"}) == pytest.approx([0.5, 0.25, 0.125], abs=STEP)
+    assert seen(0.75, bright, {"emission": "glow"}) == pytest.approx([0.0] * 3, abs=STEP)
+    # The first occlusion map takes all metalness away, the second one light.
+    matte = material(**WHITE, color=[0.8] * 3, metalness=1.0, occlusion="metal")
+    assert seen(0.25, matte, {"occlusion": "shade"}, ambient=1.0) == pytest.approx([0.6] * 3, abs=STEP)
+    shaded = seen(0.75, matte, {"occlusion": "shade"}, ambient=1.0)
+    assert shaded == pytest.approx([0.6 * 64 / 255] * 3, abs=STEP)
+    steel = material(**WHITE, color=[0.8] * 3, metalness=1.0)
+    whole = seen(0.25, steel, {}, ambient=1.0)
+    assert seen(0.25, steel, {"occlusion": "shade"}, ambient=1.0) == pytest.approx(whole, abs=STEP)
+    assert seen(0.25, steel, {"occlusion": "metal"}, ambient=1.0) == pytest.approx([0.6] * 3, abs=STEP)
+    x = 76 / 127
+    sun = ([x, 0.0, (1 - x * x) ** 0.5], 0.9 * pi)
+    bumpy = material(**WHITE)
+    assert seen(0.25, bumpy, {"normal": "bumps"}, sun=sun) == pytest.approx([0.9] * 3, abs=STEP)
+    assert seen(0.75, bumpy, {"normal": "bumps"}, sun=sun) == pytest.approx([0.9 * sun[0][2]] * 3, abs=STEP)
+
+
 def wrapped(index: npt.NDArray[np.int64], way: str) -> npt.NDArray[np.int64]:
     """Texels of a row of four, as OpenGL 3.3 (table 3.18) names them."""
     if way == "clamp":

@@ -34,7 +34,7 @@ LEAST = (
     "DRY 1",
     "MATTE 1",
 )
-VARIANTS.append("\n#define ".join(LEAST))
+VARIANTS += ["\n#define ".join(LEAST), "SECOND_UV 1"]
 # Of the terrain's shader: patches that fade, and those wholly above or below the water.
 VARIANTS += ["FADE 1", "DRY 1", "SUNKEN 1\n#define MATTE 1"]
 STEPS = [f"PARALLAX_STEPS {i}" for i in (0, 1, 24, 128)]  # the values that player/scene/quality.cpp sets

@@ -60,7 +60,7 @@ def joined(item: SceneObject, name: str, facts: MaterialFacts | None) -> Materia
         material = replace(material, green_down=None, normal_scale=1.0)
     if table.green != "auto":
         material = replace(material, green_down=table.green == "down")
-    return replace(material, maps=maps)
+    return replace(material, maps=maps, second=tuple(role for role in material.second if role not in given))
 
 
 _COLORED = ("color", "normal", "emission")

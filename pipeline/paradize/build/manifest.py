@@ -11,7 +11,7 @@ from paradize.build.light_sets import add_light_sets, light_entries
 from paradize.errors import FormatError
 from paradize.formats.glb.document import glb_document
 from paradize.formats.scene_manifest import FORMAT, MATERIAL_MAPS, VERSION
-from paradize.map_table import MAPS, maps_of
+from paradize.map_table import MAPS, SECOND, maps_of
 from paradize.material import REPEATED
 from paradize.scene.finest_views import sun_direction
 from paradize.scene.flight import PI, Flight, Vec
@@ -278,13 +278,22 @@ def _material(
     one = known.sets.get(name)
     measured = gutters.get((item.name, one.name)) if one else None
     drawn = known.drawn.get(name, DrawnMaterial())
-    if one:
-        drawn = _with_constants(drawn, {key: constants.get(f"{one.name}_{key}") for key in MATERIAL_MAPS})
-    return _plain(drawn) | {
-        "maps": {key: _present(f"{one.name}_{key}", entries) if one else None for key in MATERIAL_MAPS},
-        "wrap": _wrap(one, measured),
-        "parallax_limit": measured["limits"][name] if measured else None,
-    }
+    other = known.second.get(name)
+    for made in filter(None, (one, other)):
+        drawn = _with_constants(drawn, {key: constants.get(f"{made.name}_{key}") for key in MATERIAL_MAPS})
+    second: dict[str, Any] = {}
+    if other and other.wrap:
+        found = {key: _present(f"{other.name}_{key}", entries) for key in SECOND}
+        second = {"second": {"maps": found, "wrap": list(other.wrap)}} if any(found.values()) else {}
+    return (
+        _plain(drawn)
+        | second
+        | {
+            "maps": {key: _present(f"{one.name}_{key}", entries) if one else None for key in MATERIAL_MAPS},
+            "wrap": _wrap(one, measured),
+            "parallax_limit": measured["limits"][name] if measured else None,
+        }
+    )
 
 
 def _wrap(one: MapSet | None, gutters: dict[str, Any] | None) -> list[str] | None:

@@ -40,7 +40,7 @@ _WORTH = 2  # halvings after which four bytes a texel are less than the blocks o
 _MOST_NAME = 80  # characters of a set's name
 _COMPARED = (
     "layout", "wrap", "palette", "derived", "relief", "strength", "height_strength", "gloss_groups", "bleed",
-    "authored",
+    "authored", "second",
 )  # fmt: skip
 
 
@@ -96,7 +96,10 @@ def find_map_sets(
         raise GroupedError(errors) if len(errors) > 1 else errors[0]
     sets = {key: finder.finished(key) for key in finder.sets}
     objects = {
-        name: ObjectMaps(drawn, {material: sets[key] for material, key in keys.items()})
+        name: ObjectMaps(
+            drawn,
+            *({material: sets[key] for material, key in own.items()} for own in (keys, finder.second[name])),
+        )
         for name, (drawn, keys) in finder.objects.items()
     }
     found.maps = SceneMaps(tuple(sets.values()), objects, beside)
@@ -106,7 +109,8 @@ def find_map_sets(
 
 class _Finder:
     """sets: by key, without their names, which stand in `names`. objects: by name, how their materials are
-    drawn, and the keys of their sets by material. shrinks: how often a palette can be halved, by key."""
+    drawn, and the keys of their sets by material; second: the keys of those on second texture coordinates.
+    shrinks: how often a palette can be halved, by key."""
 
     def __init__(self, hash_cache: FileHashCache, scene_path: Path) -> None:
         self.hash_cache, self.scene_path = hash_cache, scene_path
@@ -114,6 +118,7 @@ class _Finder:
         self.names: dict[Any, str] = {}
         self.shrinks: dict[Any, int] = {}
         self.objects: dict[str, tuple[dict[str, DrawnMaterial], dict[str, Any]]] = {}
+        self.second: dict[str, dict[str, Any]] = {}
         self.warnings: list[str] = []
 
     def add(self, index: int, item: SceneObject, facts: ModelFacts | None) -> None:
@@ -130,6 +135,7 @@ class _Finder:
         authored = is_gltf(item.mesh) or any(is_authored(one) for one in materials.values())
         drawn_materials: dict[str, DrawnMaterial] = {}
         keys: dict[str, Any] = {}
+        second: dict[str, Any] = {}
         for name, material in materials.items():
             table = item.materials.get(name, ObjectMaterial())
             gloss = bool(material.maps.keys() & set(GLOSS_ROLES))
@@ -155,21 +161,32 @@ class _Finder:
             if not material.maps and not cast:
                 continue
             self._refuse_udim(index, item, name, material, known.get(name))
-            made, key = self._set(item, material, table, known.get(name), authored=authored, cast=cast)
             shrink = known[name].shrink if name in known else 0
-            self.shrinks[key] = min(shrink, self.shrinks.get(key, shrink))
-            before = self.sets.get(key, made)
-            users = {item.name: (*before.materials.get(item.name, ()), name)}
-            self.sets[key] = replace(before, materials={**before.materials, **users})
-            keys[name] = key
+            first, others = material.parts()
+            if first.maps or cast:
+                made, key = self._set(item, first, table, known.get(name), authored=authored, cast=cast)
+                keys[name] = self._used(key, made, item, name, shrink)
+            if others.maps:
+                made, key = self._second_set(others)
+                second[name] = self._used(key, made, item, name, 0)
         if item.occlusion == "mesh":
             self._warn_of_occlusion(item, materials, known, keys)
-        self.objects[item.name] = drawn_materials, keys
-        own = list(dict.fromkeys(keys.values()))
-        for key in own:
-            if key not in self.names:
-                plain = item.name if len(own) == 1 else _stem(item.name, self.sets[key].materials[item.name])
-                self.names[key] = _unique(plain, self.names.values())
+        self.objects[item.name], self.second[item.name] = (drawn_materials, keys), second
+        for of, tail in ((keys, ""), (second, "_second")):
+            own = list(dict.fromkeys(of.values()))
+            for key in own:
+                if key not in self.names:
+                    users = self.sets[key].materials[item.name]
+                    plain = item.name if len(own) == 1 else _stem(item.name, users)
+                    self.names[key] = _unique(plain + tail, self.names.values())
+
+    def _used(self, key: Any, made: MapSet, item: SceneObject, material: str, shrink: int) -> Any:
+        """Notes that a material uses a set; returns the key. shrink: of the material."""
+        self.shrinks[key] = min(shrink, self.shrinks.get(key, shrink))
+        before = self.sets.get(key, made)
+        users = {item.name: (*before.materials.get(item.name, ()), material)}
+        self.sets[key] = replace(before, materials={**before.materials, **users})
+        return key
 
     def finished(self, key: Any) -> MapSet:
         """Returns a set with its name, and with what follows from the materials that use it."""
@@ -298,12 +315,30 @@ class _Finder:
             bleed=item.bleed,
             authored=authored_fields(material) + (tuple(cast.items()) if layout else ()),
         )
+        return one, self._key(one, material, item.name if layout else "")
+
+    def _second_set(self, material: Material) -> tuple[MapSet, Any]:
+        """Returns the set of a material's maps on second texture coordinates, as _set does. They follow no
+        layout: their gutters stay as they were drawn."""
+        one = MapSet(
+            name="",
+            materials={},
+            pictures={role: source.picture.file for role, source in material.maps.items()},
+            wrap=(material.leading.wrap if material.leading else None) or REPEATED,
+            derived=(),
+            strength=0.0,
+            authored=authored_fields(material),
+            second=True,
+        )
+        return one, self._key(one, material, "")
+
+    def _key(self, one: MapSet, material: Material, owner: str) -> Any:
+        """What tells a material's set from others. owner: the object whose layout it follows."""
         content = tuple(
             (role, self.hash_cache.sha256(source.picture.file), source.channel, source.inverted)
             for role, source in sorted(material.maps.items())
         )
-        owner = item.name if layout else ""
-        return one, (owner, content, tuple(getattr(one, key) for key in _COMPARED))
+        return owner, content, tuple(getattr(one, key) for key in _COMPARED)
 
 
 _FLAT = {"color", "alpha"}

@@ -114,7 +114,7 @@ def measure_objects(
             elif textures:
                 settings = {"parallax": parallax, "bleed": one.bleed, "repeat": False}
                 kinds["gutters"] = settings | {"pixel_m": sightings[item.name].pixel_m}, textures
-            if "normal" in textures:
+            if "normal" in textures and not one.second:
                 settings = {"wrap": one.wrap, "materials": materials}
                 kinds["lod_normal_error"] = settings, {"normal": textures["normal"]}
             if one.palette and textures:
@@ -155,6 +155,8 @@ def _as_seen(
     materials: dict[str, dict[str, Any]] = {}
     names: dict[str, str] = {}
     for one, of_set in maps.of_object(item.name):
+        if one.second:  # of normals that lie elsewhere only the surface's are compared
+            continue
         known = {key: f"{one.name}_{key}" for key in ("normal", "color") if f"{one.name}_{key}" in data}
         for material in of_set:
             drawn = maps.objects[item.name].drawn[material]

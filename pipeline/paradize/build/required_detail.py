@@ -7,7 +7,7 @@ Constants repeat what the shaders do; tests/pipeline/visibility/test_required_de
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -41,12 +41,14 @@ SEA_MIP = 2  # of the sky that water shows without [reflection] (shaders/water.f
 @dataclass(frozen=True)
 class SeenTexture:
     """A texture of an object. materials: those of the object that it lies on. spread: share of its side by
-    which parallax may move two neighbouring samples apart. lit: whether shadows read it."""
+    which parallax may move two neighbouring samples apart. lit: whether shadows read it. second: whether it
+    lies on second texture coordinates."""
 
     size: Size
     materials: tuple[str, ...]
     spread: float = 0.0
     lit: bool = False
+    second: bool = False
 
 
 @dataclass(frozen=True)
@@ -120,6 +122,7 @@ def _object_detail(
         if texture not in known:
             seen = views if texture.lit else views_of(sight, seen_object.drawn, None)
             own = [mesh.of_materials(texture.materials) for mesh in levels]
+            own = [replace(mesh, uvs=mesh.uvs1) for mesh in own] if texture.second else own
             known[texture] = _texture_detail(seen_object, texture, own, places, seen)
         detail[key] = known[texture]
     return detail
@@ -148,7 +151,7 @@ def _texture_detail(
 
     whole = _detail_json(finest_of(flat=True))
     flat = (mesh.uvs is not None and flat_triangles(mesh, mesh.uvs, *size).any() for mesh in levels)
-    if spread > 0.0 or not any(flat):  # parallax shows more than the line
+    if spread > 0.0 or texture.second or not any(flat):  # parallax shows more than the line
         return whole
     others = _detail_json(finest_of(flat=False))
     return whole | {"others": others} if others["level"] > whole["level"] else whole

@@ -193,6 +193,7 @@ def _seen_object(
                 "materials": materials,
                 "spread": max(deep, 0.0),
                 "lit": leaves and name == f"{one.name}_color",
+                "second": one.second,
             }
             for name, size in sizes.items()
         }

@@ -23,7 +23,7 @@ from paradize.data import Texture
 from paradize.errors import FormatError
 from paradize.files import MAX_BYTES, read_file
 from paradize.formats.ktx2.reader import decode_ktx2
-from paradize.formats.scene_manifest import map_sets
+from paradize.formats.scene_manifest import map_sets, maps_of_material
 from paradize.map_table import MAPS, maps_of
 from paradize.metrics.texels import decode_texels, rebuilt
 
@@ -68,7 +68,9 @@ def scene_maps(manifest: dict[str, Any], folder: Path) -> Iterator[Finding]:
             surfaces.append({kind: terrain[f"{layer}_{kind}"] for kind in maps_of("ground")})
     if water:
         surfaces.append({kind: water[kind] for kind in maps_of("water")})
-    surfaces += [material["maps"] for item in manifest["objects"] for material, _ in map_sets(item)]
+    for item in manifest["objects"]:
+        for material, _ in map_sets(item):
+            surfaces += maps_of_material(material).values()
     for surface in surfaces:
         entries = {kind: manifest["artifacts"][name] for kind, name in surface.items() if name}
         files = {kind: (folder / entry["file"], entry["bytes"]) for kind, entry in entries.items()}

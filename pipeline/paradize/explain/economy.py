@@ -11,6 +11,7 @@ from paradize.errors import FormatError
 from paradize.files import open_file
 from paradize.formats.ktx2.layout import full_level_count, level_bytes
 from paradize.formats.ktx2.size import SIZE_BYTES, ktx2_size
+from paradize.formats.scene_manifest import maps_of_material
 from paradize.map_table import DERIVED, MAPS
 
 SEEN = ("seen_px", "seen_p99_deg", "seen_mean_deg", "seen_silhouette")
@@ -73,7 +74,7 @@ def _limit(manifest: dict[str, Any], artifact: str) -> str:
         material
         for item in manifest["objects"]
         for material in item["materials"].values()
-        if artifact in material["maps"].values()
+        if any(artifact in maps.values() for maps in maps_of_material(material).values())
     ]
     if not materials:
         return "the camera may come as near as it likes"

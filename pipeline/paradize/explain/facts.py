@@ -20,7 +20,7 @@ from paradize.errors import FormatError, SceneError, renamed
 from paradize.explain.bounds import bounds_of
 from paradize.explain.economy import economy, saved_bytes, textures_by_owner
 from paradize.explain.gutters import decides
-from paradize.formats.scene_manifest import read_scene
+from paradize.formats.scene_manifest import maps_of_material, read_scene
 from paradize.scene.jobs import BakeJob, Output
 from paradize.scene.pass_inputs import unread_pictures
 from paradize.scene.requirements import require
@@ -114,8 +114,9 @@ class _Known:
         self.owners: dict[str, dict[str, Any]] = {}  # materials that read a texture, by the texture
         for item in manifest["objects"]:
             for name, material in item["materials"].items():
-                for texture in filter(None, material["maps"].values()):
-                    self.owners.setdefault(texture, {}).setdefault(name, material)
+                for maps in maps_of_material(material).values():
+                    for texture in filter(None, maps.values()):
+                        self.owners.setdefault(texture, {}).setdefault(name, material)
 
 
 def _facts(scene: Scene, job: BakeJob, output: Output, known: _Known | None, folder: Path) -> dict[str, Any]:

@@ -298,11 +298,15 @@ class _Export:
             self.bundle.node("camera's place", translation=list(keys.origin), children=[node])
         self.errors |= keys.errors
 
-    def _pictures(self, material: dict[str, Any]) -> dict[str, int]:
-        """The textures of a material's maps, by kind: "gloss" holds metalness too."""
-        maps, smoothness = material["maps"], material["smoothness"]
-        gloss, occlusion = maps["gloss"], maps["occlusion"]
-        metal = occlusion if occlusion and _has_metal(self._texture(occlusion)) else None
+    def _pictures(self, material: dict[str, Any]) -> dict[str, dict[str, int]]:
+        """The texture infos of a material's maps, by kind: "gloss" holds metalness too. What lies on second
+        texture coordinates stands in place of what lies on first ones; metalness goes with gloss."""
+        second = material.get("second", {"maps": {}})
+        maps = material["maps"] | {key: name for key, name in second["maps"].items() if name}
+        smoothness, gloss, occlusion = material["smoothness"], maps["gloss"], maps["occlusion"]
+        beside = second["maps"] if gloss and gloss != material["maps"]["gloss"] else material["maps"]
+        metal = beside["occlusion"]
+        metal = metal if metal and _has_metal(self._texture(metal)) else None
         wanted: list[tuple[str, tuple[str | None, ...], Callable[..., bytes]]] = [
             ("color", (maps["color"],), color_png),
             ("normal", (maps["normal"],), normal_png),
@@ -311,10 +315,12 @@ class _Export:
         ]
         if material["specular"] > 0.0 or material["metalness"] > 0.0:
             wanted.append(("gloss", (gloss, metal), partial(gloss_png, smoothness=smoothness)))
-        textures = {}
+        textures: dict[str, dict[str, int]] = {}
         for kind, names, encode in wanted:
             if known := [name for name in names if name]:
-                sampler = material["wrap"] or ["clamp", "clamp"], material["nearest"]
+                on_second = known[0] in second["maps"].values()
+                wrap = second["wrap"] if on_second else material["wrap"] or ["clamp", "clamp"]
+                sampler = wrap, material["nearest"]
                 key = kind, *names, str(sampler), smoothness if kind == "gloss" else None
                 if key not in self._textures:
                     png = encode(*(self._texture(name) if name else None for name in names))
@@ -322,10 +328,10 @@ class _Export:
                     mips = all(self.manifest["artifacts"][name]["max_level"] != 0 for name in known)
                     self._textures[key] = self.bundle.texture(label, png, *sampler, mips=mips)
                     self._note_errors(known)
-                textures[kind] = self._textures[key]
+                textures[kind] = {"index": self._textures[key]} | ({"texCoord": 1} if on_second else {})
         return textures
 
-    def _material(self, item: dict[str, Any], name: str, pictures: dict[str, int]) -> int:
+    def _material(self, item: dict[str, Any], name: str, pictures: dict[str, dict[str, int]]) -> int:
         material = item["materials"].get(name, _PLAIN)
         look: dict[str, Any] = {
             "baseColorFactor": [*material["color"], material["opacity"]],
@@ -333,18 +339,18 @@ class _Export:
         }
         parts: dict[str, Any] = {"pbrMetallicRoughness": look}
         if "color" in pictures:
-            look["baseColorTexture"] = {"index": pictures["color"]}
+            look["baseColorTexture"] = pictures["color"]
         if "normal" in pictures:
-            parts["normalTexture"] = {"index": pictures["normal"]}
+            parts["normalTexture"] = pictures["normal"]
         if "occlusion" in pictures:
-            strength = material["occlusion_strength"]
-            parts["occlusionTexture"] = {"index": pictures["occlusion"], "strength": strength}
+            parts["occlusionTexture"] = pictures["occlusion"] | {"strength": material["occlusion_strength"]}
         # Seen straight on, ours reflects 0.08 of the specular intensity, glTF 0.04 of the factors.
         shine: dict[str, Any] = {"specularColorFactor": [2.0 * material["specular"]] * 3}
         if "gloss" in pictures:
-            look["metallicRoughnessTexture"] = {"index": pictures["gloss"]}
-        if "gloss" in pictures and material["maps"]["gloss"]:
-            shine["specularTexture"] = {"index": pictures["gloss"]}
+            look["metallicRoughnessTexture"] = pictures["gloss"]
+        second = material.get("second", {"maps": {"gloss": None}})["maps"]
+        if "gloss" in pictures and (material["maps"]["gloss"] or second["gloss"]):
+            shine["specularTexture"] = pictures["gloss"]
         else:
             look["roughnessFactor"] = 1.0 - material["smoothness"]
         parts["extensions"] = {_SPECULAR: shine} | _emission(parts, material["emission"], pictures)
@@ -385,14 +391,16 @@ def _has_metal(occlusion: Texture) -> bool:
     return occlusion.format not in MAPS["occlusion"].narrow_formats
 
 
-def _emission(parts: dict[str, Any], light: Sequence[float], pictures: Mapping[str, int]) -> dict[str, Any]:
+def _emission(
+    parts: dict[str, Any], light: Sequence[float], pictures: Mapping[str, dict[str, int]]
+) -> dict[str, Any]:
     """Writes what a material gives off into its parts; returns the extension for more than 1."""
     strongest = max(light)
     if strongest <= 0.0:
         return {}
     parts["emissiveFactor"] = [channel / max(1.0, strongest) for channel in light]
     if "emission" in pictures:
-        parts["emissiveTexture"] = {"index": pictures["emission"]}
+        parts["emissiveTexture"] = pictures["emission"]
     return {_EMISSIVE: {"emissiveStrength": strongest}} if strongest > 1.0 else {}
 
 

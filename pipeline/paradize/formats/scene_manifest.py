@@ -32,7 +32,7 @@ from paradize.formats.scene_fields import (
     whole,
 )
 from paradize.formats.terrain_tables import check_tree
-from paradize.map_table import maps_of
+from paradize.map_table import SECOND, maps_of
 from paradize.material import REPEATED, WRAPS
 
 FORMAT = "paradize-scene"
@@ -74,7 +74,9 @@ def _axis_scale(value: Any, place: str) -> None:
         raise Wrong(place, f"is {value:g}; its size must lie between 1e-9 and 1e9")
 
 
+_second = table(maps=table(**dict.fromkeys(SECOND, or_null(text))), wrap=list_of(one_of(*WRAPS), size=2))
 _material = table(
+    {"second": _second},
     color=_vec3,
     opacity=_share,
     maps=table(**dict.fromkeys(MATERIAL_MAPS, or_null(text))),
@@ -305,11 +307,19 @@ def references(manifest: dict[str, Any]) -> list[tuple[str, str, tuple[str, ...]
     for i, item in enumerate(manifest["objects"]):
         entries.append((f"objects[{i}].mesh", item["mesh"], ("mesh",)))
         for material, values in item["materials"].items():
-            for key, name in values["maps"].items():
-                entries.append((f"objects[{i}].materials.{material}.maps.{key}", name, ("texture",)))
+            for place, maps in maps_of_material(values).items():
+                for key, name in maps.items():
+                    at = f"objects[{i}].materials.{material}.{place}.{key}"
+                    entries.append((at, name, ("texture",)))
     if manifest["sound"]:
         entries.append(("sound.artifact", manifest["sound"]["artifact"], ("sound",)))
     return [(place, name, kinds) for place, name, kinds in entries if name is not None]
+
+
+def maps_of_material(material: dict[str, Any]) -> dict[str, dict[str, str | None]]:
+    """The maps of a material by their place in its entry: on first texture coordinates, on second ones."""
+    second = {"second.maps": material["second"]["maps"]} if "second" in material else {}
+    return {"maps": material["maps"], **second}
 
 
 def repeats(material: dict[str, Any]) -> bool:

@@ -54,7 +54,8 @@ class MapSet:
     derived: the maps that may be made of the colour map. relief, strength, gloss_groups, bleed: as of the
     object; height_strength: the strength of `height`, which is a picture. authored: fields of
     AuthoredSettings (scene/baker_settings.py), as pairs. opaque: no material reads alpha. alpha_cutoff: the
-    least of its masks; 0: they are all blended or opaque.
+    least of its masks; 0: they are all blended or opaque. second: its maps, of map_table.SECOND, lie on the
+    mesh's second texture coordinates (TEXCOORD_1).
     """
 
     name: str
@@ -74,6 +75,7 @@ class MapSet:
     authored: tuple[tuple[str, Any], ...] = ()
     opaque: bool = False
     alpha_cutoff: float = 0.5
+    second: bool = False
 
     @property
     def casts_occlusion(self) -> bool:
@@ -84,10 +86,12 @@ class MapSet:
 @dataclass(frozen=True)
 class ObjectMaps:
     """The materials of an object. drawn: by name; of a model that cannot be read, those that the scene names.
-    sets: by name, the map sets of those that have maps."""
+    sets: by name, the map sets of those that have maps. second: of those that have maps on second texture
+    coordinates."""
 
     drawn: Mapping[str, DrawnMaterial] = field(default_factory=dict)
     sets: Mapping[str, MapSet] = field(default_factory=dict)
+    second: Mapping[str, MapSet] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

@@ -37,8 +37,10 @@ def add_object(
     of detail do not follow the flight. size: from screen_size; None: they are not by how they look."""
     name = item.name
     sets = list(maps.of_object(name))
-    read = [key for one, names in sets for key in map_inputs(one, {name: names}, maps, {name: views})]
-    inputs = mesh_inputs(item, maps.objects[name], views, read)
+    read: dict[bool, list[str]] = {False: [], True: []}  # by MapSet.second
+    for one, names in sets:
+        read[one.second] += map_inputs(one, {name: names}, maps, {name: views})
+    inputs = mesh_inputs(item, maps.objects[name], views, read[False], read[True])
     required.add(
         f"{name} mesh",
         "mesh",

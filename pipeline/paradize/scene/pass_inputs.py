@@ -132,19 +132,25 @@ def _owners(one: MapSet, users: Iterable[str]) -> str:
 
 
 def mesh_inputs(
-    item: SceneObject, known: ObjectMaps, views: Sequence[str], read: Iterable[str]
+    item: SceneObject,
+    known: ObjectMaps,
+    views: Sequence[str],
+    read: Iterable[str],
+    second: Iterable[str] = (),
 ) -> dict[str, str]:
     """Returns the attributes of an object's mesh that the player reads in these views (by glTF name), and
-    why. read: the maps of its materials that are read. Normal maps and parallax need tangents; nothing else
-    does. Shadows read vertex colours only for their alpha."""
+    why. read: the maps of its materials that are read; second: those on second texture coordinates. Normal
+    maps and parallax need tangents; nothing else does. Shadows read vertex colours only for their alpha."""
     inputs = {"POSITION": seen_in(f"the object {item.name}", tuple(views))}
     if _shades(views):
         inputs["NORMAL"] = f"the light on {item.name}"
-    read = set(read)
-    if {"normal", "height"} & read:
+    read, second = set(read), set(second)
+    if {"normal", "height"} & (read | second):
         inputs["TANGENT"] = "the frame of bumps and parallax"
     if read:
         inputs["TEXCOORD_0"] = f"where {item.name}'s maps lie"
+    if second:
+        inputs["TEXCOORD_1"] = f"where {item.name}'s maps of {listed(*sorted(second))} lie"
     if item.sway_m > 0.0 or item.flutter_m > 0.0:
         inputs["_SWAY"] = f"how {item.name} moves in the wind"
     tinted = [

@@ -283,3 +283,48 @@ def test_a_model_that_cannot_be_read_leaves_no_folder(tmp_path: Path) -> None:
     with pytest.raises(SourceError, match="shows no triangles"):
         new_scene(tmp_path / "s", path)
     assert not (tmp_path / "s").exists()
+
+
+def two_sets() -> Made:
+    """A square whose occlusion lies on second texture coordinates, beside metalness on the first."""
+    flat = np.tile(np.float32([0, 0, 1]), (4, 1))
+    made, primitive = square(TEXCOORD_0=3 * UVS, TEXCOORD_1=UVS, NORMAL=flat)
+    pictures = [
+        made.add("images", bufferView=made.view(checker(k)), mimeType="image/png") for k in (200, 90, 40)
+    ]
+    color, metal, shade = ({"index": made.add("textures", source=image)} for image in pictures)
+    primitive["material"] = made.add(
+        "materials",
+        name="paint",
+        pbrMetallicRoughness={"baseColorTexture": color, "metallicRoughnessTexture": metal},
+        occlusionTexture=shade | {"texCoord": 1},
+    )
+    return shown(primitive, made)
+
+
+def test_a_map_on_second_coordinates_is_baked_drawn_and_exported_there(tmp_path: Path) -> None:
+    scene = new_scene(tmp_path / "s", two_sets().glb(tmp_path / "Panel.glb")).scene
+    out = tmp_path / "out"
+    assert {"panel_occlusion", "panel_second_occlusion"} <= states(scene, out).keys()
+    manifest = read_scene(out / "scene.json")
+    (item,) = (one for one in manifest["objects"] if one["name"] == "panel")
+    paint = item["materials"]["paint"]
+    nothing = dict.fromkeys(("normal", "gloss", "emission"))
+    assert paint["maps"]["occlusion"] == "panel_occlusion"
+    assert paint["second"] == {
+        "maps": nothing | {"occlusion": "panel_second_occlusion"},
+        "wrap": ["repeat", "repeat"],
+    }
+    tree, _ = glb_document((out / manifest["artifacts"]["panel_mesh"]["file"]).read_bytes(), "mesh")
+    attributes = tree["meshes"][0]["primitives"][0]["attributes"]
+    assert {"TEXCOORD_0", "TEXCOORD_1"} <= attributes.keys()
+    detail = {name: entry["required_detail"] for name, entry in manifest["artifacts"].items()}
+    wide, narrow = (detail[name]["texels"] for name in ("panel_color", "panel_second_occlusion"))
+    assert wide == pytest.approx(3 * narrow, rel=1e-4)
+    found = check_paths([out])
+    assert not [one for one in found if one.severity == "error"], found
+    exported = export(out, tmp_path / "all.glb")
+    tree, _ = glb_document(exported.file.read_bytes(), "all.glb")
+    (material,) = (one for one in tree["materials"] if one["name"] == "panel paint")
+    assert material["occlusionTexture"]["texCoord"] == 1
+    assert "texCoord" not in material["pbrMetallicRoughness"]["metallicRoughnessTexture"]

@@ -253,7 +253,7 @@ def test_shaders_read_no_attribute_that_the_table_leaves_out() -> None:
         text = (ROOT / "shaders" / f"{name}.vert").read_text()
         inputs[name] = set(re.findall(r"^layout\(location = \d\) in \w+ (\w+);", text, re.MULTILINE))
     assert inputs == {
-        "object": {"position", "normal", "tangent", "uv0", "color", "sway"},
+        "object": {"position", "normal", "tangent", "uv0", "uv1", "color", "sway"},
         "depth": {"position", "uv0", "color", "sway"},
     }
 

@@ -12,7 +12,7 @@ from paradize.data import Group, Mesh, SourcePositions
 from paradize.kernels.mesh import number_rows
 from paradize.kernels.obj import origin_of
 from paradize.readers.gltf.document import Document
-from paradize.readers.gltf.materials import Placement
+from paradize.readers.gltf.materials import PlacedMaterial, Placement
 from paradize.readers.gltf.nodes import Matrix, cofactors, determinant
 from paradize.readers.gltf.primitives import Primitive
 from paradize.readers.record import UNKNOWN_SMOOTHING
@@ -37,6 +37,7 @@ class Part:
     normals: F64 | None
     tangents: F64 | None
     uvs: F64 | None
+    uvs1: F64 | None
     colors: F64 | None
 
 
@@ -44,12 +45,12 @@ def place_part(
     document: Document,
     read: Primitive,
     matrix: Matrix | F64,
-    placement: Placement | None,
+    material: PlacedMaterial,
     name: str,
-    material: str,
     place: str,
 ) -> Part:
-    """A primitive moved into the world. matrix: its transform, or (n, 12) one for each vertex."""
+    """A primitive moved into the world. matrix: its transform, or (n, 12) one for each vertex. name: of its
+    node."""
     document.spend(read.triangles.size + 3 * len(read.values["POSITION"]), place)
     m = np.broadcast_to(np.asarray(matrix), (len(read.values["POSITION"]), 12))
     with np.errstate(over="ignore", invalid="ignore"):
@@ -71,20 +72,13 @@ def place_part(
     if normals is not None:
         normals = _units(_moved(normal_matrix, _finite(document, normals, "normals", place), 3) * turned)
     tangents = read.values.get("TANGENT")
-    coordinates = 0 if placement is None else placement.coordinates
-    uvs = read.values.get(f"TEXCOORD_{coordinates}")
-    if uvs is None and placement is not None:
-        document.warn(f"its maps need TEXCOORD_{coordinates}, which is missing", place)
+    placement = material.placement
+    uvs = _coordinates(document, read, placement or Placement(), place, needed=placement is not None)
+    uvs1 = None
+    if material.second is not None:
+        uvs1 = _coordinates(document, read, material.second, place, needed=True)
     if placement is not None and placement != Placement():
         tangents = None  # they are those of the untransformed coordinates
-    if uvs is not None:
-        uvs = _finite(document, uvs, "texture coordinates", place)
-        if placement is not None:
-            a, b, x, c, d, y = placement.matrix
-            u, v = uvs[:, 0], uvs[:, 1]
-            uvs = (
-                np.stack([a * u + b * v + x, c * u + d * v + y], axis=1) if placement != Placement() else uvs
-            )
     if tangents is not None and normals is not None and uvs is not None:
         tangents = _finite(document, tangents, "tangents", place)
         along = _units(_moved(m, tangents[:, :3], 4))
@@ -96,7 +90,25 @@ def place_part(
         colors = _finite(document, colors, "colours", place)
         if colors.shape[1] == 3:
             colors = np.concatenate([colors, np.ones((len(colors), 1))], axis=1)
-    return Part(name, material, positions, triangles, normals, tangents, uvs, colors)
+    return Part(name, material.material.name, positions, triangles, normals, tangents, uvs, uvs1, colors)
+
+
+def _coordinates(
+    document: Document, read: Primitive, placement: Placement, place: str, *, needed: bool
+) -> F64 | None:
+    """Texture coordinates (n, 2) of a placement; None where the primitive lacks them, with a warning where
+    maps need them."""
+    uvs = read.values.get(f"TEXCOORD_{placement.coordinates}")
+    if uvs is None:
+        if needed:
+            document.warn(f"its maps need TEXCOORD_{placement.coordinates}, which is missing", place)
+        return None
+    uvs = _finite(document, uvs, "texture coordinates", place)
+    if placement.matrix == Placement().matrix:
+        return uvs
+    a, b, x, c, d, y = placement.matrix
+    u, v = uvs[:, 0], uvs[:, 1]
+    return np.stack([a * u + b * v + x, c * u + d * v + y], axis=1)
 
 
 def joined(document: Document, parts: Sequence[Part]) -> tuple[Mesh, SourcePositions, npt.NDArray[np.uint32]]:
@@ -110,7 +122,8 @@ def joined(document: Document, parts: Sequence[Part]) -> tuple[Mesh, SourcePosit
     origin = origin_of(places, corners)
     arrays = {"positions": (places - origin).astype(np.float32)}
     total = len(corners)
-    for name, width, otherwise in (("normals", 3, 0.0), ("uvs", 2, 0.0), ("colors", 4, 1.0)):
+    columns = (("normals", 3, 0.0), ("uvs", 2, 0.0), ("uvs1", 2, 0.0), ("colors", 4, 1.0))
+    for name, width, otherwise in columns:
         rows = _column(parts, name, width, otherwise)
         if rows is not None:
             arrays[name] = rows

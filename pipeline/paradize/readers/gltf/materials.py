@@ -10,7 +10,7 @@ from typing import Any
 
 from paradize.angles import PI, sine_cosine
 from paradize.errors import one_line
-from paradize.material import AlphaMode, Channel, MapSource, Material
+from paradize.material import SECOND_ROLES, AlphaMode, Channel, MapSource, Material
 from paradize.readers.gltf.document import Document
 from paradize.readers.gltf.pictures import Pictures
 from paradize.readers.record import DEFAULT_NAME
@@ -37,6 +37,19 @@ class Placement:
     coordinates: int = 0
     matrix: tuple[float, ...] = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0)
 
+    def has_frame_of(self, other: Placement) -> bool:
+        """Whether tangents along the coordinates of both have one direction: the same set, only scaled and
+        moved."""
+        a, b, _, c, d, _ = other.matrix
+        p, q, _, r, s, _ = self.matrix
+        area = a * d - b * c
+        if self.coordinates != other.coordinates or area == 0.0:
+            return False
+        along, across = (p * d - q * c) / area, (q * a - p * b) / area  # self's rows by other's
+        beside, down = (r * d - s * c) / area, (s * a - r * b) / area
+        least = 1e-6 * max(along, down)
+        return min(along, down) > 0.0 and max(abs(across), abs(beside)) <= least
+
     def __str__(self) -> str:
         moved = ", moved by KHR_texture_transform" if self.matrix != (1.0, 0.0, 0.0, 0.0, 1.0, 0.0) else ""
         return f"TEXCOORD_{self.coordinates}{moved}"
@@ -44,10 +57,12 @@ class Placement:
 
 @dataclass(frozen=True)
 class PlacedMaterial:
-    """A material with the placement of its maps; None where it has no maps."""
+    """A material with the placement of its maps, and that of those on second texture coordinates; None where
+    it has no such maps."""
 
     material: Material
     placement: Placement | None = None
+    second: Placement | None = None
 
 
 def default_material() -> PlacedMaterial:
@@ -135,8 +150,8 @@ class _Reader:
             material = self._unlit(material)
         if hidden:
             material = replace(material, opacity=0.0)
-        placement = self._placed(name)
-        return PlacedMaterial(replace(material, maps=dict(self.maps)), placement)
+        first, second, on_second = self._placed(name)
+        return PlacedMaterial(replace(material, maps=dict(self.maps), second=on_second), first, second)
 
     def _unlit(self, material: Material) -> Material:
         """A material that no light changes gives off its colour, and reflects nothing."""
@@ -239,22 +254,36 @@ class _Reader:
             self.placements[role] = Placement(coordinates, matrix)
         return info
 
-    def _placed(self, name: str) -> Placement | None:
-        """The placement of the material's first map. Maps of another placement are left out."""
+    def _placed(self, name: str) -> tuple[Placement | None, Placement | None, tuple[str, ...]]:
+        """The placement of the material's first map; that of the first map that lies elsewhere and may; and
+        the roles that lie there. Maps of a third placement are left out."""
         roles = [role for role in _CHANNELS if role in self.maps]
         if not roles:
-            return None
+            return None, None, ()
         first = self.placements[roles[0]]
         others = [role for role in roles if not self._is_same(self.placements[role], first)]
-        for role in others:
+        able = [role for role in others if self._may_lie_elsewhere(role, first, others)]
+        second = self.placements[able[0]] if able else None
+        on_second = [role for role in able if second and self._is_same(self.placements[role], second)]
+        left_out = [role for role in others if role not in on_second]
+        for role in left_out:
             del self.maps[role]
-        if others:
-            of = "its maps of" if len(others) > 1 else "its map of"
-            texts = [f"{role} ({self.placements[role]})" for role in others]
+        if left_out:
+            of = "its maps of" if len(left_out) > 1 else "its map of"
+            texts = [f"{role} ({self.placements[role]})" for role in left_out]
             what = f"material {name!r}: {of} {', '.join(texts)} left out"
-            why = f"all maps lie where that of {roles[0]} does ({first})"
-            self.document.warn(f"{what}; {why}", self.place)
-        return first
+            where = f"where that of {roles[0]} does ({first})"
+            where += f" or that of {on_second[0]} ({second})" if on_second else ""
+            why = f"; a normal map needs the tangents of {roles[0]}" if left_out == ["normal"] else ""
+            self.document.warn(f"{what}; maps lie {where}{why}", self.place)
+        return first, second, tuple(on_second)
+
+    def _may_lie_elsewhere(self, role: str, first: Placement, others: list[str]) -> bool:
+        """Whether a map may lie on second texture coordinates. What gloss is made of lies in one place."""
+        if role == "normal":
+            return self.placements[role].has_frame_of(first)
+        split = role in ("roughness", "smoothness") and "specular" in self.maps and "specular" not in others
+        return role in SECOND_ROLES and not split
 
     def _is_same(self, one: Placement, other: Placement) -> bool:
         return one == other or (

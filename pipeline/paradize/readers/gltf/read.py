@@ -143,8 +143,8 @@ class _Reader:
         for matrix in matrices:
             for found, material, where in read:
                 own = vertex_matrices(document, found, joints, where) if joints else None
-                used = (document, found, matrix if own is None else own, material.placement)
-                parts.append(place_part(*used, name, material.material.name, where))
+                stand = matrix if own is None else own
+                parts.append(place_part(document, found, stand, material, name, where))
         return parts
 
     def _material(self, number: int | None, where: str) -> PlacedMaterial:

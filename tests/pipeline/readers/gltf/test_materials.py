@@ -165,19 +165,57 @@ def test_a_transform_moves_the_coordinates_of_its_material_alone(tmp_path: Path)
     assert np.abs(uvs[6:] - expected).max() < 1e-7
 
 
-def test_maps_on_other_coordinates_than_the_colour_are_left_out_and_a_second_set_is_read(
-    tmp_path: Path,
-) -> None:
+def test_maps_on_other_coordinates_than_the_colour_lie_on_second_ones(tmp_path: Path) -> None:
     made, primitive = square(TEXCOORD_0=UVS, TEXCOORD_1=UVS * np.float32(0.5))
     index = textured(made)
     base = {"baseColorTexture": {"index": index, "texCoord": 1}}
     found, model = read(
         tmp_path, made, primitive, pbrMetallicRoughness=base, occlusionTexture={"index": index}
     )
-    assert list(found.maps) == ["color"]
-    said = "its map of occlusion (TEXCOORD_0) left out; all maps lie where that of color does (TEXCOORD_1)"
-    assert any(said in text for text in model.warnings)
-    assert model.mesh.uvs is not None and model.mesh.uvs.max() == 0.5
+    assert list(found.maps) == ["color", "occlusion"] and found.second == ("occlusion",)
+    assert not model.warnings and model.mesh.uvs is not None and model.mesh.uvs1 is not None
+    assert np.array_equal(model.mesh.uvs, model.mesh.uvs1 * np.float32(0.5))
+
+
+def test_a_map_on_third_coordinates_is_left_out_by_name(tmp_path: Path) -> None:
+    sets = {f"TEXCOORD_{k}": UVS * np.float32(1 + k) for k in range(3)}
+    made, primitive = square(**sets)
+    index = textured(made)
+    base = {"baseColorTexture": {"index": index}}
+    emission = {"emissiveTexture": {"index": index, "texCoord": 1}, "emissiveFactor": [1, 1, 1]}
+    occlusion = {"occlusionTexture": {"index": index, "texCoord": 2}}
+    found, model = read(tmp_path, made, primitive, pbrMetallicRoughness=base, **emission, **occlusion)
+    assert set(found.maps) == {"color", "emission"} and found.second == ("emission",)
+    (said,) = model.warnings
+    assert "its map of occlusion (TEXCOORD_2) left out" in said
+    assert "where that of color does (TEXCOORD_0) or that of emission (TEXCOORD_1)" in said
+
+
+@pytest.mark.parametrize(
+    ("transform", "kept"),
+    [
+        ({"scale": [4, 2], "offset": [0.5, 0]}, True),
+        ({"rotation": 0.5}, False),
+        ({"scale": [-1, 1]}, False),
+        ({"texCoord": 1}, False),
+    ],
+)
+def test_a_normal_map_lies_on_second_coordinates_where_its_tangents_are_those_of_the_first(
+    transform: dict[str, Any], kept: bool, tmp_path: Path
+) -> None:
+    made, primitive = square(TEXCOORD_0=UVS, TEXCOORD_1=UVS * np.float32(0.5))
+    index = textured(made)
+    made.tree["extensionsUsed"] = ["KHR_texture_transform"]
+    base = {"baseColorTexture": {"index": index}}
+    normal = {"index": index, "extensions": {"KHR_texture_transform": transform}}
+    found, model = read(tmp_path, made, primitive, pbrMetallicRoughness=base, normalTexture=normal)
+    assert ("normal" in found.maps, found.second) == (kept, ("normal",) if kept else ())
+    assert kept == (not model.warnings)
+    if kept:
+        assert model.mesh.uvs is not None and model.mesh.uvs1 is not None
+        assert np.array_equal(model.mesh.uvs1, model.mesh.uvs * np.float32([4, 2]) + np.float32([0.5, 0]))
+    else:
+        assert "a normal map needs the tangents of color" in model.warnings[0]
 
 
 def test_a_second_set_of_coordinates_that_is_the_first_again_loses_no_map(tmp_path: Path) -> None:
@@ -190,8 +228,9 @@ def test_a_second_set_of_coordinates_that_is_the_first_again_loses_no_map(tmp_pa
     moved = occlusion | {"extensions": {"KHR_texture_transform": {"scale": [2, 2]}}}
     made.tree["materials"][0]["occlusionTexture"] = moved
     made.tree["extensionsUsed"] = ["KHR_texture_transform"]
-    (said,) = read_model(made.glb(tmp_path / "b.glb")).warnings
-    assert "occlusion (TEXCOORD_1, moved by KHR_texture_transform) left out" in said
+    model = read_model(made.glb(tmp_path / "b.glb"))
+    assert model.mesh.uvs is not None and model.mesh.uvs1 is not None and not model.warnings
+    assert np.array_equal(model.mesh.uvs1, 2 * model.mesh.uvs)
 
 
 @pytest.mark.parametrize(
