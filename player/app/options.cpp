@@ -163,6 +163,11 @@ Options parse_options(std::span<const char *const> arguments, std::span<const st
             if (out.screenshot.extension() != ".png") {
                 refuse(name, out.screenshot.string(), "must be a file name that ends in .png");
             }
+        } else if (name == "--audio") {
+            out.audio = value();
+            if (out.audio.extension() != ".wav") {
+                refuse(name, out.audio.string(), "must be a file name that ends in .wav");
+            }
         } else if (name == "--quality") {
             parse_quality(value(), out.quality);
             quality_given = true;
@@ -213,6 +218,14 @@ Options parse_options(std::span<const char *const> arguments, std::span<const st
         throw UsageError("--bench only measures frames: leave out --interactive, --screenshot and "
                          "--check-finite");
     }
+    if (!out.audio.empty() && (out.interactive || out.bench || out.mute)) {
+        throw UsageError(
+            "--audio writes the sound of the flight: leave out --interactive, --bench and --mute");
+    }
+    if (!out.audio.empty() && out.screenshot.empty() && out.json) {
+        throw UsageError(
+            "--audio alone draws nothing that --json reports: add --screenshot, or leave one out");
+    }
     if (out.reference && (out.screenshot.empty() || out.fps || quality_given)) {
         throw UsageError(
             "--reference renders one picture at the finest settings: add --screenshot, leave out "
@@ -237,7 +250,8 @@ Options parse_options(std::span<const char *const> arguments, std::span<const st
 
 std::string usage(std::span<const std::string_view> passes) {
     return "paradize-player DIR [--headless] [--time S] [--frames N] [--size WxH] [--screenshot F.png]\n"
-           "                    [--quality T|FEATURE=T,...] [--reference N] [--fps N] [--disable PASS,...]\n"
+           "                    [--audio F.wav] [--quality T|FEATURE=T,...] [--reference N] [--fps N] "
+           "[--disable PASS,...]\n"
            "                    [--vram MB] [--ram MB] [--order O] [--wait-resident] [--interactive] "
            "[--bench]\n"
            "                    [--json] [--panel] [--mute] [--debug] [--check-finite]\n"
@@ -249,6 +263,9 @@ std::string usage(std::span<const std::string_view> passes) {
            "  --size WxH         size of the picture in pixels (default: the scene's)\n"
            "  --screenshot F.png draw one frame with all data resident into this file; with --frames N\n"
            "                     the files F_0000.png, F_0001.png ..., while the scene streams in\n"
+           "  --audio F.wav      write the flight's sound, or that of --frames N, into this file, and end; "
+           "with\n"
+           "                     --screenshot after it the pictures\n"
            "  --quality T        speed against exactness: " +
            listed(tier_names) + " (default: balanced); or for each of\n                     " +
            listed(feature_names) +
@@ -271,7 +288,7 @@ std::string usage(std::span<const std::string_view> passes) {
            "                     order of scene.json, to compare with\n"
            "  --wait-resident    upload everything before the first frame\n"
            "  --interactive      fly yourself: W A S D Q E, mouse, Z X roll, Shift is faster, Space pauses,\n"
-           "                     M mutes, - and + volume, Escape ends\n"
+           "                     M mutes, N next music, - and + volume, Escape ends\n"
            "  --bench            measure 100 frames (or --frames) with all data resident: median and 95th\n"
            "                     percentile\n"
            "  --json             print one JSON object about the run\n"

@@ -25,6 +25,7 @@ struct Options {
     std::optional<int> frames;
     std::optional<int> width_px, height_px; // both or none
     std::filesystem::path screenshot;       // empty: no screenshot
+    std::filesystem::path audio;            // WAV file for the flight's sound; empty: none
     std::vector<std::string> disabled;
     Quality quality = all_at(Tier::balanced);
     std::optional<int> reference;          // number of frames averaged per picture

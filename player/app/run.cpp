@@ -3,6 +3,7 @@
 #include "app/messages.hpp"
 #include "app/play_frames.hpp"
 #include "app/play_window.hpp"
+#include "app/sound_file.hpp"
 #include "app/window.hpp"
 #include "assets/watcher.hpp"
 #include "error.hpp"
@@ -10,6 +11,7 @@
 #include "gl/headless.hpp"
 #include "gl/uniform_check.hpp"
 
+#include <cmath>
 #include <memory>
 #include <optional>
 #include <utility>
@@ -38,8 +40,17 @@ int run(const Options &options) {
     if (!options.bench && !options.reference && (!counted || options.frames)) {
         watcher.emplace(options.folder / "scene.json");
     }
+    assets::SceneFile scene = load_scene(options.folder);
+    if (!options.audio.empty()) {
+        const int all = static_cast<int>(std::ceil(scene.flight.duration_s / frame_s));
+        const int frames = options.frames.value_or(options.screenshot.empty() ? all : 1);
+        write_flight_sound(scene, options.folder, options.time_s, frames, options.audio);
+        if (options.screenshot.empty()) {
+            return 0;
+        }
+    }
     // Threads read the files while the GL context is created.
-    PendingScene pending(load_scene(options.folder), options.folder, memory_limits(options));
+    PendingScene pending(std::move(scene), options.folder, memory_limits(options));
     const assets::SceneFile &file = *pending.file;
     RendererOptions renderer_options;
     renderer_options.width_px = options.width_px.value_or(file.width_px);

@@ -27,6 +27,7 @@ struct Window::Impl {
         input.escape = input.escape || key == GLFW_KEY_ESCAPE;
         input.pause = input.pause || key == GLFW_KEY_SPACE;
         input.mute = input.mute || key == GLFW_KEY_M;
+        input.next_music = input.next_music || key == GLFW_KEY_N;
         input.volume_steps += key == GLFW_KEY_KP_ADD || key == GLFW_KEY_EQUAL ? 1 : 0;
         input.volume_steps -= key == GLFW_KEY_KP_SUBTRACT || key == GLFW_KEY_MINUS ? 1 : 0;
     }

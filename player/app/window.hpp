@@ -11,6 +11,7 @@ struct Input {
     bool close = false;                               // the close button was pressed
     bool any_key = false;                             // a key was pressed
     bool escape = false, pause = false, mute = false; // the key was pressed
+    bool next_music = false;                          // the same
     int volume_steps = 0;
     // Keys that are held down, -1 to 1.
     float right = 0.0F, up = 0.0F, forward = 0.0F, roll = 0.0F;

@@ -36,7 +36,7 @@ void read_lights(const JsonObject &root, SceneFile &out);
 void read_terrain(const JsonObject &root, SceneFile &out);
 void read_objects(const JsonObject &root, SceneFile &out);
 void read_particles(const JsonObject &root, SceneFile &out);
-void read_sound(const JsonObject &root, SceneFile &out);
+void read_sounds(const JsonObject &root, SceneFile &out);
 void read_flight(const JsonObject &root, SceneFile &out);
 
 } // namespace paradize::assets

@@ -37,7 +37,7 @@ class SceneReader {
         water();
         read_objects(root_, out_);
         read_particles(root_, out_);
-        read_sound(root_, out_);
+        read_sounds(root_, out_);
         read_flight(root_, out_);
         mark_drawn();
         root_.ignore({"budget", "check"}); // for `paradize check`

@@ -225,9 +225,28 @@ struct ParticleField {
     bool operator==(const ParticleField &) const = default;
 };
 
+/// When a sound is heard: seconds of the flight, which may go on past its end.
+struct SoundHours {
+    double on_s = 0.0;   // begins to fade in
+    double off_s = 0.0;  // has faded out
+    double fade_s = 1.0; // duration of each fade
+};
+
+/// A loop.
 struct Sound {
     std::string artifact;
     float volume = 1.0F;
+    std::vector<glm::dvec3> places;  // none: heard everywhere; one: a point; more: a line through them
+    float radius_m = 1.0F;           // full volume up to this distance
+    float falloff = 1.0F;            // beyond, the gain is (radius / distance)^falloff
+    std::optional<SoundHours> hours; // none: always
+};
+
+/// Loops of which at most one plays.
+struct Music {
+    std::vector<std::string> artifacts;
+    float volume = 1.0F;
+    int playing = 0; // at first: 1 is the first; 0: none
 };
 
 /// Polynomials with coefficients (a, b, c, d): value(u) = a + b u + c u^2 + d u^3, u in [0, 1].
@@ -279,7 +298,8 @@ struct SceneFile {
     std::optional<Water> water;
     std::vector<Object> objects;
     std::vector<ParticleField> particles;
-    std::optional<Sound> sound;
+    std::vector<Sound> sounds;
+    std::optional<Music> music;
     Flight flight;
 
     /// True if the bake left out finer data that no view of the flight needs.

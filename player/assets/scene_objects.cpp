@@ -201,14 +201,6 @@ void read_particles(const JsonObject &root, SceneFile &out) {
     }
 }
 
-void read_sound(const JsonObject &root, SceneFile &out) {
-    if (const auto sound = root.object_or_none("sound")) {
-        out.sound = Sound{required_artifact(out, *sound, "artifact", ArtifactKind::sound),
-                          real_or(*sound, "volume", 0.0, 1.0, 1.0F)};
-        sound->reject_unknown_keys();
-    }
-}
-
 void read_flight(const JsonObject &root, SceneFile &out) {
     const JsonObject from = root.object("flight");
     Flight &value = out.flight;

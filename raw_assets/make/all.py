@@ -15,6 +15,8 @@ import driftwood
 import effect
 import grove
 import jetty
+import music
+import nearby
 import palm
 import rocks
 import sand
@@ -24,7 +26,8 @@ import sound
 import terrain
 import water
 
-MAKERS = (terrain, sand, effect, water, sky, sound, palm, jetty, bar, boat, grove, shells, driftwood, rocks)
+SOUNDS = (sound, nearby, music)
+MAKERS = (terrain, sand, effect, water, sky, *SOUNDS, palm, jetty, bar, boat, grove, shells, driftwood, rocks)
 
 
 def main(arguments: list[str]) -> int:

@@ -23,7 +23,7 @@ FLIP_OF_ONE = 0.015
 
 def alone(posed: Posed, name: str) -> dict[str, Any]:
     """The scene with one instance of one object, its centre at the origin, and the sky."""
-    scene = posed.scene() | dict.fromkeys(("terrain", "water", "reflection", "refraction", "sound"))
+    scene = posed.scene() | dict.fromkeys(("terrain", "water", "reflection", "refraction"))
     item = next(one for one in scene["objects"] if one["name"] == name)
     item["instances"] = [
         {"position": [-v for v in item["center"]], "rotation": [0, 0, 0, 1], "scale": [1, 1, 1]}
@@ -34,7 +34,14 @@ def alone(posed: Posed, name: str) -> dict[str, Any]:
     scene["fog"]["density_per_m"] = 0.0
     if scene["shadow"]:
         scene["shadow"] |= {"center": [0, 0, 0], "extent_m": 2.2 * item["radius_m"]}
-    return scene | {"objects": [item], "particles": [], "free_camera": None, "streaming": sorted(used)}
+    return scene | {
+        "objects": [item],
+        "particles": [],
+        "sounds": [],
+        "music": None,
+        "free_camera": None,
+        "streaming": sorted(used),
+    }
 
 
 def drawn_at(scene: dict[str, Any], level: int) -> dict[str, Any]:

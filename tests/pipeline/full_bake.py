@@ -25,7 +25,7 @@ from paradize.build.provenance import BakeReport
 from paradize.map_table import DERIVED
 from paradize.scene import requirements as require
 from paradize.scene.jobs import Requirements
-from paradize.scene.settings import Scene, load_scene
+from paradize.scene.settings import Scene, load_scene, sound_files
 from tests.pictures import flip_map, load
 from tests.places import ROOT
 
@@ -117,7 +117,7 @@ def sources_of(scene: Scene) -> Sequence[Path]:
     found += [item.alpha for item in scene.objects if item.alpha]
     found += [scene.terrain.heightmap] if scene.terrain else []
     found += scene.sky.faces if scene.sky else []
-    return [*found, *([scene.sound.file] if scene.sound else [])]
+    return [*found, *sound_files(scene.sounds, scene.music)]
 
 
 def frames_apart(

@@ -184,7 +184,7 @@ std::string SceneText::str() const {
   "two_sided": true, "translucency": 0.25, "alpha_mode": "mask", "alpha_cutoff": 0.5, "vertex_colors": true}},
  "sway": {"lean_m": 0.5, "flutter_m": 0.25},
  "instances": [{"position": [0, 0, 0], "rotation": [0, 0.6, 0, 0.8], "scale": [2, 2, -3]}]}],
-"particles": [], "sound": null,
+"particles": [], "sounds": [], "music": null,
 "flight": {"duration_s": 10, "fov_rad": 0.9, "near_m": 0.5, "far_m": 100,
  "segments": [{"eye": [[0, 5, 0, 0], [2, 0, 0, 0], [5, 0, 0, 0]], "target": [[0, 0, 0, 0], [0, 0, 0, 0], [0, 0, 0, 0]],
    "roll": [0, 0, 0, 0]},

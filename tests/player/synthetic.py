@@ -158,6 +158,12 @@ def instance(position: list[float], yaw_rad: float = 0.0, scale: float = 1.0) ->
     return {"position": position, "rotation": [0.0, sin(half), 0.0, cos(half)], "scale": [scale] * 3}
 
 
+def sound(artifact: str, **changes: Any) -> dict[str, Any]:
+    """A sound of scene.json that is heard everywhere."""
+    everywhere = {"places": [], "radius_m": 1.0, "falloff": 1.0, "hours": None}
+    return {"name": None, "artifact": artifact, "volume": 1.0} | everywhere | changes
+
+
 def _manifest(artifacts: dict[str, Any], bare: bool, ground: Tiled) -> dict[str, Any]:
     wood = material("box_color")
     still = [[0.0, 0.0, 0.0, 0.0]] * 3
@@ -207,7 +213,8 @@ def _manifest(artifacts: dict[str, Any], bare: bool, ground: Tiled) -> dict[str,
             }
         ],
         "particles": [],
-        "sound": None,
+        "sounds": [],
+        "music": None,
         "flight": {
             "duration_s": 10.0,
             "fov_rad": 0.9,

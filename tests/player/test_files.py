@@ -14,7 +14,7 @@ import pytest
 from paradize.build.bake import bake
 from tests.conftest import ROOT
 from tests.pipeline.scenes import make_cove
-from tests.player.synthetic import checker, identity, texture, write_scene
+from tests.player.synthetic import checker, identity, sound, texture, write_scene
 
 Player = Callable[..., "subprocess.CompletedProcess[str]"]
 
@@ -131,7 +131,7 @@ def test_a_damaged_sound_is_rejected_like_any_artifact(player: Player, tmp_path:
     scene = write_scene(tmp_path / "scene", bare=True)
     manifest = json.loads((scene / "scene.json").read_text())
     manifest["artifacts"]["ocean"] = {"file": "ocean.ogg", "kind": "sound", **identity(b"sea")}
-    manifest["sound"] = {"artifact": "ocean", "volume": 0.5}
+    manifest["sounds"] = [sound("ocean")]
     (scene / "scene.json").write_text(json.dumps(manifest))
     (scene / "ocean.ogg").write_bytes(b"pea")
     refused(player(scene), "ocean.ogg: is damaged or was replaced")

@@ -92,6 +92,16 @@ TEST_CASE("command line: tiers for all features and for single ones") {
     CHECK_THROWS_AS(parse({"a", "--quality", "fast,"}), UsageError);
 }
 
+TEST_CASE("command line: --audio names a WAV file, for a flight that nobody steers") {
+    CHECK(parse({"a", "--audio", "b.wav"}).audio == "b.wav");
+    CHECK(parse({"a", "--audio=b.wav", "--frames", "9", "--screenshot", "c.png"}).frames == 9);
+    CHECK_THROWS_AS(parse({"a", "--audio", "b.ogg"}), UsageError);
+    CHECK_THROWS_AS(parse({"a", "--audio", "b.wav", "--interactive"}), UsageError);
+    CHECK_THROWS_AS(parse({"a", "--audio", "b.wav", "--mute"}), UsageError);
+    CHECK_THROWS_AS(parse({"a", "--audio", "b.wav", "--bench"}), UsageError);
+    CHECK_THROWS_AS(parse({"a", "--audio", "b.wav", "--json"}), UsageError);
+}
+
 TEST_CASE("command line: --reference and --fps exclude --quality") {
     CHECK(parse({"a", "--reference", "64", "--screenshot", "a.png"}).reference == 64);
     CHECK(parse({"a", "--fps", "59.94"}).fps == 59.94);

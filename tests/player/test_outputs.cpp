@@ -1,9 +1,7 @@
-#include "app/audio.hpp"
 #include "app/free_camera.hpp"
 #include "app/messages.hpp"
 #include "app/png.hpp"
 #include "app/report.hpp"
-#include "assets/file_bytes.hpp"
 #include "error.hpp"
 #include "files.hpp"
 #include "number_text.hpp"
@@ -16,7 +14,6 @@
 #include <cstring>
 #include <limits>
 #include <png.h>
-#include <sndfile.h>
 #include <vector>
 
 using namespace paradize;
@@ -50,69 +47,6 @@ TEST_CASE("PNG: a failed write gives an error and no partial file") {
         ++entries;
     }
     CHECK(entries == 1);
-}
-
-TEST_CASE("sound: empty and invalid files leave playback silent") {
-    Audio audio;
-    CHECK_FALSE(audio.load({}, "none.ogg"));
-    CHECK_FALSE(audio.load(std::as_bytes(std::span("no sound at all")), "noise.ogg"));
-    audio.play();
-    audio.pause();
-    audio.stop();
-    audio.set_volume(2.0F);
-    CHECK_FALSE(audio.playing());
-    CHECK(audio.volume() == 0.0F);
-}
-
-TEST_CASE("sound: samples above full scale are clipped, not wrapped; float files are read") {
-    const test::Folder folder;
-    const auto path = folder.path() / "loud.wav";
-    SF_INFO info{};
-    info.samplerate = 8000;
-    info.channels = 2;
-    info.format = SF_FORMAT_WAV | SF_FORMAT_FLOAT;
-    SNDFILE *file = sf_open(path.c_str(), SFM_WRITE, &info);
-    REQUIRE(file != nullptr);
-    const std::array<float, 6> loud{0.5F, -0.5F, 1.5F, -1.5F, std::numeric_limits<float>::quiet_NaN(), 0.0F};
-    CHECK(sf_writef_float(file, loud.data(), 3) == 3);
-    sf_close(file);
-    SoundSamples sound;
-    CHECK(read_sound(assets::FileBytes(path).bytes(), sound) == nullptr);
-    CHECK(sound.channels == 2);
-    CHECK(sound.rate_hz == 8000);
-    CHECK(sound.samples == std::vector<std::int16_t>{16384, -16384, 32767, -32767, 0, 0});
-}
-
-TEST_CASE("sound: load, loop, pause, stop, volume") {
-    const test::Folder folder;
-    const auto path = folder.path() / "tone.wav";
-    SF_INFO info{};
-    info.samplerate = 8000;
-    info.channels = 1;
-    info.format = SF_FORMAT_WAV | SF_FORMAT_PCM_16;
-    SNDFILE *file = sf_open(path.c_str(), SFM_WRITE, &info);
-    REQUIRE(file != nullptr);
-    const std::array<short, 800> samples{};
-    CHECK(sf_writef_short(file, samples.data(), 800) == 800);
-    sf_close(file);
-    Audio audio;
-    if (!audio.load(assets::FileBytes(path).bytes(), "tone.wav")) {
-        MESSAGE("no sound device, not even ALSOFT_DRIVERS=null");
-        return;
-    }
-    CHECK_FALSE(audio.playing());
-    audio.play();
-    CHECK(audio.playing());
-    audio.pause();
-    CHECK_FALSE(audio.playing());
-    audio.play();
-    CHECK(audio.playing());
-    audio.set_volume(0.25F);
-    CHECK(audio.volume() == 0.25F);
-    audio.set_volume(9.0F);
-    CHECK(audio.volume() == 1.0F);
-    audio.stop();
-    CHECK_FALSE(audio.playing());
 }
 
 TEST_CASE("report: a terrain of more than 2 GiB of device memory gives a warning") {

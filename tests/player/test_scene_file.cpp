@@ -116,6 +116,45 @@ TEST_CASE("scene.json: a number just beyond its limit is printed with enough dig
     check_refused(text, "scene.json: shadow.extent_m: is 10000000.000000002, must lie in [0.001, 10000000]");
 }
 
+TEST_CASE("scene.json: sounds and music are read as written, and refused with their path") {
+    const std::string sounds = R"([{"name": "shore", "artifact": "a", "volume": 0.5, "radius_m": 3,
+        "places": [[1, 2, 3], [4, 5, 6]], "falloff": 0.5, "hours": {"on_s": 9, "off_s": 1, "fade_s": 2}}])";
+    const std::string music = R"({"artifacts": ["a", "a"], "volume": 0.25, "playing": 2})";
+    std::string text = test::SceneText().str();
+    text.replace(text.find("\"sounds\": [], \"music\": null"), 27,
+                 "\"sounds\": " + sounds + ", \"music\": " + music);
+    text.insert(text.find("\"sky\": {\"file\""),
+                "\"a\": {\"file\": \"a\", \"kind\": \"sound\", " + test::identity(test::Bytes(1)) + "},\n");
+    const assets::SceneFile scene = assets::parse_scene(text, "scene.json");
+    REQUIRE(scene.sounds.size() == 1);
+    CHECK(scene.sounds[0].artifact == "a");
+    CHECK(scene.sounds[0].volume == 0.5F);
+    CHECK(scene.sounds[0].places == std::vector{glm::dvec3(1.0, 2.0, 3.0), glm::dvec3(4.0, 5.0, 6.0)});
+    CHECK(scene.sounds[0].radius_m == 3.0F);
+    CHECK(scene.sounds[0].falloff == 0.5F);
+    REQUIRE(scene.sounds[0].hours.has_value());
+    CHECK(scene.sounds[0].hours->on_s == 9.0);
+    CHECK(scene.sounds[0].hours->off_s == 1.0);
+    CHECK(scene.sounds[0].hours->fade_s == 2.0);
+    REQUIRE(scene.music.has_value());
+    CHECK(scene.music->artifacts == std::vector<std::string>{"a", "a"});
+    CHECK(scene.music->volume == 0.25F);
+    CHECK(scene.music->playing == 2);
+    for (const auto &[from, to, place] :
+         {std::array<std::string, 3>{"\"artifact\": \"a\"", "\"artifact\": \"sky\"", "sounds[0].artifact"},
+          {"\"radius_m\": 3", "\"radius_m\": 0", "sounds[0].radius_m"},
+          {"[4, 5, 6]", "[4, 5]", "sounds[0].places[1]"},
+          {"\"fade_s\": 2", "\"fade_s\": 0", "sounds[0].hours.fade_s"},
+          {"\"hours\"", "\"ours\"", "sounds[0].ours"},
+          {"[\"a\", \"a\"]", "[\"a\", \"sky\"]", "music.artifacts"},
+          {"\"playing\": 2", "\"playing\": 3", "music.playing"}}) {
+        std::string wrong = text;
+        wrong.replace(wrong.find(from), from.size(), to);
+        CHECK_THROWS_WITH_AS(assets::parse_scene(wrong, "scene.json"),
+                             doctest::Contains(("scene.json: " + place + ": ").c_str()), Error);
+    }
+}
+
 TEST_CASE("scene.json: an invalid level or limit is rejected with its path") {
     for (const auto &[from, to, place] :
          {std::array<std::string, 3>{"\"max_level\": 3", "\"max_level\": -1",

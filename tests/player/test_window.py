@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from tests.conftest import RENDER_ENVIRONMENT, ROOT
-from tests.player.synthetic import identity, write_scene
+from tests.player.synthetic import identity, sound, write_scene
 from tests.processes import started
 
 Player = Callable[..., "subprocess.CompletedProcess[str]"]
@@ -61,7 +61,7 @@ def test_an_invalid_sound_does_not_stop_playback(tmp_path: Path) -> None:
     manifest = json.loads((scene / "scene.json").read_text())
     noise = b"OggS, or so it says"
     manifest["artifacts"]["ocean"] = {"file": "ocean.ogg", "kind": "sound", **identity(noise)}
-    manifest["sound"] = {"artifact": "ocean", "volume": 0.5}
+    manifest["sounds"] = [sound("ocean")]
     (scene / "scene.json").write_text(json.dumps(manifest))
     (scene / "ocean.ogg").write_bytes(noise)
     result = on_a_display(sys.executable, PRESS, "a", "end", "--", PLAYER, scene)

@@ -179,9 +179,11 @@ def make_cubemap(sources: Sources, settings: Settings, tier: str) -> list[Produc
 def make_sound(sources: Sources, settings: Settings, tier: str) -> list[Product]:
     """Ogg Vorbis -> the same, checked."""
     from paradize.bakers.sound import bake_sound
+    from paradize.scene.baker_settings import SoundSettings
 
-    made = bake_sound(sources["file"])
-    return [Product(Artifact("sound", suffix=made.suffix, tier="exact"), made.data)]
+    made = bake_sound(sources["file"], SoundSettings(**settings))
+    artifact = Artifact("sound", suffix=made.suffix, tier="exact", warnings=made.warnings)
+    return [Product(artifact, made.data)]
 
 
 def make_flight(sources: Sources, settings: Settings, tier: str) -> list[Product]:

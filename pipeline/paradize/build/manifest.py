@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import asdict, dataclass, replace
 from math import sqrt
+from pathlib import Path
 from typing import Any
 
 from paradize.artifact import PUBLISHED, Artifact
@@ -17,7 +18,7 @@ from paradize.scene.finest_views import sun_direction
 from paradize.scene.flight import PI, Flight, Vec
 from paradize.scene.map_sets import DrawnMaterial, MapSet, ObjectMaps, SceneMaps
 from paradize.scene.placement import placed
-from paradize.scene.settings import Scene, SceneObject, Waiver
+from paradize.scene.settings import Music, NeededSound, Scene, SceneObject, Sound, Waiver, sound_files
 from paradize.scene.sightings import ObjectSighting
 
 # Streaming order: the sky, then the ground, then objects; colour before relief.
@@ -95,11 +96,12 @@ def build_manifest(
     by (object, map set), from gutter_limits.measure_gutters. constants: the values of textures that are not
     published. terrain_tables: the terrain's tables and when each of its tiles is first needed, from
     registry.make_terrain."""
-    tiles = _tiles(terrain_tables)
+    sounds = sound_files(scene.sounds, scene.music)
+    begins_s = _tiles(terrain_tables) | {one.artifact: one.first_s for one in sounds.values()}
     entries = {}
     for name, one in artifacts.items():
         users = owners.get(name, ())
-        first_s = min((sightings[user].first_s for user in users), default=tiles.get(name, 0.0))
+        first_s = min((sightings[user].first_s for user in users), default=begins_s.get(name, 0.0))
         seen = [user for user in users if name in facts and user in pixels]
         levels = _with_pixel_errors(one.levels, facts[name], pixels[seen[0]]) if seen else one.levels
         entries[name] = replace(one, first_needed_s=first_s, levels=levels).to_json(PUBLISHED)
@@ -142,7 +144,8 @@ def build_manifest(
             for item in scene.objects
         ],
         "particles": [_plain(item) for item in scene.particles],
-        "sound": {"artifact": "sound", "volume": scene.sound.volume} if scene.sound else None,
+        "sounds": [_sound(one, sounds[one.file].artifact) for one in scene.sounds],
+        "music": _music(scene.music, sounds) if scene.music else None,
         "flight": flight.as_json() | {"errors": flight_errors},
     }
     return manifest, add_light_sets(manifest, glow) if lights else []
@@ -265,6 +268,24 @@ def _wind(scene: Scene) -> dict[str, Any] | None:
     x, _, z = sun_direction(scene.wind.azimuth_deg, 0.0)
     wind = scene.wind
     return {"direction": [-x, -z], "speed_m_per_s": wind.speed_m_per_s, "gust_m": wind.gust_m}
+
+
+def _sound(one: Sound, artifact: str) -> dict[str, Any]:
+    hours = {"on_s": one.on_s, "off_s": one.off_s, "fade_s": one.fade_s}
+    return {
+        "name": one.name,
+        "artifact": artifact,
+        "volume": one.volume,
+        "places": [list(place) for place in one.places],
+        "radius_m": one.radius_m,
+        "falloff": one.falloff,
+        "hours": None if one.on_s is None else hours,
+    }
+
+
+def _music(music: Music, files: dict[Path, NeededSound]) -> dict[str, Any]:
+    names = [files[path].artifact for path in music.files]
+    return {"artifacts": names, "volume": music.volume, "playing": music.playing}
 
 
 def _material(

@@ -240,6 +240,24 @@ RULES: dict[str, Rule] = {
         "the end of a sound does not continue into its start",
         "fade the end into the start, or cut at a zero crossing of the same slope",
     ),
+    "PZ502": Rule(
+        "warning",
+        "sound is clipped",
+        "samples lie beyond full scale: the player cuts them off, which distorts",
+        "make it quieter before it is encoded",
+    ),
+    "PZ503": Rule(
+        "warning",
+        "placed sound has two channels",
+        "a place has one sound: the player plays the mean of both channels, in which parts may cancel",
+        "mix it down to mono, or leave out its position or line",
+    ),
+    "PZ504": Rule(
+        "warning",
+        "loudness is unusual",
+        "a sound is hardly heard, or is so loud that nothing else is (integrated loudness, BS.1770)",
+        "change its level, and say with volume how loud it is in the scene",
+    ),
 }
 
 

@@ -84,6 +84,7 @@ def _findings(manifest: dict[str, Any], path: Path, options: CheckOptions) -> It
     colors = _colors(manifest)
     tiles = manifest["terrain"]["tiles"] if manifest["terrain"] else []
     folder = path.parent
+    placed = {one["artifact"] for one in manifest["sounds"] if one["places"]}
     searches = {"budget": check_budget(manifest, folder, file)}
     if options.against:
         earlier = earlier_scene(options.against, folder)
@@ -104,7 +105,7 @@ def _findings(manifest: dict[str, Any], path: Path, options: CheckOptions) -> It
         options.begin(name, done, total)
         options.checked.add(str(folder / artifact["file"]))
         decode = decode_tile if name in tiles else decode_glb
-        findings = _artifact(folder, name, artifact, colors.get(name), decode)
+        findings = _artifact(folder, name, artifact, colors.get(name), decode, name in placed)
         yield from isolated(findings, str(folder / artifact["file"]))
     for done, (name, search) in enumerate(searches.items(), len(manifest["artifacts"])):
         options.begin(name, done, total)
@@ -130,6 +131,7 @@ def _artifact(
     artifact: dict[str, Any],
     color: bool | None,
     decode: Callable[[bytes, object], object],
+    placed: bool,
 ) -> Iterator[Finding]:
     path = folder / artifact["file"]
     file = str(path)
@@ -161,7 +163,7 @@ def _artifact(
     elif artifact["kind"] in ("texture", "cubemap"):
         yield from check_texture(data, file, color=color, last=artifact["max_level"])
     else:
-        yield from check_sound(data, file)
+        yield from check_sound(data, file, placed=placed)
 
 
 def _unused(folder: Path, manifest: dict[str, Any], file: str) -> Iterator[Finding]:

@@ -274,7 +274,7 @@ class _Export:
         self.notes.append(
             "glTF holds no ambient light: give the viewer an environment map or an ambient light"
         )
-        for key, what in (("particles", "particles"), ("sound", "sound")):
+        for key, what in (("particles", "particles"), ("sounds", "sound"), ("music", "music")):
             if self.manifest[key]:
                 self.notes.append(f"glTF has no {what}")
 

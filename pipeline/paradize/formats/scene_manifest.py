@@ -275,7 +275,18 @@ _manifest = table(
             color=_vec3,
         )
     ),
-    sound=or_null(table(artifact=text, volume=_share)),
+    sounds=list_of(
+        table(
+            name=or_null(text),
+            artifact=text,
+            volume=_share,
+            places=list_of(_vec3),
+            radius_m=_positive,
+            falloff=_positive,
+            hours=or_null(table(on_s=_positive, off_s=_positive, fade_s=_positive)),
+        )
+    ),
+    music=or_null(table(artifacts=list_of(text, min_size=1), volume=_share, playing=whole(0, 16))),
     flight=table(
         duration_s=number(1e-3, 86_400.0),
         fov_rad=number(1e-3, 3.1415),
@@ -311,8 +322,10 @@ def references(manifest: dict[str, Any]) -> list[tuple[str, str, tuple[str, ...]
                 for key, name in maps.items():
                     at = f"objects[{i}].materials.{material}.{place}.{key}"
                     entries.append((at, name, ("texture",)))
-    if manifest["sound"]:
-        entries.append(("sound.artifact", manifest["sound"]["artifact"], ("sound",)))
+    for i, one in enumerate(manifest["sounds"]):
+        entries.append((f"sounds[{i}].artifact", one["artifact"], ("sound",)))
+    for i, name in enumerate(manifest["music"]["artifacts"] if manifest["music"] else ()):
+        entries.append((f"music.artifacts[{i}]", name, ("sound",)))
     return [(place, name, kinds) for place, name, kinds in entries if name is not None]
 
 

@@ -187,6 +187,13 @@ class CubemapSettings(BakerSettings):
     zstd: int | None = None
 
 
+@dataclass(frozen=True)
+class SoundSettings(BakerSettings):
+    """placed: the scene plays it at a place, for which it should be mono."""
+
+    placed: bool = False
+
+
 @dataclass(frozen=True, kw_only=True)
 class TerrainSettings(BakerSettings):
     """What decides the mesh of a heightmap, beside the heightmap and the tier.

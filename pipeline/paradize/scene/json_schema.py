@@ -50,6 +50,8 @@ def _field(item: Any) -> dict[str, Any]:
     if facts["of"] is None:
         return schema
     own = _table(facts["of"])
+    if facts["lone"]:
+        return {"description": schema.pop("description"), "anyOf": [schema | {"items": own}, own]}
     return schema | {"array": {"items": own}, "object": {"additionalProperties": own}}.get(
         schema.get("type", ""), own
     )

@@ -56,7 +56,10 @@ EXAMPLES = {
     "light": '[[light]]\nname = "lamp"\nposition = [0.0, 2.4, 0.0]\nintensity = 4.0\nrange_m = 8.0\n'
     "on_s = 40.0\noff_s = 55.0",
     "particles": '[[particles]]\nname = "glitter"\ncenter = [0.0, 4.0, 0.0]\ncount = 100',
-    "sound": '[sound]\nfile = "sea.ogg"\nvolume = 0.8',
+    "sound": '[[sound]]\nname = "sea"\nfile = "sea.ogg"\nvolume = 0.8\n\n[[sound]]\nname = "shore"\n'
+    'file = "shore.ogg"\nline = [[-20.0, 0.0, 5.0], [0.0, 0.0, 8.0], [25.0, 0.0, 2.0]]\nradius_m = 4.0\n'
+    "falloff = 0.7",
+    "music": '[music]\nfiles = ["morning.ogg", "night.ogg"]\nvolume = 0.3',
     "flight": "[flight]\nduration_s = 60.0\nfov_deg = 45.0",
     "flight.eye": "[[flight.eye]]\nposition = [0.0, 2.0, 30.0]\n\n[[flight.eye]]\n"
     "position = [30.0, 5.0, 0.0]\nspeed = 0.5\n\n[[flight.eye]]\nposition = [-30.0, 3.0, 0.0]",

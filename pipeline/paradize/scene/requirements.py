@@ -8,14 +8,14 @@ from __future__ import annotations
 
 from dataclasses import asdict
 
-from paradize.scene.baker_settings import CubemapSettings
+from paradize.scene.baker_settings import CubemapSettings, SoundSettings
 from paradize.scene.finest_views import camera_views, scene_views
 from paradize.scene.ground_jobs import add_terrain, add_water
 from paradize.scene.jobs import Output, Requirements
 from paradize.scene.map_sets import SceneMaps
 from paradize.scene.object_jobs import add_map_set, add_object, screen_size
 from paradize.scene.pass_inputs import listed, views_of_objects
-from paradize.scene.settings import VIEWS, Scene
+from paradize.scene.settings import VIEWS, Scene, sound_files
 
 
 def require(scene: Scene, maps: SceneMaps) -> Requirements:
@@ -49,9 +49,10 @@ def require(scene: Scene, maps: SceneMaps) -> Requirements:
         for one in [one for one in left if item.name in one.materials]:
             left.remove(one)  # a shared set comes with its first object
             add_map_set(required, one, maps, drawn_in)
-    if scene.sound:
-        output = Output("sound", "sound", "sound", "the sound of the scene")
-        required.add("sound", "sound", {"file": scene.sound.file}, [output])
+    for file, needed in sound_files(scene.sounds, scene.music).items():
+        output = Output(needed.artifact, "sound", "sound", needed.reason)
+        settings = asdict(SoundSettings(needed.placed))
+        required.add(needed.artifact, "sound", {"file": file}, [output], **settings)
     for job in required.jobs:
         for role in [role for role in ("mesh", "layout") if role in job.sources]:
             files = maps.beside.get(job.sources[role], ())

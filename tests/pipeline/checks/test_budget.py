@@ -345,7 +345,7 @@ def test_what_is_new_gone_or_larger_is_a_warning(cove: Path) -> None:
         change(before, lambda m, share=share: m["artifacts"]["sky"].update(bytes=round(size / share)))
         assert codes(check_paths([cove / "out"], CheckOptions(against=before))) == told
     change(before, lambda m: m["artifacts"]["sky"].update(bytes=size))
-    change(before, lambda m: (m["artifacts"].update(old=m["artifacts"].pop("sound")), m.update(sound=None)))
+    change(before, lambda m: (m["artifacts"].update(old=m["artifacts"].pop("sound")), m.update(sounds=[])))
     change(before, lambda m: m.update(streaming=[n for n in m["streaming"] if n in m["artifacts"]]))
     change(before, lambda m: m["artifacts"]["post_mesh"].update(bytes=1000))
     found = check_paths([cove / "out"], CheckOptions(against=before))

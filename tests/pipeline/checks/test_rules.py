@@ -201,12 +201,18 @@ def lower(tree: dict[str, Any], by_m: float) -> None:
         segment["eye"][1][0] -= by_m
 
 
-def tone(hertz: float, size: float) -> bytes:
+def tone(hertz: float, size: float, channels: int = 1) -> bytes:
     """A second of a sine as Ogg Vorbis."""
     wave = size * np.sin(2 * np.pi * hertz * np.arange(8000) / 8000)
     held = io.BytesIO()
-    soundfile.write(held, wave.astype(np.float32), 8000, format="OGG", subtype="VORBIS")
+    samples = np.stack([wave] * channels, 1).astype(np.float32)
+    soundfile.write(held, samples, 8000, format="OGG", subtype="VORBIS")
     return held.getvalue()
+
+
+def placed_stereo(scene: Path) -> None:
+    change(scene, lambda m: m["sounds"][0].update(places=[[0, 1, 0]]))
+    replace(scene, "sound", tone(440.0, 0.2, channels=2))
 
 
 def clicking(size: float) -> Callable[[Path], None]:
@@ -319,7 +325,7 @@ def since(edit: Callable[[dict[str, Any]], Any], *, before: bool = False) -> Cal
         shutil.copytree(scene, scene.parent / "before")
         change(scene.parent / "before" if before else scene, edit)
         if before:
-            change(scene.parent / "before", lambda m: m.update(sound=None))
+            change(scene.parent / "before", lambda m: m.update(sounds=[]))
             change(
                 scene.parent / "before",
                 lambda m: m.update(streaming=[name for name in m["streaming"] if name in m["artifacts"]]),
@@ -384,6 +390,10 @@ PLANTED: list[tuple[str, str, Callable[[Path], Any]]] = [
     ("PZ412", "a near plane that reaches the ground", manifest(lambda m: m["flight"].update(near_m=4.0))),
     ("PZ501", "a sound that ends in mid-wave", clicking(0.5)),
     ("PZ501", "a sound that ends in the trough of a wave", clicking(-0.5)),
+    ("PZ502", "a sound beyond full scale", lambda s: replace(s, "sound", tone(440.0, 1.2))),
+    ("PZ503", "a place for a sound of two channels", placed_stereo),
+    ("PZ504", "a sound that nobody hears", lambda s: replace(s, "sound", tone(440.0, 0.0005))),
+    ("PZ504", "a sound that drowns all others", lambda s: replace(s, "sound", tone(3000.0, 0.99))),
     ("PZ208", "a mesh file without meshes", no_mesh),
     ("PZ301", "the last mip missing", short_chain),
     ("PZ301", "level 0 cut short", cut_texture),

@@ -47,6 +47,8 @@ def values(mend: str, was: Any) -> list[Any]:
     if found := re.fullmatch(r"write a number or three, (\S+) to (\S+); negative: mirrored", mend):
         limits = [value(found[1]), value(found[2])]
         return [*limits, *(-limit for limit in limits), limits + limits[:1]]
+    if found := re.fullmatch(r"write (\d+) to \d+ points \[x, y, z\], each (\S+) to (\S+) m", mend):
+        return [[[value(limit)] * 3] * int(found[1]) for limit in (found[2], found[3])]
     if found := re.search(r"(?:(\d+) )?(?:whole )?(numbers, )?allowed: (\S+) to (\S+)", mend):
         limits = [value(found[3]), value(found[4])]
         return [[limit] * int(found[1] or 1) for limit in limits] if found[2] else limits
@@ -73,7 +75,7 @@ def values(mend: str, was: Any) -> list[Any]:
 
 
 DOCUMENTS = re.compile(  # mends that name other tables or files: tried below, on a whole scene
-    r"write \[.*|write a path relative.*|write 6 files|looked for in .*|move it .*|"
+    r"write \[.*|write a path relative.*|write [0-9 to]+ files|looked for in .*|move it .*|"
     r"it has no default.*|must .*"
 )
 

@@ -56,12 +56,14 @@ def declare(
     key: str | None = None,
     of: type | None = None,
     instead: str | None = None,
+    lone: bool = False,
 ) -> Any:
     """Returns a field of a dataclass. allowed, meaning, unit: for FIELDS.md. json: the same limits as JSON
     Schema; of a table what is around the schema of its own. of: the dataclass of a table. instead: the key of
-    another field that may stand in place of this one, which is then empty."""
+    another field that may stand in place of this one, which is then empty. lone: one table may stand for an
+    array of one."""
     metadata = {"rule": rule, "unit": unit, "key": key, "allowed": allowed, "meaning": meaning}
-    metadata |= {"json": json, "of": of, "instead": instead}
+    metadata |= {"json": json, "of": of, "instead": instead, "lone": lone}
     if isinstance(default, type) or callable(default):
         return field(default_factory=default, metadata=metadata)
     return field(default=default, metadata=metadata)

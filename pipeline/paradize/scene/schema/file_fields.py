@@ -42,15 +42,16 @@ def source(default: Any = MISSING, *, key: str | None = None, meaning: str = "")
     return declare(_source, default, "a file", json=_FILE, meaning=meaning, key=key)
 
 
-def sources(default: Any = MISSING, *, size: int, meaning: str = "") -> Any:
-    """`size` files, each relative to the scene's folder and inside it."""
+def sources(default: Any = MISSING, *, size: int, most: int | None = None, meaning: str = "") -> Any:
+    """`size` files, or `size` to `most`, each relative to the scene's folder and inside it."""
+    count = str(size) if most is None else f"{size} to {most}"
 
     def rule(value: object, place: str, faults: Faults) -> tuple[Path, ...] | None:
-        if not isinstance(value, list) or len(value) != size:
-            faults.add(place, f"is {show(value)}", f"write {size} files")
+        if not isinstance(value, list) or not size <= len(value) <= (most or size):
+            faults.add(place, f"is {show(value)}", f"write {count} files")
             return None
         paths = [_source(item, f"{place}[{i}]", faults) for i, item in enumerate(value)]
         return None if None in paths else tuple(path for path in paths if path is not None)
 
-    json = {"type": "array", "items": _FILE, "minItems": size, "maxItems": size}
-    return declare(rule, default, f"{size} files", json=json, meaning=meaning)
+    json = {"type": "array", "items": _FILE, "minItems": size, "maxItems": most or size}
+    return declare(rule, default, f"{count} files", json=json, meaning=meaning)

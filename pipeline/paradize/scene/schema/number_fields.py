@@ -163,6 +163,29 @@ def numbers(default: Any = MISSING, *, low: float, high: float, unit: str = "", 
     )
 
 
+def points(default: Any = MISSING, *, least: int, most: int, meaning: str = "") -> Any:
+    """`least` to `most` points, each x, y and z in metres, at most FARTHEST from 0."""
+    limits = f"write {least} to {most} points [x, y, z], each {_range(-FARTHEST, FARTHEST)} m"
+
+    def rule(value: object, place: str, faults: Faults) -> tuple[tuple[float, ...], ...] | None:
+        if not isinstance(value, list) or not least <= len(value) <= most:
+            what = f"has {len(value)} points" if isinstance(value, list) else f"is {show(value)}"
+            faults.add(place, what, limits)
+            return None
+        found = []
+        for i, item in enumerate(value):
+            reals = [real_number(part) for part in item] if isinstance(item, list) else []
+            if len(reals) != 3 or not all(real is not None and abs(real) <= FARTHEST for real in reals):
+                faults.add(f"{place}[{i}]", f"is {show(item)}", limits)
+                return None
+            found.append(tuple(real for real in reals if real is not None))
+        return tuple(found)
+
+    one = {"type": "array", "items": _json("number", -FARTHEST, FARTHEST), "minItems": 3, "maxItems": 3}
+    json = {"type": "array", "items": one, "minItems": least, "maxItems": most}
+    return declare(rule, default, f"{least} to {most} points", json=json, meaning=meaning, unit="m")
+
+
 def point(default: Any = MISSING, *, meaning: str = "") -> Any:
     """A point: x, y and z in metres, each at most FARTHEST from 0."""
     return vector(default, size=3, low=-FARTHEST, high=FARTHEST, unit="m", meaning=meaning)

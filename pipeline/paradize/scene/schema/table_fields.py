@@ -27,12 +27,16 @@ def tables(
     most: int = 10_000,
     key: str | None = None,
     instead: str | None = None,
+    lone: bool = False,
     meaning: str = "",
 ) -> Any:
     """An array of tables, `least` to `most` of them. instead: the key of another field that may stand in
-    place of all of them."""
+    place of all of them. lone: a single table may stand for an array of one."""
 
     def rule(value: object, place: str, faults: Faults) -> tuple[T, ...] | None:
+        if lone and isinstance(value, dict):
+            one = read_table(of, value, place, faults)
+            return () if one is None else (one,)
         if not isinstance(value, list):
             faults.add(place, f"is {show(value)}, not an array of tables", f"write [[{header(place)}]]")
             return None
@@ -45,7 +49,9 @@ def tables(
     kind = f"{least} or more tables" if least else "tables"
     json = {"type": "array", "minItems": least, "maxItems": most}
     default = MISSING if least else tuple
-    return declare(rule, default, kind, json=json, meaning=meaning, key=key, of=of, instead=instead)
+    return declare(
+        rule, default, kind, json=json, meaning=meaning, key=key, of=of, instead=instead, lone=lone
+    )
 
 
 def named_tables(of: type[T], *, key: str | None = None, meaning: str = "") -> Any:

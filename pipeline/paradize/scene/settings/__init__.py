@@ -24,7 +24,8 @@ from paradize.scene.settings.objects import (
     SceneObject,
 )
 from paradize.scene.settings.relief import FILTERS, Relief
-from paradize.scene.settings.scene import SEVERITIES, Head, Particles, Scene, Sound, Waiver
+from paradize.scene.settings.scene import SEVERITIES, Head, Particles, Scene, Waiver
+from paradize.scene.settings.sound import Music, NeededSound, Sound, sound_files
 from paradize.scene.settings.terrain import Terrain
 
 __all__ = [
@@ -41,6 +42,8 @@ __all__ = [
     "Head",
     "Instance",
     "Light",
+    "Music",
+    "NeededSound",
     "ObjectMaterial",
     "Particles",
     "Relief",
@@ -56,4 +59,5 @@ __all__ = [
     "Waiver",
     "Water",
     "load_scene",
+    "sound_files",
 ]

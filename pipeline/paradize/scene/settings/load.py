@@ -16,6 +16,7 @@ from paradize.scene.settings.instance_table import read_instances
 from paradize.scene.settings.lights import check_lights
 from paradize.scene.settings.objects import SceneObject
 from paradize.scene.settings.scene import Scene
+from paradize.scene.settings.sound import check_sounds
 
 
 def load_scene(path: Path) -> Scene:
@@ -120,6 +121,7 @@ def _cross_checks(scene: Scene, faults: Faults) -> None:
             what = f"{cloud.name!r} is already particles[{sparkles[cloud.name]}]"
             faults.add(f"particles[{i}].name", what, "rename one")
     _check_totals(scene, faults)
+    check_sounds(scene.sounds, scene.music, scene.flight.duration_s, faults)
     flight = scene.flight
     check_lights(scene.lights, scene.objects, flight.duration_s, faults)
     if len(flight.eye) != len(flight.target):

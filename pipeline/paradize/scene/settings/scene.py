@@ -1,11 +1,10 @@
 # ruff: noqa: RUF009 (the calls in the dataclasses make their fields)
-"""The whole scene, its general settings, particles, sound and waivers."""
+"""The whole scene, its general settings, particles and waivers."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from datetime import date
-from pathlib import Path
 
 from paradize.scene.budget import METRICS
 from paradize.scene.schema import (
@@ -20,7 +19,6 @@ from paradize.scene.schema import (
     number,
     one_of,
     point,
-    source,
     table,
     tables,
     text,
@@ -32,6 +30,7 @@ from paradize.scene.settings.environment import Ambient, Fog, Shadow, Sky, Sun, 
 from paradize.scene.settings.flight import Flight, FreeCamera
 from paradize.scene.settings.lights import Light
 from paradize.scene.settings.objects import SceneObject
+from paradize.scene.settings.sound import MOST_SOUNDS, Music, Sound
 from paradize.scene.settings.terrain import Terrain
 from paradize.tiers import TIER_OPTIONS
 
@@ -134,12 +133,6 @@ class Particles:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Sound:
-    file: Path = source(meaning="Ogg Vorbis file, played in a loop")
-    volume: float = number(1.0, low=0.0, high=1.0, meaning="1: as recorded")
-
-
-@dataclass(frozen=True, kw_only=True)
 class Waiver:
     """Lets a finding of `paradize check` pass until a date. artifact, metric: None matches any."""
 
@@ -179,7 +172,15 @@ class Scene:
         "no shadow.",
     )
     particles: tuple[Particles, ...] = tables(Particles, meaning="A cloud of glittering particles.")
-    sound: Sound | None = table(Sound, None, meaning="A looped sound.")
+    sounds: tuple[Sound, ...] = tables(
+        Sound,
+        key="sound",
+        most=MOST_SOUNDS,
+        lone=True,
+        meaning="A looped sound: at a place, along a line, or everywhere. One table for each; a single "
+        "`[sound]` is one.",
+    )
+    music: Music | None = table(Music, None, meaning="Pieces of music that a key switches.")
     flight: Flight = table(
         Flight, meaning="The camera's flight: a closed spline through eye and target waypoints."
     )
