@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     F32 = npt.NDArray[np.float32]
     F64 = npt.NDArray[np.float64]
 
-_ROWS = 256  # decoded at once
 _TOE, _CONTRAST, _SHOULDER = 0.22, 1.33, 0.532  # of shaders/lib/tonemap.glsl
 
 

@@ -54,15 +54,13 @@ class Limits:
 @dataclass(frozen=True)
 class Seen:
     """A difference of pictures. p99_deg, mean_deg, max_deg: of the normals of pixels, weighted by what both
-    levels cover, over the pictures from all directions; worst_p99_deg: the largest p99 of one direction.
-    silhouette: pixels that only one covers, as a share of the rectangle around both. size_px: the
-    diagonal."""
+    levels cover, over the pictures from all directions. silhouette: pixels that only one covers, as a share
+    of the rectangle around both. size_px: the diagonal."""
 
     size_px: float
     p99_deg: float
     mean_deg: float
     max_deg: float
-    worst_p99_deg: float
     silhouette: float
 
     def inside(self, limits: Limits) -> bool:
@@ -113,7 +111,7 @@ def _seen(finest: SeenMesh, level: SeenMesh, size_px: float, limits: Limits) -> 
     """As seen_difference; None where it is beyond the limits."""
     size = diagonal_of(finest)
     if not size > 0:
-        return Seen(size_px, 0.0, 0.0, 0.0, 0.0, 0.0)
+        return Seen(size_px, 0.0, 0.0, 0.0, 0.0)
     found = seen_differences(
         finest,
         level,
@@ -126,13 +124,12 @@ def _seen(finest: SeenMesh, level: SeenMesh, size_px: float, limits: Limits) -> 
     )
     if found is None:
         return None
-    each, all_of_them = found
+    _, all_of_them = found
     seen = Seen(
         size_px,
         all_of_them.p99_deg,
         all_of_them.mean_deg,
         all_of_them.max_deg,
-        max(one.p99_deg for one in each),
         _silhouette(all_of_them),
     )
     return seen if seen.inside(limits) else None
