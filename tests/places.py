@@ -8,8 +8,8 @@ ROOT = Path(__file__).resolve().parent.parent
 # also counts what the process had that started it.
 PEAK = """
 def peak():
-    with open("/proc/self/status") as told:
-        return next(1024 * int(line.split()[1]) for line in told if line.startswith("VmHWM"))
+    with open("/proc/self/status") as status:
+        return next(1024 * int(line.split()[1]) for line in status if line.startswith("VmHWM"))
 """
 # Files that nobody here wrote; not everywhere: ask is_dir().
 CORPUS = Path(os.environ.get("PARADIZE_CORPUS", ROOT.parent / "shared" / "corpus"))

@@ -265,15 +265,15 @@ def test_locks_name_no_host_and_carry_hashes() -> None:
 
 def test_a_deep_test_names_no_cases_of_make_test() -> None:
     """`sweep`, `sample` and deep cases would say of it what is not so."""
-    told = []
+    result = []
     for path in (ROOT / "tests").rglob("test_*.py"):
         for test in (node for node in ast.parse(path.read_text()).body if isinstance(node, ast.FunctionDef)):
             marks = [ast.unparse(mark) for mark in test.decorator_list]
             others = [
                 mark for mark in marks if re.search(r"\b(sweep|sample)\(|marks=pytest\.mark\.deep", mark)
             ]
-            told += [test.name] if "pytest.mark.deep" in marks and others else []
-    assert told == []
+            result += [test.name] if "pytest.mark.deep" in marks and others else []
+    assert result == []
 
 
 def test_no_folder_of_tests_is_left_out_of_a_run(pytestconfig: pytest.Config) -> None:

@@ -54,20 +54,20 @@ def test_make_run_before_make_test_still_runs_every_cpp_suite(clone: Path) -> No
     """`make run` configures the player before `make test` installs doctest."""
     first = [line for line in recipe("run") if "cmake --preset" in line]
     assert len(first) == 1
-    told = configure(clone, first[0], doctest=False)
-    assert told.returncode == 0, told.stdout + told.stderr
+    result = configure(clone, first[0], doctest=False)
+    assert result.returncode == 0, result.stdout + result.stderr
     for line in recipe("test"):
         if "cmake --preset" in line:
-            told = configure(clone, line, doctest=True)
-            assert told.returncode == 0, told.stdout + told.stderr
+            result = configure(clone, line, doctest=True)
+            assert result.returncode == 0, result.stdout + result.stderr
     assert registered(clone) == (0, SUITES)
 
 
 def test_make_test_without_doctest_stops_and_names_it(clone: Path) -> None:
     for line in recipe("test"):
-        if "cmake --preset" in line and (told := configure(clone, line, doctest=False)).returncode:
+        if "cmake --preset" in line and (result := configure(clone, line, doctest=False)).returncode:
             break
-    assert told.returncode and "doctest" in told.stdout + told.stderr
+    assert result.returncode and "doctest" in result.stdout + result.stderr
 
 
 @pytest.mark.parametrize("target", ["test", "deep"])
@@ -80,8 +80,8 @@ def test_no_cpp_test_found_is_a_failure(clone: Path, target: str) -> None:
         (clone / "build" / folder / "CTestTestfile.cmake").write_text("")
         for line in commands:
             if f" {preset} " in line or f"build/{folder}" in line:
-                told = subprocess.run(["bash", "-c", line], cwd=clone, capture_output=True, text=True)
-                assert told.returncode != 0 and "No tests were found" in told.stdout + told.stderr
+                result = subprocess.run(["bash", "-c", line], cwd=clone, capture_output=True, text=True)
+                assert result.returncode != 0 and "No tests were found" in result.stdout + result.stderr
 
 
 def closing_lines(folder: Path, log: str, *more: str) -> subprocess.CompletedProcess[str]:
@@ -107,14 +107,14 @@ def closing_lines(folder: Path, log: str, *more: str) -> subprocess.CompletedPro
 
 
 def test_the_last_lines_count_cpp_cases_and_skips_by_reason(tmp_path: Path) -> None:
-    told = closing_lines(
+    result = closing_lines(
         tmp_path,
         "1: [doctest] test cases:      80 |      78 passed | 1 failed | 1 skipped\n"
         "2: [doctest] test cases:     120 |     120 passed | 0 failed | 0 skipped\n",
     )
-    assert told.returncode == 0, told.stdout + told.stderr
-    assert "slowest 10 durations" in told.stdout
-    cpp, skips, closing = told.stdout.splitlines()[-3:]
+    assert result.returncode == 0, result.stdout + result.stderr
+    assert "slowest 10 durations" in result.stdout
+    cpp, skips, closing = result.stdout.splitlines()[-3:]
     assert cpp == "2 C++ suites, 200 cases: 198 passed, 1 failed, 1 skipped"
     assert skips == "2 skipped: no moon"
     assert "1 passed, 2 skipped" in closing
@@ -124,5 +124,5 @@ def test_the_last_lines_count_cpp_cases_and_skips_by_reason(tmp_path: Path) -> N
     "text", ["No tests were found!!!", "test cases: 0 | 0 passed | 0 failed | 0 skipped"]
 )
 def test_a_run_without_cpp_cases_is_a_failure(tmp_path: Path, text: str) -> None:
-    told = closing_lines(tmp_path, text, "-n0")
-    assert told.returncode != 0 and "no C++ suite ran" in told.stdout + told.stderr
+    result = closing_lines(tmp_path, text, "-n0")
+    assert result.returncode != 0 and "no C++ suite ran" in result.stdout + result.stderr

@@ -43,16 +43,16 @@ def imported() -> set[str]:
 
 def test_each_package_that_the_code_imports_is_named_as_a_dependency() -> None:
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
-    asked = {named(each) for each in project["dependencies"]}
+    expected = {named(each) for each in project["dependencies"]}
     optional = {named(each) for extra in project["optional-dependencies"].values() for each in extra}
     names = packages_distributions() | {"dask": ["distributed"]}  # which needs it
     others = imported() - set(sys.stdlib_module_names) - {"paradize"}
     names |= {name: [name] for name in others - names.keys()}
     assert {
-        name for name in others if not {named(each) for each in names[name]} & (asked | optional)
+        name for name in others if not {named(each) for each in names[name]} & (expected | optional)
     } == set()
     used = {named(each) for name in others for each in names[name]}
-    assert asked - used == set(), "named, and nothing imports it"
+    assert expected - used == set(), "named, and nothing imports it"
 
 
 @pytest.fixture(scope="module")
@@ -83,11 +83,11 @@ def test_the_source_package_installs_into_an_empty_environment_and_makes_maps(
     subprocess.run([sys.executable, "-m", "venv", tmp_path / "venv"], check=True)
     pip = [tmp_path / "venv/bin/pip", "--disable-pip-version-check", "install"]
     environment = os.environ | {"SKBUILD_CMAKE_DEFINE": "CMAKE_DISABLE_FIND_PACKAGE_OpenMesh=ON"}
-    told = subprocess.run(
+    result = subprocess.run(
         [*pip, "-v", source_package], cwd=tmp_path, env=environment, capture_output=True, text=True
     )
-    assert told.returncode == 0, told.stdout[-4000:] + told.stderr
-    assert "OpenMesh is not found: built without it" in told.stdout + told.stderr
+    assert result.returncode == 0, result.stdout[-4000:] + result.stderr
+    assert "OpenMesh is not found: built without it" in result.stdout + result.stderr
     photo = make_sources(tmp_path / "made") / "textures/photo.png"
     command = [tmp_path / "venv/bin/paradize", "maps", photo, "-o", tmp_path / "maps"]
     made = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path)
@@ -108,12 +108,12 @@ def test_the_wheel_holds_types_schema_and_fields_and_no_sources_of_kernels(tmp_p
     with zipfile.ZipFile(built_wheel(tmp_path)) as archive:
         names = {name for name in archive.namelist() if not name.partition("/")[0].endswith(".dist-info")}
     assert all(name.startswith("paradize/") for name in names), "tests or scripts"
-    asked = {
+    expected = {
         str(path.relative_to(PACKAGE.parent)) for path in PACKAGE.rglob("*.py*") if path.suffix != ".pyc"
     }
-    asked -= {"paradize/kernels/digest.py"}  # runs while a kernel is built
-    asked |= {"paradize/py.typed", "paradize/scene/scene.schema.json", "paradize/scene/FIELDS.md"}
-    assert asked - names == set()
+    expected -= {"paradize/kernels/digest.py"}  # runs while a kernel is built
+    expected |= {"paradize/py.typed", "paradize/scene/scene.schema.json", "paradize/scene/FIELDS.md"}
+    assert expected - names == set()
     assert {Path(name).suffix for name in names} == {".py", ".pyi", ".typed", ".json", ".md", ".yml"}
 
 
@@ -129,17 +129,17 @@ for method in ("paradize", "meshoptimizer", "openmesh"):
 @pytest.mark.deep
 def test_the_wheel_bakes_in_an_empty_environment_without_a_compiler(tmp_path: Path) -> None:
     """Two wheels: meshoptimizer is published as source only, so its wheel is built beside."""
-    told = subprocess.run(["make", "wheel"], cwd=ROOT, capture_output=True, text=True)
-    assert told.returncode == 0, told.stdout + told.stderr
+    result = subprocess.run(["make", "wheel"], cwd=ROOT, capture_output=True, text=True)
+    assert result.returncode == 0, result.stdout + result.stderr
     (wheel,) = (ROOT / "build/wheel").glob("paradize-*.whl")
     python = "cp{0}{1}-cp{0}{1}".format(*sys.version_info)
     assert wheel.name == f"paradize-{version('paradize')}-{python}-linux_{platform.machine()}.whl"
     subprocess.run([sys.executable, "-m", "venv", tmp_path / "venv"], check=True)
     pip = [tmp_path / "venv/bin/pip", "--disable-pip-version-check", "install", "--only-binary", ":all:"]
-    told = subprocess.run(
+    result = subprocess.run(
         [*pip, "--find-links", wheel.parent, wheel], cwd=tmp_path, capture_output=True, text=True
     )
-    assert told.returncode == 0, told.stdout[-4000:] + told.stderr
+    assert result.returncode == 0, result.stdout[-4000:] + result.stderr
     made = make_sources(tmp_path / "made")
     model = made / "obj-kits/made/barrel.obj"
     program = str(tmp_path / "venv/bin/paradize")
@@ -150,6 +150,6 @@ def test_the_wheel_bakes_in_an_empty_environment_without_a_compiler(tmp_path: Pa
         [program, "bake", "mine/scene.toml", "-o", "baked"],
         [program, "check", "baked"],
     ):
-        told = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path)
-        assert told.returncode == 0, told.stdout + told.stderr
+        result = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path)
+        assert result.returncode == 0, result.stdout + result.stderr
     assert len(list((tmp_path / "maps").glob("*.ktx2"))) == 4

@@ -26,7 +26,7 @@ def test_interrupt():
 
 def test_hang():
     with started(["bash", "-c", "sleep 600 & echo $!; wait"], stdout=subprocess.PIPE, text=True) as process:
-        os.write(int(os.environ["TOLD"]), process.stdout.readline().encode())
+        os.write(int(os.environ["SLEEPER_PIPE"]), process.stdout.readline().encode())
         signal.pause()
 """
 
@@ -43,15 +43,15 @@ def test_where_signals_are_ignored_a_test_can_still_send_them(tmp_path: Path, ig
     """`nohup make test &` in a script: what a process ignores, what it starts ignores too."""
     shell = ["bash", "-c", f'trap "" {ignored}; exec "$@"', "bash"]
     command = [*shell, *inner(tmp_path, "-k", "interrupt")]
-    told = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=120)
-    assert told.returncode == 0, told.stdout + told.stderr
+    result = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=120)
+    assert result.returncode == 0, result.stdout + result.stderr
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_a_run_that_is_ended_leaves_no_process(tmp_path: Path, number: int) -> None:
     """Neither those that its tests started, nor what those started."""
     ours, theirs = os.pipe()
-    environment = {**os.environ, "TOLD": str(theirs)}
+    environment = {**os.environ, "SLEEPER_PIPE": str(theirs)}
     command = inner(tmp_path, "-s", "-k", "hang")
     with started(command, cwd=ROOT, env=environment, pass_fds=[theirs], stdout=subprocess.DEVNULL) as run:
         os.close(theirs)

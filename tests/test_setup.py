@@ -44,18 +44,18 @@ def test_nothing_missing_asks_apt_for_nothing(tmp_path: Path) -> None:
 
 
 def test_only_the_asked_list_is_installed(tmp_path: Path) -> None:
-    asking = f'echo "$@" >>{tmp_path}/asked'
+    asking = f'echo "$@" >>{tmp_path}/requests'
     result = run_debian(tmp_path, MISSING, {"apt-get": asking, "sudo": '"$@"'})
     assert result.returncode == 0, result.stderr
-    asked = (tmp_path / "asked").read_text()
-    assert "some-package" in asked
-    assert "other-package" not in asked
+    requests = (tmp_path / "requests").read_text()
+    assert "some-package" in requests
+    assert "other-package" not in requests
 
 
 def apt(tmp_path: Path, candidate: str) -> dict[str, str]:
     """An apt that writes down what it is asked for, and knows one version of every package, or none."""
     return {
-        "apt-get": f'echo "$@" >>{tmp_path}/asked',
+        "apt-get": f'echo "$@" >>{tmp_path}/requests',
         "apt-cache": f'echo "  Candidate: {candidate}"',
         "sudo": '"$@"',
     }
@@ -70,16 +70,16 @@ def test_a_package_that_can_be_done_without_is_asked_for_where_apt_has_it(
 ) -> None:
     result = run_debian(tmp_path, OPTIONAL, apt(tmp_path, candidate))
     assert result.returncode == 0, result.stderr
-    asked = (tmp_path / "asked").read_text().split()
-    assert "some-package" in asked
-    assert ("browser" in asked) == there
-    assert "browser?" not in asked
+    requests = (tmp_path / "requests").read_text().split()
+    assert "some-package" in requests
+    assert ("browser" in requests) == there
+    assert "browser?" not in requests
 
 
 def test_only_packages_that_can_be_done_without_missing_is_no_fault(tmp_path: Path) -> None:
     result = run_debian(tmp_path, "run command:no-browser browser?\n", apt(tmp_path, "(none)"))
     assert (result.returncode, result.stdout) == (0, "")
-    assert "install" not in (tmp_path / "asked").read_text()
+    assert "install" not in (tmp_path / "requests").read_text()
 
 
 def test_only_packages_that_can_be_done_without_missing_is_no_fault_without_apt(tmp_path: Path) -> None:
@@ -91,9 +91,9 @@ ID = {"id": "echo 1000"}
 
 
 def test_a_plain_user_without_sudo_is_told_the_command_to_run_as_root(tmp_path: Path) -> None:
-    asking = {"apt-get": f'echo "$@" >>{tmp_path}/asked'}
+    asking = {"apt-get": f'echo "$@" >>{tmp_path}/requests'}
     result = run_debian(tmp_path, OPTIONAL, asking | ID)
-    assert result.returncode == 1 and not (tmp_path / "asked").exists()
+    assert result.returncode == 1 and not (tmp_path / "requests").exists()
     _, command, others = result.stderr.splitlines()
     assert command.split() == ["apt-get", "install", "some-package"]
     assert others == "Some tests also use: browser"
@@ -108,8 +108,8 @@ def test_a_plain_user_hears_what_is_missing_before_sudo_asks_for_a_password(tmp_
     tools = {"apt-get": "true", "sudo": 'echo "password?"; "$@"'}
     result = run_debian(tmp_path, MISSING, tools | ID)
     assert result.returncode == 0, result.stderr
-    missing, _, asked, *_ = result.stdout.splitlines()
-    assert (missing.split(), asked) == (["missing:", "some-package"], "password?")
+    missing, _, requests, *_ = result.stdout.splitlines()
+    assert (missing.split(), requests) == (["missing:", "some-package"], "password?")
 
 
 @pytest.mark.parametrize("refused", ["update", "install"])

@@ -28,15 +28,15 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("--runs", type=int, default=9, help="timed runs of each work (default 9)")
     parser.add_argument("topics", nargs="*", metavar="TOPIC", help=f"some of: {', '.join(TOPICS)}")
-    asked = parser.parse_args()
-    unknown = sorted(set(asked.topics) - set(TOPICS))
+    arguments = parser.parse_args()
+    unknown = sorted(set(arguments.topics) - set(TOPICS))
     if unknown:
         parser.error(f"no topic {', '.join(unknown)}; there are {', '.join(TOPICS)}")
     print(f"{machine()}\n")
     done: list[Row] = []
     with tempfile.TemporaryDirectory() as name:
-        for topic in asked.topics or TOPICS:
-            for row in importlib.import_module(f"topics.{topic}").rows(asked.runs, Path(name)):
+        for topic in arguments.topics or TOPICS:
+            for row in importlib.import_module(f"topics.{topic}").rows(arguments.runs, Path(name)):
                 done.append(row)
                 ratio = row.peer_ms / row.ours_ms
                 kept = row.limit is None or ratio >= row.limit

@@ -156,19 +156,19 @@ class Browser:
         return message
 
     def _note(self, message: dict[str, Any]) -> None:
-        told = message.get("params", {})
-        if message.get("method") == "Runtime.consoleAPICalled" and told["type"] in (
+        result = message.get("params", {})
+        if message.get("method") == "Runtime.consoleAPICalled" and result["type"] in (
             "error",
             "warning",
             "assert",
         ):
-            parts = [str(part.get("value", part.get("description"))) for part in told["args"]]
+            parts = [str(part.get("value", part.get("description"))) for part in result["args"]]
             self.complaints.append(" ".join(parts))
         elif message.get("method") == "Runtime.exceptionThrown":
-            details = told["exceptionDetails"]
+            details = result["exceptionDetails"]
             self.complaints.append(details.get("exception", {}).get("description", details["text"]))
-        elif message.get("method") == "Log.entryAdded" and told["entry"]["level"] in ("error", "warning"):
-            self.complaints.append(told["entry"]["text"])
+        elif message.get("method") == "Log.entryAdded" and result["entry"]["level"] in ("error", "warning"):
+            self.complaints.append(result["entry"]["text"])
 
     def call(self, method: str, **parameters: Any) -> dict[str, Any]:
         """Calls a method of the protocol; its result. Raises RuntimeError with what the browser answers."""

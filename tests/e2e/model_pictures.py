@@ -161,7 +161,7 @@ class Three:
         """The picture (h, w, 3) of /models/PATH; or what three.js said instead. placement: as of Baked."""
         eye, target = camera(manifest, SECOND)
         flight, sun = manifest["flight"], manifest["sun"]
-        asked = {
+        options = {
             "size": size,
             "eye": eye.tolist(),
             "target": target.tolist(),
@@ -175,7 +175,7 @@ class Three:
         }
         self.bodies.clear()
         try:
-            found = self.browser.run(f"window.show({json.dumps(path)}, {json.dumps(asked)})")
+            found = self.browser.run(f"window.show({json.dumps(path)}, {json.dumps(options)})")
         except RuntimeError as error:
             return str(error).splitlines()[0][:300]
         except (TimeoutError, EOFError) as error:

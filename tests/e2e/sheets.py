@@ -243,13 +243,13 @@ def main() -> None:
         "--redo", type=float, metavar="FLIP", help="bake again what has this FLIP or more, or none"
     )
     parser.add_argument("--redraw", action="store_true", help="draw all again from what is baked")
-    asked = parser.parse_args()
-    folders = [folder.resolve() for folder in asked.folders]
-    models = models_below(folders, asked.without)[:: asked.every]
+    arguments = parser.parse_args()
+    folders = [folder.resolve() for folder in arguments.folders]
+    models = models_below(folders, arguments.without)[:: arguments.every]
     common = Path(os.path.commonpath(folders))
     root = common if common.is_dir() else common.parent
-    rows = show_all(models, root, asked.out, asked.size, redo=asked.redo, redraw=asked.redraw)
-    draw_sheets(rows, asked.out, asked.size)
+    rows = show_all(models, root, arguments.out, arguments.size, redo=arguments.redo, redraw=arguments.redraw)
+    draw_sheets(rows, arguments.out, arguments.size)
     print(summary(rows))
 
 

@@ -41,8 +41,8 @@ def test_a_swapped_stage_changes_the_picture_and_none_changes_nothing(
     colors = next(tasks for stage, tasks in stages if stage == "colour textures")
     assert set(colors) == {"sand colour", "effect colour", "post colour"}
 
-    asked = [("colour textures", colors), ("nothing", [])]
-    found = attribute(path, scene, asked, tmp_path / "used", "fast", PLAYER, tmp_path)
+    parts = [("colour textures", colors), ("nothing", [])]
+    found = attribute(path, scene, parts, tmp_path / "used", "fast", PLAYER, tmp_path)
     assert [bar["stage"] for bar in found] == ["colour textures", "nothing"]
     assert 0.0 < found[0]["flip_mean"] <= found[0]["flip_max"] <= 1.0
     assert (found[1]["flip_mean"], found[1]["flip_p99"], found[1]["flip_max"]) == (0.0, 0.0, 0.0)

@@ -69,19 +69,19 @@ def test_khronos_validator_finds_nothing_in_an_exported_scene(
 def test_three_flies_along_the_path_that_scene_json_tells(
     exported: tuple[Path, Path, dict[str, Any]], page: ExportPage
 ) -> None:
-    baked, path, told = exported
+    baked, path, result = exported
     found = page.show(path.read_bytes(), SECONDS[path.stem], SIZE)
     manifest = json.loads((baked / "scene.json").read_text())
     assert found["duration_s"] == pytest.approx(manifest["flight"]["duration_s"], abs=1e-3)
-    assert found["triangles"] == told["triangles"]
+    assert found["triangles"] == result["triangles"]
     for second, pose in zip(SECONDS[path.stem], found["poses"], strict=True):
         eye, target = camera(manifest, second)
         look = (target - eye) / np.linalg.norm(target - eye)
         matrix = np.array(pose).reshape(4, 4).T
         # float32 places of some 100 m; the keys' own error is told.
-        assert np.linalg.norm(matrix[:3, 3] - eye) < told["errors"]["path_export_m_max"] + 1e-4, second
+        assert np.linalg.norm(matrix[:3, 3] - eye) < result["errors"]["path_export_m_max"] + 1e-4, second
         angle = np.degrees(np.linalg.norm(-matrix[:3, 2] - look))
-        assert angle < told["errors"]["path_export_deg_max"] + 1e-3, second
+        assert angle < result["errors"]["path_export_deg_max"] + 1e-3, second
     if path.stem != "island":
         return
     picture = page.drawn[113.0]

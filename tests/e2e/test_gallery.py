@@ -174,5 +174,5 @@ def test_three_shows_an_exported_gallery_as_the_player_does_without_its_sea(
     beside.parent.mkdir(parents=True, exist_ok=True)
     save(beside, np.hstack([ours, theirs]))
     error = flip_map(theirs, ours)
-    told = f"FLIP {error.mean():.4f}, of the worst tile {worst_tile(error):.3f}: {beside}"
-    assert error.mean() <= MAX_FLIP and worst_tile(error) <= MAX_TILE_FLIP, told
+    message = f"FLIP {error.mean():.4f}, of the worst tile {worst_tile(error):.3f}: {beside}"
+    assert error.mean() <= MAX_FLIP and worst_tile(error) <= MAX_TILE_FLIP, message

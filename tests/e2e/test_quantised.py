@@ -62,8 +62,8 @@ def test_three_shows_codes_as_it_shows_floats(page: Page, root: Path, quantise_d
     levels = [lod.mesh for lod in decode_glb(floats)]
     box = window(levels[0])
     page.show("floats", floats, box, None, {})
-    told = page.show("codes", codes, box, None, {})
-    assert [level["triangles"] for level in told] == [len(level.triangles) for level in levels]
+    report = page.show("codes", codes, box, None, {})
+    assert [level["triangles"] for level in report] == [len(level.triangles) for level in levels]
     for number, level in enumerate(levels):
         require_drawn(page, "codes", number, level, box)
         ours = page.drawn["codes", number, "light"].astype(int)

@@ -19,7 +19,7 @@ from tests.places import ROOT
 
 
 @pytest.fixture(scope="module")
-def told(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, Any]]:
+def reported(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, Any]]:
     """The folder of reports, and what the bake said. One budget cannot be kept."""
     top = tmp_path_factory.mktemp("report")
     scene = make_cove(top / "scene")
@@ -42,9 +42,9 @@ def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
 
 @pytest.mark.parametrize("width", [360, 1400])
 def test_the_report_opens_whole_and_tells_every_artifact(
-    told: tuple[Path, dict[str, Any]], browser: Browser, width: int
+    reported: tuple[Path, dict[str, Any]], browser: Browser, width: int
 ) -> None:
-    folder, baked = told
+    folder, baked = reported
     browser.call(
         "Emulation.setDeviceMetricsOverride", width=width, height=800, deviceScaleFactor=1, mobile=False
     )
@@ -61,9 +61,9 @@ def test_the_report_opens_whole_and_tells_every_artifact(
 
 
 def test_the_report_marks_what_is_beyond_its_budget_and_nothing_else(
-    told: tuple[Path, dict[str, Any]], browser: Browser
+    reported: tuple[Path, dict[str, Any]], browser: Browser
 ) -> None:
-    folder, baked = told
+    folder, baked = reported
     browser.open((folder / "cove/index.html").as_uri())
     rows = "[...document.querySelectorAll('.meter.bad')].map((meter) => meter.closest('tr'))"
     marked = browser.run(f"{rows}.map((row) => row.querySelector('th').firstChild.textContent)")
@@ -71,6 +71,6 @@ def test_the_report_marks_what_is_beyond_its_budget_and_nothing_else(
     assert over and sorted(marked) == sorted(over)
 
 
-def test_the_page_at_the_top_is_that_of_the_last_bake(told: tuple[Path, dict[str, Any]]) -> None:
-    folder, _ = told
+def test_the_page_at_the_top_is_that_of_the_last_bake(reported: tuple[Path, dict[str, Any]]) -> None:
+    folder, _ = reported
     assert (folder / "index.html").read_bytes() == (folder / "cove/index.html").read_bytes()

@@ -41,8 +41,8 @@ class Page(ThreePage):
 
     def show(self, name: str, glb: bytes, box: Box, color: str | None, cutoffs: dict[str, float]) -> Any:
         self.size = width_of(box), HEIGHT
-        asked = {"width": self.size[0], "height": HEIGHT, "box": box, "color": color, "cutoffs": cutoffs}
-        return self.run(f"{name}.glb", glb, f"window.show('{name}', {json.dumps(asked)})")["levels"]
+        options = {"width": self.size[0], "height": HEIGHT, "box": box, "color": color, "cutoffs": cutoffs}
+        return self.run(f"{name}.glb", glb, f"window.show('{name}', {json.dumps(options)})")["levels"]
 
 
 @pytest.fixture(scope="module")
@@ -105,10 +105,10 @@ def test_three_draws_every_level_of_the_palm_where_its_triangles_are(
         root / "raw_assets/palm/palm.ppm", alpha=root / "raw_assets/palm/palm_alpha.pgm", wrap="clamp"
     )
     (page.files / "palm.ktx2").write_bytes(color.data)
-    told = page.show("palm", palm, box, "palm", {"leaves": 0.43})
-    assert [level["name"] for level in told] == [f"lod{k}" for k in range(len(levels))]
-    assert [level["triangles"] for level in told] == [len(level.triangles) for level in levels]
-    assert all(level["attributes"] == ["normal", "position", "tangent", "uv"] for level in told)
+    report = page.show("palm", palm, box, "palm", {"leaves": 0.43})
+    assert [level["name"] for level in report] == [f"lod{k}" for k in range(len(levels))]
+    assert [level["triangles"] for level in report] == [len(level.triangles) for level in levels]
+    assert all(level["attributes"] == ["normal", "position", "tangent", "uv"] for level in report)
     for number, level in enumerate(levels):
         require_drawn(page, "palm", number, level, box)
     pictures = [page.drawn["palm", k, "light"].astype(np.float32) / 255 for k in range(len(levels))]

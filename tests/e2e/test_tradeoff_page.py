@@ -20,14 +20,14 @@ def page(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("tradeoff")
     noise = np.random.default_rng(3).integers(0, 255, (32, 32, 3), np.uint8)
     write_image(folder / "<b>rock & sand.png", noise)
-    told = measure_file(folder / "<b>rock & sand.png", FileOptions(), runs=1)
-    told["attribution"] = [
+    report = measure_file(folder / "<b>rock & sand.png", FileOptions(), runs=1)
+    report["attribution"] = [
         {"stage": "terrain", "flip_mean": 0.01, "flip_p99": 0.2, "flip_max": 0.5},
         {"stage": "levels of detail", "flip_mean": 0.02, "flip_p99": 0.3, "flip_max": 0.6},
     ]
-    told["groups"][0]["budget"] = 36.0
+    report["groups"][0]["budget"] = 36.0
     path = folder / "tradeoff.html"
-    path.write_text(tradeoff_page(told))
+    path.write_text(tradeoff_page(report))
     return path
 
 

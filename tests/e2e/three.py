@@ -73,8 +73,8 @@ class ExportPage(ThreePage):
         """Draws an exported scene at each of the seconds. more: sky and hidden of show_export.mjs."""
         self.size = size
         self.drawn.clear()
-        asked = {"width": size[0], "height": size[1], "seconds": seconds, **more}
-        return self.run("scene.glb", glb, f"window.show('scene', {json.dumps(asked)})")
+        options = {"width": size[0], "height": size[1], "seconds": seconds, **more}
+        return self.run("scene.glb", glb, f"window.show('scene', {json.dumps(options)})")
 
 
 P = TypeVar("P", bound=ThreePage)

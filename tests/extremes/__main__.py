@@ -60,8 +60,8 @@ def as_text(cells: list[Cell]) -> str:
         error = f"{_figure(cell)} {cell.unit}" if cell.error is not None else ""
         lines.append(f"{cell.row:34} {cell.extreme:11} {error:24} {cell.verdict}: {_said(cell)}")
     counts = {verdict: sum(cell.verdict == verdict for cell in cells) for verdict in _WORDS}
-    told = ", ".join(f"{count} {_WORDS[verdict]}" for verdict, count in counts.items())
-    return "\n".join([*lines, f"{len(cells)} cells: {told}"])
+    message = ", ".join(f"{count} {_WORDS[verdict]}" for verdict, count in counts.items())
+    return "\n".join([*lines, f"{len(cells)} cells: {message}"])
 
 
 _WORDS = {"holds": "hold", "refused": "refused", "absent": "do not apply", "fails": "fail"}
@@ -91,8 +91,8 @@ def as_markdown(cells: list[Cell]) -> str:
     ]
     marks = {"refused": "*no*", "absent": "·"}
     for name, row in rows.items():
-        told = [marks.get(c.verdict) or (_figure(c) if c.verdict == "holds" else "**fails**") for c in row]
-        lines.append(f"| {name} | {row[0].limit:g} {row[0].unit} | {' | '.join(told)} |")
+        result = [marks.get(c.verdict) or (_figure(c) if c.verdict == "holds" else "**fails**") for c in row]
+        lines.append(f"| {name} | {row[0].limit:g} {row[0].unit} | {' | '.join(result)} |")
     for head, verdict in (("Refused", "refused"), ("Does not apply", "absent")):
         lines += ["", f"## {head}", ""]
         for name, row in rows.items():

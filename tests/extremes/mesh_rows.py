@@ -164,7 +164,7 @@ def _coded(mesh: Mesh) -> QuantizedValues:
 
 
 def _steps_off(mesh: Mesh, made: QuantizedValues) -> float:
-    """How far a vertex moved along an axis, in steps of the lattice: half of one at most."""
+    """How far a vertex moved along an axis, in steps of the quantization grid: half of one at most."""
     step, origin = np.array(made.grid.step), np.array(made.grid.origin)
     places = made.positions * step + origin
     return float((np.abs(places - sound(mesh).positions.astype(np.float64)) / step).max())

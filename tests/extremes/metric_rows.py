@@ -198,8 +198,8 @@ def _quantised(mesh: Mesh) -> list[dict[str, float]]:
 def _quantised_error(mesh: Mesh, made: list[dict[str, float]]) -> float:
     """From codes that are worked out here; steps, and degrees."""
     clean, found = replace(sound(mesh), groups=()), made[0]
-    lattice = mesh_grid([clean])
-    step, wide = lattice.step[0], clean.positions.astype(np.float64) - np.array(lattice.origin)
+    grid = mesh_grid([clean])
+    step, wide = grid.step[0], clean.positions.astype(np.float64) - np.array(grid.origin)
     off = np.linalg.norm((np.rint(wide / step) - wide / step), axis=1).max()
     assert clean.normals is not None
     n = clean.normals.astype(np.float64)

@@ -42,10 +42,10 @@ def _colors(picture: F32) -> list[np.ndarray]:
     read_picture(picture)
     found: list[dict[int, np.ndarray]] = [{} for _ in range(max(picture.shape[:2]).bit_length())]
 
-    def told(level: int, first: int, codes: np.ndarray) -> None:
+    def keep(level: int, first: int, codes: np.ndarray) -> None:
         found[level][first] = codes.copy()
 
-    color_rows(picture, told, encoded=True)
+    color_rows(picture, keep, encoded=True)
     return [np.concatenate([bands[first] for first in sorted(bands)]) for bands in found]
 
 

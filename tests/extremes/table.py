@@ -133,13 +133,13 @@ def is_finite(value: Any) -> bool:
 def cell_of(row: Row, extreme: str) -> Cell:
     """Runs one cell. A warning of numpy is a failure: nothing overflows unseen."""
 
-    def told(verdict: str, said: str, error: float | None = None, digest: str = "") -> Cell:
+    def cell(verdict: str, said: str, error: float | None = None, digest: str = "") -> Cell:
         return Cell(row.name, extreme, verdict, error, row.limit, row.unit, said, digest)
 
     if extreme in row.absent:
-        return told("absent", row.absent[extreme])
+        return cell("absent", row.absent[extreme])
     if extreme not in row.inputs:
-        return told("fails", "no input and no reason why there is none")
+        return cell("fails", "no input and no reason why there is none")
     given = row.inputs[extreme]()
     wanted = row.refused.get(extreme)
     try:
@@ -148,18 +148,18 @@ def cell_of(row: Row, extreme: str) -> Cell:
     except (ParadizeError, ValueError) as error:
         message = str(error).replace("\n", " ")
         if wanted is None or wanted not in message:
-            return told("fails", f"refused: {message}")
-        return told("refused", message, digest=digest_of(message))
+            return cell("fails", f"refused: {message}")
+        return cell("refused", message, digest=digest_of(message))
     except FloatingPointError as error:
-        return told("fails", f"numpy: {error}")
+        return cell("fails", f"numpy: {error}")
     if wanted is not None:
-        return told("fails", f"not refused, expected {wanted!r}")
+        return cell("fails", f"not refused, expected {wanted!r}")
     if not is_finite(made):
-        return told("fails", "not finite")
+        return cell("fails", "not finite")
     with np.errstate(all="ignore"):
         error = float(row.error(given, made))
     holds = math.isfinite(error) and error <= row.limit
-    return told("holds" if holds else "fails", "", error, digest_of(made))
+    return cell("holds" if holds else "fails", "", error, digest_of(made))
 
 
 def all_cells(extremes: Sequence[str]) -> list[Cell]:

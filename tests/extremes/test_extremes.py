@@ -90,5 +90,5 @@ def test_the_page_is_what_the_cells_say(cells: dict[tuple[str, str], Cell]) -> N
         for row in rows()
         for extreme in DEEP
     }
-    told = [cells.get((row, extreme)) or largest[row] for row in ROWS for extreme in EXTREMES]
-    assert _shape(as_markdown(told)) == _shape(page)
+    result = [cells.get((row, extreme)) or largest[row] for row in ROWS for extreme in EXTREMES]
+    assert _shape(as_markdown(result)) == _shape(page)

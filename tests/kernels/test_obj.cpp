@@ -161,10 +161,10 @@ TEST_CASE("unknownKeywordsAreToldOnceEachAndNotWithoutEnd") {
         text += "k" + std::to_string(i) + "\nk" + std::to_string(i) + "\n";
     const Parsed found = read(text);
     CHECK(found.notes.size() < 40);
-    std::uint64_t told = 0;
+    std::uint64_t count = 0;
     for (const Note &note : found.notes)
-        told += note.what.starts_with("keyword") ? note.count : 0;
-    CHECK(told == 2000);
+        count += note.what.starts_with("keyword") ? note.count : 0;
+    CHECK(count == 2000);
 }
 
 TEST_CASE("aCutFileNeverBreaksTheParser") {

@@ -51,8 +51,8 @@ class Cluster:
             if process:
                 end(process)
 
-    def told(self) -> str:
-        """Waits until `stall` runs; what it says."""
+    def stalled_job(self) -> str:
+        """Waits until `stall` runs; returns what it writes."""
         return self.fifo.read_text()
 
     def _run(self, what: str, *options: str) -> subprocess.Popen[str]:

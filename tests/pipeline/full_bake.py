@@ -53,10 +53,10 @@ class Sizes:
 def full_bake(scene: Path, out: Path, options: BuildOptions) -> BakeReport:
     """The scene with every mip, level, attribute and patch, so that it can be played; maps that no pass reads
     are not in it, for there is no place for them in a scene."""
-    asked = require.require
+    require_only = require.require
 
     def everything(known: Scene, colors: dict[str, Any]) -> Requirements:
-        found = asked(known, colors)
+        found = require_only(known, colors)
         for job in found.jobs:
             if job.baker == "terrain":
                 job.settings["sight"] = None

@@ -38,9 +38,9 @@ def test_the_store_gives_back_what_it_was_given() -> None:
 
 
 def test_a_report_gives_back_what_it_was_given() -> None:
-    told = MADE.to_json(REPORTED)
-    assert told["file"] == "post_color-01234567.ktx2"
-    assert Artifact.from_json(told).to_json(REPORTED) == told
+    result = MADE.to_json(REPORTED)
+    assert result["file"] == "post_color-01234567.ktx2"
+    assert Artifact.from_json(result).to_json(REPORTED) == result
 
 
 def test_what_was_not_made_has_no_file() -> None:
@@ -49,19 +49,19 @@ def test_what_was_not_made_has_no_file() -> None:
 
 @pytest.mark.parametrize("left", PUBLISHED)
 def test_scene_json_holds_what_is_published_and_nothing_else(left: str) -> None:
-    told = MADE.to_json(PUBLISHED)
-    check_artifact(told, "artifacts.post_color")
-    del told[left]
-    assert place_of_fault(told) == f"artifacts.post_color.{left}"
+    result = MADE.to_json(PUBLISHED)
+    check_artifact(result, "artifacts.post_color")
+    del result[left]
+    assert place_of_fault(result) == f"artifacts.post_color.{left}"
     assert place_of_fault(MADE.to_json((*PUBLISHED, "status"))) == "artifacts.post_color.status"
 
 
-def place_of_fault(told: dict[str, Any]) -> str:
+def place_of_fault(entry: dict[str, Any]) -> str:
     with pytest.raises(Wrong) as found:
-        check_artifact(told, "artifacts.post_color")
+        check_artifact(entry, "artifacts.post_color")
     return found.value.place
 
 
 def test_every_field_is_told_somewhere() -> None:
-    told = {*KEPT, *REPORTED, *PUBLISHED}
-    assert {one.name for one in fields(Artifact)} <= told
+    result = {*KEPT, *REPORTED, *PUBLISHED}
+    assert {one.name for one in fields(Artifact)} <= result

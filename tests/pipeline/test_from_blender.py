@@ -32,9 +32,9 @@ def commands() -> list[list[str]]:
 def follow(paradize: Run, folder: Path, suffix: str, model: str = "chair") -> set[str]:
     """Runs the page's commands in a folder that holds the export; returns the baked artifacts' names."""
     for words in commands():
-        told = [word.replace("chair.glb", f"{model}.{suffix}") for word in words]
-        done = paradize(*told, cwd=folder)
-        assert done.returncode == 0, (told, done.stdout, done.stderr)
+        message = [word.replace("chair.glb", f"{model}.{suffix}") for word in words]
+        done = paradize(*message, cwd=folder)
+        assert done.returncode == 0, (message, done.stdout, done.stderr)
     names = {path.name for path in (folder / "build/assets/chair").iterdir()}
     return {re.sub(r"-[0-9a-f]{8}\..*", "", name) for name in names}
 

@@ -133,11 +133,11 @@ def _error_m(mesh: Mesh, height: Height) -> float:
 
 
 def _tile_patch(
-    index: int, mesh: Mesh, error_m: float, finest: bool, lattice: QuantizationGrid | None
+    index: int, mesh: Mesh, error_m: float, finest: bool, grid: QuantizationGrid | None
 ) -> TilePatch:
-    if lattice is None:
+    if grid is None:
         return TilePatch(index, mesh, error_m, finest)
-    codes = quantise(mesh, lattice, direction_bits=direction_bits(lattice), float_uvs=True)
+    codes = quantise(mesh, grid, direction_bits=direction_bits(grid), float_uvs=True)
     return TilePatch(index, decoded_mesh(mesh, codes), error_m, finest, codes)
 
 
@@ -150,12 +150,12 @@ def tiled(
     repeat: float = 8.0,
     error_m: float | None = None,
     tiles: int = 2,
-    lattice: QuantizationGrid | None = None,
+    grid: QuantizationGrid | None = None,
     torn: bool = False,
 ) -> Tiled:
     """A square terrain around the origin.
 
-    error_m: error of the roots, halved every other level; None: measured. lattice: step of the quantization
+    error_m: error of the roots, halved every other level; None: measured. grid: step of the quantization
     grid, if vertices are quantized. torn: every patch is a thousandth too narrow, which opens cracks."""
     patches, members = _tree(levels)
     meshes = [_mesh(*_cut(patch.corners, refine), size_m, height, repeat) for patch in patches]
@@ -192,7 +192,7 @@ def tiled(
     for first in range(0, len(patches), share):
         group = range(first, min(first + share, len(patches)))
         (data, rows), *_ = encode_tiles(
-            _tile_patch(i, meshes[i], errors[i], patches[i].diamond < 0, lattice) for i in group
+            _tile_patch(i, meshes[i], errors[i], patches[i].diamond < 0, grid) for i in group
         )
         assert rows == list(group)
         columns["tile"] += [len(files)] * len(group)

@@ -128,9 +128,9 @@ def test_parallax_keeps_its_limit(picture: Callable[..., np.ndarray], bias: floa
     share = 0.05 / reach
     free = picture(files=files, edit=relief(0.4, bias, None), size="320x180")
     held = picture(files=files, edit=relief(0.4, bias, 0.05), size="320x180")
-    asked = picture(files=files, edit=relief(0.4 * share, bias * share, None), size="320x180")
+    wanted = picture(files=files, edit=relief(0.4 * share, bias * share, None), size="320x180")
     assert np.abs(free - held).max() > 0.2
-    assert np.abs(held - asked).max() < 2.5 / 255
+    assert np.abs(held - wanted).max() < 2.5 / 255
     assert np.abs(picture(files=files, edit=relief(0.4, bias, reach), size="320x180") - free).max() == 0.0
 
 

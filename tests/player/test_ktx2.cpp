@@ -92,7 +92,7 @@ TEST_CASE("KTX2: the message names file, place, value and limit") {
 
 TEST_CASE("KTX2: a level outside the file is reported by its offset, a wrong size by the size") {
     const test::Bytes file = test::ktx2_file(PixelFormat::rgba8_srgb, 64, 64);
-    const auto told = [&](std::size_t at, std::uint64_t value) -> std::string {
+    const auto message_of = [&](std::size_t at, std::uint64_t value) -> std::string {
         test::Bytes wrong = file;
         std::memcpy(wrong.data() + at, &value, sizeof value);
         try {
@@ -103,12 +103,12 @@ TEST_CASE("KTX2: a level outside the file is reported by its offset, a wrong siz
         return "";
     };
     const std::string size = std::to_string(file.size());
-    CHECK(told(80, file.size() - 16383) == "a.ktx2: level 0: 16384 bytes from byte " +
+    CHECK(message_of(80, file.size() - 16383) == "a.ktx2: level 0: 16384 bytes from byte " +
                                                std::to_string(file.size() - 16383) + " on exceed a file of " +
                                                size);
-    CHECK(told(80, ~std::uint64_t{0}) ==
+    CHECK(message_of(80, ~std::uint64_t{0}) ==
           "a.ktx2: level 0: 16384 bytes from byte 18446744073709551615 on exceed a file of " + size);
-    CHECK(told(88, 16383) == "a.ktx2: level 0: the level index says 16383 bytes, 64 x 64 texels take 16384");
+    CHECK(message_of(88, 16383) == "a.ktx2: level 0: the level index says 16383 bytes, 64 x 64 texels take 16384");
 }
 
 TEST_CASE("KTX2: a compressed file has the same levels as the uncompressed file") {

@@ -102,8 +102,8 @@ def test_the_picture_a_flight_later_differs_only_where_the_sea_and_the_sparkle_m
 def test_every_pass_can_be_disabled_alone_and_all_at_once(
     player: Player, scene: Path, tmp_path: Path
 ) -> None:
-    told = player("--help").stdout
-    names = told.split("leave passes out: ")[1].split("\n")[0].split(", ")
+    output = player("--help").stdout
+    names = output.split("leave passes out: ")[1].split("\n")[0].split(", ")
     assert {"sky", "shadow", "reflection", "refraction", "terrain", "objects", "water"} <= set(names)
     for disabled in [*names, ",".join(names)]:
         result = player(scene, "--disable", disabled, "--screenshot", tmp_path / "a.png", *CHECKED)

@@ -46,9 +46,9 @@ def test_a_scene_above_the_limit_plays_within_it_and_looks_the_same(player: Play
     # Five seconds and a half of the flight. Each box is passed with the finest mip of its map.
     played = player(scene, "--frames", 165, "--vram", 4, "--json", "--debug")
     assert "cannot hold" not in played.stderr
-    told = report(played)
-    assert told["total_bytes"] > 8e6
-    streaming = told["streaming"]
+    result = report(played)
+    assert result["total_bytes"] > 8e6
+    streaming = result["streaming"]
     assert streaming["peak_bytes"] <= 4.4e6
     assert streaming["evictions"] >= BOXES // 2
     assert streaming["worst_error"] == 0.0
@@ -91,10 +91,10 @@ def test_an_impossible_limit_shows_something_of_everything_and_says_what_is_miss
     scene = six_boxes(tmp_path / "scene")
     played = player(scene, "--wait-resident", "--json", "--vram", 1, "--check-finite", "--frames", 3)
     assert played.stderr.count("--vram: 1 MB of device memory cannot hold the") == 1
-    told = report(played)
-    assert told["streaming"]["worst_error"] > 1.0
-    assert told["resident_bytes"] <= 1e6
-    assert told["streaming"]["needed_bytes"] > 1e6
+    result = report(played)
+    assert result["streaming"]["worst_error"] > 1.0
+    assert result["resident_bytes"] <= 1e6
+    assert result["streaming"]["needed_bytes"] > 1e6
 
 
 def test_holes_are_as_fine_as_their_shadow_however_far_the_eye_is(player: Player, tmp_path: Path) -> None:
@@ -110,8 +110,8 @@ def test_holes_are_as_fine_as_their_shadow_however_far_the_eye_is(player: Player
             for one in item["materials"].values():
                 one["alpha_mode"] = mode
         (scene / "scene.json").write_text(json.dumps(manifest | {"shadow": shadow}))
-        told = report(player(scene, "--wait-resident", "--vram", 50, "--json", *arguments))
-        bytes_: int = told["streaming"]["needed_bytes"]
+        result = report(player(scene, "--wait-resident", "--vram", 50, "--json", *arguments))
+        bytes_: int = result["streaming"]["needed_bytes"]
         return bytes_
 
     solid = needed("opaque")
@@ -144,13 +144,13 @@ def test_json_tells_how_the_error_falls_while_the_scene_streams(player: Player, 
     scene = six_boxes(tmp_path / "scene")
     errors = {}
     for order in ("needs", "file"):
-        told = report(player(scene, "--time", 4.8, "--frames", 4, "--order", order, "--json"))
-        streaming = told["streaming"]
+        output = report(player(scene, "--time", 4.8, "--frames", 4, "--order", order, "--json"))
+        streaming = output["streaming"]
         frames = streaming["frames"]
         assert len(frames) == 4
         assert all(a[0] < b[0] for a, b in pairwise(frames))
         assert streaming["first_frame_s"] == frames[0][0] > 0.0
-        assert streaming["uploaded_bytes"] == told["resident_bytes"]
+        assert streaming["uploaded_bytes"] == output["resident_bytes"]
         assert streaming["uploads"] > BOXES
         errors[order] = [error for _, error in frames]
     # The last box stands before the camera. Its map is the last of scene.json.

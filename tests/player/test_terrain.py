@@ -72,8 +72,8 @@ def place(folder: Path, source: Path, manifest: dict[str, Any]) -> Path:
 def draw(player: Player, folder: Path, *arguments: object) -> tuple[npt.NDArray[np.float32], dict[str, int]]:
     """The picture (180, 320, 3) in 0..1, and the counts of the terrain."""
     out = folder / "picture.png"
-    asked = ["--size", f"{WIDTH}x{HEIGHT}", "--screenshot", out, "--json", "--debug", "--check-finite"]
-    result = player(folder, *asked, *arguments)
+    options = ["--size", f"{WIDTH}x{HEIGHT}", "--screenshot", out, "--json", "--debug", "--check-finite"]
+    result = player(folder, *options, *arguments)
     assert result.returncode == 0, result.stderr
     pixels = oiio.ImageBuf(str(out)).get_pixels(oiio.FLOAT)[..., :3]
     return np.asarray(pixels), json.loads(result.stdout)["terrain"]
@@ -236,14 +236,14 @@ def test_no_crack_opens_in_flight_while_patches_are_evicted(player: Player, tmp_
 @pytest.mark.deep
 def test_a_quantized_terrain_is_drawn_like_floats_in_every_view(player: Player, tmp_path: Path) -> None:
     """Picture, mirror, refraction and shadow of the same patches: with codes a surface moves by no more than
-    the lattice says, so that pictures differ where an edge crosses a pixel, and there by little."""
+    the grid says, so that pictures differ where an edge crosses a pixel, and there by little."""
     steps = 64
-    lattice = terrain_grid((steps + 1, steps + 1), (SIZE_M, SIZE_M), (-3.2, 3.2))
-    assert lattice.step[1] < 0.001  # heights err by up to half a step, metres; x and z fall on the grid
-    kinds = {"floats": None, "codes": lattice}
+    grid = terrain_grid((steps + 1, steps + 1), (SIZE_M, SIZE_M), (-3.2, 3.2))
+    assert grid.step[1] < 0.001  # heights err by up to half a step, metres; x and z fall on the grid
+    kinds = {"floats": None, "codes": grid}
     pictures: dict[str, list[npt.NDArray[np.float32]]] = {}
     for name, kind in kinds.items():
-        terrain = tiled(SIZE_M, hills, levels=LEVELS, refine=4, tiles=3, lattice=kind)
+        terrain = tiled(SIZE_M, hills, levels=LEVELS, refine=4, tiles=3, grid=kind)
         folder = write_scene(tmp_path / name, terrain=terrain, objects=[], particles=[])
         manifest = json.loads((folder / "scene.json").read_text())
         manifest["terrain"] |= {"mix_low_m": -5.0, "mix_high_m": -4.0}

@@ -30,7 +30,7 @@ def test_every_quality_feature_is_timed_and_compared_with_the_reference(
         return features
 
     monkeypatch.setattr(_Player, "features", some)
-    told: list[str] = []
+    result: list[str] = []
     groups = list(
         player_groups(
             PLAYER,
@@ -40,7 +40,7 @@ def test_every_quality_feature_is_timed_and_compared_with_the_reference(
             size=(96, 54),
             frames=2,
             samples=4,
-            on_progress=lambda what, done, of: told.append(f"{done}/{of} {what}"),
+            on_progress=lambda what, done, of: result.append(f"{done}/{of} {what}"),
         )
     )
     assert [group["name"] for group in groups] == [*features, "texture format"]
@@ -59,7 +59,7 @@ def test_every_quality_feature_is_timed_and_compared_with_the_reference(
     assert same[0]["bytes"] == same[1]["bytes"] > 0
     shadow = {point["tier"]: point["error"]["mean"] for point in groups[0]["points"]}
     assert len(set(shadow.values())) == 3
-    assert len(told) == 1 + int(told[0].partition("/")[2].split()[0])
+    assert len(result) == 1 + int(result[0].partition("/")[2].split()[0])
 
 
 def test_a_player_that_fails_is_reported_with_its_own_message(tmp_path: Path) -> None:

@@ -45,9 +45,9 @@ def test_a_flight_twice_gives_the_same_pictures_while_it_streams(
     for turn in ("first", "second"):
         folder = tmp_path / turn
         folder.mkdir()
-        asked = ("--size", "48x27", "--frames", 75, "--screenshot", folder / "frame.png", "--json")
-        told = report(player(scene, *asked, *limit))
-        assert (told["streaming"]["evictions"] > 0) == bool(limit)
+        options = ("--size", "48x27", "--frames", 75, "--screenshot", folder / "frame.png", "--json")
+        result = report(player(scene, *options, *limit))
+        assert (result["streaming"]["evictions"] > 0) == bool(limit)
         pictures.append(hashes(folder))
     assert pictures[0] == pictures[1]
     assert len(set(pictures[0].values())) > 3  # data arrive, and boxes pass

@@ -48,7 +48,7 @@ def plain_xatlas(mesh: Mesh) -> Mesh:
     return split_by(mesh, uvs=np.ascontiguousarray((uvs * sides)[triangles], np.float32))
 
 
-def told(mesh: Mesh) -> str:
+def quality_text(mesh: Mesh) -> str:
     found: dict[str, Any] = atlas_quality(mesh)
     return (
         f"stretch {found['stretch']:.4f}, packing {found['packing']:.2f}, seams {found['seam_length']:.1f}, "
@@ -73,7 +73,8 @@ def rows(runs: int, folder: Path) -> Iterator[Row]:
         work = f"atlas, {name} of {len(mesh.triangles)} triangles"
         limit = 2.0 if name in ("sphere", "torus") else None
         yield Row(
-            work, times[0], "xatlas", times[1], told(make_atlas(mesh)), told(plain_xatlas(mesh)), limit=limit,
+            work, times[0], "xatlas", times[1],
+            quality_text(make_atlas(mesh)), quality_text(plain_xatlas(mesh)), limit=limit,
             inside="a mesh in memory to charts, UVs and split vertices", ours_on=on(CORES),
             peer_on=on(CORES, BASELINE),
         )  # fmt: skip

@@ -58,7 +58,7 @@ def bake_command(scene: Path, out: Path, *more: str) -> list[str]:
     return [str(ROOT / "build/venv/bin/paradize"), "bake", str(scene), "-o", str(out), "--json", *more]
 
 
-def told(command: list[str], store: Path, **more: str) -> dict[str, Any]:
+def bake_report(command: list[str], store: Path, **more: str) -> dict[str, Any]:
     """What a bake says, without contact sheets: those are for the eye. more: of its environment."""
     environment = {**os.environ, "PARADIZE_STORE": str(store), "PARADIZE_REPORT": "", **more}
     done = subprocess.run(command, capture_output=True, check=True, env=environment)
@@ -68,14 +68,14 @@ def told(command: list[str], store: Path, **more: str) -> dict[str, Any]:
 
 def bench_no_op(runs: int, folder: Path) -> Row:
     command = bake_command(ROOT / "raw_assets/island.toml", folder / "island")
-    first = told(command, folder / "store")
+    first = bake_report(command, folder / "store")
     # Files younger than two seconds are read again (store/file_hashes.py): the row is of those at rest.
     began = time.monotonic()
     while time.monotonic() - began < 3.0:
-        told(command, folder / "store")
+        bake_report(command, folder / "store")
     python = [sys.executable, "-c", "pass"]
     times = pair_ms(
-        lambda: told(command, folder / "store"), lambda: subprocess.run(python, check=True), 3 * runs
+        lambda: bake_report(command, folder / "store"), lambda: subprocess.run(python, check=True), 3 * runs
     )
     kept = f"{len(first['artifacts'])} artifacts kept"
     return Row(
@@ -108,7 +108,7 @@ def bench_one_map(runs: int, folder: Path) -> Row:
     shutil.copytree(ROOT / "raw_assets", sources, dirs_exist_ok=True)
     picture, scene = sources / "palm/palm.ppm", sources / "island.toml"
     command = bake_command(scene, folder / "changed", "-j", "2")
-    known = {row["name"]: row for row in told(command, folder / "store")["artifacts"]}
+    known = {row["name"]: row for row in bake_report(command, folder / "store")["artifacts"]}
     maps = [name for name in known if name.startswith("palm_") and name != "palm_mesh"]
     mesh = folder / "changed" / known["palm_mesh"]["file"]
     alone = [sys.executable, "-c", ALONE, str(scene), "palm", str(mesh), *maps]
@@ -116,7 +116,7 @@ def bench_one_map(runs: int, folder: Path) -> Row:
     for run in range(runs):
         inverted(picture, run)
         start = time.perf_counter()
-        report = told(command, folder / "store")
+        report = bake_report(command, folder / "store")
         times[0].append((time.perf_counter() - start) * 1e3)
         baked = {row["name"] for row in report["artifacts"] if row["status"] == "baked"}
         assert baked == set(maps), baked

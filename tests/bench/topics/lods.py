@@ -122,14 +122,14 @@ def meshopt_update(mesh: Mesh, folder: Path, *, attributes: bool) -> Levels:
         columns, weights = np.zeros((len(points), 1), np.float32), [0.0]
     file = folder / "surface.bin"
     file.write_bytes(points.tobytes() + columns.tobytes() + np.ascontiguousarray(faces, np.uint32).tobytes())
-    told = subprocess.run(
+    output = subprocess.run(
         ["node", Path(__file__).parents[1] / "meshoptimizer.mjs", file, str(len(points)),
          ",".join(map(str, weights)), *map(str, TARGETS)],
         capture_output=True, text=True, check=True,
         env={**os.environ, "PARADIZE_NODE_MODULES": str(NODE_MODULES)},
     ).stdout  # fmt: skip
     levels: Levels = []
-    for which, milliseconds in enumerate(json.loads(told)):
+    for which, milliseconds in enumerate(json.loads(output)):
         data, split = Path(f"{file}.{which}").read_bytes(), [points.nbytes, points.nbytes + columns.nbytes]
         found = np.frombuffer(data[: split[0]], np.float32).reshape(points.shape).astype(np.float64)
         kept = np.frombuffer(data[split[0] : split[1]], np.float32).reshape(columns.shape)

@@ -14,7 +14,7 @@ from crowds import crowd_rows
 from many import PER_OBJECT, make_many
 from row import Row, on, pair_ms
 from tests.places import ROOT
-from topics.engine import bake_command, told
+from topics.engine import bake_command, bake_report
 
 MANY = 10_000
 SOME = 200
@@ -29,11 +29,11 @@ def bench_many(runs: int) -> Row:
         make_many(scene.parent, MANY // PER_OBJECT)
     command = bake_command(scene, out)
     for _ in range(2):  # the first bake takes minutes; the second reads once more what was new to the first
-        count = len(told(command, KEPT / "store")["artifacts"])
+        count = len(bake_report(command, KEPT / "store")["artifacts"])
     files = "\0".join(map(str, [*scene.parent.rglob("*"), *out.iterdir()]))
 
     def ours() -> None:
-        assert told(command, KEPT / "store")["reused"] == count >= MANY
+        assert bake_report(command, KEPT / "store")["reused"] == count >= MANY
 
     def peer() -> None:
         subprocess.run([sys.executable, "-c", LOOK], input=files, text=True, check=True)
@@ -63,7 +63,7 @@ def bench_two_workers(runs: int, folder: Path) -> Row:
         for workers in (1, 2):
             command = bake_command(scene, folder / f"some-{workers}", "--force", "-j", str(workers))
             start = time.perf_counter()
-            report = told(command, folder / "some-store", PARADIZE_THREADS="1")
+            report = bake_report(command, folder / "some-store", PARADIZE_THREADS="1")
             times[workers].append((time.perf_counter() - start) * 1e3)
             assert report["baked"] == len(report["artifacts"]) > SOME
             burns[workers].append(burnt_s(workers))

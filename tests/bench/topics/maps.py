@@ -78,10 +78,10 @@ def bench_mips(runs: int, codes: np.ndarray) -> Row:
     def ours() -> list[np.ndarray]:
         levels = [np.empty((SIZE >> k, SIZE >> k, 4), np.uint8) for k in range(SIZE.bit_length())]
 
-        def told(level: int, first: int, rows: np.ndarray) -> None:
+        def ignore_rows(level: int, first: int, rows: np.ndarray) -> None:
             levels[level][first : first + len(rows)] = rows
 
-        color_rows(codes, told, encoded=True)
+        color_rows(codes, ignore_rows, encoded=True)
         return levels[1:]
 
     def peer() -> list[np.ndarray]:

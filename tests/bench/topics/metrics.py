@@ -51,7 +51,7 @@ def in_numpy(texture: Texture, heights: np.ndarray, scale: float) -> list[dict[s
     return map_truth.angles(texture, [map_truth.normalised(level) for level in chain])
 
 
-def told(levels: list[dict[str, float]]) -> str:
+def error_text(levels: list[dict[str, float]]) -> str:
     return f"level 0: mean {levels[0]['mean_deg']:.4f}, p99 {levels[0]['p99_deg']:.3f} deg"
 
 
@@ -83,7 +83,7 @@ def bench_normals(runs: int, folder: Path) -> Iterator[Row]:
         ours,
         "baking them, PNG to KTX2",
         theirs,
-        told(measure()),
+        error_text(measure()),
         "",
         limit=1.0,
         inside="ours: measuring; the peer's: decoding and baking, both all levels",
@@ -96,8 +96,8 @@ def bench_normals(runs: int, folder: Path) -> Iterator[Row]:
         ours,
         "numpy, float64",
         theirs,
-        told(measure()),
-        told(peer()),
+        error_text(measure()),
+        error_text(peer()),
         limit=8.0,
         inside="a texture and heights in memory to the errors of every level",
         ours_on=on(CORES),

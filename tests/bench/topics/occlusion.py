@@ -86,11 +86,11 @@ def row_of(what: str, mesh: Mesh, runs: int) -> Row:
     wide = [rows[some].astype(np.float64) for rows in (begin, normals, normals)]
     truth = open_shares(*wide, corners, reach=REACH)
 
-    def told(shares: F32) -> str:
+    def error_text(shares: F32) -> str:
         return f"{PLACES * RAYS / 1e6:.2f} million rays, mean error {np.abs(shares[some] - truth).mean():.4f}"
 
     return Row(
-        what, ours_ms, "embreex", peer_ms, told(ours()), told(peer()),
+        what, ours_ms, "embreex", peer_ms, error_text(ours()), error_text(peer()),
         inside="casting, without making the trees; ours turns its directions to the normals too",
         ours_on=on(1), peer_on=on(1, "random directions"),
     )  # fmt: skip

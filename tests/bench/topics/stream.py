@@ -111,11 +111,11 @@ def bench_large(scene: Path, folder: Path) -> Iterator[Row]:
         difference(folder / f"whole_{i:04}.png", folder / f"limited_{i:04}.png")["flip"]
         for i in range(0, frames, STEP)
     ]
-    told = limited["streaming"]
+    result = limited["streaming"]
     megabytes = limited["total_bytes"] / 1e6
     yield Row(
-        f"{megabytes:.0f} MB under {LIMIT_MB} MB: peak on the device", told["peak_bytes"] / 1e6,
-        "the limit", LIMIT_MB, f"{told['evictions']} evictions; FLIP to the unlimited flight: mean "
+        f"{megabytes:.0f} MB under {LIMIT_MB} MB: peak on the device", result["peak_bytes"] / 1e6,
+        "the limit", LIMIT_MB, f"{result['evictions']} evictions; FLIP to the unlimited flight: mean "
         f"{statistics.mean(flips):.5f}, worst {max(flips):.4f}", "-", 1 / 1.1, "MB",
         inside="meshes and textures with the copies that uploads need", ours_on=on(CORES), peer_on="-",
     )  # fmt: skip

@@ -35,9 +35,9 @@ def npm(mesh: Mesh, runs: int, folder: Path) -> tuple[float, Corners]:
     path.write_bytes(b"".join(rows[corner].tobytes() for rows in (mesh.positions, mesh.normals, mesh.uvs)))
     command = ["node", str(ROOT / "tests/e2e/mikktspace.mjs"), str(runs + 1), str(path)]
     environment = {**os.environ, "PARADIZE_NODE_MODULES": str(NODE_MODULES)}
-    told = subprocess.run(command, capture_output=True, text=True, check=True, env=environment).stdout
+    output = subprocess.run(command, capture_output=True, text=True, check=True, env=environment).stdout
     found = np.fromfile(f"{path}.out", np.float32).reshape(-1, 3, 4) * np.array([1, 1, 1, -1], np.float32)
-    return statistics.median(json.loads(told)[str(path)][1:]), found
+    return statistics.median(json.loads(output)[str(path)][1:]), found
 
 
 def against(found: Corners, truth: Corners) -> tuple[str, str]:
@@ -54,8 +54,8 @@ def bench(name: str, mesh: Mesh, runs: int, folder: Path) -> Iterator[Row]:
     truth = mikktspace_tangents(*surface)
     ours = corner_tangents(*surface, threads=1)
     size, shares = against(ours, theirs)
-    told = f"{shares}, {size} from npm's; {against(ours, truth)[0]} from float64"
-    peer_told = f"{against(theirs, truth)[0]} from float64"
+    message = f"{shares}, {size} from npm's; {against(ours, truth)[0]} from float64"
+    peer_error = f"{against(theirs, truth)[0]} from float64"
     peer = "npm mikktspace (WASM), time inside node"
     for work, function in (
         ("tangents of corners", corner_tangents),
@@ -64,7 +64,7 @@ def bench(name: str, mesh: Mesh, runs: int, folder: Path) -> Iterator[Row]:
         ours_ms = median_ms(partial(function, *surface, threads=1), runs)
         title = f"{work}, {name}, {len(mesh.triangles)} triangles, one thread"
         yield Row(
-            title, ours_ms, peer, theirs_ms, told, peer_told, PROMISE,
+            title, ours_ms, peer, theirs_ms, message, peer_error, PROMISE,
             inside="arrays in memory to the frame of every corner", ours_on=on(1), peer_on=on(1, "WASM"),
         )  # fmt: skip
 

@@ -58,7 +58,7 @@ def true_error(
     return terrain_error(positions, both, heights, (size, size))[0]
 
 
-def told(count: int, error: float) -> str:
+def error_text(count: int, error: float) -> str:
     return f"{count} triangles, true error {error:.2f} m"
 
 
@@ -68,7 +68,10 @@ def bench_delatin(runs: int) -> Iterator[Row]:
     # Its y runs upwards: the field goes in upside down, so that its vertices are ours.
     upside = np.ascontiguousarray(heights[::-1])
     peer = pydelatin.Delatin(upside, max_error=10.0, width=4097, height=4097)
-    texts = told(len(triangles), true_error(heights, pixels, triangles)), f"{len(peer.triangles)} triangles"
+    texts = (
+        error_text(len(triangles), true_error(heights, pixels, triangles)),
+        f"{len(peer.triangles)} triangles",
+    )
     for threads in dict.fromkeys((1, CORES)):
         times = pair_ms(
             lambda threads=threads: refine(heights, 10.0, threads=threads),
@@ -105,7 +108,7 @@ def bench_martini(name: str, heights: npt.NDArray[np.float32], runs: int) -> Ite
     peer = martini()
     error = true_error(heights, *peer)
     ours = refine(heights, error)
-    texts = told(len(ours[1]), true_error(heights, *ours)), told(len(peer[1]), error)
+    texts = error_text(len(ours[1]), true_error(heights, *ours)), error_text(len(peer[1]), error)
     first = pair_ms(
         lambda: refine(heights, error),
         lambda: pymartini.Martini(513).create_tile(heights).get_mesh(10.0),

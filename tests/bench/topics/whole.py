@@ -109,7 +109,7 @@ def rows(runs: int, folder: Path) -> Iterator[Row]:
         return
     triangles = write_sources(folder)
     program = Path(sys.executable).with_name("paradize")
-    told: list[str] = []
+    result: list[str] = []
 
     def bake() -> None:
         done = subprocess.run(
@@ -119,7 +119,7 @@ def rows(runs: int, folder: Path) -> Iterator[Row]:
             text=True,
             check=True,
         )
-        told[:] = [done.stdout]
+        result[:] = [done.stdout]
 
     quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL, "check": True}
 
@@ -138,7 +138,7 @@ def rows(runs: int, folder: Path) -> Iterator[Row]:
         blocks_of_others(folder)
 
     times = pair_ms(bake, others, max(1, runs // 2))
-    artifacts = {entry["name"]: entry["errors"] for entry in json.loads(told[0])["artifacts"]}
+    artifacts = {entry["name"]: entry["errors"] for entry in json.loads(result[0])["artifacts"]}
     mesh = artifacts["torus_mesh"]
     sides = {"ours_on": on(CORES), "peer_on": f"gltfpack 1 thread, WASM; etcpak 1, {BUILD}; the rest {CORES}"}
     yield Row(

@@ -30,8 +30,8 @@ def bare(mesh: Mesh) -> Mesh:
     return replace(mesh, uvs=None)
 
 
-def require_sound(told: dict[str, object]) -> None:
-    assert {key: told[key] for key in ("overlap", "near", "flipped", "without")} == {
+def require_sound(quality: dict[str, object]) -> None:
+    assert {key: quality[key] for key in ("overlap", "near", "flipped", "without")} == {
         "overlap": 0.0,
         "near": 0,
         "flipped": 0,
@@ -68,20 +68,20 @@ def test_any_size_and_place_gets_a_sound_atlas(scale: float, offset: float) -> N
     moved = replace(mesh, positions=((mesh.positions + np.float32(offset)) * np.float32(scale)))
     done = make_atlas(moved)
     assert np.array_equal(done.positions[done.triangles], moved.positions[moved.triangles])
-    told = atlas_quality(done)
-    require_sound(told)
-    assert told["stretch"] < 1.05 and told["packing"] > 0.4
-    low, middle, high = told["texels_per_m"]
+    quality = atlas_quality(done)
+    require_sound(quality)
+    assert quality["stretch"] < 1.05 and quality["packing"] > 0.4
+    low, middle, high = quality["texels_per_m"]
     assert 0 < low <= middle <= high < 1.6 * low
 
 
 @pytest.mark.parametrize("mesh", [cube(), moebius(), cards(300), bare(grid(12, height=0.3)), cards(2)])
 @pytest.mark.parametrize("tier", sorted(TIERS))
 def test_closed_open_one_sided_and_scattered_meshes_get_sound_atlases(mesh: Mesh, tier: str) -> None:
-    told = atlas_quality(make_atlas(mesh, tier=tier))
-    require_sound(told)
-    assert told["stretch"] < 1.05
-    assert told["packing"] > 0.25
+    quality = atlas_quality(make_atlas(mesh, tier=tier))
+    require_sound(quality)
+    assert quality["stretch"] < 1.05
+    assert quality["packing"] > 0.25
 
 
 def bumpy(side: int, height: float, seed: int) -> Mesh:
@@ -118,10 +118,10 @@ def test_large_rough_sheets_get_sound_atlases(side: int, height: float) -> None:
 
 def test_thousands_of_triangles_that_touch_nothing_are_packed() -> None:
     points = np.random.default_rng(2).normal(size=(60_000, 3)).astype(np.float32)
-    told = atlas_quality(make_atlas(Mesh(points, np.arange(60_000, dtype=np.uint32).reshape(-1, 3))))
-    require_sound(told)
-    assert told["charts"] == 20_000
-    assert told["packing"] > 0.03  # of 52 texels each the gutter takes most
+    quality = atlas_quality(make_atlas(Mesh(points, np.arange(60_000, dtype=np.uint32).reshape(-1, 3))))
+    require_sound(quality)
+    assert quality["charts"] == 20_000
+    assert quality["packing"] > 0.03  # of 52 texels each the gutter takes most
 
 
 def test_a_grid_stays_one_chart_and_a_cube_is_cut() -> None:
@@ -133,18 +133,18 @@ def test_slivers_and_triangles_without_an_area_keep_the_rest_sound() -> None:
     mesh = cube()
     points = np.concatenate([mesh.positions, [[0.5, 0, 0], [0.5, 1e-6, 0]]]).astype(np.float32)
     faces = np.concatenate([mesh.triangles, [[0, 8, 4], [0, 4, 9]]]).astype(np.uint32)
-    told = atlas_quality(make_atlas(Mesh(points, faces)))
-    assert (told["overlap"], told["flipped"], told["near"]) == (0.0, 0, 0)
+    quality = atlas_quality(make_atlas(Mesh(points, faces)))
+    assert (quality["overlap"], quality["flipped"], quality["near"]) == (0.0, 0, 0)
 
 
 @pytest.mark.parametrize(("resolution", "padding"), [(64, 0), (64, 4), (512, 2), (2048, 8), (8192, 64)])
 def test_the_gutter_is_kept_at_every_resolution(resolution: int, padding: int) -> None:
     done = make_atlas(bare(sphere(10)), resolution=resolution, padding=padding, tier="fast")
-    told = atlas_quality(
+    quality = atlas_quality(
         done, resolution=min(resolution, 2048), padding=padding * min(resolution, 2048) // resolution
     )
-    require_sound(told)
-    assert told["charts"] > 3
+    require_sound(quality)
+    assert quality["charts"] > 3
 
 
 def test_what_does_not_fit_is_an_error_not_an_overlap() -> None:
@@ -227,10 +227,10 @@ def square(low: float, high: float) -> np.ndarray:
 def test_the_quality_is_that_counted_by_hand() -> None:
     points = np.array([[0, 0, 0], [2, 0, 0], [2, 2, 0], [0, 2, 0]], np.float64)
     faces = np.array([[0, 1, 2], [0, 2, 3]], np.uint32)
-    told = layout_quality(points, faces, square(0.25, 0.75))
-    assert (told["stretch"], told["packing"], told["seam_length"]) == (1.0, 0.25, 0.0)
-    assert (told["charts"], told["flipped"], told["without"]) == (1, 0, 0)
-    assert told["density"].tolist() == [0.25, 0.25]  # of the image's side, per metre
+    quality = layout_quality(points, faces, square(0.25, 0.75))
+    assert (quality["stretch"], quality["packing"], quality["seam_length"]) == (1.0, 0.25, 0.0)
+    assert (quality["charts"], quality["flipped"], quality["without"]) == (1, 0, 0)
+    assert quality["density"].tolist() == [0.25, 0.25]  # of the image's side, per metre
     apart = square(0.0, 0.25)
     apart[1] += 0.5
     assert layout_quality(points, faces, apart)["seam_length"] == pytest.approx(8**0.5 / 2)
@@ -249,12 +249,12 @@ def test_triangles_that_float32_cannot_tell_apart_are_not_held_against_a_layout(
     faces = np.array([[0, 1, 2], [0, 2, 3], [0, 4, 1]], np.uint32)
     for below, flipped in ((-1e-8, 0), (1e-8, 0), (1e-5, 1)):
         sliver = [[0.25, 0.25], [0.5, 0.25 + below], [0.75, 0.25]]
-        told = layout_quality(points, faces, np.concatenate([square(0.25, 0.75), [sliver]]))
-        assert (told["flipped"], told["without"]) == (flipped, 0)
-        assert told["stretch"] == pytest.approx(1, abs=1e-4)
+        quality = layout_quality(points, faces, np.concatenate([square(0.25, 0.75), [sliver]]))
+        assert (quality["flipped"], quality["without"]) == (flipped, 0)
+        assert quality["stretch"] == pytest.approx(1, abs=1e-4)
     points[4, 1] = -0.5
-    told = layout_quality(points, faces, np.concatenate([square(0.25, 0.75), [[[0.25, 0.25]] * 3]]))
-    assert told["without"] == 1
+    quality = layout_quality(points, faces, np.concatenate([square(0.25, 0.75), [[[0.25, 0.25]] * 3]]))
+    assert quality["without"] == 1
 
 
 @pytest.mark.deep
@@ -262,8 +262,8 @@ def test_every_model_of_the_kits_gets_a_sound_atlas(sources: Path) -> None:
     paths = sorted((sources / "obj-kits").rglob("*.obj"))
     assert len(paths) > 5
     for path in paths:
-        told = atlas_quality(make_atlas(bare(read_obj(path).mesh)))
-        assert [told[key] for key in ("overlap", "near", "flipped", "without")] == [0, 0, 0, 0], path
+        quality = atlas_quality(make_atlas(bare(read_obj(path).mesh)))
+        assert [quality[key] for key in ("overlap", "near", "flipped", "without")] == [0, 0, 0, 0], path
 
 
 def test_overlap_and_a_gutter_too_small_are_seen() -> None:
@@ -309,17 +309,17 @@ def test_texels_with_another_chart_nearer_than_the_padding_are_counted_on_both_s
 
 
 def test_overlap_is_a_share_of_what_is_covered() -> None:
-    told = atlas_quality(squares_of([(4, 4), (12, 4)], (0, 0, 9)), resolution=64)
-    assert told["overlap"] == pytest.approx(
+    quality = atlas_quality(squares_of([(4, 4), (12, 4)], (0, 0, 9)), resolution=64)
+    assert quality["overlap"] == pytest.approx(
         1 / 3, rel=0.1
     )  # texels whose middle lies on a diagonal are none's
 
 
 @pytest.mark.parametrize("apart", [(0, 0, 2), (0, 2, 0), (2, 0, 0), (1, 1, 2)])
 def test_squares_that_lie_apart_along_any_axis_share_no_seam(apart: tuple[float, float, float]) -> None:
-    told = atlas_quality(squares_of([(0, 0), (32, 32)], apart), resolution=64)
-    assert (told["charts"], told["seam_length"], told["stretch"]) == (2, 0.0, 1.0)
-    assert told["texels_per_m"] == [16.0] * 3
+    quality = atlas_quality(squares_of([(0, 0), (32, 32)], apart), resolution=64)
+    assert (quality["charts"], quality["seam_length"], quality["stretch"]) == (2, 0.0, 1.0)
+    assert quality["texels_per_m"] == [16.0] * 3
 
 
 def test_a_bake_with_an_atlas_has_tangent_frames(tmp_path: Path) -> None:
@@ -341,8 +341,8 @@ def test_a_layout_over_itself_is_replaced_and_a_sound_or_repeating_one_is_kept(t
     assert not overlaps(replace(mesh, uvs=mesh.uvs * np.float32(3)))
     folded = replace(mesh, uvs=np.abs(mesh.uvs - np.float32(0.5)))
     assert overlaps(folded)
-    made, told, warnings = with_atlas(folded, tmp_path / "a.obj", "balanced")
-    assert told is not None and "over one another" in warnings[0]
+    made, result, warnings = with_atlas(folded, tmp_path / "a.obj", "balanced")
+    assert result is not None and "over one another" in warnings[0]
     require_sound(atlas_quality(made))
     assert with_atlas(mesh, tmp_path / "a.obj", "balanced") == (mesh, None, [])
 
@@ -360,8 +360,8 @@ def test_the_report_tells_the_layout_s_quality(tmp_path: Path) -> None:
     path = tmp_path / "cube.obj"
     rows = [f"v {x} {y} {z}" for x, y, z in cube().positions.tolist()]
     path.write_text("\n".join(rows + [f"f {a + 1} {b + 1} {c + 1}" for a, b, c in cube().triangles.tolist()]))
-    told = json.loads(json.dumps(bake_mesh(path, lods=1, atlas=True).report["layout"]))
-    assert told["texels_per_m"][0] > 100 and told["stretch"] == 1.0
+    report = json.loads(json.dumps(bake_mesh(path, lods=1, atlas=True).report["layout"]))
+    assert report["texels_per_m"][0] > 100 and report["stretch"] == 1.0
 
 
 @pytest.mark.parametrize("setting", [{"resolution": 32}, {"padding": 1000}])

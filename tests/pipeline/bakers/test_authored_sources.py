@@ -161,7 +161,7 @@ def test_green_of_published_maps_is_never_guessed_wrong_and_mostly_found(corpus:
     found = confusion(corpus)
     assert found["up", "down"] == found["down", "up"] == 0
     sure = found["up", "up"] + found["down", "down"]
-    assert sure >= 0.6 * sum(count for (_, told), count in found.items() if told != "unread")
+    assert sure >= 0.6 * sum(count for (_, result), count in found.items() if result != "unread")
 
 
 @pytest.mark.parametrize(("name", "wanted"), [("normal_up.png", "up"), ("normal_down.png", "down")])
@@ -174,8 +174,8 @@ def main() -> None:
     corpus = Path(sys.argv[1])
     for name, known, data in known_maps(corpus):
         print(f"{known:5} {guessed(data)!s:7} {name}")
-    for (known, told), count in sorted(confusion(corpus).items(), key=str):
-        print(f"known {known:5} guessed {told!s:7} {count}")
+    for (known, result), count in sorted(confusion(corpus).items(), key=str):
+        print(f"known {known:5} guessed {result!s:7} {count}")
 
 
 if __name__ == "__main__":

@@ -87,8 +87,8 @@ def test_where_no_level_looks_alike_the_note_says_what_is_off_and_what_is_allowe
 def test_a_model_that_gets_no_level_is_told_once_however_many_were_tried(plan: Plan) -> None:
     levels, notes = make_levels(sphere(5), plan, "balanced")
     assert len(levels) == 1
-    (told,) = [text for text in notes if text.startswith("no level after lod0: ")]
-    assert ("at 16 pixels" if plan.screen_size else "limit 3e-07") in told
+    (result,) = [text for text in notes if text.startswith("no level after lod0: ")]
+    assert ("at 16 pixels" if plan.screen_size else "limit 3e-07") in result
 
 
 def test_a_sheet_that_lost_a_part_was_bent_or_turned_over_looks_unlike() -> None:

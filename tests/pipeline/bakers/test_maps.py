@@ -237,18 +237,18 @@ def test_a_scenes_budget_decides_formats_is_part_of_the_key_and_the_reason_is_to
         report = bake(scene, tmp_path / "out", BuildOptions(jobs=1))
         assert not report.errors, report.errors
         rows.append({row["name"]: row for row in report.rows})
-    blocks, asked = rows
+    blocks, uncompressed = rows
     assert blocks["post_color"]["format"] == "BC1_RGB_SRGB"
     assert (blocks["post_color"]["reason"], blocks["post_color"]["status"]) == (None, "baked")
-    assert asked["post_color"]["format"] == "RGBA8_SRGB"
-    assert "exceeds the budget: color_psnr_db" in asked["post_color"]["reason"]
-    assert asked["post_color"]["status"] == asked["post_height"]["status"] == "baked"
-    assert asked["post_height"]["format"] == "R16_UNORM"
-    assert asked["water_normal"]["status"] == asked["terrain_mesh"]["status"] == "reused"
+    assert uncompressed["post_color"]["format"] == "RGBA8_SRGB"
+    assert "exceeds the budget: color_psnr_db" in uncompressed["post_color"]["reason"]
+    assert uncompressed["post_color"]["status"] == uncompressed["post_height"]["status"] == "baked"
+    assert uncompressed["post_height"]["format"] == "R16_UNORM"
+    assert uncompressed["water_normal"]["status"] == uncompressed["terrain_mesh"]["status"] == "reused"
     scene_json = json.loads((tmp_path / "out/scene.json").read_text())
     levels = scene_json["artifacts"]["post_color"]["levels"]
-    assert levels == asked["post_color"]["levels"]
-    assert levels[0]["psnr_db"] == asked["post_color"]["errors"]["color_psnr_db"]
+    assert levels == uncompressed["post_color"]["levels"]
+    assert levels[0]["psnr_db"] == uncompressed["post_color"]["errors"]["color_psnr_db"]
 
 
 # Options
@@ -293,11 +293,11 @@ def test_de_stepping_keeps_the_filter_that_the_steps_ask_for(tmp_path: Path) -> 
 def test_de_stepping_of_a_file_without_steps_changes_nothing_and_says_so(tmp_path: Path) -> None:
     codes = (waves(64, 64, 5) * 3000 + 32768).astype(np.uint16)[:, :, None]
     path = save(tmp_path / "h.png", codes, oiio.UINT16)
-    plain, asked = (
+    plain, destepped = (
         bake_maps(path, source="height", only=["normal"], destep=destep)["normal"] for destep in (False, True)
     )
-    assert (asked.data, asked.filter) == (plain.data, plain.filter)
-    assert any("no steps" in warning for warning in asked.warnings)
+    assert (destepped.data, destepped.filter) == (plain.data, plain.filter)
+    assert any("no steps" in warning for warning in destepped.warnings)
 
 
 def test_levels_shape_the_heights_that_normals_and_gloss_come_from(rough: Path) -> None:
@@ -324,11 +324,11 @@ def test_the_command_line_takes_every_option_and_tells_filter_and_levels(
     more = ["--black", "0.1", "--white", "0.8", "--invert", "--zstd", "--json"]
     done = paradize("maps", rough, "-o", tmp_path / "out", *options, *more)
     assert done.returncode == 0, done.stderr
-    told = json.loads(done.stdout)["maps"]
-    assert told["normal"]["filter"] == "scharr"
-    assert len(told["normal"]["levels"]) == 6
-    assert set(told["normal"]["levels"][5]) == {"mean_deg", "p99_deg", "max_deg"}
-    assert told["height"]["errors"]["height_max"] > 0
+    report = json.loads(done.stdout)["maps"]
+    assert report["normal"]["filter"] == "scharr"
+    assert len(report["normal"]["levels"]) == 6
+    assert set(report["normal"]["levels"][5]) == {"mean_deg", "p99_deg", "max_deg"}
+    assert report["height"]["errors"]["height_max"] > 0
     for wrong in (["--filter", "sobel"], ["--gamma", "0"], ["--zstd", "23"]):
         assert paradize("maps", rough, "-o", tmp_path / "no", *wrong).returncode == 2
     same = paradize("maps", rough, "-o", tmp_path / "no", "--black", "1")

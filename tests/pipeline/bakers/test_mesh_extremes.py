@@ -110,8 +110,8 @@ def test_two_cubes_that_share_an_edge_are_told_with_its_line(tmp_path: Path) -> 
     path = tmp_path / "a.obj"
     path.write_text(text)
     report = bake_mesh(path, lods=1).report
-    told = report["repairs"]["non_manifold_edges"]
-    assert told["count"] == 1 and text.splitlines()[told["line"] - 1].startswith("f ")
+    result = report["repairs"]["non_manifold_edges"]
+    assert result["count"] == 1 and text.splitlines()[result["line"] - 1].startswith("f ")
     assert report["triangles"] == 24 and report["components"] == 1 and not report["closed"]
 
 

@@ -114,8 +114,8 @@ def test_heights_of_any_scale_keep_the_bound(scale: float) -> None:
 def test_the_true_error_falls_with_the_asked_error() -> None:
     field = field_of(hills(97, 65))
     counts, errors = [], []
-    for asked in (2.0, 1.0, 0.5, 0.2, 0.1, 0.05, 0.0):
-        mesh = terrain_mesh(field, tolerance_m=asked, tier="balanced")
+    for bound_m in (2.0, 1.0, 0.5, 0.2, 0.1, 0.05, 0.0):
+        mesh = terrain_mesh(field, tolerance_m=bound_m, tier="balanced")
         counts.append(len(mesh.triangles))
         errors.append(terrain_error(mesh, field).max_m)
     assert errors == sorted(errors, reverse=True) and counts == sorted(counts)
@@ -319,10 +319,10 @@ def test_every_heightmap_keeps_its_bound(sources: Path) -> None:
         reach = float(np.ptp(field.heights_m))
         small = Heightfield(np.ascontiguousarray(field.heights_m[:200, :200]), 1000.0, 1000.0)
         errors = []
-        for asked in (0.05 * reach, 0.005 * reach):
-            mesh = terrain_mesh(small, tolerance_m=asked, tier="balanced")
+        for bound_m in (0.05 * reach, 0.005 * reach):
+            mesh = terrain_mesh(small, tolerance_m=bound_m, tier="balanced")
             error = terrain_error(mesh, small)
-            assert error.max_m <= asked + 1e-6 * reach and error.holes == 0 and error.flipped == 0, path
+            assert error.max_m <= bound_m + 1e-6 * reach and error.holes == 0 and error.flipped == 0, path
             errors.append(error.max_m)
         assert errors[1] <= errors[0]
 
@@ -334,9 +334,9 @@ def test_the_result_is_json_for_the_command_line(tmp_path: Path, paradize) -> No
         "terrain", path, "-o", out, "--size", 10, 20, "--height", 5, "--max-error", 0.1, "--json"
     )
     assert result.returncode == 0, result.stderr
-    told = json.loads(result.stdout)
-    assert told["max_error_m"] <= 0.1 and told["triangles"] >= 2 and told["warnings"] == []
-    assert {"rms_error_m", "seconds"} <= told.keys() and out.is_file()
+    report = json.loads(result.stdout)
+    assert report["max_error_m"] <= 0.1 and report["triangles"] >= 2 and report["warnings"] == []
+    assert {"rms_error_m", "seconds"} <= report.keys() and out.is_file()
 
 
 @pytest.mark.parametrize("size_m", [(40.0, 24.0), (1000.0, 777.0)])

@@ -48,9 +48,9 @@ def shapes() -> dict[str, npt.NDArray[np.float64]]:
     }
 
 
-def judged(field: Heightfield, asked: float, tier: str) -> float:
+def judged(field: Heightfield, bound_m: float, tier: str) -> float:
     """The true error of a mesh that has no hole, no flipped triangle and only finite numbers."""
-    mesh = terrain_mesh(field, tolerance_m=asked, tier=tier)
+    mesh = terrain_mesh(field, tolerance_m=bound_m, tier=tier)
     error = terrain_error(mesh, field)
     assert (error.holes, error.flipped) == (0, 0)
     for array in (mesh.positions, mesh.normals, mesh.tangents, mesh.uvs, mesh.uvs1):
@@ -65,8 +65,8 @@ def test_every_shape_keeps_its_bound_at_any_height(name: str, height: float, tie
     """Whole-number spacing: x and z are exact, so only the mesh can err; 1e-13: the judge's own float64."""
     heights = (shapes()[name] * height).astype(np.float32)
     field = Heightfield(heights, heights.shape[1] - 1.0, heights.shape[0] - 1.0)
-    for asked in (0.0, 0.01 * height, 0.3 * height):
-        assert judged(field, asked, tier) <= asked + 1e-13 * height
+    for bound_m in (0.0, 0.01 * height, 0.3 * height):
+        assert judged(field, bound_m, tier) <= bound_m + 1e-13 * height
 
 
 @pytest.mark.parametrize("tier", TIERS)
@@ -77,11 +77,11 @@ def test_terrains_of_a_millimetre_and_of_1000_km_keep_their_bound(
 ) -> None:
     heights = (shapes()[name] * size_m * 1e-3).astype(np.float32)
     field = Heightfield(heights, size_m, size_m)
-    asked = 1e-4 * size_m
+    bound_m = 1e-4 * size_m
     # A vertex's x is float32: a cliff between two pixels stands as far aside as that rounds.
     cliff = max(float(np.abs(np.diff(heights, axis=k)).max(initial=0.0)) for k in (0, 1))
     rounding = 2.0 * cliff * max(heights.shape) * 2.0**-24
-    assert judged(field, asked, tier) <= asked + rounding
+    assert judged(field, bound_m, tier) <= bound_m + rounding
 
 
 def heightmaps(sources: Path) -> list[Path]:
@@ -124,7 +124,7 @@ def test_the_true_error_falls_with_the_asked_one_on_whole_heightmaps(sources: Pa
 @pytest.mark.parametrize("tier", ["fast", "balanced"])
 def test_every_heightmap_bakes_or_says_why_not(sources: Path, tier: str) -> None:
     """Greys bake, colours that encode heights are refused as such, text grids as no picture."""
-    told = {"baked": 0, "refused": 0}
+    result = {"baked": 0, "refused": 0}
     for path in sorted((sources / "height").rglob("*")):
         if path.is_dir():
             continue
@@ -134,8 +134,8 @@ def test_every_heightmap_bakes_or_says_why_not(sources: Path, tier: str) -> None
         except SourceError as error:
             assert path.suffix == ".asc" or path.name.endswith("rgb.png"), error
             assert path.name in str(error)
-            told["refused"] += 1
+            result["refused"] += 1
         else:
             assert made.max_error_m <= 2.0 and made.tier == tier
-            told["baked"] += 1
-    assert told["baked"] >= 6 and 2 <= told["refused"] <= 4
+            result["baked"] += 1
+    assert result["baked"] >= 6 and 2 <= result["refused"] <= 4

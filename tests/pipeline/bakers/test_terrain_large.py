@@ -78,7 +78,7 @@ def test_a_heightmap_goes_into_tiles_within_its_memory(tmp_path: Path, side: int
     write_hills(tmp_path / "hills.png", side)
     (tmp_path / "room").mkdir()
     call = [sys.executable, "-c", BAKE, tmp_path / "hills.png", tmp_path / "room", str(side - 1)]
-    told = json.loads(subprocess.run(call, capture_output=True, check=True, timeout=1800).stdout)
-    assert told["peak"] < limit, told
-    assert max(told["tiles"]) <= 64_000_000
-    assert told["patches"] > 30
+    report = json.loads(subprocess.run(call, capture_output=True, check=True, timeout=1800).stdout)
+    assert report["peak"] < limit, report
+    assert max(report["tiles"]) <= 64_000_000
+    assert report["patches"] > 30

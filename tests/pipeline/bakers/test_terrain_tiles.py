@@ -130,9 +130,9 @@ def test_an_export_holds_the_finest_ground_that_there_is_once(
     binary = glb[28 + int.from_bytes(glb[12:16], "little") :]
 
     def read(accessor: int, kind: str, width: int) -> Any:
-        told = tree["accessors"][accessor]
-        start = tree["bufferViews"][told["bufferView"]]["byteOffset"] + told.get("byteOffset", 0)
-        return np.frombuffer(binary, kind, width * told["count"], start).reshape(-1, width)
+        result = tree["accessors"][accessor]
+        start = tree["bufferViews"][result["bufferView"]]["byteOffset"] + result.get("byteOffset", 0)
+        return np.frombuffer(binary, kind, width * result["count"], start).reshape(-1, width)
 
     for mesh in tree["meshes"]:
         if mesh["name"].startswith("terrain_mesh"):
@@ -274,8 +274,8 @@ def test_explain_names_the_second_that_asked_and_what_was_left_out(coast: Any) -
     demand = manifest_of(out)["terrain"]["demand"]
     assert demand["left_out"] > 0
     explanation = explain(scene, "terrain_mesh_3", out)
-    (told,) = explanation.artifacts
-    assert told["demand"]["finest_s"] == demand["finest_s"]
+    (result,) = explanation.artifacts
+    assert result["demand"]["finest_s"] == demand["finest_s"]
     text = render(explanation)
     assert f"first needed at second {demand['finest_s']:g}" in text
     assert f"{demand['left_out']} patches that no second needs are left out" in text
@@ -321,15 +321,15 @@ def test_patches_whose_codes_differ_in_type_are_neither_written_nor_read(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """A player draws a tile in one call, with one layout of vertices."""
-    lattice = terrain_grid((3, 3), (2.0, 2.0), (0.0, 1.0))
+    grid = terrain_grid((3, 3), (2.0, 2.0), (0.0, 1.0))
     first = triangle(0)
-    floats, codes = (quantise(first.mesh, lattice, float_uvs=kept) for kept in (True, False))
+    floats, codes = (quantise(first.mesh, grid, float_uvs=kept) for kept in (True, False))
     same = [replace(first, index=index, quantized=floats) for index in range(2)]
     assert [len(decode_tile(data)) for data, _ in encode_tiles(same)] == [2]
     with pytest.raises(BakeError, match="same types"):
         list(encode_tiles([same[0], replace(same[1], quantized=codes)]))
     with monkeypatch.context() as patch:  # what an earlier version wrote
-        patch.setattr(glb_tiles, "_layout", lambda patch: (lattice, ()))
+        patch.setattr(glb_tiles, "_layout", lambda patch: (grid, ()))
         ((mixed, _),) = encode_tiles([same[0], replace(same[1], quantized=codes)])
     with pytest.raises(FormatError, match="same types"):
         decode_tile(mixed)

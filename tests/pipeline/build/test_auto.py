@@ -120,14 +120,14 @@ def test_auto_takes_the_cheapest_tier_inside_the_budget_and_tells_what_each_meas
     limit = 0.5 * (values["fast"] + min(values.values()))
     with_budget(scene, surface_rms=limit)
     assert main(["bake", str(scene), "-o", str(tmp_path / "out"), "--tier", "auto", "-j", "2", "--json"]) == 0
-    told = json.loads(capsys.readouterr().out)
-    row = next(row for row in told["artifacts"] if row["name"] == "post_mesh")
+    report = json.loads(capsys.readouterr().out)
+    row = next(row for row in report["artifacts"] if row["name"] == "post_mesh")
     wanted = next(tier for tier in TIERS if values[tier] <= limit)
     assert wanted != "fast" and row["tried"]["taken"] == wanted
     assert row["errors"]["surface_max"] == truth[wanted]["surface_max"]
     tried = list(TIERS[: TIERS.index(wanted) + 1])
     assert row["tried"]["errors"] == {tier: {"surface_rms": values[tier]} for tier in tried}
-    others = [row for row in told["artifacts"] if row["name"] != "post_mesh"]
+    others = [row for row in report["artifacts"] if row["name"] != "post_mesh"]
     assert {row["tried"]["taken"] for row in others} == {"fast"}, "no budget: the cheapest"
     text = render(explain(scene, "post_mesh", tmp_path / "out"))
     assert f"auto took tier {wanted}" in text and all(
@@ -246,11 +246,11 @@ def test_single_files_take_auto_and_a_budget_too(tmp_path: Path, capsys: Any, ki
         main([*words, "--tier", "auto", "--budget", f"{metric}=180" if kind == "maps" else f"{metric}=1"])
         == 0
     )
-    told = json.loads(capsys.readouterr().out)
-    assert told["tried"]["taken"] == "fast" and list(told["tried"]["errors"]) == ["fast"]
+    report = json.loads(capsys.readouterr().out)
+    assert report["tried"]["taken"] == "fast" and list(report["tried"]["errors"]) == ["fast"]
     assert main([*words, "--tier", "auto", "--budget", f"{metric}=0"]) in (0, 1)
-    told = json.loads(capsys.readouterr().out)
-    assert "tried" in told or metric in told["error"][0]
+    report = json.loads(capsys.readouterr().out)
+    assert "tried" in report or metric in report["error"][0]
     assert main([*words, "--budget", "nothing=1"]) == 2
     assert "is no metric" in capsys.readouterr().out
 

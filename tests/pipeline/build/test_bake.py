@@ -195,8 +195,8 @@ def test_all_failures_are_told_and_the_old_scene_stays(copied: tuple[Path, Path]
     (scene.parent / "sea.ogg").write_bytes(b"OggSilence")
     (scene.parent / "post.obj").write_text("v 0 0 0\nf 1 2 3\n")
     report = bake(scene, out, BuildOptions())
-    told = "\n".join(str(error) for error in report.errors)
-    assert all(name in told for name in ("wood.png", "sea.ogg", "post.obj")), told
+    message = "\n".join(str(error) for error in report.errors)
+    assert all(name in message for name in ("wood.png", "sea.ogg", "post.obj")), message
     assert {row["name"] for row in report.rows if row["status"] == "failed"} >= {"post_mesh", "sound"}
     assert state_of(out) == before
 
@@ -302,7 +302,7 @@ def test_what_another_scene_baked_warns_of_this_scenes_own_files(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("PARADIZE_STORE", str(tmp_path / "store"))
-    told = []
+    result = []
     for name in ("first", "second"):
         scene = make_cove(tmp_path / name)
         for face in ("px", "nx", "py", "ny", "pz", "nz"):
@@ -311,11 +311,13 @@ def test_what_another_scene_baked_warns_of_this_scenes_own_files(
         scene.write_text(scene.read_text().replace(".exr", ".png"))
         report = bake(scene, tmp_path / f"{name}.out", BuildOptions(jobs=1))
         assert not report.errors
-        told.append(report.warnings)
+        result.append(report.warnings)
     again = [row["name"] for row in report.rows if row["status"] == "baked"]
     assert again == ["sound"]  # each Ogg file has a random number of its own
-    assert any("px.png: 8 bits" in text for text in told[0]) and any("post.obj" in text for text in told[0])
-    assert told[1] == [text.replace(f"{tmp_path}/first/", f"{tmp_path}/second/") for text in told[0]]
+    assert any("px.png: 8 bits" in text for text in result[0]) and any(
+        "post.obj" in text for text in result[0]
+    )
+    assert result[1] == [text.replace(f"{tmp_path}/first/", f"{tmp_path}/second/") for text in result[0]]
 
 
 def test_a_folder_that_cannot_be_written_is_one_error(copied: tuple[Path, Path], tmp_path: Path) -> None:

@@ -46,7 +46,7 @@ def baked(folder: Path, obj: str, picture: np.ndarray, **settings: object) -> Pa
     return folder / "out"
 
 
-def told(scene: Path) -> dict[str, Any]:
+def scene_of(scene: Path) -> dict[str, Any]:
     tree: dict[str, Any] = json.loads((scene / "scene.json").read_text())
     return tree
 
@@ -305,7 +305,7 @@ def test_shader_and_gutters_share_the_steepest_look(root: Path) -> None:
 def test_islands_of_two_colours_that_stand_close_stop_the_mips(tmp_path: Path) -> None:
     levels = {}
     for gap in (2, 8, 24):
-        artifact = told(baked(tmp_path / str(gap), *two_tone(gap, RED, GREEN)))["artifacts"]["post_color"]
+        artifact = scene_of(baked(tmp_path / str(gap), *two_tone(gap, RED, GREEN)))["artifacts"]["post_color"]
         levels[gap] = artifact["max_level"]
         assert artifact["gutter"]["width_texels"] == gap / 2
         assert artifact["gutter"]["level_by_width"] <= artifact["max_level"]
@@ -315,18 +315,18 @@ def test_islands_of_two_colours_that_stand_close_stop_the_mips(tmp_path: Path) -
 
 
 def test_neighbours_of_nearly_one_colour_bleed_harmlessly(tmp_path: Path) -> None:
-    artifact = told(baked(tmp_path, *two_tone(2, RED, NEAR_RED)))["artifacts"]["post_color"]
+    artifact = scene_of(baked(tmp_path, *two_tone(2, RED, NEAR_RED)))["artifacts"]["post_color"]
     assert artifact["max_level"] is None
     assert max(artifact["gutter"]["bleed_p99"]) < artifact["gutter"]["bound"]
 
 
 def test_a_scene_says_how_much_it_accepts(tmp_path: Path) -> None:
-    artifact = told(baked(tmp_path, *two_tone(2, RED, GREEN), bleed=1.0))["artifacts"]["post_color"]
+    artifact = scene_of(baked(tmp_path, *two_tone(2, RED, GREEN), bleed=1.0))["artifacts"]["post_color"]
     assert (artifact["max_level"], artifact["gutter"]["bound"]) == (None, 1.0)
 
 
 def test_a_map_that_tiles_has_no_gutter(tmp_path: Path) -> None:
-    scene = told(baked(tmp_path, *two_tone(2, RED, GREEN), wrap='"repeat"'))
+    scene = scene_of(baked(tmp_path, *two_tone(2, RED, GREEN), wrap='"repeat"'))
     assert scene["artifacts"]["post_color"]["gutter"] is None
     assert scene["objects"][0]["materials"]["wood"]["wrap"] == ["repeat", "repeat"]
 
@@ -335,14 +335,14 @@ def test_maps_repeat_only_where_uvs_leave_the_picture(tmp_path: Path) -> None:
     _, picture = two_tone(8, RED, GREEN)
     for name, left, wrap in (("inside", 4.0, None), ("outside", -4.0, ["repeat", "repeat"])):
         obj = cards([rect(left, 4, 28, 60), rect(36, 4, 56, 60)])
-        item = told(baked(tmp_path / name, obj, picture, wrap='"auto"'))["objects"][0]
+        item = scene_of(baked(tmp_path / name, obj, picture, wrap='"auto"'))["objects"][0]
         assert item["materials"]["wood"]["wrap"] == wrap
 
 
 def test_parallax_beyond_the_gutter_is_limited_to_what_is_safe(tmp_path: Path) -> None:
     limits = {}
     for gap in (4, 16):
-        scene = told(baked(tmp_path / str(gap), *two_tone(gap, RED, GREEN), parallax_scale=0.4))
+        scene = scene_of(baked(tmp_path / str(gap), *two_tone(gap, RED, GREEN), parallax_scale=0.4))
         facts = scene["artifacts"]["post_color"]["gutter"]
         assert facts["bleed_p99"][0] <= facts["bound"]
         assert facts["bleed_max"][0] <= gutter.WORST * facts["bound"]
@@ -352,14 +352,14 @@ def test_parallax_beyond_the_gutter_is_limited_to_what_is_safe(tmp_path: Path) -
         # A sample and its filter stay on the island's own half of the gap.
         assert limits[gap] * SIZE <= gap / 2 + 0.5
         assert limits[gap] * SIZE >= gap / 2 - 2.0
-    small = told(baked(tmp_path / "small", *two_tone(16, RED, GREEN), parallax_scale=0.05))
+    small = scene_of(baked(tmp_path / "small", *two_tone(16, RED, GREEN), parallax_scale=0.05))
     assert small["objects"][0]["materials"]["wood"]["parallax_limit"] is None
     assert limits[4] < limits[16] < 0.2
 
 
 def test_the_level_in_use_follows_the_flight(tmp_path: Path) -> None:
-    far = told(baked(tmp_path / "far", *two_tone(8, RED, GREEN)))
-    small = told(baked(tmp_path / "small", *two_tone(8, RED, GREEN), viewport="[64, 36]"))
+    far = scene_of(baked(tmp_path / "far", *two_tone(8, RED, GREEN)))
+    small = scene_of(baked(tmp_path / "small", *two_tone(8, RED, GREEN), viewport="[64, 36]"))
     levels = [scene["artifacts"]["post_color"]["gutter"]["level_in_use"] for scene in (far, small)]
     assert levels[1] > levels[0]
 
@@ -454,19 +454,19 @@ def test_a_fault_is_named_by_the_level_that_is_published(scene: Path) -> None:
     paint(1, 3, 4, slice(4, 5))(scene)  # texels 12 to 15 of 32 across: beside the left island's border
     data = cut_ktx2(file_of(scene, "post_color").read_bytes(), 1, zstd_level=None)
     replace(scene, "post_color", data)
-    told: dict[str, Any] = {
+    result: dict[str, Any] = {
         "left_out": 1,
         "saved_bytes": 1,
         "texels": 9.0,
         "second_s": 0.0,
     }
-    told["view"] = "camera"
+    result["view"] = "camera"
 
     def edit(tree: dict[str, Any]) -> None:
         entry = tree["artifacts"]["post_color"]
         facts = gutter_without_finest(entry["gutter"] | {"max_level": entry["max_level"]}, 1)
         entry.update(
-            required_detail=told, max_level=facts.pop("max_level"), gutter=facts, levels=entry["levels"][1:]
+            required_detail=result, max_level=facts.pop("max_level"), gutter=facts, levels=entry["levels"][1:]
         )
 
     change(scene, edit)

@@ -225,9 +225,9 @@ def test_light_passes_through_two_sided_green_masks_which_is_said_and_through_ot
     assert {name: one.translucency for name, one in drawn.items()} == {
         "wood": 0.0, "metal": 0.0, "leaf": translucency,
     }  # fmt: skip
-    told = [text for text in found.warnings if "taken as leaves" in text]
-    assert len(told) == (translucency == 0.55)
-    assert all("[object.material.leaf] translucency = 0" in text for text in told)
+    message = [text for text in found.warnings if "taken as leaves" in text]
+    assert len(message) == (translucency == 0.55)
+    assert all("[object.material.leaf] translucency = 0" in text for text in message)
 
 
 def test_what_no_pass_reads_is_not_baked_and_named(tmp_path: Path) -> None:
@@ -340,8 +340,8 @@ def test_udim_tiles_are_refused_by_new_and_by_bake_with_what_to_do(
 def test_a_picture_named_as_one_tile_of_several_warns_that_it_is_repeated(tmp_path: Path) -> None:
     model = two_tiles(tmp_path / "m", "wood.1001.png", "wood.1001.png")
     new = new_scene(tmp_path / "new", model).scene
-    (told,) = [text for text in find_map_sets(load_scene(new), new).warnings if "UDIM" in text]
-    assert "named as UDIM tile 1001" in told and "it is repeated" in told
+    (message,) = [text for text in find_map_sets(load_scene(new), new).warnings if "UDIM" in text]
+    assert "named as UDIM tile 1001" in message and "it is repeated" in message
 
 
 def wall(folder: Path, picture: str, tiles: list[tuple[int, int]], *files: str) -> Path:
@@ -378,9 +378,9 @@ def test_a_picture_with_a_number_that_is_no_udim_tile_for_certain_is_repeated(
         shutil.copy(tmp_path / "m" / name, new.parent / "model" / name)
     found = find_map_sets(load_scene(new), new)
     assert [one.name for one in found.maps.sets] == ["wall"]
-    told = [text for text in found.warnings if "UDIM" in text]
-    assert len(told) == (picture == "IMG_1001.png")
-    assert all("UVs lie in 1001, 1002, 1003, and no picture of 1003 is beside it" in text for text in told)
+    message = [text for text in found.warnings if "UDIM" in text]
+    assert len(message) == (picture == "IMG_1001.png")
+    assert all("UVs lie in 1001, 1002, 1003, and no picture of 1003 is beside it" in text for text in message)
 
 
 def test_a_tiled_material_beside_one_with_a_layout_passes_check(tmp_path: Path) -> None:

@@ -80,8 +80,8 @@ def test_a_model_without_any_picture_gets_its_occlusion(tmp_path: Path) -> None:
     assert shown.shape == (64, 64, 1)  # metalness takes no room
     assert shown.min() < 0.6 and shown.max() > 0.85
     assert not [one for one in check_paths([tmp_path / "out"]) if one.fails]
-    (told,) = explain(scene, "nook_occlusion").artifacts
-    assert "cast from the mesh" in told["reason"]
+    (result,) = explain(scene, "nook_occlusion").artifacts
+    assert "cast from the mesh" in result["reason"]
 
 
 def test_who_does_not_ask_gets_none(tmp_path: Path) -> None:
@@ -102,8 +102,8 @@ def test_metalness_stands_beside_the_occlusion(tmp_path: Path) -> None:
     scene = make(tmp_path / "s", metal)
     write_image(scene.parent / "metal.png", noise(3, 1, 128))
     report, manifest = baked(scene, tmp_path / "out")
-    told = [*report.warnings, *(text for one in report.artifacts for text in one.warnings)]
-    assert not any("enlarged" in text for text in told)
+    message = [*report.warnings, *(text for one in report.artifacts for text in one.warnings)]
+    assert not any("enlarged" in text for text in message)
     shown = texels(tmp_path / "out", manifest, "nook_occlusion")
     assert shown.shape == (128, 128, 2) and np.ptp(shown[:, :, 1]) > 0.3 and shown[:, :, 0].min() < 0.6
 
@@ -167,10 +167,10 @@ def test_explain_says_where_all_is_lit(tmp_path: Path) -> None:
     flat = "usemtl stone\nv 0 0 0\nv 1 0 0\nv 0 0 1\nvt 0 0\nvt 1 0\nvt 0 1\nf 1/1 3/3 2/2\n"
     scene = make(tmp_path / "s", obj=flat)
     baked(scene, tmp_path / "out")
-    told = explain(scene, out=tmp_path / "out")
-    (row,) = (row for row in overview(told) if row[0] == "nook_occlusion")
+    result = explain(scene, out=tmp_path / "out")
+    (row,) = (row for row in overview(result) if row[0] == "nook_occlusion")
     assert row[2:4] == ("no file", "all texels 1")
-    assert "all its texels are equal (1)" in render(told)
+    assert "all its texels are equal (1)" in render(result)
 
 
 def test_auto_takes_the_cheapest_tier_inside_the_budget(tmp_path: Path) -> None:

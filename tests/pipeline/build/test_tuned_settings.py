@@ -96,8 +96,8 @@ def test_a_scenes_terrain_is_turned_too_told_and_derived_again(
     options = BuildOptions(jobs=1, tier="auto")
     plain = bake(scene, out, BuildOptions(jobs=1, tier="balanced"))
     assert not plain.errors
-    told = json.loads((out / "scene.json").read_text())["artifacts"]
-    worst = max(one["errors"].get("terrain_rms_m", 0.0) for one in told.values())
+    result = json.loads((out / "scene.json").read_text())["artifacts"]
+    worst = max(one["errors"].get("terrain_rms_m", 0.0) for one in result.values())
     scene.write_text(scene.read_text() + f"[budget]\nterrain_rms_m = {0.4 * worst}\n")
     report = bake(scene, out, options)
     assert not report.errors

@@ -44,9 +44,9 @@ def test_an_artifact_that_its_sources_do_not_give_is_told(
     sky.write_bytes(seal(trees[sky]))
     shutil.rmtree(store / "bakes")
     assert cli.main([*words, "--verify", "100"]) == 1
-    told = json.loads(capfd.readouterr().out)
-    assert len(told["error"]) == 1 and "sky: is not what its sources give" in told["error"][0]
-    (advised,) = re.findall(r"; bake with (--force)$", told["error"][0])
+    report = json.loads(capfd.readouterr().out)
+    assert len(report["error"]) == 1 and "sky: is not what its sources give" in report["error"][0]
+    (advised,) = re.findall(r"; bake with (--force)$", report["error"][0])
     assert cli.main([*words, advised]) == 0 and cli.main([*words, "--verify", "100"]) == 0
 
 

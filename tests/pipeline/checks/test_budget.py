@@ -83,7 +83,7 @@ def test_a_limit_is_a_number_or_a_soft_and_a_hard_one(cove: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "told"),
+    ("text", "message"),
     [
         (
             "[budget]\ncolor_psnr_db = { soft = 30, hard = 36 }",
@@ -108,11 +108,11 @@ def test_a_limit_is_a_number_or_a_soft_and_a_hard_one(cove: Path) -> None:
     ],
 )
 def test_a_limit_or_waiver_that_makes_no_sense_is_refused_by_its_place(
-    cove: Path, text: str, told: str
+    cove: Path, text: str, message: str
 ) -> None:
     with pytest.raises(ParadizeError) as caught:
         load_scene(with_toml(cove, text))
-    assert told in str(caught.value)
+    assert message in str(caught.value)
 
 
 @pytest.mark.parametrize("metric", sorted(METRICS))
@@ -216,9 +216,9 @@ def test_of_several_waivers_the_one_that_holds_longest_counts() -> None:
         {"rule": "PZ104", "artifact": None, "metric": None, "reason": day, "until": day} for day in days
     ]
     for order in (waivers, waivers[::-1]):
-        told = {"severity": {}, "waivers": order}
+        result = {"severity": {}, "waivers": order}
         for day, holds in ((date(2026, 6, 30), True), (date(2026, 7, 1), False)):
-            (found,) = apply_scene([Finding("PZ104", "a", "b")], told, "scene.json", day)
+            (found,) = apply_scene([Finding("PZ104", "a", "b")], result, "scene.json", day)
             assert bool(found.waived) is holds and "2026-06-30" in str(found)
 
 
@@ -287,8 +287,8 @@ def test_a_scene_sets_severities(cove: Path) -> None:
 def test_a_waiver_of_a_rule_that_there_is_not_is_told(cove: Path) -> None:
     waiver = {"rule": "PZ998", "artifact": None, "metric": None, "reason": "x", "until": "2999-01-01"}
     change(cove / "out", lambda m: m["check"].update(waivers=[waiver]))
-    (told,) = check_paths([cove / "out"])
-    assert told.code == "PZ407" and told.what == "there is no rule PZ998"
+    (result,) = check_paths([cove / "out"])
+    assert result.code == "PZ407" and result.what == "there is no rule PZ998"
 
 
 def test_a_scene_is_held_to_an_earlier_bake(cove: Path) -> None:
@@ -341,9 +341,9 @@ def test_what_is_new_gone_or_larger_is_a_warning(cove: Path) -> None:
     before = cove / "before"
     shutil.copytree(cove / "out", before)
     size = json.loads((before / "scene.json").read_text())["artifacts"]["sky"]["bytes"]
-    for share, told in ((1.04, []), (1.06, ["PZ423"]), (1.9, ["PZ423"])):
+    for share, result in ((1.04, []), (1.06, ["PZ423"]), (1.9, ["PZ423"])):
         change(before, lambda m, share=share: m["artifacts"]["sky"].update(bytes=round(size / share)))
-        assert codes(check_paths([cove / "out"], CheckOptions(against=before))) == told
+        assert codes(check_paths([cove / "out"], CheckOptions(against=before))) == result
     change(before, lambda m: m["artifacts"]["sky"].update(bytes=size))
     change(before, lambda m: (m["artifacts"].update(old=m["artifacts"].pop("sound")), m.update(sounds=[])))
     change(before, lambda m: m.update(streaming=[n for n in m["streaming"] if n in m["artifacts"]]))
@@ -354,8 +354,8 @@ def test_what_is_new_gone_or_larger_is_a_warning(cove: Path) -> None:
 
 
 def test_an_earlier_bake_that_is_not_there_is_told(cove: Path) -> None:
-    (told,) = check_paths([cove / "out"], CheckOptions(against=cove / "gone"))
-    assert told.code == "PZ101" and "--against" in str(told)
+    (result,) = check_paths([cove / "out"], CheckOptions(against=cove / "gone"))
+    assert result.code == "PZ101" and "--against" in str(result)
     (cove / "bad").mkdir()
     (cove / "bad" / "scene.json").write_text("{}")
     assert codes(check_paths([cove / "out"], CheckOptions(against=cove / "bad"))) == ["PZ102"]
@@ -371,8 +371,8 @@ def test_an_earlier_bake_is_named_by_its_scene_file_too(cove: Path) -> None:
 def test_files_without_a_scene_cannot_be_held_to_an_earlier_bake(cove: Path) -> None:
     alone = next((cove / "out").glob("post_mesh-*.glb"))
     assert check_paths([alone]) == []
-    (told,) = check_paths([alone], CheckOptions(against=cove / "out"))
-    assert told.code == "PZ101" and told.fails and "--against" in str(told)
+    (result,) = check_paths([alone], CheckOptions(against=cove / "out"))
+    assert result.code == "PZ101" and result.fails and "--against" in str(result)
 
 
 def test_of_several_earlier_bakes_the_one_of_the_same_name_counts(cove: Path) -> None:

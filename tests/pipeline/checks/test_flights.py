@@ -97,13 +97,13 @@ def test_an_object_comes_as_near_as_it_does_turned_scaled_and_moved(
     slope = math.tan(math.radians(FOV_DEG) / 2)
     reach = math.sqrt(1.0 + slope**2 * (1.0 + (WIDTH / HEIGHT) ** 2))
     assert np.abs(apart - reach).min() > 1e-3 and 5 < (apart < reach).sum() < 60
-    (told,) = near_findings(tmp_path, mesh, stand, far)
+    (result,) = near_findings(tmp_path, mesh, stand, far)
     known = re.fullmatch(
         r"(\d+) times objects within ([\d.]+) m of the eye; the near plane reaches ([\d.]+) m"
         r" at flight at ([\d.]+) s, \(.*\)",
-        told,
+        result,
     )
-    assert known is not None, told
+    assert known is not None, result
     count, least, plane, second = map(float, known.groups())
     assert count == (apart < reach).sum()
     assert least == pytest.approx(apart.min(), rel=0.02)

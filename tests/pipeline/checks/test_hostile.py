@@ -285,11 +285,11 @@ def test_a_broken_map_leaves_the_gutters_of_the_others_checked(cove: Path, tmp_p
     manifest = json.loads((tmp_path / "out/scene.json").read_bytes())
     for name in ("post_color", "post_normal"):
         (tmp_path / "out" / manifest["artifacts"][name]["file"]).write_bytes(b"no texture")
-    asked = []
+    walked = []
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("paradize.checks.gutters._walk", lambda *given: asked.append(given[2]) or ())
+        patch.setattr("paradize.checks.gutters._walk", lambda *given: walked.append(given[2]) or ())
         list(check_gutters(manifest, tmp_path / "out"))
-    assert asked == ["height", "gloss"]
+    assert walked == ["height", "gloss"]
 
 
 def test_metadata_of_many_keys_is_refused_before_it_is_read(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -149,8 +149,8 @@ def test_a_new_scene_of_a_kit_passes(
     (tmp_path / "kit.mtl").write_text("newmtl wood\nmap_Kd kit.png\n")
     save(tmp_path / "kit.png", board)
     passes_as_a_scene(paradize, model, tmp_path)
-    told = paradize("check", tmp_path / "out").stdout
-    assert "PZ232" in told if kind == "painted" else told.endswith(" artifacts checked: no finding\n")
+    output = paradize("check", tmp_path / "out").stdout
+    assert "PZ232" in output if kind == "painted" else output.endswith(" artifacts checked: no finding\n")
 
 
 @pytest.mark.deep

@@ -67,8 +67,8 @@ def test_check_says_what_it_looked_at_and_that_no_model_was_read(
     assert last == "the settings of 1 scene checked: no finding"
     edit(cove, "[flight]", "[flight]\nspede = 1")
     assert cli.main(["check", str(cove)]) == 1
-    assert "are there" not in (told := capsys.readouterr().out)
-    assert told.endswith("the settings of 1 scene checked: 1 error, 0 warnings\n")
+    assert "are there" not in (output := capsys.readouterr().out)
+    assert output.endswith("the settings of 1 scene checked: 1 error, 0 warnings\n")
 
 
 @pytest.mark.parametrize("mode", ["opaque", "blend"])
@@ -109,5 +109,5 @@ def test_a_hook_passes_sound_files_and_fails_on_faults(hook: dict[str, Any], cov
     ]
     assert subprocess.run([*command, *taken], cwd=cove.parent, capture_output=True).returncode == 0
     edit(cove, "[flight]", "[flight]\nspede = 1")
-    told = subprocess.run([*command, *taken], cwd=cove.parent, capture_output=True, text=True)
-    assert told.returncode == 1 and "scene.toml: flight.spede: error PZ431" in told.stdout
+    result = subprocess.run([*command, *taken], cwd=cove.parent, capture_output=True, text=True)
+    assert result.returncode == 1 and "scene.toml: flight.spede: error PZ431" in result.stdout

@@ -335,8 +335,8 @@ def test_a_scene_is_sound_once_its_advice_is_followed(tmp_path: Path, name: str)
     faulty = row.fault(scene.read_text())
     assert faulty != scene.read_text()
     scene.write_text(faulty)
-    told = [error for error in faults_of(scene) if error.place == row.place]
-    assert len(told) == 1 and told[0].mend, faults_of(scene)
-    scene.write_text(row.follow(faulty, told[0].mend))
+    message = [error for error in faults_of(scene) if error.place == row.place]
+    assert len(message) == 1 and message[0].mend, faults_of(scene)
+    scene.write_text(row.follow(faulty, message[0].mend))
     tomllib.loads(scene.read_text())
     assert faults_of(scene) == []

@@ -178,7 +178,7 @@ def test_a_line_works_as_its_refusal_advises(here: Path, monkeypatch: pytest.Mon
         assert run("bake", "cove.toml", "-o", "made")[0] == 0
     code, said = run_line(line, monkeypatch)
     assert code == 1 and says in said, said
-    message = next(told for told in said.splitlines() if says in told)
+    message = next(result for result in said.splitlines() if says in result)
     again = follow(line, message)
     assert again != line
     code, said = run_line(again, monkeypatch)

@@ -52,8 +52,8 @@ def test_help_and_version_are_fast_and_import_no_numpy(run: Run) -> None:
     script = (
         "import sys; from paradize.cli.main import main; main(['--version']); print('numpy' in sys.modules)"
     )
-    told = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True).stdout
-    assert told.endswith("False\n")
+    output = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True).stdout
+    assert output.endswith("False\n")
 
 
 @pytest.mark.parametrize(
@@ -128,8 +128,8 @@ def test_a_refused_input_exits_1_with_one_message_and_one_object(
 ) -> None:
     result = run(*words, "--json", cwd=tmp_path)
     assert result.returncode == 1
-    told = json.loads(result.stdout)
-    assert len(told["error"]) == 1 and words[1] in told["error"][0]
+    report = json.loads(result.stdout)
+    assert len(report["error"]) == 1 and words[1] in report["error"][0]
     assert result.stderr.count("paradize: error:") == 1 and words[1] in result.stderr
     assert not list(tmp_path.iterdir()) or {p.name for p in tmp_path.iterdir()} <= {"build"}
 
@@ -140,13 +140,13 @@ def test_bake_tells_a_table_and_an_object_and_its_second_run_bakes_nothing(
     out = tmp_path / "deep" / "out"
     first = run("bake", cove, "-o", out, "-j", 2, "--json")
     assert first.returncode == 0, first.stderr
-    told = json.loads(first.stdout)
-    assert (told["baked"], told["reused"], told["failed"]) == (14, 0, 0)
-    assert {row["file"] for row in told["artifacts"]} | {"scene.json"} == {p.name for p in out.iterdir()}
+    report = json.loads(first.stdout)
+    assert (report["baked"], report["reused"], report["failed"]) == (14, 0, 0)
+    assert {row["file"] for row in report["artifacts"]} | {"scene.json"} == {p.name for p in out.iterdir()}
     assert "terrain_max_m" in first.stderr and "%|" not in first.stderr  # a table, and no progress bar
     second = json.loads(run("bake", cove, "-o", out, "--json").stdout)
     assert (second["baked"], second["reused"], second["failed"]) == (0, 14, 0)
-    assert [row["sha256"] for row in second["artifacts"]] == [row["sha256"] for row in told["artifacts"]]
+    assert [row["sha256"] for row in second["artifacts"]] == [row["sha256"] for row in report["artifacts"]]
     text = run("bake", cove, "-o", out)
     assert "nothing to bake" in text.stdout and "sky" in text.stdout
     forced = json.loads(run("bake", cove, "-o", out, "--force", "--json").stdout)
@@ -166,12 +166,12 @@ def test_a_failed_bake_tells_everything_and_exits_1(run: Run, tmp_path: Path) ->
     (tmp_path / "scene/post.obj").write_text("nothing here")
     result = run("bake", scene, "-o", tmp_path / "out", "--json")
     assert result.returncode == 1
-    told = json.loads(result.stdout)
-    assert told["failed"] >= 2 and told["baked"] + told["reused"] >= 8
-    assert any("wood.png" in text for text in told["error"])
-    assert any("post.obj" in text for text in told["error"])
+    report = json.loads(result.stdout)
+    assert report["failed"] >= 2 and report["baked"] + report["reused"] >= 8
+    assert any("wood.png" in text for text in report["error"])
+    assert any("post.obj" in text for text in report["error"])
     assert not (tmp_path / "out/scene.json").exists()
-    failed = {row["name"] for row in told["artifacts"] if row["status"] == "failed"}
+    failed = {row["name"] for row in report["artifacts"] if row["status"] == "failed"}
     assert {"post_mesh", "post_color"} <= failed
 
 
@@ -179,11 +179,11 @@ def test_mesh_tells_its_levels(run: Run, cove: Path, tmp_path: Path) -> None:
     out = tmp_path / "new" / "post.glb"
     result = run("mesh", cove.parent / "post.obj", "-o", out, "--lods", 3, "-j", 1, "--json")
     assert result.returncode == 0, result.stderr
-    told = json.loads(result.stdout)
-    assert {"triangles", "vertices", "lods", "seconds", "warnings"} <= told.keys()
-    finest = told["lods"][0]  # off by what float32 cost alone
-    assert finest["triangles"] == told["triangles"] and finest["error_max"] == finest["load_max"] < 1e-6
-    assert 1 <= len(told["lods"]) <= 3 and out.read_bytes()[:4] == b"glTF"
+    report = json.loads(result.stdout)
+    assert {"triangles", "vertices", "lods", "seconds", "warnings"} <= report.keys()
+    finest = report["lods"][0]  # off by what float32 cost alone
+    assert finest["triangles"] == report["triangles"] and finest["error_max"] == finest["load_max"] < 1e-6
+    assert 1 <= len(report["lods"]) <= 3 and out.read_bytes()[:4] == b"glTF"
     assert run("check", out).returncode == 0
 
 
@@ -219,9 +219,9 @@ def test_every_environment_variable_that_is_read_stands_in_the_readme(root: Path
 def test_maps_are_named_by_their_source(run: Run, cove: Path, tmp_path: Path, form: str) -> None:
     result = run("maps", cove.parent / "wood.png", "-o", tmp_path / "m", "--format", form, "--json")
     assert result.returncode == 0, result.stderr
-    told = json.loads(result.stdout)
-    assert set(told["maps"]) == set(MAPS)
-    for name, row in told["maps"].items():
+    report = json.loads(result.stdout)
+    assert set(report["maps"]) == set(MAPS)
+    for name, row in report["maps"].items():
         assert row["file"] == f"wood_{name}.{form}" and (tmp_path / "m" / row["file"]).is_file()
         assert {"width", "height", "format", "error", "metric"} <= row.keys()
     only = run("maps", cove.parent / "wood.png", "-o", tmp_path / "n", "--only", "dudv,normal", "--json")
@@ -269,8 +269,8 @@ def test_an_interrupted_bake_leaves_nothing_half(tmp_path: Path, root: Path, num
         while not (tmp_path / "store/products").is_dir():
             assert process.poll() is None
         process.send_signal(number)
-        _, told = process.communicate(timeout=60)
-    assert process.returncode == 130 and "interrupted" in told and "Traceback" not in told
+        _, result = process.communicate(timeout=60)
+    assert process.returncode == 130 and "interrupted" in result and "Traceback" not in result
     assert not (tmp_path / "out").exists() or not list((tmp_path / "out").iterdir())
     again = subprocess.run([*command, "--json"], capture_output=True, text=True, env=environment, timeout=60)
     assert again.returncode == 0 and json.loads(again.stdout)["failed"] == 0

@@ -59,8 +59,8 @@ def test_bash_completes_commands_options_and_files_by_suffix(
     (place / "script").write_text(completion("bash"))
     (place / "script").rename(place / "models/.script")
     call = ["bash", "-c", BASH.replace("script", "models/.script"), "bash", "paradize", *words]
-    told = subprocess.run(call, cwd=place, capture_output=True, text=True, timeout=30, check=True)
-    assert set(told.stdout.split()) == expected and told.stderr == ""
+    result = subprocess.run(call, cwd=place, capture_output=True, text=True, timeout=30, check=True)
+    assert set(result.stdout.split()) == expected and result.stderr == ""
 
 
 @pytest.mark.parametrize(("words", "expected"), CASES)
@@ -69,10 +69,10 @@ def test_fish_completes_the_same(place: Path, words: list[str], expected: set[st
     line = " ".join(["paradize", *words])
     call = [wanted("fish"), "-c", f"source models/.script; complete -C '{line}'"]
     environment = {**os.environ, "HOME": str(place / "models")}
-    told = subprocess.run(
+    result = subprocess.run(
         call, cwd=place, env=environment, capture_output=True, text=True, timeout=60, check=True
     )
-    found = {row.partition("\t")[0].rstrip("/") for row in told.stdout.splitlines()}
+    found = {row.partition("\t")[0].rstrip("/") for row in result.stdout.splitlines()}
     assert found == expected
 
 

@@ -56,8 +56,8 @@ def test_a_bake_with_nothing_to_do_loads_few_modules(tmp_path: Path) -> None:
 
     def loaded() -> set[str]:
         call = [sys.executable, "-I", "-c", SCRIPT, *words]
-        told = subprocess.run(call, capture_output=True, text=True, check=True, env=environment).stdout
-        return set(json.loads(told.splitlines()[-1]))
+        output = subprocess.run(call, capture_output=True, text=True, check=True, env=environment).stdout
+        return set(json.loads(output.splitlines()[-1]))
 
     first, second = loaded(), loaded()
     assert first & HEAVY  # the first bakes
@@ -67,10 +67,10 @@ def test_a_bake_with_nothing_to_do_loads_few_modules(tmp_path: Path) -> None:
 def test_of_many_artifacts_the_table_tells_those_that_are_not_as_they_were(tmp_path: Path) -> None:
     rows = [Artifact(f"thing_{i}", status="reused", bytes=1) for i in range(MANY + 1)]
     rows[3], rows[5] = replace(rows[3], status="baked"), replace(rows[5], over=["too coarse"])
-    told = io.StringIO()
-    show_bake(BakeReport(tmp_path, rows), told)
-    assert "thing_3 " in told.getvalue() and "thing_5 " in told.getvalue()
-    assert "thing_4 " not in told.getvalue() and f"{MANY - 1} artifacts did not change" in told.getvalue()
+    result = io.StringIO()
+    show_bake(BakeReport(tmp_path, rows), result)
+    assert "thing_3 " in result.getvalue() and "thing_5 " in result.getvalue()
+    assert "thing_4 " not in result.getvalue() and f"{MANY - 1} artifacts did not change" in result.getvalue()
     few = io.StringIO()
     show_bake(BakeReport(tmp_path, rows[:MANY]), few)
     assert "thing_4 " in few.getvalue()
@@ -96,14 +96,14 @@ def test_every_command_refuses_with_one_json_object(
     given = REFUSED[command] if words == "refused" else ["--no-such-option"]
     code = main([command, *given, "--json"])
     out, err = capsys.readouterr()
-    told: dict[str, Any] = json.loads(out)
+    report: dict[str, Any] = json.loads(out)
     assert code == (2 if words == "wrong" else code) and code in (1, 2)
-    assert told["error"] and all(isinstance(text, str) and text for text in told["error"])
+    assert report["error"] and all(isinstance(text, str) and text for text in report["error"])
     if words == "refused":
         assert any(word in err for word in ("gone", "full"))
 
 
-def told_of(capsys: pytest.CaptureFixture[str]) -> Callable[..., dict[str, Any]]:
+def json_of(capsys: pytest.CaptureFixture[str]) -> Callable[..., dict[str, Any]]:
     """Runs a command with --json; its object."""
 
     def call(*words: object) -> dict[str, Any]:
@@ -120,7 +120,7 @@ def test_what_ends_well_is_one_json_object_too(
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("PARADIZE_STORE", str(tmp_path / "store"))
     monkeypatch.setenv("PARADIZE_REPORT", "")
-    call = told_of(capsys)
+    call = json_of(capsys)
     assert "scene" in call("new", "mine")
     scene = make_cove(tmp_path / "scene")
     assert "artifacts" in call("bake", scene, "-o", "out")

@@ -46,7 +46,7 @@ def test_the_commands_that_new_prints_bake_and_show_the_scene_as_they_stand(
     environment["PATH"] = f"{programs if on_path else ''}:/usr/bin:/bin"
     for name in ("DISPLAY", "WAYLAND_DISPLAY"):
         environment.pop(name, None)
-    told = subprocess.run(
+    output = subprocess.run(
         [f"{ROOT}/build/venv/bin/paradize", "new", "my scenes/-it's mine"],
         cwd=tmp_path, env=environment, capture_output=True, text=True, check=True,
     ).stdout.splitlines()  # fmt: skip
@@ -54,7 +54,7 @@ def test_the_commands_that_new_prints_bake_and_show_the_scene_as_they_stand(
     smaller.with_name("scene.toml").write_text(
         smaller.read_text().replace('name = "cove"', 'name = "it_s_mine"')
     )
-    lines = [line.partition(":")[2] for line in told[1:]]
+    lines = [line.partition(":")[2] for line in output[1:]]
     assert [shlex.split(line)[0] in ("paradize", "paradize-player") for line in lines] == [on_path] * 2
     for line in lines:
         ran = subprocess.run(
@@ -71,8 +71,8 @@ def test_a_folder_of_too_long_a_name_is_one_message(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main(["new", str(tmp_path / ("n" * 300))]) == 1
-    told = capsys.readouterr().err
-    assert "cannot be written: File name too long" in told and "internal error" not in told
+    output = capsys.readouterr().err
+    assert "cannot be written: File name too long" in output and "internal error" not in output
 
 
 def test_cleaning_tells_what_went_and_what_stays(

@@ -44,19 +44,19 @@ CLOSED = ["<&-", ">&-", "2>&-", "<&- >&-", "<&- >&- 2>&-"]
 
 @pytest.mark.parametrize("closed", sweep(CLOSED, test=CLOSED[-1:]))
 def test_a_process_without_standard_streams_bakes_all_the_same(shell: Shell, closed: str) -> None:
-    told = shell(f"$P maps wood.png -o m --only height --json {closed} && $P check m")
-    assert told.returncode == 0, told.stderr
+    message = shell(f"$P maps wood.png -o m --only height --json {closed} && $P check m")
+    assert message.returncode == 0, message.stderr
     clean = "1 artifact checked: no finding\n"
-    assert told.stdout.endswith(clean)
+    assert message.stdout.endswith(clean)
     if ">&-" not in closed.replace("2>&-", ""):
-        assert json.loads(told.stdout.removesuffix(clean))["maps"].keys() == {"height"}
+        assert json.loads(message.stdout.removesuffix(clean))["maps"].keys() == {"height"}
 
 
 @pytest.mark.deep
 def test_a_full_disk_at_standard_output_is_one_message(shell: Shell) -> None:
     for line in ("$P mesh post.obj -o a.glb --json", "$P mesh gone.obj -o a.glb --json", "$P --version"):
-        told = shell(f"{line} > /dev/full")
-        assert told.returncode == 1 and "standard output cannot be written" in told.stderr
+        message = shell(f"{line} > /dev/full")
+        assert message.returncode == 1 and "standard output cannot be written" in message.stderr
 
 
 @pytest.mark.deep
@@ -70,9 +70,9 @@ def test_a_reader_that_goes_away_costs_no_traceback(shell: Shell) -> None:
     ["mesh --json", "mesh post.obj -o a.glb --lods 0 --json", "paint --json", "check --json", "--json"],
 )
 def test_wrong_usage_is_one_object_too(shell: Shell, words: str) -> None:
-    told = shell(f"$P {words}")
-    assert told.returncode == 2 and len(json.loads(told.stdout)["error"]) == 1
-    assert json.loads(told.stdout)["error"][0] in told.stderr
+    message = shell(f"$P {words}")
+    assert message.returncode == 2 and len(json.loads(message.stdout)["error"]) == 1
+    assert json.loads(message.stdout)["error"][0] in message.stderr
 
 
 @pytest.mark.parametrize(
@@ -95,17 +95,17 @@ PIPES = [
 
 @pytest.mark.parametrize("words", sweep(PIPES, test=["bake fifo", "check /dev/zero"]))
 def test_pipes_and_devices_are_refused_not_waited_for(shell: Shell, words: str) -> None:
-    told = shell(f"mkfifo fifo fifo.glb; timeout 20 $P {words}")
-    assert told.returncode == 1
-    assert any(text in told.stdout + told.stderr for text in ("regular file", "not a file"))
+    message = shell(f"mkfifo fifo fifo.glb; timeout 20 $P {words}")
+    assert message.returncode == 1
+    assert any(text in message.stdout + message.stderr for text in ("regular file", "not a file"))
 
 
 @pytest.mark.deep
 def test_a_device_or_a_pipe_is_never_replaced_by_a_baked_file(shell: Shell, tmp_path: Path) -> None:
     shell("mkfifo pipe.glb; ln -s pipe.glb link.glb")
     for name in ("pipe.glb", "link.glb"):
-        told = shell(f"$P mesh post.obj -o {name}")
-        assert told.returncode == 1 and f"{name}: is not a regular file" in told.stderr
+        message = shell(f"$P mesh post.obj -o {name}")
+        assert message.returncode == 1 and f"{name}: is not a regular file" in message.stderr
     assert (tmp_path / "pipe.glb").is_fifo() and (tmp_path / "link.glb").is_symlink()
 
 
@@ -119,8 +119,8 @@ def test_a_device_or_a_pipe_is_never_replaced_by_a_baked_file(shell: Shell, tmp_
     ],
 )
 def test_a_value_that_an_option_cannot_take_is_named(shell: Shell, words: str, said: str) -> None:
-    told = shell(f"$P mesh post.obj -o a.glb {words}")
-    assert told.returncode == 2 and said in told.stderr
+    message = shell(f"$P mesh post.obj -o a.glb {words}")
+    assert message.returncode == 2 and said in message.stderr
 
 
 LONG = "n" * 300
@@ -137,21 +137,23 @@ IMPOSSIBLE = [
 
 @pytest.mark.parametrize("words", sweep(IMPOSSIBLE, test=[IMPOSSIBLE[k] for k in (0, 2, 3, 5)]))
 def test_names_that_no_file_can_have_are_one_message(shell: Shell, words: str) -> None:
-    told = shell(f"$P {words}")
-    assert told.returncode == 1 and len((told.stdout + told.stderr).splitlines()) <= 2
+    message = shell(f"$P {words}")
+    assert message.returncode == 1 and len((message.stdout + message.stderr).splitlines()) <= 2
 
 
 @pytest.mark.deep
 def test_names_that_are_no_text_keep_messages_on_one_line(shell: Shell, tmp_path: Path) -> None:
     strange = "$'a\\xff\\nb\\x1b\\xe2\\x80\\xae'"  # the last: what follows runs from right to left
-    told = shell(
+    message = shell(
         f"cp post.obj {strange}.obj; $P mesh {strange}.obj -o {strange}.glb && $P check {strange}.glb"
     )
-    assert told.returncode == 0 and told.stdout.endswith("1 artifact checked: no finding\n")
-    assert not {"\x1b", "\u202e"} & set(told.stdout + told.stderr) and "\\nb\\x1b\\u202e" in told.stdout
-    told = shell(f"cp wood.png {strange}.png; $P maps {strange}.png -o m --json")
-    assert told.returncode == 1 and "not UTF-8" in json.loads(told.stdout)["error"][0]
-    assert len(told.stderr.splitlines()) == 1
+    assert message.returncode == 0 and message.stdout.endswith("1 artifact checked: no finding\n")
+    assert (
+        not {"\x1b", "\u202e"} & set(message.stdout + message.stderr) and "\\nb\\x1b\\u202e" in message.stdout
+    )
+    message = shell(f"cp wood.png {strange}.png; $P maps {strange}.png -o m --json")
+    assert message.returncode == 1 and "not UTF-8" in json.loads(message.stdout)["error"][0]
+    assert len(message.stderr.splitlines()) == 1
 
 
 def test_a_name_as_long_as_a_file_system_takes_can_be_written(shell: Shell, tmp_path: Path) -> None:
@@ -168,5 +170,5 @@ def test_levels_are_in_the_order_that_check_asks_for(shell: Shell, tmp_path: Pat
     rows += [f"f {a}/{a} {a + 21}/{a + 21} {a + 22}/{a + 22} {a + 1}/{a + 1}" for a in corners]
     (tmp_path / "flat.obj").write_text("\n".join(rows) + "\n")
     (tmp_path / "ball.obj").write_text(ball(24))
-    told = shell("for name in flat ball; do $P mesh $name.obj -o $name.glb > told; done; $P check *.glb")
-    assert told.returncode == 0, told.stdout
+    result = shell("for name in flat ball; do $P mesh $name.obj -o $name.glb > output; done; $P check *.glb")
+    assert result.returncode == 0, result.stdout

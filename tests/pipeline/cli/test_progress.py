@@ -196,10 +196,10 @@ def test_seconds_are_remembered_for_the_next_bake_of_the_scene(tmp_path: Path) -
 
 
 @pytest.mark.parametrize(
-    ("seconds", "told"), [(0.4, "0:00"), (59.6, "1:00"), (61, "1:01"), (7325, "2:02:05")]
+    ("seconds", "shown"), [(0.4, "0:00"), (59.6, "1:00"), (61, "1:01"), (7325, "2:02:05")]
 )
-def test_times_are_told_as_clocks_do(seconds: float, told: str) -> None:
-    assert clock(seconds) == told
+def test_times_are_told_as_clocks_do(seconds: float, shown: str) -> None:
+    assert clock(seconds) == shown
 
 
 def test_warnings_that_differ_in_their_line_alone_are_one() -> None:
@@ -218,8 +218,8 @@ def test_warnings_that_differ_in_their_line_alone_are_one() -> None:
 def test_a_watch_prints_a_warning_once(capsys: pytest.CaptureFixture[str]) -> None:
     def event(*warnings: str) -> WatchEvent:
         rows = [{"name": "post", "status": "baked"}]
-        told = {"warnings": list(warnings), "artifacts": rows, "baked": 1, "reused": 0, "seconds": 0.5}
-        return WatchEvent(Baked(told, Path("out")), (Path("scene.toml"),), False)
+        message = {"warnings": list(warnings), "artifacts": rows, "baked": 1, "reused": 0, "seconds": 0.5}
+        return WatchEvent(Baked(message, Path("out")), (Path("scene.toml"),), False)
 
     report = TextReport()
     report(event("no UVs", "thin"))

@@ -89,8 +89,8 @@ def all_tried(cases: list[Case], base: Path, work: Path) -> list[list[Ended]]:
     """The same of several cases, in one process. It is ended by its own alarm if one hangs."""
     call = [sys.executable, "-m", "tests.pipeline.strange_files", json.dumps(cases)]
     ran = subprocess.run([*call, str(base), str(work)], capture_output=True, text=True, timeout=1200)
-    told = iter([json.loads(line) for line in ran.stdout.splitlines()])
-    ended = [[tuple(line) for line in islice(told, len(places) * len(kinds))] for _, places, kinds in cases]
+    report = iter([json.loads(line) for line in ran.stdout.splitlines()])
+    ended = [[tuple(line) for line in islice(report, len(places) * len(kinds))] for _, places, kinds in cases]
     assert ran.returncode == 0 and len(ended[-1]) == len(cases[-1][1]) * len(cases[-1][2]), ran.stderr
     return ended
 
@@ -140,8 +140,8 @@ def test_a_command_ends_whatever_stands_in_a_files_place(
         if code == 1:
             name = place.rpartition("/")[2].strip("*").partition("-")[0]
             assert name in said, (place, kind, said)
-            told = SAID[kind] in said or (missing and "is a link that leads to nothing" in said)
-            assert told, (place, kind, said)
+            result = SAID[kind] in said or (missing and "is a link that leads to nothing" in said)
+            assert result, (place, kind, said)
             assert "did you mean" not in said and "there is no file" not in said, (place, kind, said)
 
 

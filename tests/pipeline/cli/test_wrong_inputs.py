@@ -108,13 +108,13 @@ WRONG = [(command, file) for command, (_, takes) in COMMANDS.items() for file in
 @pytest.mark.parametrize(("command", "file"), sweep(WRONG, test=WRONG[4::12]))
 def test_a_wrong_kind_of_input_is_one_message_whose_advice_works(at: Path, command: str, file: str) -> None:
     code, out, err = run(*COMMANDS[command][0](file))
-    told = out if command == "check" else err
+    result = out if command == "check" else err
     assert code == 1, (code, out, err)
     # On a busy machine work takes so long that its progress is told.
-    lines = [line for line in told.splitlines() if "warning" not in line and " so far: " not in line]
+    lines = [line for line in result.splitlines() if "warning" not in line and " so far: " not in line]
     message = lines[0]
     assert file in message and len(message) < 500 and message.isprintable()
-    assert len([line for line in lines if not line.startswith("1 error, ")]) == 1, told
+    assert len([line for line in lines if not line.startswith("1 error, ")]) == 1, result
     assert not any((at / name).exists() for name in ("out", "out.glb"))
     assert ";" in message, "a mend"
     for words in advised(message):

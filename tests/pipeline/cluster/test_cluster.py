@@ -67,7 +67,7 @@ def killing_who_stalls(own: Cluster) -> Iterator[list[int]]:
     killed: list[int] = []
 
     def kill() -> None:
-        killed.append(int(own.told().split()[0]))
+        killed.append(int(own.stalled_job().split()[0]))
         os.kill(killed[0], signal.SIGKILL)
 
     thread = threading.Thread(target=kill, daemon=True)
@@ -197,7 +197,7 @@ def test_a_scheduler_that_goes_leaves_the_old_scene_and_what_was_baked(
     monkeypatch.setitem(registry.BAKERS, "sound", (module, stall_once))
 
     def kill() -> None:
-        own.told()
+        own.stalled_job()
         assert own.scheduler
         own.scheduler.kill()
 
@@ -263,12 +263,12 @@ def test_a_worker_of_another_version_gets_nothing(
 
 
 def test_an_interrupted_bake_leaves_nothing_running_there(standing: Cluster, tmp_path: Path) -> None:
-    """`told` interrupts when the other job runs; its process is waited for through its descriptor."""
+    """`stalled_job` returns when the other job runs; its process is waited for through its descriptor."""
     standing.fifo.with_suffix(".done").unlink(missing_ok=True)
     found: list[int] = []
 
     def interrupt(outcome: Outcome) -> None:
-        found.append(os.pidfd_open(int(standing.told().split()[1])))
+        found.append(os.pidfd_open(int(standing.stalled_job().split()[1])))
         raise KeyboardInterrupt
 
     jobs = [Job("stalled", stall_once, {}), Job("quick", double, {"value": 1})]
@@ -287,7 +287,7 @@ def test_a_bake_that_is_killed_leaves_nothing_running_there(standing: Cluster) -
         "run_on_cluster(sys.argv[1], [Job('stalled', stall, {})])"
     )
     with started([sys.executable, "-c", code, standing.address], cwd=ROOT) as client:
-        stalled = os.pidfd_open(int(standing.told().split()[1]))
+        stalled = os.pidfd_open(int(standing.stalled_job().split()[1]))
         client.kill()
     ended, _, _ = select.select([stalled], [], [], 60.0)
     os.close(stalled)
@@ -320,8 +320,8 @@ def paradize(*words: str, cwd: Path) -> subprocess.CompletedProcess[str]:
 def test_the_command_prints_one_json_object_and_nothing_of_dask(standing: Cluster, tmp_path: Path) -> None:
     scene = make_cove(tmp_path / "scene")
     done = paradize("bake", str(scene), "--cluster", standing.address, "--json", cwd=tmp_path)
-    told = json.loads(done.stdout)
-    assert done.returncode == 0 and told["baked"] == 14
+    report = json.loads(done.stdout)
+    assert done.returncode == 0 and report["baked"] == 14
     assert "distributed" not in done.stderr and "Traceback" not in done.stderr
     again = paradize("bake", str(scene), "--cluster", standing.address, "--json", cwd=tmp_path)
     assert json.loads(again.stdout)["reused"] == 14

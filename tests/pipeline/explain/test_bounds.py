@@ -178,7 +178,7 @@ def test_no_place_of_a_mesh_moves_farther_in_any_picture(baked: Any, quality: st
         level = lod.mesh.absolute_positions[lod.mesh.triangles].astype(np.float64)
         there, back = spread(source), spread(level)
         pairs.append([(there, nearest(there, level)), (back, nearest(back, source))])
-    told = bounds["post_mesh"]
+    result = bounds["post_mesh"]
     largest = [0.0] * len(drawn)
     for view in views(manifest):
         for instance in item["instances"]:
@@ -186,17 +186,17 @@ def test_no_place_of_a_mesh_moves_farther_in_any_picture(baked: Any, quality: st
             for a, b in pairs[level]:
                 px = view.moved(stand(a, instance), stand(b, instance))
                 largest[level] = max(largest[level], float(px.max(initial=0.0)))
-    first = told["terms"][0]
+    first = result["terms"][0]
     assert first["name"] == "level 0"
-    limit = told["value"]
+    limit = result["value"]
     if quality == "fast":
-        coarse = next(term["value"] for term in told["terms"] if "fast" in term["name"])
+        coarse = next(term["value"] for term in result["terms"] if "fast" in term["name"])
         limit = max(first["value"], coarse)
-    assert largest[0] <= first["value"] and max(largest) <= limit, (largest, told)
+    assert largest[0] <= first["value"] and max(largest) <= limit, (largest, result)
     if largest[0] > 0.0:  # what is less than 0.05 pixels is not looked at closer
-        assert first["value"] < max(0.05, 4.0 * largest[0]), (largest, told)
+        assert first["value"] < max(0.05, 4.0 * largest[0]), (largest, result)
     if quality != "exact" and max(largest[1:]) > 0.0:
-        assert limit < 4.0 * max(largest), (largest, told)
+        assert limit < 4.0 * max(largest), (largest, result)
     assert sum(first["parts"].values()) == pytest.approx(first["value"])
     assert first["parts"]["quantisation"] > first["parts"]["loading"] > 0.0
     simplified = manifest["artifacts"]["post_mesh"]["levels"][0]["triangles"] < len(source)
@@ -244,8 +244,8 @@ def test_no_pixel_of_the_heights_moves_farther_in_any_picture(baked: Any) -> Non
         for p in cut(terrain, view, manifest["lod_error_px"]):
             for a, b in (pairs[p], pairs[p][::-1]):
                 largest = max(largest, float(view.moved(a, b).max(initial=0.0)))
-    told = bounds["terrain_mesh"]
-    assert 0.0 < largest <= told["value"] < 10.0 * largest, (largest, told)
+    result = bounds["terrain_mesh"]
+    assert 0.0 < largest <= result["value"] < 10.0 * largest, (largest, result)
 
 
 def linear(code: F64) -> F64:
@@ -263,8 +263,8 @@ def test_no_texel_of_a_colour_and_no_mix_of_texels_is_farther_off(baked: Any) ->
     texture = decode_ktx2((out / entry["file"]).read_bytes(), "post_color")
     pixels = np.asarray(oiio.ImageBuf(str(scene.parent / "wood.png")).get_pixels(oiio.UINT8))[:, :, :3]
     light = linear(pixels / 255.0)
-    told = bounds["post_color"]
-    texel = told["terms"][0]["value"]
+    result = bounds["post_color"]
+    texel = result["terms"][0]["value"]
     largest, rng = 0.0, np.random.default_rng(3)
     left_out, last = entry["required_detail"]["left_out"], entry["max_level"]
     for level in range(left_out, 6 if last is None else left_out + last + 1):
@@ -275,9 +275,9 @@ def test_no_texel_of_a_colour_and_no_mix_of_texels_is_farther_off(baked: Any) ->
         largest = max(largest, float(255.0 * off.max()))
         pick, weight = rng.integers(0, len(truth), (20_000, 4)), rng.dirichlet([0.5] * 4, 20_000)
         mixes = [(weight[:, :, None] * part[pick]).sum(axis=1) for part in (truth, linear(shown))]
-        assert 255.0 * np.abs(encoded(mixes[0]) - encoded(mixes[1])).max() <= told["value"]
+        assert 255.0 * np.abs(encoded(mixes[0]) - encoded(mixes[1])).max() <= result["value"]
     assert largest <= texel * (1.0 + 1e-6) and texel <= largest * 1.001
-    assert told["value"] == pytest.approx(255.0 * mixed(texel / 255.0))
+    assert result["value"] == pytest.approx(255.0 * mixed(texel / 255.0))
 
 
 def test_the_worst_mix_of_two_texels_is_inside_what_mixing_is_said_to_add() -> None:
@@ -296,17 +296,17 @@ def test_the_worst_mix_of_two_texels_is_inside_what_mixing_is_said_to_add() -> N
     assert closest > 0.95
 
 
-def words(told: dict[str, Any]) -> str:
-    return "\n".join(bound_words(told))
+def words(facts: dict[str, Any]) -> str:
+    return "\n".join(bound_words(facts))
 
 
 def test_every_artifact_has_lines_that_call_only_bounds_at_most(baked: Any) -> None:
     scene, out, (manifest, bounds) = baked
     assert bounds.keys() == manifest["artifacts"].keys()
     explanation = explain(scene, out=out)
-    for told in explanation.artifacts:
-        assert told["bound"] == bounds[told["name"]]
-        assert all("\n" not in line for line in bound_words(told["bound"]))
+    for result in explanation.artifacts:
+        assert result["bound"] == bounds[result["name"]]
+        assert all("\n" not in line for line in bound_words(result["bound"]))
     json.dumps(explanation.as_json(), allow_nan=False)
     mesh = words(bounds["post_mesh"])
     assert re.match(

@@ -41,7 +41,7 @@ def close(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
     return scene, top / "out"
 
 
-def told(scene: Path, out: Path, name: str) -> dict[str, Any]:
+def explained(scene: Path, out: Path, name: str) -> dict[str, Any]:
     (artifact,) = explain(scene, name, out).artifacts
     return artifact
 
@@ -60,25 +60,25 @@ def test_every_artifact_is_explained_and_nothing_else(close: tuple[Path, Path]) 
 
 def test_an_artifact_names_the_passes_of_its_own_scene(tmp_path: Path) -> None:
     scene = make_cove(tmp_path)
-    whole = told(scene, tmp_path / "none", "post_mesh")
+    whole = explained(scene, tmp_path / "none", "post_mesh")
     assert whole["passes"] == ["objects", "shadow", "reflection", "refraction"]
     scene.write_text(scene.read_text().replace("[reflection]\n[refraction]\n", ""))
-    assert told(scene, tmp_path / "none", "post_mesh")["passes"] == ["objects", "shadow"]
+    assert explained(scene, tmp_path / "none", "post_mesh")["passes"] == ["objects", "shadow"]
 
 
 def test_the_reason_names_only_views_that_the_scene_has(tmp_path: Path) -> None:
     scene = make_cove(tmp_path)
     out = tmp_path / "out"
-    assert told(scene, out, "sky")["reason"] == "the sky and the water's mirror"
-    assert told(scene, out, "terrain_mesh")["reason"] == "the terrain, its shadow and its mirror image"
+    assert explained(scene, out, "sky")["reason"] == "the sky and the water's mirror"
+    assert explained(scene, out, "terrain_mesh")["reason"] == "the terrain, its shadow and its mirror image"
     text = scene.read_text().replace("[reflection]\n", "")
     scene.write_text(text[: text.index("[water]")] + text[text.index("[[object]]") :])
-    assert told(scene, out, "sky")["reason"] == "the sky"
-    assert told(scene, out, "terrain_mesh")["reason"] == "the terrain and its shadow"
+    assert explained(scene, out, "sky")["reason"] == "the sky"
+    assert explained(scene, out, "terrain_mesh")["reason"] == "the terrain and its shadow"
 
 
 def test_the_deciding_number_is_in_the_words(close: tuple[Path, Path]) -> None:
-    gutter = told(*close, "post_color")["gutter"]
+    gutter = explained(*close, "post_color")["gutter"]
     assert gutter["width_texels"] == 2.0
     assert gutter["needed_texels"] > gutter["width_texels"]
     assert gutter["max_level"] < gutter["levels"] - 1
@@ -91,7 +91,7 @@ def test_the_deciding_number_is_in_the_words(close: tuple[Path, Path]) -> None:
 
 
 def test_parallax_asked_and_given_are_told(close: tuple[Path, Path]) -> None:
-    parallax = told(*close, "post_height")["gutter"]["parallax"]["wood"]
+    parallax = explained(*close, "post_height")["gutter"]["parallax"]["wood"]
     assert parallax["requested"] == [0.4, 0.0]
     assert parallax["given"][0] == pytest.approx(2 * parallax["limit"])
     assert "limited" in render(explain(close[0], out=close[1]))
@@ -134,8 +134,8 @@ def test_a_level_that_looks_alike_at_no_size_is_told_with_a_mend() -> None:
 def test_maps_that_were_not_made_are_reckoned_in_the_size_that_the_picture_has(tmp_path: Path) -> None:
     """Two finer levels of 8 x 4 texels were left out: of heights, 8 bytes a block, from 32 x 16 down."""
     (tmp_path / "post_color.ktx2").write_bytes(IDENTIFIER + struct.pack("<8I", 0, 1, 8, 4, 0, 0, 1, 4))
-    asked = {"left_out": 2, "saved_bytes": 9, "texels": 4.0, "second_s": 0.0, "view": "camera"}
-    entry = {"kind": "texture", "file": "post_color.ktx2", "required_detail": asked}
+    detail = {"left_out": 2, "saved_bytes": 9, "texels": 4.0, "second_s": 0.0, "view": "camera"}
+    entry = {"kind": "texture", "file": "post_color.ktx2", "required_detail": detail}
     manifest = {"artifacts": {"post_color": entry}}
     found = economy(manifest, tmp_path, "post_color", textures_by_owner(manifest))
     blocks = 8 * 4 + 4 * 2 + 2 * 1 + 1 + 1 + 1
@@ -309,16 +309,16 @@ def test_changed_code_is_named(cove: tuple[Path, Path], monkeypatch: pytest.Monk
 def test_who_asked_for_the_finest_level_and_what_was_saved_are_told(cove: tuple[Path, Path]) -> None:
     scene, out = cove
     found = {one["name"]: one for one in explain(scene, out=out).artifacts}
-    asked = found["effect_color"]["required_detail"]
-    assert asked["view"] == "camera" and 0.0 <= asked["second_s"] < 8.0
+    detail = found["effect_color"]["required_detail"]
+    assert detail["view"] == "camera" and 0.0 <= detail["second_s"] < 8.0
     # 32 x 32 texels: heights of BC4, gloss of BC5, du/dv of two bytes a texel, each down to 1 x 1.
     blocks = 64 + 16 + 4 + 1 + 1 + 1
     texels = sum(4**k for k in range(6))
-    assert asked["maps"] == {"height": 8 * blocks, "gloss": 16 * blocks, "dudv": 2 * texels}
+    assert detail["maps"] == {"height": 8 * blocks, "gloss": 16 * blocks, "dudv": 2 * texels}
     assert found["effect_normal"]["required_detail"]["maps"] == {}
     assert found["sound"]["required_detail"] is None
     text = render(explain(scene, "effect_color", out))
-    assert f"needed at second {asked['second_s']:g} by the camera" in text
+    assert f"needed at second {detail['second_s']:g} by the camera" in text
     assert "maps of its picture that no pass reads are not baked: height" in text
 
 

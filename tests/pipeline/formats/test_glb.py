@@ -89,8 +89,8 @@ def test_error_m_is_the_slide_of_the_texture_where_that_is_larger_and_never_fall
     data = encode_glb(
         [Lod(card(3.0), off, 0.0, more) for off, more in zip(errors, slid, strict=True)], "card"
     )
-    told = [node["extras"]["error_m"] for node in document(data)["nodes"]]
-    assert told == pytest.approx([0, 0.25 * 3 * 2**0.5, 0.25 * 3 * 2**0.5], rel=1e-5)
+    message = [node["extras"]["error_m"] for node in document(data)["nodes"]]
+    assert message == pytest.approx([0, 0.25 * 3 * 2**0.5, 0.25 * 3 * 2**0.5], rel=1e-5)
 
 
 def test_every_view_is_aligned_in_the_file() -> None:
@@ -264,9 +264,9 @@ def test_materials_hold_their_colour_within_its_range_and_are_no_metal() -> None
     colors = {"red": (0.5, 0, 0), "bright": (2.0, -1.0, 0.25)}
     found = document(encode_glb([Lod(mesh, 0, 0)], "m", base_colors=colors))["materials"]
     assert [material["name"] for material in found] == list(names)
-    told = [material.get("pbrMetallicRoughness") for material in found]
-    assert told[0] == {"baseColorFactor": [0.5, 0, 0, 1], "metallicFactor": 0}
-    assert told[1]["baseColorFactor"] == [1, 0, 0.25, 1] and told[2] is None
+    result = [material.get("pbrMetallicRoughness") for material in found]
+    assert result[0] == {"baseColorFactor": [0.5, 0, 0, 1], "metallicFactor": 0}
+    assert result[1]["baseColorFactor"] == [1, 0, 0.25, 1] and result[2] is None
 
 
 def test_the_document_alone_is_the_reader_s_and_anything_else_is_no_glb() -> None:

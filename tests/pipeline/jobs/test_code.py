@@ -133,12 +133,12 @@ def test_what_was_made_by_code_that_came_later_is_refused(tmp_path: Path, module
 def test_keys_cover_all_code_that_a_baker_loads(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Every baker in a worker of its own, on a real order of a scene."""
     monkeypatch.setenv("PARADIZE_STORE", str(tmp_path / "store"))
-    asked: dict[str, Job] = {}
+    job_of: dict[str, Job] = {}
 
-    def note(jobs: list[Job], workers: int, told: Any, **others: Any) -> None:
+    def note(jobs: list[Job], workers: int, on_outcome: Any, **others: Any) -> None:
         for job in jobs:
             baker = next(name for name, (_, call) in registry.BAKERS.items() if call is job.call)
-            asked.setdefault(baker, job)
+            job_of.setdefault(baker, job)
         raise KeyboardInterrupt
 
     with monkeypatch.context() as patch, pytest.raises(KeyboardInterrupt):
@@ -150,8 +150,8 @@ def test_keys_cover_all_code_that_a_baker_loads(tmp_path: Path, monkeypatch: pyt
         bumps = np.dstack([tilts, np.full((32, 32), 255, np.uint8)])
         write_image(scene.parent / "bumps.png", bumps)
         bake(scene, tmp_path / "out")
-    assert asked.keys() == registry.BAKERS.keys()
-    for baker, job in asked.items():
+    assert job_of.keys() == registry.BAKERS.keys()
+    for baker, job in job_of.items():
         (outcome,) = run_jobs([Job(baker, run_and_tell, {"baker": baker, "arguments": job.arguments})], 1)
         assert outcome.error is None
         loaded = {name for name in outcome.value if not name.startswith(code._ENGINE_PACKAGES)}

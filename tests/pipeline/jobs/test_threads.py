@@ -104,14 +104,14 @@ def test_the_same_bytes_and_measures_with_any_number_of_threads(sources: Path) -
 def test_j_is_the_number_of_threads_of_the_one_worker(
     sources: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, words: list[str], threads: int
 ) -> None:
-    asked: list[tuple[int, int]] = []
+    calls: list[tuple[int, int]] = []
 
     def spy(jobs: list[Job], count: int, *, threads: int, **_: object) -> list[Outcome]:
-        asked.append((count, threads))
+        calls.append((count, threads))
         return run_jobs(jobs, count, threads=threads)
 
     monkeypatch.setattr("paradize.jobs.pool.run_jobs", spy)
     out = str(tmp_path / "a.glb")
     size = ["--size", "20", "20", "--height", "4"]
     assert cli.main(["terrain", str(sources / "height.png"), "-o", out, *size, *words]) == 0
-    assert asked == [(1, threads)]
+    assert calls == [(1, threads)]

@@ -145,20 +145,20 @@ def test_a_crew_that_is_kept_serves_the_next_call(monkeypatch: pytest.MonkeyPatc
     pool = WorkerPool()
     try:
 
-        def told(threads: int) -> tuple[int, str | None]:
+        def worker_of(threads: int) -> tuple[int, str | None]:
             (outcome,) = run_jobs([Job("job", tell_process, {})], 1, threads=threads, pool=pool)
             assert outcome.error is None
             found: tuple[int, str | None] = outcome.value
             return found
 
-        first = told(3)
-        assert first[1] == "3" and told(3) == first
-        other = told(1)
-        assert other[0] != first[0] and other[1] == "1" and told(3) == first
-        assert {told(2)[0]}.isdisjoint((first[0], other[0])) and len(pool.workers) == 2
+        first = worker_of(3)
+        assert first[1] == "3" and worker_of(3) == first
+        other = worker_of(1)
+        assert other[0] != first[0] and other[1] == "1" and worker_of(3) == first
+        assert {worker_of(2)[0]}.isdisjoint((first[0], other[0])) and len(pool.workers) == 2
         pool.workers[-1].process.kill()
         pool.workers[-1].process.wait()
-        assert told(2)[1] == "2"
+        assert worker_of(2)[1] == "2"
     finally:
         pool.stop()
     assert pool.workers == []
@@ -248,8 +248,8 @@ def test_how_long_a_job_may_take_is_a_setting(monkeypatch: pytest.MonkeyPatch, t
     monkeypatch.setenv("PARADIZE_TIMEOUT", "0.5")
     (hung,) = run_jobs([Job("hang", hang, {"tally": tmp_path / "tally", "times": 9})], 1)
     assert "took longer than 0.5 s, twice" in str(hung.error)
-    for told in ("0", "-1", "soon", "1e400", "nan"):
-        monkeypatch.setenv("PARADIZE_TIMEOUT", told)
+    for result in ("0", "-1", "soon", "1e400", "nan"):
+        monkeypatch.setenv("PARADIZE_TIMEOUT", result)
         with pytest.raises(BakeError, match="expected seconds above 0"):
             run_jobs([Job("a", double, {"value": 1})], 1)
 
@@ -310,8 +310,8 @@ def test_two_jobs_that_do_not_fit_together_both_succeed(
     monkeypatch.setenv("PARADIZE_MEMORY", "400M")
     for name in "ab":
         os.mkfifo(tmp_path / f"from {name}")
-    told = {"amount": 260 * MB, "folder": tmp_path}
-    outcomes = run_jobs([Job(name, eat_beside, told | {"name": name}) for name in "ab"], 2)
+    result = {"amount": 260 * MB, "folder": tmp_path}
+    outcomes = run_jobs([Job(name, eat_beside, result | {"name": name}) for name in "ab"], 2)
     assert [(outcome.value, outcome.error) for outcome in outcomes] == [(13, None)] * 2
     assert sorted(outcome.tries for outcome in outcomes) == [1, 2]
 
@@ -373,10 +373,10 @@ def test_cores_are_shared_out_among_the_workers(monkeypatch: pytest.MonkeyPatch)
 
 
 @pytest.mark.parametrize(
-    ("told", "expected"), [("4G", 4e9), ("500Mi", 500 * 2**20), ("1.5GB", 1.5e9), ("123456", 123456)]
+    ("text", "expected"), [("4G", 4e9), ("500Mi", 500 * 2**20), ("1.5GB", 1.5e9), ("123456", 123456)]
 )
-def test_the_limit_is_told_in_bytes(monkeypatch: pytest.MonkeyPatch, told: str, expected: float) -> None:
-    monkeypatch.setenv("PARADIZE_MEMORY", told)
+def test_the_limit_is_told_in_bytes(monkeypatch: pytest.MonkeyPatch, text: str, expected: float) -> None:
+    monkeypatch.setenv("PARADIZE_MEMORY", text)
     assert memory_limit() == int(expected)
 
 
@@ -390,9 +390,9 @@ def test_the_limit_may_be_a_share_of_what_there_is(monkeypatch: pytest.MonkeyPat
     assert half == pytest.approx(free / 2, rel=0.3) and whole == pytest.approx(0.8 * free, rel=0.3)
 
 
-@pytest.mark.parametrize("told", ["much", "-3G", "0", "120%", "4 G", "\N{SUPERSCRIPT TWO}"])
-def test_a_limit_that_is_none_is_refused(monkeypatch: pytest.MonkeyPatch, told: str) -> None:
-    monkeypatch.setenv("PARADIZE_MEMORY", told)
+@pytest.mark.parametrize("text", ["much", "-3G", "0", "120%", "4 G", "\N{SUPERSCRIPT TWO}"])
+def test_a_limit_that_is_none_is_refused(monkeypatch: pytest.MonkeyPatch, text: str) -> None:
+    monkeypatch.setenv("PARADIZE_MEMORY", text)
     with pytest.raises(BakeError, match="expected bytes or a share"):
         run_jobs([Job("a", double, {"value": 1})], 1)
 

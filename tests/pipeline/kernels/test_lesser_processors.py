@@ -56,15 +56,15 @@ from paradize.bakers.terrain.mesh import bake_terrain
 from paradize.scene.baker_settings import TerrainSettings
 from paradize.stages.unwrappers import UNWRAPPERS, unwrapper_version
 
-folder, told, tiers = Path(sys.argv[1]), {}, sys.argv[2:]
+folder, made_files, tiers = Path(sys.argv[1]), {}, sys.argv[2:]
 for tier in tiers:
     mesh = bake_mesh(folder / "post.obj", tier=tier, lods=3)
     assert len(mesh.report["lods"]) == 3  # by each tier's simplifier, with seams
     mesh.report.pop("seconds", None)
-    told[f"mesh {tier}"] = mesh.glb, mesh.report
+    made_files[f"mesh {tier}"] = mesh.glb, mesh.report
     size = {"size_m": (20.0, 30.0), "height_m": 4.0, "max_error_m": 0.02}
     made = bake_terrain(folder / "height.png", TerrainSettings(**size), tier=tier)
-    told[f"terrain {tier}"] = made.glb, [made.max_error_m, made.rms_error_m]
+    made_files[f"terrain {tier}"] = made.glb, [made.max_error_m, made.rms_error_m]
     relief = bake_maps(folder / "relief.png", source="height", wrap="repeat", tier=tier, destep=True)
     made = bake_maps(folder / "wood.png", strength=5.0, tier=tier, uv=folder / "post.obj")
     made |= {f"height {name}": map for name, map in relief.items()}
@@ -77,14 +77,14 @@ for tier in tiers:
     made["cast"] = cast["occlusion"]
     for name, map in made.items():
         rest = [map.errors if name == "cast" else {}, map.levels, map.warnings]
-        told[f"{name} {tier}"] = map.data, [map.filter if name == "normal" else "", *rest]
+        made_files[f"{name} {tier}"] = map.data, [map.filter if name == "normal" else "", *rest]
 unwrappers = [name for name in UNWRAPPERS if name == "paradize" or unwrapper_version(name)]
 for name in unwrappers:
     bare = bake_mesh(folder / "bare.obj", atlas=True, lods=2, unwrapper=name)
     bare.report.pop("seconds", None)
-    told[f"atlas {name}"] = bare.glb, bare.report
-assert len(told) == len(tiers) * (2 + 4 + 4 + 1 + 3 + 1) + len(unwrappers)
-print(json.dumps({k: [hashlib.sha256(data).hexdigest(), rest] for k, (data, rest) in told.items()}))
+    made_files[f"atlas {name}"] = bare.glb, bare.report
+assert len(made_files) == len(tiers) * (2 + 4 + 4 + 1 + 3 + 1) + len(unwrappers)
+print(json.dumps({k: [hashlib.sha256(data).hexdigest(), rest] for k, (data, rest) in made_files.items()}))
 """
 SCENE = """
 import hashlib, json, sys

@@ -304,8 +304,8 @@ def test_planks_lose_their_thickness_before_their_width(each: int, least: float,
 def test_a_level_of_broken_boxes_is_not_made_and_the_reason_is_told() -> None:
     steps, notes = make_levels(planks(20, (1, 1, 1)), Plan(count=2), "balanced")
     assert len(steps) == 1
-    (told,) = [note for note in notes if "triangles turn normals by" in note]
-    assert 'lods_by = "screen_size" or "error" (--screen-size PIXELS, --errors A,B)' in told
+    (result,) = [note for note in notes if "triangles turn normals by" in note]
+    assert 'lods_by = "screen_size" or "error" (--screen-size PIXELS, --errors A,B)' in result
     steps, _ = make_levels(planks(20), Plan(count=2), "balanced")
     assert len(steps) == 2 and steps[1].errors["normal_mean_deg"] <= 15
 

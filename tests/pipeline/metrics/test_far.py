@@ -143,8 +143,8 @@ def test_two_texts_that_are_one_vertex_are_both_inside_what_is_told(tmp_path: Pa
         )
         read = read_obj(tmp_path / "a.obj")
         assert len(read.mesh.positions) == 3
-        told = bake_mesh(tmp_path / "a.obj").report["loading"]["load_max_m"]
-        assert told == pytest.approx(float(Fraction(far) - Fraction(float(np.float32(0.1)))), rel=1e-4)
+        report = bake_mesh(tmp_path / "a.obj").report["loading"]["load_max_m"]
+        assert report == pytest.approx(float(Fraction(far) - Fraction(float(np.float32(0.1)))), rel=1e-4)
 
 
 @pytest.mark.parametrize("reach", [1e12, 1e13, 1e14])
@@ -211,10 +211,10 @@ def test_a_part_that_rounding_moves_by_much_of_its_size_is_told(
     assert not bake_mesh(plain, lods=1).report["warnings"]
     report = bake_mesh(write(tmp_path / "a.obj", truth, lines + faces), lods=1).report
     assert report["loading"]["load_max"] < 1e-6 and not report["loading"]["collapsed"]
-    told = " ".join(report["warnings"])
+    message = " ".join(report["warnings"])
     most = report["loading"]["load_max_m"]
-    assert f"rounding moves vertices of the part at line {line} by up to {most:.3g} m" in told
-    assert "of its own diagonal); move distant parts into separate files" in told
+    assert f"rounding moves vertices of the part at line {line} by up to {most:.3g} m" in message
+    assert "of its own diagonal); move distant parts into separate files" in message
 
 
 def test_signs_of_zero_denormals_and_the_largest_coordinates(tmp_path: Path) -> None:

@@ -115,10 +115,10 @@ a, b, c, d = (numpy.load(path) for path in sys.argv[1:])
 both = pymeshlab.MeshSet()
 both.add_mesh(pymeshlab.Mesh(a.astype(float), b.astype("int32")))
 both.add_mesh(pymeshlab.Mesh(c.astype(float), d.astype("int32")))
-def told(key, **how):
+def distance(key, **how):
     pairs = ({"sampledmesh": i, "targetmesh": 1 - i, "samplenum": 20000} for i in (0, 1))
     return max(both.get_hausdorff_distance(**pair, **how)[key] for pair in pairs)
-print(told("max"), told("RMS", samplevert=False, sampleedge=False, sampleface=True))
+print(distance("max"), distance("RMS", samplevert=False, sampleedge=False, sampleface=True))
 """
 
 
@@ -138,10 +138,10 @@ def test_the_palms_levels_are_as_near_as_they_say_by_meshlab(island: Path, tmp_p
         for k, array in enumerate((levels[0].vertices, levels[0].faces, level.vertices, level.faces)):
             paths.append(tmp_path / f"{k}.npy")
             np.save(paths[-1], np.asarray(array))
-        told = subprocess.run(
+        result = subprocess.run(
             [sys.executable, "-c", HAUSDORFF, *map(str, paths)], capture_output=True, text=True, check=True
         )
-        largest, rms = (float(word) / across for word in told.stdout.split()[-2:])
+        largest, rms = (float(word) / across for word in result.stdout.split()[-2:])
         holds(node["extras"], (largest, rms))
 
 

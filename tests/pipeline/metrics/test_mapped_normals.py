@@ -42,11 +42,11 @@ def turned_frames(mesh: Mesh, degrees: float) -> Mesh:
 def test_a_frame_that_is_turned_turns_what_the_map_leans(lean: float, turn: float) -> None:
     """Two normals that lean by a, turned by t apart, enclose 2 asin(sin a sin(t / 2))."""
     ground = tangent_frames(grid(6))
-    told = normal_error(ground, turned_frames(ground, turn), normal_map=tilted(np.full((4, 4), lean)))
+    message = normal_error(ground, turned_frames(ground, turn), normal_map=tilted(np.full((4, 4), lean)))
     known = np.degrees(2 * np.arcsin(np.sin(np.radians(lean)) * np.sin(np.radians(turn / 2))))
     for key in MAPPED:
-        assert told[key] == pytest.approx(known, abs=1e-3), key
-    assert told["normal_max_deg"] == 0
+        assert message[key] == pytest.approx(known, abs=1e-3), key
+    assert message["normal_max_deg"] == 0
 
 
 @pytest.mark.parametrize("slid", [0.0, 0.125])
@@ -59,9 +59,9 @@ def test_a_texture_that_slid_shows_the_lean_of_another_place(slid: float) -> Non
     level = replace(ground, uvs=(inside + np.float32([slid, 0])).astype(np.float32))
     u = (np.arange(256) + 0.5) / 256
     leans = np.broadcast_to(40 * u, (4, 256))
-    told = normal_error(ground, level, normal_map=tilted(leans), wrap=("clamp", "clamp"))
-    assert told["mapped_mean_deg"] == pytest.approx(40 * slid, abs=0.01)
-    assert told["mapped_max_deg"] == pytest.approx(40 * slid, abs=0.01)
+    message = normal_error(ground, level, normal_map=tilted(leans), wrap=("clamp", "clamp"))
+    assert message["mapped_mean_deg"] == pytest.approx(40 * slid, abs=0.01)
+    assert message["mapped_max_deg"] == pytest.approx(40 * slid, abs=0.01)
 
 
 def test_a_mirrored_sign_turns_the_bitangent_over() -> None:
@@ -70,8 +70,8 @@ def test_a_mirrored_sign_turns_the_bitangent_over() -> None:
     tangents = ground.tangents * np.float32([1, 1, 1, -1])
     lean = np.radians(20)
     up = np.tile(np.float32([0, np.sin(lean), np.cos(lean)]), (2, 2, 1))
-    told = normal_error(ground, replace(ground, tangents=tangents), normal_map=up)
-    assert told["mapped_mean_deg"] == pytest.approx(40, abs=1e-3)
+    message = normal_error(ground, replace(ground, tangents=tangents), normal_map=up)
+    assert message["mapped_mean_deg"] == pytest.approx(40, abs=1e-3)
 
 
 def test_green_leans_up_the_image_whichever_way_a_frame_lies() -> None:
@@ -117,13 +117,13 @@ def test_a_map_is_read_between_the_middles_of_its_texels(
     flat = uvs.copy()
     flat[:, axis] = 0.875
     line = tilted(np.array([[0.0, 30.0, 0.0, 0.0]]))
-    told = normal_error(
+    message = normal_error(
         replace(ground, uvs=uvs),
         replace(ground, uvs=flat),
         normal_map=line if axis == 0 else line.reshape(4, 1, 3),
         wrap=(wrap, "clamp") if axis == 0 else ("clamp", wrap),
     )
-    assert told["mapped_max_deg"] == pytest.approx(30 * share, abs=1e-3)
+    assert message["mapped_max_deg"] == pytest.approx(30 * share, abs=1e-3)
 
 
 def test_a_flat_map_leaves_the_error_of_the_surface() -> None:
@@ -188,10 +188,10 @@ def test_without_normals_there_is_no_error() -> None:
 
 def test_without_tangents_a_map_turns_nothing() -> None:
     source, level = sphere(12), sphere(6)
-    told = normal_error(tangent_frames(source), level, normal_map=tilted(np.full((2, 2), 30.0)))
-    assert told["normal_max_deg"] > 0.1
+    message = normal_error(tangent_frames(source), level, normal_map=tilted(np.full((2, 2), 30.0)))
+    assert message["normal_max_deg"] > 0.1
     for key in MAPPED:
-        assert told[key] == told[key.replace("mapped", "normal")]
+        assert message[key] == message[key.replace("mapped", "normal")]
 
 
 def ridges(path: Path, grain: int) -> Path:
@@ -203,18 +203,18 @@ def ridges(path: Path, grain: int) -> Path:
 
 def test_levels_are_judged_with_their_bumps_and_the_finest_has_no_error(tmp_path: Path) -> None:
     made = bake_mesh(write(tmp_path / "ball.obj", sphere(12)), lods=3)
-    told = {}
+    result = {}
     for grain in (0, 100):
         maps = bake_maps(
             ridges(tmp_path / f"{grain}.png", grain), only=("normal",), wrap="repeat", strength=1.0
         )
         used = {group.material for group in made.lods[0].mesh.groups}
-        told[grain] = measure_lod_normal_error(
+        result[grain] = measure_lod_normal_error(
             made.glb, maps["normal"].data, name="ball", wrap=REPEATED, materials=used
         )
     plain = made.report["lods"]
-    assert len(plain) == 3 and [told[100][0][key] for key in MAPPED] == [0, 0, 0]
-    for level, smooth, bumpy in zip(plain[1:], told[0][1:], told[100][1:], strict=True):
+    assert len(plain) == 3 and [result[100][0][key] for key in MAPPED] == [0, 0, 0]
+    for level, smooth, bumpy in zip(plain[1:], result[0][1:], result[100][1:], strict=True):
         assert smooth["mapped_mean_deg"] == pytest.approx(level["normal_mean_deg"], rel=0.02)
         assert bumpy["mapped_mean_deg"] > 1.2 * smooth["mapped_mean_deg"]
         assert bumpy["mapped_mean_deg"] <= bumpy["mapped_p99_deg"] <= bumpy["mapped_max_deg"]
@@ -228,13 +228,13 @@ def test_a_scene_tells_the_mapped_error_of_every_level_and_budgets_know_it(
     scene.write_text(scene.read_text() + "[budget]\nlod_mapped_p99_deg = 1e-9\n")
     report = bake(scene, tmp_path / "out")
     assert any("lod_mapped_p99_deg" in text and "post_mesh" in text for text in report.warnings)
-    told = json.loads((tmp_path / "out/scene.json").read_text())["artifacts"]["post_mesh"]
-    first, *others = told["levels"]
+    result = json.loads((tmp_path / "out/scene.json").read_text())["artifacts"]["post_mesh"]
+    first, *others = result["levels"]
     assert [first[key] for key in MAPPED] == [0, 0, 0]
     assert others and all(level["mapped_p99_deg"] >= level["mapped_mean_deg"] > 0 for level in others)
-    assert told["errors"]["lod_mapped_p99_deg"] == max(level["mapped_p99_deg"] for level in others)
+    assert result["errors"]["lod_mapped_p99_deg"] == max(level["mapped_p99_deg"] for level in others)
     (row,) = (row for row in report.rows if row["name"] == "post_mesh")
-    assert row["errors"] == told["errors"] and any("lod_mapped_p99_deg" in text for text in row["over"])
+    assert row["errors"] == result["errors"] and any("lod_mapped_p99_deg" in text for text in row["over"])
     again = bake(scene, tmp_path / "elsewhere")
     assert again.warnings == report.warnings and again.count("baked") == 0
     (same,) = (row for row in again.rows if row["name"] == "post_mesh")

@@ -85,17 +85,17 @@ def test_many_layers_on_the_same_texels_are_sampled_within_bounds(monkeypatch: p
         uvs=np.tile(spot, (len(mesh.triangles), 1)),
         triangles=np.arange(len(corners), dtype=np.uint32).reshape(-1, 3),
     )
-    asked = []
+    counts = []
 
     def counted(points: np.ndarray, *more: np.ndarray, **settings: float) -> np.ndarray:
-        asked.append(len(points))
+        counts.append(len(points))
         return open_shares(points, *more, **settings)  # type: ignore[arg-type]
 
     monkeypatch.setattr(occlusion, "open_shares", counted)
     errors = cast_errors(
         np.ones((32, 32), np.float32), layers, layers.triangles, layers.triangles, reach=0.5, samples=3000
     )
-    assert errors["cast_max"] == 0.0 and 900 <= asked[0] <= 3000
+    assert errors["cast_max"] == 0.0 and 900 <= counts[0] <= 3000
 
 
 @pytest.mark.deep

@@ -164,11 +164,11 @@ def test_it_is_what_trying_every_triangle_at_every_sample_finds(seed: int) -> No
     towards = np.array([[0.3, 0.5, -0.8], [0.1, -2.0, 0.2]])
     each, both = seen_differences(a.native(), b.native(), towards, 0.21, samples=3, most_tiles=10)
     found = [brute(a, b, toward, 0.21, 3) for toward in towards]
-    for told, (angles, weights, covered, changed) in zip(each, found, strict=True):
-        assert told.covered_px == pytest.approx(covered) and told.changed_px == pytest.approx(changed)
-        assert told.mean_deg == pytest.approx((angles * weights).sum() / weights.sum(), abs=1e-6)
-        assert told.p99_deg == pytest.approx(quantile(angles, weights), abs=1e-6)
-        assert told.max_deg == pytest.approx(angles.max(), abs=1e-6)
+    for result, (angles, weights, covered, changed) in zip(each, found, strict=True):
+        assert result.covered_px == pytest.approx(covered) and result.changed_px == pytest.approx(changed)
+        assert result.mean_deg == pytest.approx((angles * weights).sum() / weights.sum(), abs=1e-6)
+        assert result.p99_deg == pytest.approx(quantile(angles, weights), abs=1e-6)
+        assert result.max_deg == pytest.approx(angles.max(), abs=1e-6)
     angles, weights = (np.concatenate([one[k] for one in found]) for k in (0, 1))
     assert both.p99_deg == pytest.approx(quantile(angles, weights), abs=1e-6)
     assert both.covered_px == pytest.approx(sum(one[2] for one in found))
@@ -217,8 +217,8 @@ def test_bumps_narrower_than_a_pixel_are_the_mean_that_light_sees_of_them() -> N
 def test_what_only_one_covers_is_the_change_of_the_silhouette() -> None:
     ground = grid(4)
     half = replace(ground, triangles=ground.triangles[: len(ground.triangles) // 2])
-    told = difference(seen_mesh(ground, {}), seen_mesh(half, {}))
-    assert (told.changed_px, told.box_px) == (pytest.approx(200, abs=12), pytest.approx(400))
+    result = difference(seen_mesh(ground, {}), seen_mesh(half, {}))
+    assert (result.changed_px, result.box_px) == (pytest.approx(200, abs=12), pytest.approx(400))
     seen = seen_difference(seen_mesh(ground, {}), seen_mesh(half, {}), 200.0)
     assert 0.1 < seen.silhouette < 0.5 and seen.max_deg == 0
 
@@ -244,8 +244,8 @@ def test_less_alpha_than_the_cutoff_is_a_hole_that_shows_what_is_behind() -> Non
     masked = SeenMaterial(
         alpha=[np.repeat(np.repeat(alpha, 32, 0), 32, 1)], cutoff=0.5, wrap=("clamp", "clamp")
     )
-    told = difference(seen_mesh(ground, {}), seen_mesh(ground, {SAND: masked}))
-    assert told.changed_px == pytest.approx(200, abs=8)
+    result = difference(seen_mesh(ground, {}), seen_mesh(ground, {SAND: masked}))
+    assert result.changed_px == pytest.approx(200, abs=8)
     lower = replace(ground, positions=ground.positions - np.float32([0, 0.5, 0]))
     faces = np.concatenate([ground.triangles, lower.triangles + len(ground.positions)])
     stack = Mesh(
@@ -297,9 +297,9 @@ def test_pictures_are_left_out_only_where_no_other_could_bring_them_inside(rings
     assert every is not None
     _, both = every
     for share in (0.0, 0.5, 0.9999, 1.0, 1.0001, 2.0):
-        told = every if share >= 1.0 else None
-        assert found(p99_deg=share * both.p99_deg) == told, share
-        assert found(changed=share * both.changed_px / both.box_px * (1 + 1e-8)) == told, share
+        result = every if share >= 1.0 else None
+        assert found(p99_deg=share * both.p99_deg) == result, share
+        assert found(changed=share * both.changed_px / both.box_px * (1 + 1e-8)) == result, share
 
 
 def test_directions_are_unit_and_all_around() -> None:

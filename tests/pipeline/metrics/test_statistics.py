@@ -238,8 +238,8 @@ def test_vertices_and_directions_that_moved_are_told_by_their_number(axis: int) 
     mean_square = (20 * 0.02**2 + 5 * 0.1**2) / 1000
     assert found["quantise_rms"] == pytest.approx(long * mean_square**0.5 / across, rel=5e-3)
     for name in ("normal", "tangent"):
-        told = [found[f"quantise_{name}_{part}_deg"] for part in ("max", "p99", "mean")]
-        assert told == pytest.approx([20, 4, (20 * 4 + 5 * 20) / 1000], rel=2e-2), name
+        message = [found[f"quantise_{name}_{part}_deg"] for part in ("max", "p99", "mean")]
+        assert message == pytest.approx([20, 4, (20 * 4 + 5 * 20) / 1000], rel=2e-2), name
     assert found["quantise_uv_max"] == pytest.approx(0.25, rel=1e-3)
     assert found["quantise_color_max"] == pytest.approx(0.25, rel=2e-2)
     assert source.tangents is not None

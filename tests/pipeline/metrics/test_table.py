@@ -65,10 +65,10 @@ def written(tmp_path_factory: pytest.TempPathFactory) -> set[str]:
     ):
         names |= set(made.errors).union(*made.levels)
     for fmt in ("ktx2", "png"):
-        told = bake_single(
+        result = bake_single(
             "maps", scene.parent / "wood.png", replace(MAPS, fmt=fmt), tier="fast", budget={}
         ).report
-        for one in told["maps"].values():
+        for one in result["maps"].values():
             names |= set(one["errors"]).union(*one["levels"])
     mesh = bake_single("mesh", scene.parent / "post.obj", replace(MESH, quantise={}), tier="fast", budget={})
     names |= set().union(*mesh.report["lods"], *mesh.errors.values())

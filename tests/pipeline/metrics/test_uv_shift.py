@@ -25,9 +25,9 @@ def test_a_texture_that_slid_is_told_by_how_far_on_the_surface(slid: float) -> N
     ground = grid(16)
     half = ground.triangles[ground.positions[ground.triangles][:, :, 0].max(axis=1) <= 0.5]
     uvs = (uvs_of(ground) + np.float32([slid, 0])).astype(np.float32)
-    told = uv_shift(ground, replace(ground, uvs=uvs, triangles=half, groups=()))
-    assert told["uv_shift_p99"] == pytest.approx(slid / np.sqrt(2), rel=0.01, abs=1e-6)
-    assert told["uv_shift_max"] == pytest.approx(slid / np.sqrt(2), rel=0.01, abs=1e-6)
+    result = uv_shift(ground, replace(ground, uvs=uvs, triangles=half, groups=()))
+    assert result["uv_shift_p99"] == pytest.approx(slid / np.sqrt(2), rel=0.01, abs=1e-6)
+    assert result["uv_shift_max"] == pytest.approx(slid / np.sqrt(2), rel=0.01, abs=1e-6)
 
 
 def test_a_surface_of_one_colour_of_a_palette_slides_nowhere() -> None:
@@ -46,8 +46,8 @@ def test_a_wrong_colour_of_a_palette_is_told() -> None:
     left = ground.positions[:, :1] < 0.5
     two = np.where(left, np.float32([[0.1, 0.5]]), np.float32([[0.9, 0.5]])).astype(np.float32)
     other = np.where(left, np.float32([[0.9, 0.5]]), np.float32([[0.1, 0.5]])).astype(np.float32)
-    told = uv_shift(replace(ground, uvs=two), replace(ground, uvs=other))
-    assert told["uv_shift_p99"] > 0.3
+    result = uv_shift(replace(ground, uvs=two), replace(ground, uvs=other))
+    assert result["uv_shift_p99"] > 0.3
     assert uv_shift(replace(ground, uvs=two), replace(ground, uvs=two))["uv_shift_max"] < 1e-6
 
 

@@ -79,10 +79,10 @@ def test_sources_stay_below_25_megabytes() -> None:
 
 
 def test_every_source_is_told_of_in_the_list() -> None:
-    told = (RAW / "SOURCES.md").read_text(encoding="utf-8")
+    result = (RAW / "SOURCES.md").read_text(encoding="utf-8")
     for files in SCRIPTS.values():
         for file in files:
-            assert file in told or (file.startswith("sky/") and file[4:6] in told), file
+            assert file in result or (file.startswith("sky/") and file[4:6] in result), file
 
 
 @pytest.mark.parametrize("file", ["terrain/sand.png", "terrain/sand_height.png", "water/waves.png"])

@@ -85,13 +85,13 @@ def test_a_file_that_grows_or_shrinks_while_it_is_read_is_no_endless_work(
     part = bytes(1 << 20)  # as much as is read at once
     for before, now in ((b"short", b"longer by far"), (b"longer by far", b"short"), (part, part + b"x")):
         path.write_bytes(before)
-        asked: list[int] = []
+        descriptors: list[int] = []
 
-        def change(descriptor: int, asked: list[int] = asked, now: bytes = now) -> os.stat_result:
+        def change(descriptor: int, descriptors: list[int] = descriptors, now: bytes = now) -> os.stat_result:
             found = real(descriptor)
-            if asked:  # its size has been asked for, nothing is read yet
+            if descriptors:  # its size is known, nothing is read yet
                 path.write_bytes(now)
-            asked.append(descriptor)
+            descriptors.append(descriptor)
             return found
 
         with monkeypatch.context() as patch:

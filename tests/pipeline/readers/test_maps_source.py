@@ -31,8 +31,8 @@ def maps(tmp_path: Path, paradize: Callable[..., Any]) -> Maps:
     def run(path: Path, *words: object, code: int = 0) -> dict[str, Any]:
         done = paradize("maps", path, "-o", tmp_path / "out", "--format", "png", "--json", *words)
         assert done.returncode == code, done.stderr
-        told: dict[str, Any] = json.loads(done.stdout)
-        return told | {"stderr": done.stderr}
+        report: dict[str, Any] = json.loads(done.stdout)
+        return report | {"stderr": done.stderr}
 
     return run
 
@@ -94,26 +94,28 @@ def test_one_channel_of_more_than_8_bits_is_heights_and_the_guess_is_told(tmp_pa
         assert guess_source(read_image(path, finite=False))[0] == kind, name
     for name in ("grey 16", "grey 8", "hgt", "exr of whole numbers"):
         path, kind = every[name]
-        told = maps(path, "--only", "height")
-        assert told["from"] == kind, name
+        result = maps(path, "--only", "height")
+        assert result["from"] == kind, name
         word = "heights" if kind == "height" else "colour"
-        assert told["guess"].startswith(f"{path}: taken for {word}: ") and told["guess"] in told["stderr"]
+        assert (
+            result["guess"].startswith(f"{path}: taken for {word}: ") and result["guess"] in result["stderr"]
+        )
 
 
 @pytest.mark.deep
 def test_what_is_said_is_no_guess(tmp_path: Path, maps: Maps) -> None:
     path = save(tmp_path / "h.png", (grey() * 65535).round().astype(np.uint16)[:, :, None], oiio.UINT16)
     for kind in ("color", "height"):
-        told = maps(path, "--only", "height", "--from", kind)
-        assert told["from"] == kind and told["guess"] is None and "taken for" not in told["stderr"]
+        result = maps(path, "--only", "height", "--from", kind)
+        assert result["from"] == kind and result["guess"] is None and "taken for" not in result["stderr"]
 
 
 @pytest.mark.deep
 def test_what_colour_cuts_off_floats_is_told(tmp_path: Path, maps: Maps) -> None:
     metres = (grey() * 417 + 396).astype(np.float32)
     path = exr(tmp_path / "c.exr", dict.fromkeys("RGB", metres))
-    (told,) = maps(path, "--only", "height")["warnings"]
-    assert f"runs from {metres.min():g} to {metres.max():g}" in told and "--from height" in told
+    (message,) = maps(path, "--only", "height")["warnings"]
+    assert f"runs from {metres.min():g} to {metres.max():g}" in message and "--from height" in message
     kept = maps(path, "--only", "height", "--from", "height")
     assert kept["from"] == "height" and not any("counts as" in text for text in kept["warnings"])
     shares = exr(tmp_path / "s.exr", dict.fromkeys("RGB", grey().astype(np.float32)))
@@ -132,9 +134,9 @@ def test_the_height_map_of_a_16_bit_dem_holds_its_codes(tmp_path: Path, maps: Ma
     names = ["fuji_512_16", "hugo_site_16", "rgbify_elev_512_16", "srtm_coast_513", "terrarium_256_16"]
     for name in names:
         path = corpus / "height" / f"{name}.png"
-        told = maps(path, "--only", "height")
+        result = maps(path, "--only", "height")
         truth = height_map(path)
-        assert np.array_equal(height_map(tmp_path / "out" / told["maps"]["height"]["file"]), truth), name
+        assert np.array_equal(height_map(tmp_path / "out" / result["maps"]["height"]["file"]), truth), name
 
 
 @pytest.mark.parametrize("kind", sample(["float", "hgt", "exr"], every=3))
@@ -149,9 +151,11 @@ def test_metres_give_the_maps_of_the_16_bit_picture_of_their_span(
         path.write_bytes(metres.astype(">i2").tobytes())
     else:
         path = tiff(tmp_path / "m.tif", metres) if kind == "float" else exr(tmp_path / "m.exr", {"Y": metres})
-    told = maps(path, "--only", "normal,height", "--strength", 20, "--filter", "central", "--wrap", "repeat")
+    result = maps(
+        path, "--only", "normal,height", "--strength", 20, "--filter", "central", "--wrap", "repeat"
+    )
     assert np.abs(height_map(tmp_path / "out" / f"{path.stem}_height.png") - share).max() < 1e-5
-    assert "says how high the highest stands" in " ".join(told["warnings"])
+    assert "says how high the highest stands" in " ".join(result["warnings"])
     codes = np.asarray(Image.open(tmp_path / "out" / f"{path.stem}_normal.png"), np.float64)[:, :, :3]
     made = np.where(codes == 128, 127, codes) * 2 / 255 - 1
     made[codes == 127] = made[codes == 128] = 0.0
@@ -164,16 +168,16 @@ def test_metres_give_the_maps_of_the_16_bit_picture_of_their_span(
 def test_holes_in_heights_of_maps_are_filled_and_told(tmp_path: Path, maps: Maps) -> None:
     metres = (waves(64, 64, 8) * 80 + 700).astype(np.float32)
     metres[10, 20] = -9999.0
-    told = maps(tiff(tmp_path / "h.tif", metres), "--only", "height")
-    assert any("1 pixels without a height (-9999" in text for text in told["warnings"])
+    message = maps(tiff(tmp_path / "h.tif", metres), "--only", "height")
+    assert any("1 pixels without a height (-9999" in text for text in message["warnings"])
     codes = (rounded(waves(64, 64, 8), 16)[0] * 60000 + 5000).astype(np.uint16)
     codes[5, 6] = 0
     path = save(tmp_path / "c.png", codes[:, :, None], oiio.UINT16)
-    told = maps(path, "--only", "height", "--nodata", 0)
-    assert any("(0, as given)" in text for text in told["warnings"])
+    message = maps(path, "--only", "height", "--nodata", 0)
+    assert any("(0, as given)" in text for text in message["warnings"])
     assert height_map(tmp_path / "out/c_height.png").min() > 0.05
-    told = maps(path, "--from", "color", "--nodata", 0, code=1)
-    assert "taken for colour" in told["error"][0]
+    message = maps(path, "--from", "color", "--nodata", 0, code=1)
+    assert "taken for colour" in message["error"][0]
 
 
 def test_measure_guesses_alike(tmp_path: Path) -> None:

@@ -97,9 +97,9 @@ def test_the_command_bakes_or_refuses_every_model_in_time_and_memory(
             assert not out.exists() and path.name in done.stderr, path
             assert json.loads(done.stdout)["error"], path
             continue
-        told = json.loads(done.stdout)
-        dropped = sum(told["repairs"][what]["count"] for what in ("degenerate", "doubled"))
-        assert told["triangles"] + dropped == triangles_by_text(path), path
+        report = json.loads(done.stdout)
+        dropped = sum(report["repairs"][what]["count"] for what in ("degenerate", "doubled"))
+        assert report["triangles"] + dropped == triangles_by_text(path), path
         decode_glb(out.read_bytes())
         out.unlink()
 

@@ -128,9 +128,9 @@ def test_more_libraries_than_anyone_has_are_told_not_looked_for(tmp_path: Path) 
 
 def test_missing_libraries_maps_and_materials_are_told(tmp_path: Path) -> None:
     result = model(tmp_path, "gone.mtl a.mtl", "newmtl stone\nmap_Kd gone.png\n")
-    told = " ".join(result.warnings)
+    message = " ".join(result.warnings)
     for part in ("'gone.mtl' is missing", "'gone.png' does not exist", "'wood'"):
-        assert part in told
+        assert part in message
 
 
 @pytest.mark.parametrize(

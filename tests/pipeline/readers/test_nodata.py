@@ -49,15 +49,15 @@ def test_what_can_be_no_height_is_filled_and_told(
     if value == -12345.5 and span[1] > 900.0:
         span, truth = (500.0, 1500.0), hills(500.0, 1500.0)
         heights = holed(truth, value)
-    field, (told,) = read(tiff(tmp_path / "h.tif", heights))
+    field, (message,) = read(tiff(tmp_path / "h.tif", heights))
     whole = heights == truth.astype(np.float32)
     assert np.array_equal(field.heights_m[whole], truth.astype(np.float32)[whole])
     assert np.abs(field.heights_m - truth).max() < 0.15 * (span[1] - span[0])
     assert (
-        "15 pixels" in told
-        and "(20, 10)" in told
-        and f"({np.float32(value):.10g}," in told
-        and "none" in told
+        "15 pixels" in message
+        and "(20, 10)" in message
+        and f"({np.float32(value):.10g}," in message
+        and "none" in message
     )
 
 
@@ -65,9 +65,9 @@ def test_two_kinds_of_holes_are_told_apart(tmp_path: Path) -> None:
     heights = holed(hills(500, 900), -9999.0)
     heights[30, 40] = FLOAT_MAX
     heights[31, 40] = np.nan
-    field, told = read(tiff(tmp_path / "h.tif", heights))
+    field, message = read(tiff(tmp_path / "h.tif", heights))
     assert field.heights_m.min() >= 500 and field.heights_m.max() <= 900
-    assert [text.split("h.tif: ")[1].split(" pixels")[0] for text in told] == ["15", "1", "1"]
+    assert [text.split("h.tif: ")[1].split(" pixels")[0] for text in message] == ["15", "1", "1"]
 
 
 @pytest.mark.parametrize(
@@ -82,17 +82,19 @@ def test_a_height_among_its_like_stays_whatever_its_number(
     tmp_path: Path, low: float, high: float, value: float, kind: Any
 ) -> None:
     heights = holed(hills(low, high), value, kind)
-    field, told = read(tiff(tmp_path / "h.tif", heights))
-    assert np.array_equal(field.heights_m, heights.astype(np.float32)) and told == []
+    field, message = read(tiff(tmp_path / "h.tif", heights))
+    assert np.array_equal(field.heights_m, heights.astype(np.float32)) and message == []
 
 
 def test_a_plain_under_a_plateau_is_told_and_kept(tmp_path: Path) -> None:
     heights = holed(hills(500, 900), 0.0)
-    field, (told,) = read(tiff(tmp_path / "h.tif", heights))
-    assert np.array_equal(field.heights_m, heights) and "0 lies far from" in told and "--nodata 0" in told
+    field, (message,) = read(tiff(tmp_path / "h.tif", heights))
+    assert (
+        np.array_equal(field.heights_m, heights) and "0 lies far from" in message and "--nodata 0" in message
+    )
     codes = holed(hills(30000, 40000), 0, np.uint16)
-    field, (told,) = read(tiff(tmp_path / "c.tif", codes), height_m=65.535)
-    assert field.heights_m.min() == 0 and "--nodata 0" in told
+    field, (message,) = read(tiff(tmp_path / "c.tif", codes), height_m=65.535)
+    assert field.heights_m.min() == 0 and "--nodata 0" in message
     calm = np.maximum(hills(-300, 900), 0.0).astype(np.float32)  # the sea at 0 m
     assert read(tiff(tmp_path / "sea.tif", calm))[1] == []
 
@@ -106,16 +108,16 @@ def test_a_number_apart_from_all_heights_is_told_however_few_pixels_hold_it(
     heights = hills(400, 900).astype(np.float32)
     at = {"together": np.arange(200, 220), "apart": np.arange(5, 2000, 211), "one": np.array([777])}[where]
     heights.flat[at] = value
-    field, (told,) = read(tiff(tmp_path / "h.tif", heights))
+    field, (message,) = read(tiff(tmp_path / "h.tif", heights))
     assert np.array_equal(field.heights_m, heights)
-    assert f"{value:g} lies far from" in told and f"--nodata {value:g}" in told
+    assert f"{value:g} lies far from" in message and f"--nodata {value:g}" in message
 
 
 def test_of_fewer_than_64_pixels_none_stands_apart(tmp_path: Path) -> None:
-    for side, told in ((7, 0), (8, 1)):
+    for side, result in ((7, 0), (8, 1)):
         heights = hills(400, 900, side).astype(np.float32)
         heights[2, 3] = 0.0
-        assert len(read(tiff(tmp_path / "h.tif", heights))[1]) == told
+        assert len(read(tiff(tmp_path / "h.tif", heights))[1]) == result
 
 
 def test_terraces_and_a_summit_stand_apart_from_nothing(tmp_path: Path) -> None:
@@ -130,21 +132,21 @@ def test_terraces_and_a_summit_stand_apart_from_nothing(tmp_path: Path) -> None:
 def test_nodata_by_name_is_what_is_filled_and_none_fills_nothing(tmp_path: Path) -> None:
     heights = holed(hills(500, 900), 0.0)
     path = tiff(tmp_path / "h.tif", heights)
-    field, (told,) = read(path, 0.0)
-    assert field.heights_m.min() >= 500 and "15 pixels" in told and "(0, as given)" in told
-    field, (told,) = read(path, -1.0)
-    assert field.heights_m.min() == 0 and "no pixel holds -1" in told
+    field, (result,) = read(path, 0.0)
+    assert field.heights_m.min() >= 500 and "15 pixels" in result and "(0, as given)" in result
+    field, (result,) = read(path, -1.0)
+    assert field.heights_m.min() == 0 and "no pixel holds -1" in result
     marked = tiff(tmp_path / "m.tif", holed(hills(500, 900), -9999.0), "-9999")
-    field, told_none = read(marked, "none")
-    assert field.heights_m.min() == -9999 and told_none == []
+    field, no_warnings = read(marked, "none")
+    assert field.heights_m.min() == -9999 and no_warnings == []
     codes = tiff(tmp_path / "c.tif", holed(hills(30000, 40000), 65535, np.uint16))
-    field, (told,) = read(codes, 65535, height_m=65.535)
-    assert field.heights_m.max() < 40.001 and "(65535, as given)" in told
+    field, (result,) = read(codes, 65535, height_m=65.535)
+    assert field.heights_m.max() < 40.001 and "(65535, as given)" in result
 
 
 def test_a_picture_of_nothing_but_markers_is_what_it_is(tmp_path: Path) -> None:
-    field, told = read(tiff(tmp_path / "h.tif", np.full((5, 5), -9999, np.float32)))
-    assert (field.heights_m == -9999).all() and told == []
+    field, message = read(tiff(tmp_path / "h.tif", np.full((5, 5), -9999, np.float32)))
+    assert (field.heights_m == -9999).all() and message == []
     with pytest.raises(SourceError, match="no height in any"):
         read(tiff(tmp_path / "h.tif", np.full((5, 5), -9999, np.float32)), -9999.0)
 
@@ -169,8 +171,8 @@ def test_declared_nodata_is_read_in_every_form(
 ) -> None:
     truth = hills(500, 900)
     path = tiff(tmp_path / "h.tif", holed(truth, value), text.strip(), order=order, big=big)
-    field, (told,) = read(path)
-    assert "15 pixels" in told and np.abs(field.heights_m - truth).max() < 60
+    field, (result,) = read(path)
+    assert "15 pixels" in result and np.abs(field.heights_m - truth).max() < 60
 
 
 def item(role: str, text: str) -> str:
@@ -185,21 +187,21 @@ def test_stated_scale_offset_and_unit_make_metres(tmp_path: Path, kind: Any, ord
         f"<GDALMetadata>{item('scale', '0.1')}{item('offset', '-50')}{item('unittype', 'ft')}</GDALMetadata>"
     )
     path = tiff(tmp_path / "h.tif", numbers, order=order, metadata=said)
-    field, (told,) = read(path)
+    field, (result,) = read(path)
     oracle = (np.asarray(Image.open(path), np.float64) * 0.1 - 50) * 0.3048 if kind != np.uint32 else None
     truth = (numbers.astype(np.float64) * 0.1 - 50) * 0.3048
     assert oracle is None or np.array_equal(oracle, truth)
     assert np.abs(field.heights_m - truth).max() <= 6.1e-5 * (2 if kind == np.uint32 else 1)
-    assert "scale 0.1, offset -50, unit foot" in told
+    assert "scale 0.1, offset -50, unit foot" in result
 
 
 @pytest.mark.parametrize(("epsg", "unit_m"), [(9001, 1.0), (9002, 0.3048), (9003, 1200 / 3937)])
 def test_the_vertical_unit_of_a_geotiff_counts(tmp_path: Path, epsg: int, unit_m: float) -> None:
     heights = hills(500, 900).astype(np.float32)
     keys = [1, 1, 0, 2, 1024, 0, 1, 1, 4099, 0, 1, epsg]
-    field, told = read(tiff(tmp_path / "h.tif", heights, keys=keys))
+    field, message = read(tiff(tmp_path / "h.tif", heights, keys=keys))
     assert np.array_equal(field.heights_m, (heights.astype(np.float64) * unit_m).astype(np.float32))
-    assert len(told) == (0 if epsg == 9001 else 1)
+    assert len(message) == (0 if epsg == 9001 else 1)
 
 
 @pytest.mark.parametrize("kind", [np.uint8, np.uint16, np.uint32, np.int16, np.float32])
@@ -221,9 +223,9 @@ def test_every_kind_of_number_of_a_tiff_is_what_pillow_reads(tmp_path: Path, kin
 def test_a_height_given_for_metres_is_told_and_a_scale_stretches_them(tmp_path: Path, kind: Any) -> None:
     heights = hills(5, 90).astype(kind)
     path = tiff(tmp_path / "h.tif", heights)
-    field, (told,) = read(path, height_m=300.0)
+    field, (result,) = read(path, height_m=300.0)
     assert np.array_equal(field.heights_m, heights.astype(np.float32))
-    assert "300 m, has no effect" in told and "--scale" in told
+    assert "300 m, has no effect" in result and "--scale" in result
     scaled, none = read_heightmap(
         path, size_x_m=1, size_z_m=1, height_m=None, height_scale=0.3048, base_m=2.0
     )
@@ -235,13 +237,13 @@ def test_codes_need_a_height_and_say_where_they_use_little_of_it(tmp_path: Path)
     path = tiff(tmp_path / "h.tif", hills(852, 2475).astype(np.uint16))
     with pytest.raises(SourceError, match="--height H"):
         read(path)
-    field, (told,) = read(path, height_m=1000.0)
+    field, (result,) = read(path, height_m=1000.0)
     assert field.heights_m.max() == pytest.approx(1000 * 2475 / 65535, abs=0.02)
-    assert "2475 of 65535" in told and "65535 m" in told
+    assert "2475 of 65535" in result and "65535 m" in result
     wide = tiff(tmp_path / "w.tif", (1000 * np.rint(hills(396, 813))).astype(np.uint32))
-    _, (told,) = read(wide, height_m=1000.0)
-    assert "the largest integer is 813000 of 4294967295" in told
-    assert told.endswith("if the integers are metres, save them as floats")  # --height takes 1e6 at most
+    _, (result,) = read(wide, height_m=1000.0)
+    assert "the largest integer is 813000 of 4294967295" in result
+    assert result.endswith("if the integers are metres, save them as floats")  # --height takes 1e6 at most
 
 
 @pytest.mark.deep
@@ -249,12 +251,12 @@ def test_the_command_takes_metres_without_a_height(tmp_path: Path, paradize: Cal
     path = tiff(tmp_path / "h.tif", holed(hills(500, 900), 0.0))
     out = tmp_path / "t.glb"
     done = paradize("terrain", path, "-o", out, "--size", 100, 100, "--nodata", 0, "--scale", 2, "--json")
-    told = json.loads(done.stdout)
-    assert done.returncode == 0 and 0.0 < told["max_error_m"] <= 0.8 and told["triangles"] < 4418
-    assert "15 pixels" in told["warnings"][0] and len(told["warnings"]) == 1
+    report = json.loads(done.stdout)
+    assert done.returncode == 0 and 0.0 < report["max_error_m"] <= 0.8 and report["triangles"] < 4418
+    assert "15 pixels" in report["warnings"][0] and len(report["warnings"]) == 1
     other = paradize("terrain", path, "-o", out, "--size", 100, 100, "--nodata", 0, "--height", 3, "--json")
     assert "has no effect" in other.stderr  # nor does it say how near the mesh must be
-    assert json.loads(other.stdout)["bound_m"] == pytest.approx(0.5 * told["bound_m"], rel=1e-6)
+    assert json.loads(other.stdout)["bound_m"] == pytest.approx(0.5 * report["bound_m"], rel=1e-6)
     codes = tiff(tmp_path / "c.tif", hills(0, 65535).astype(np.uint16))
     done = paradize("terrain", codes, "-o", out, "--size", 100, 100)
     assert done.returncode == 1 and "--height H" in done.stderr

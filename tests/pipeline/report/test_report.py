@@ -66,8 +66,8 @@ def scene_folder(folder: Path, **textures: Texture) -> Path:
             "file": f"{name}.ktx2", "kind": "cubemap" if texture.faces == 6 else "texture", "tier": "exact",
             "sha256": str(hash(data)), "bytes": len(data), "errors": {"color_psnr_db": 40.0},
         }  # fmt: skip
-    told = {"name": "test", "exposure": 1.0, "artifacts": artifacts, "objects": []}
-    (folder / "scene.json").write_text(json.dumps(told))
+    result = {"name": "test", "exposure": 1.0, "artifacts": artifacts, "objects": []}
+    (folder / "scene.json").write_text(json.dumps(result))
     return folder
 
 
@@ -225,8 +225,8 @@ def test_maps_draws_a_sheet_where_it_is_asked_to(
 
 
 def test_draw_maps_tells_what_it_cannot_read(tmp_path: Path) -> None:
-    told = {"maps": {"normal": {"file": "a.ktx2", "errors": {}}}}
-    done = draw_maps({"a.ktx2": b"nothing"}, "a", told, tmp_path, False)
+    message = {"maps": {"normal": {"file": "a.ktx2", "errors": {}}}}
+    done = draw_maps({"a.ktx2": b"nothing"}, "a", message, tmp_path, False)
     assert not done.drawn
     assert "contact sheet a" in done.warnings[0]
 
@@ -242,8 +242,8 @@ def cove_bake(
         own = {**RENDER_ENVIRONMENT, "PARADIZE_REPORT": report, "PARADIZE_STORE": str(tmp_path / "store")}
         result = paradize("bake", scene, "-o", tmp_path / "out", "--json", env={**os.environ, **own})
         assert result.returncode == 0, result.stderr
-        told: dict[str, Any] = json.loads(result.stdout)
-        return told
+        output: dict[str, Any] = json.loads(result.stdout)
+        return output
 
     return bake
 
@@ -372,7 +372,7 @@ def test_an_error_is_good_against_its_budget_else_against_what_the_eye_sees(
 def test_every_error_of_the_island_has_a_meaning(island: Path) -> None:
     scene = json.loads((island / "scene.json").read_text())
     errors = [scene["flight"]["errors"], *(entry["errors"] for entry in scene["artifacts"].values())]
-    assert {metric for told in errors for metric in told if not meaning_of(metric)} == set()
+    assert {metric for message in errors for metric in message if not meaning_of(metric)} == set()
 
 
 @pytest.mark.parametrize("metric", sorted({*METRICS, *REPORTED} - {"folder_mb", "gpu_mb"}))

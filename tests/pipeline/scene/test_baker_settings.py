@@ -49,8 +49,10 @@ def test_settings_are_frozen_named_and_documented(kind: type[BakerSettings]) -> 
     with pytest.raises(FrozenInstanceError):
         setattr(made, fields(kind)[0].name, None)
     relief = {one.name for one in fields(Relief)}  # documented in FIELDS.md
-    told = " ".join(str(base.__doc__) for base in kind.__mro__ if base.__module__ == baker_settings.__name__)
-    missing = {one.name for one in fields(kind)} - relief - set(re.findall(r"[a-z_]+", told))
+    message = " ".join(
+        str(base.__doc__) for base in kind.__mro__ if base.__module__ == baker_settings.__name__
+    )
+    missing = {one.name for one in fields(kind)} - relief - set(re.findall(r"[a-z_]+", message))
     assert not missing
 
 
@@ -103,5 +105,5 @@ def test_the_options_of_a_command_reach_its_baker(
 
     monkeypatch.setattr(command, "bake_file", spy)
     assert main(words.split()) == 0
-    told = asdict(found[0])
-    assert {name: told[name] for name in settings} == settings
+    result = asdict(found[0])
+    assert {name: result[name] for name in settings} == settings

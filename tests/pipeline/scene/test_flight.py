@@ -97,8 +97,8 @@ def test_speed_factors_hold_at_the_waypoints() -> None:
         return float(np.linalg.norm(b - a) / 2e-4)
 
     measured = [speed_at(u) for u in flight.waypoint_u]
-    for got, asked in zip(measured, speeds, strict=True):
-        assert got / measured[0] == pytest.approx(asked, rel=1e-3)
+    for got, requested in zip(measured, speeds, strict=True):
+        assert got / measured[0] == pytest.approx(requested, rel=1e-3)
 
 
 def test_the_metric_agrees_with_an_adaptive_integration() -> None:

@@ -259,16 +259,16 @@ def test_shaders_read_no_attribute_that_the_table_leaves_out() -> None:
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "told"),
+    ("old", "new", "message"),
     [
         ("[shadow]\nsize = 256\nextent_m = 20.0\n", "", "object[0].views: draws it nowhere"),
         ('name = "cove"\n', 'name = "cove"\nlargest_viewport = [1280, 719]\n', "largest_viewport[1]: is 719"),
         ("[reflection]\n", "[free_camera]\nlow = [0, 5, 0]\nhigh = [1, 4, 1]\n", "free_camera.low[1]: is 5"),
     ],
 )
-def test_what_cannot_be_is_told_with_its_place(tmp_path: Path, old: str, new: str, told: str) -> None:
+def test_what_cannot_be_is_told_with_its_place(tmp_path: Path, old: str, new: str, message: str) -> None:
     scene = edited(tmp_path, (old, new), ("lods = 3\n", 'lods = 3\nviews = ["shadow"]\n'))
-    with pytest.raises(ParadizeError, match=re.escape(told)):
+    with pytest.raises(ParadizeError, match=re.escape(message)):
         load_scene(scene)
 
 

@@ -40,7 +40,7 @@ def test_the_least_scene_takes_every_default(tmp_path: Path) -> None:
 
 
 def test_every_fault_is_told_at_once_with_key_value_and_limit(tmp_path: Path) -> None:
-    told = faults(
+    result = faults(
         tmp_path,
         LEAST.replace('"small"', '"Not Small"')
         + """
@@ -67,21 +67,21 @@ normal_p99 = 3
         ("object[0].instance", "missing"),
         ("budget.normal_p99", "did you mean normal_p99_deg?"),
     ]
-    assert len(told) == len(expected), told
+    assert len(result) == len(expected), result
     for words in expected:
-        assert any(all(word in line for word in words) for line in told), (words, told)
-    assert all("scene.toml" in line for line in told)
+        assert any(all(word in line for word in words) for line in result), (words, result)
+    assert all("scene.toml" in line for line in result)
 
 
 @pytest.mark.parametrize("value", ["nan", "inf", "-inf", "1e999", "true", '"4"', "[]", "{}", "2020-01-01"])
 def test_a_number_is_a_finite_number(tmp_path: Path, value: str) -> None:
-    told = faults(tmp_path, LEAST.replace("[flight]", f"[flight]\nfov_deg = {value}"))
-    assert len(told) == 1 and "flight.fov_deg" in told[0]
+    message = faults(tmp_path, LEAST.replace("[flight]", f"[flight]\nfov_deg = {value}"))
+    assert len(message) == 1 and "flight.fov_deg" in message[0]
 
 
 def test_huge_integers_are_out_of_range_not_a_crash(tmp_path: Path) -> None:
-    told = faults(tmp_path, LEAST.replace("[flight]", f"[flight]\nduration_s = {10**400}"))
-    assert len(told) == 1 and "duration_s" in told[0] and len(told[0]) < 300
+    message = faults(tmp_path, LEAST.replace("[flight]", f"[flight]\nduration_s = {10**400}"))
+    assert len(message) == 1 and "duration_s" in message[0] and len(message[0]) < 300
 
 
 @pytest.mark.parametrize("path", ["../outside.png", "/etc/hostname", "a/../../outside.png", "link.png", ""])
@@ -90,8 +90,8 @@ def test_sources_stay_inside_the_scene_folder(tmp_path: Path, path: str) -> None
     inside = tmp_path / "scene"
     inside.mkdir()
     (inside / "link.png").symlink_to(tmp_path / "outside.png")
-    told = faults(inside, LEAST + f'[sound]\nfile = "{path}"\n')
-    assert len(told) == 1 and "sound.file" in told[0]
+    message = faults(inside, LEAST + f'[sound]\nfile = "{path}"\n')
+    assert len(message) == 1 and "sound.file" in message[0]
 
 
 def test_duplicate_object_names_are_refused(tmp_path: Path) -> None:
@@ -213,8 +213,8 @@ def test_a_fault_in_a_table_of_instances_is_told_with_line_and_column(
 def test_every_fault_of_a_table_is_told_with_those_of_the_scene(tmp_path: Path) -> None:
     with pytest.raises(GroupedError) as caught:
         table(tmp_path, "x,y,z\n1,a,b\nc,2,3\n", 'lods_by = "error"\n')
-    told = str(caught.value)
-    assert len(told.splitlines()) == 4 and "object[0].lod_errors" in told
+    message = str(caught.value)
+    assert len(message.splitlines()) == 4 and "object[0].lod_errors" in message
 
 
 @pytest.mark.parametrize(
@@ -222,8 +222,8 @@ def test_every_fault_of_a_table_is_told_with_those_of_the_scene(tmp_path: Path) 
 )
 def test_a_scale_that_is_no_size_is_refused(tmp_path: Path, scale: str) -> None:
     (tmp_path / "palm.obj").write_bytes(b"")
-    told = faults(tmp_path, OBJECT + f"[[object.instance]]\nscale = {scale}\n")
-    assert len(told) == 1 and "object[0].instance[0].scale: is " in told[0] and "mirrored" in told[0]
+    message = faults(tmp_path, OBJECT + f"[[object.instance]]\nscale = {scale}\n")
+    assert len(message) == 1 and "object[0].instance[0].scale: is " in message[0] and "mirrored" in message[0]
 
 
 def test_more_instances_or_particles_than_the_player_takes_are_refused_with_the_limit(
@@ -234,19 +234,19 @@ def test_more_instances_or_particles_than_the_player_takes_are_refused_with_the_
         for i, count in enumerate((4, 600_000))
     )
     load(tmp_path, LEAST + clouds)
-    told = faults(
+    result = faults(
         tmp_path, LEAST + clouds + '[[particles]]\ncenter = [0, 0, 0]\nname = "more"\ncount = 400_000\n'
     )
     for part in ("particles[1].count", "has 600000", "1000004 particles", "takes 1000000", "leave 4 out"):
-        assert part in told[0]
+        assert part in result[0]
     monkeypatch.setattr("paradize.player_limits.MOST_INSTANCES", 3)
     (tmp_path / "a.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
     (tmp_path / "rows.csv").write_text("x,y,z\n" + "1,2,3\n" * 2)
     thing = '[[object]]\nname = "{}"\nmesh = "a.obj"\ninstances = "rows.csv"\n'
     load(tmp_path, LEAST + thing.format("a"))
-    told = faults(tmp_path, LEAST + thing.format("a") + thing.format("b"))
+    result = faults(tmp_path, LEAST + thing.format("a") + thing.format("b"))
     for part in ("object[0].instance", "has 2", "4 instances", "takes 3", "leave 1 out"):
-        assert part in told[0]
+        assert part in result[0]
 
 
 def test_a_table_may_hold_as_many_instances_as_a_scene(

@@ -277,11 +277,11 @@ def test_a_filter_that_reads_more_is_taken_where_it_errs_less_by_a_fiftieth(
     for share, name in ((0.99, "central"), (0.97, "fourth")):
         reach = {"central": 1.0, "fourth": share}
 
-        def told(_: object, taps: list[Any], reach: Any = reach, **more: object) -> kernel.Prediction:
+        def predicted(_: object, taps: list[Any], reach: Any = reach, **more: object) -> kernel.Prediction:
             names = [next(n for n, f in TAPS.items() if f.derivative is d and f.smooth is s) for d, s in taps]
             return kernel.Prediction(tuple(reach.get(n, 2.0) for n in names), 0.0)
 
-        monkeypatch.setattr(kernel, "predict_errors", told)
+        monkeypatch.setattr(kernel, "predict_errors", predicted)
         assert choose_filter(heights, 16, (True, True)) == name
 
 

@@ -208,12 +208,12 @@ def test_png_maps_tell_what_ktx2_maps_tell_of_level_0(tmp_path: Path) -> None:
             assert list(made.errors) == list(ktx2[name].errors)
             assert len(made.levels) == 1
             assert made.levels[0].keys() == ktx2[name].levels[0].keys()
-        told = png["normal"].errors
+        message = png["normal"].errors
         for part in ("filter", "encoding"):
-            mean, p99, most = (told[f"normal_{part}_{name}deg"] for name in ("", "p99_", "max_"))
+            mean, p99, most = (message[f"normal_{part}_{name}deg"] for name in ("", "p99_", "max_"))
             assert 0 <= min(mean, p99) <= max(mean, p99) <= most < 1
-        assert told["normal_encoding_deg"] > 0
-        assert 0 <= told["normal_p99_deg"] <= told["normal_max_deg"] < 1
+        assert message["normal_encoding_deg"] > 0
+        assert 0 <= message["normal_p99_deg"] <= message["normal_max_deg"] < 1
 
 
 def test_png_maps_follow_gltf_and_zero_is_exact(tmp_path: Path) -> None:

@@ -63,10 +63,10 @@ def colors(
     count = level_count(height, width)
     levels = [np.zeros((max(1, height >> k), max(1, width >> k), 4), np.uint8) for k in range(count)]
 
-    def told(level: int, first: int, rows: np.ndarray) -> None:
+    def keep(level: int, first: int, rows: np.ndarray) -> None:
         levels[level][first : first + len(rows)] = rows
 
-    mips.color_rows(values, told, encoded=encoded, alpha_cutoff=alpha_cutoff)
+    mips.color_rows(values, keep, encoded=encoded, alpha_cutoff=alpha_cutoff)
     return levels
 
 

@@ -187,10 +187,10 @@ def test_a_bake_states_what_each_level_costs_to_draw_and_keeps_its_positions(
 ) -> None:
     path = root / "raw_assets/palm/palm.obj"
     made = bake_mesh(path, lods=2)
-    for level, told in zip(decode_glb(made.glb), made.report["lods"], strict=True):
+    for level, report in zip(decode_glb(made.glb), made.report["lods"], strict=True):
         after = draw_costs(level.mesh)
-        assert {k: told["draw"][k] for k in after} == after
-        assert after["acmr"] <= told["draw"]["acmr_before"]
+        assert {k: report["draw"][k] for k in after} == after
+        assert after["acmr"] <= report["draw"]["acmr_before"]
     source = read_obj(path).mesh
     level0 = decode_glb(made.glb)[0].mesh
     assert {p.tobytes() for p in level0.positions} == {

@@ -173,12 +173,12 @@ def test_texture_coordinates_beyond_the_image_stay_floats() -> None:
     mesh = ball()
     assert mesh.uvs is not None
     wide = replace(mesh, uvs=mesh.uvs * np.float32(3))
-    lattice = mesh_grid([wide])
-    found = quantise(wide, lattice).uvs
+    grid = mesh_grid([wide])
+    found = quantise(wide, grid).uvs
     assert found is not None
     assert np.array_equal(found, wide.uvs)
     assert found.dtype == np.float32
-    inside = quantise(mesh, lattice).uvs
+    inside = quantise(mesh, grid).uvs
     assert inside is not None
     assert inside.dtype == np.uint16
 
@@ -334,7 +334,7 @@ def dunes(rows: int = 65, columns: int = 97) -> Heightfield:
     return Heightfield(heights.astype(np.float32), 0.5 * (columns - 1), 0.4 * (rows - 1))
 
 
-def lattice_of(field: Heightfield, max_error_m: float = 0.0) -> QuantizationGrid:
+def grid_of(field: Heightfield, max_error_m: float = 0.0) -> QuantizationGrid:
     heights = field.heights_m
     return terrain_grid(
         (heights.shape[0], heights.shape[1]),
@@ -357,25 +357,25 @@ def part(field: Heightfield, rows: range, columns: range) -> tuple[Mesh, npt.NDA
 @pytest.mark.parametrize("max_error_m", [0.0, 0.1])
 def test_a_terrains_codes_are_its_pixels(max_error_m: float) -> None:
     field = dunes()
-    lattice = lattice_of(field, max_error_m)
+    grid = grid_of(field, max_error_m)
     mesh, pixels = part(field, range(65), range(97))
-    _, codes = quantised_terrain(mesh, lattice)
+    _, codes = quantised_terrain(mesh, grid)
     assert np.array_equal(codes.positions[:, 0], pixels[:, 1])
     assert np.array_equal(codes.positions[:, 2], pixels[:, 0])
-    heights = lattice.origin[1] + codes.positions[:, 1].astype(float) * lattice.step[1]
-    assert np.abs(heights - field.heights_m.ravel().astype(float)).max() <= 0.5 * lattice.step[1] + 1e-9
+    heights = grid.origin[1] + codes.positions[:, 1].astype(float) * grid.step[1]
+    assert np.abs(heights - field.heights_m.ravel().astype(float)).max() <= 0.5 * grid.step[1] + 1e-9
 
 
 @pytest.mark.parametrize("max_error_m", [0.0, 0.1])
 def test_both_sides_of_a_border_have_the_same_codes(max_error_m: float) -> None:
     field = dunes()
-    lattice = lattice_of(field, max_error_m)
+    grid = grid_of(field, max_error_m)
     (west, at_west), (east, at_east) = (
         part(field, range(65), range(41)),
         part(field, range(65), range(40, 97)),
     )
-    seen, one = quantised_terrain(west, lattice)
-    also, other = quantised_terrain(east, lattice)
+    seen, one = quantised_terrain(west, grid)
+    also, other = quantised_terrain(east, grid)
     left, right = at_west[:, 1] == 40, at_east[:, 1] == 40
     assert left.sum() == right.sum() == 65
     for name in ("positions", "normals", "tangents", "uvs", "uvs1"):
@@ -386,10 +386,10 @@ def test_both_sides_of_a_border_have_the_same_codes(max_error_m: float) -> None:
 @pytest.mark.parametrize(("max_error_m", "bits"), [(0.0, 32), (0.1, 16)])
 def test_a_viewer_that_follows_the_standard_sees_a_terrains_normals(max_error_m: float, bits: int) -> None:
     field = dunes()
-    lattice = lattice_of(field, max_error_m)
-    assert direction_bits(lattice) == bits
+    grid = grid_of(field, max_error_m)
+    assert direction_bits(grid) == bits
     mesh, _ = part(field, range(65), range(97))
-    seen, codes = quantised_terrain(mesh, lattice)
+    seen, codes = quantised_terrain(mesh, grid)
     data = encode_glb([Lod(mesh, 0.0, 0.0, quantized=codes)], "terrain")
     found = quantised_errors(data, [mesh])[0]
     assert found["quantise_normal_max_deg"] < 0.1
@@ -401,7 +401,7 @@ def test_a_viewer_that_follows_the_standard_sees_a_terrains_normals(max_error_m:
     assert np.array_equal(decode_glb(data)[0].mesh.positions, seen.positions)
 
 
-def test_a_flat_terrain_and_one_of_65536_pixels_a_side_have_a_lattice() -> None:
+def test_a_flat_terrain_and_one_of_65536_pixels_a_side_have_a_grid() -> None:
     flat = terrain_grid((2, 2), (1.0, 1.0), (5.0, 5.0))
     assert flat.step[1] > 0
     assert terrain_grid((2, 65536), (65535.0, 1.0), (0.0, 1.0)).step[0] == 1.0
@@ -409,7 +409,7 @@ def test_a_flat_terrain_and_one_of_65536_pixels_a_side_have_a_lattice() -> None:
         terrain_grid((2, 65537), (65535.0, 1.0), (0.0, 1.0))
 
 
-def test_levels_need_one_lattice() -> None:
+def test_levels_need_one_grid() -> None:
     fine, coarse = ball(), ball(10)
     (a,) = quantise_levels([fine], mesh_grid([fine]))
     (b,) = quantise_levels([coarse], QuantizationGrid((1.0, 1.0, 1.0), (-1.0, -1.0, -1.0)))
@@ -451,11 +451,11 @@ def test_a_bound_finer_than_codes_is_refused_and_told(tmp_path: Path) -> None:
         bake_terrain(hills(tmp_path), settings)
 
 
-def tile_of(field: Heightfield, lattice: QuantizationGrid | None) -> bytes:
+def tile_of(field: Heightfield, grid: QuantizationGrid | None) -> bytes:
     patches = []
     for index, columns in enumerate((range(41), range(40, 97))):
         mesh, _ = part(field, range(65), columns)
-        codes = None if lattice is None else quantised_terrain(mesh, lattice)[1]
+        codes = None if grid is None else quantised_terrain(mesh, grid)[1]
         patches.append(TilePatch(index, mesh, 0.25, True, codes))
     ((data, indices),) = encode_tiles(patches)
     assert indices == [0, 1]
@@ -464,12 +464,12 @@ def tile_of(field: Heightfield, lattice: QuantizationGrid | None) -> bytes:
 
 def test_a_tile_of_codes_comes_back_and_its_patches_meet() -> None:
     field = dunes()
-    lattice = lattice_of(field, 0.1)
-    data = tile_of(field, lattice)
+    grid = grid_of(field, 0.1)
+    data = tile_of(field, grid)
     west, east = decode_tile(data)
     assert west.quantized is not None
     assert east.quantized is not None
-    assert west.quantized.grid == east.quantized.grid == lattice
+    assert west.quantized.grid == east.quantized.grid == grid
     left, right = west.quantized.positions[:, 0] == 40, east.quantized.positions[:, 0] == 40
     assert left.sum() == right.sum() == 65
     assert np.array_equal(west.quantized.positions[left], east.quantized.positions[right])
@@ -486,11 +486,11 @@ def test_a_tile_of_codes_comes_back_and_its_patches_meet() -> None:
         decode_tile(with_document(data, tree))
 
 
-def test_patches_of_two_lattices_are_no_terrain() -> None:
+def test_patches_of_two_grids_are_no_terrain() -> None:
     field = dunes()
     mesh, _ = part(field, range(65), range(97))
     patches = [
-        TilePatch(index, mesh, 0.0, True, quantised_terrain(mesh, lattice_of(field, bound))[1])
+        TilePatch(index, mesh, 0.0, True, quantised_terrain(mesh, grid_of(field, bound))[1])
         for index, bound in enumerate((0.0, 0.1))
     ]
     with pytest.raises(BakeError, match="one quantization grid"):

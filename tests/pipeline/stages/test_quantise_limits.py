@@ -1,4 +1,4 @@
-"""Codes at their limits: the least lattice, the fewest bits; and odd but legal files before the metric."""
+"""Codes at their limits: the least step_grid, the fewest bits; and odd but legal files before the metric."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from tests.pipeline.shapes import grid, sphere
 
 
 @pytest.mark.parametrize("seed", range(20))
-def test_a_lattice_spans_its_mesh_with_the_least_step_that_a_float_can_have(seed: int) -> None:
+def test_a_grid_spans_its_mesh_with_the_least_step_that_a_float_can_have(seed: int) -> None:
     points = np.random.default_rng(seed).normal(size=(9, 3)).astype(np.float32)
     wide = points.astype(np.float64)
     extent = float((wide.max(axis=0) - wide.min(axis=0)).max())
@@ -35,11 +35,11 @@ def test_a_lattice_spans_its_mesh_with_the_least_step_that_a_float_can_have(seed
 def test_bits_of_directions_keep_half_the_diagonal_of_a_code_inside_the_bound() -> None:
     """Half a code along each of three axes: sqrt(3) / 2 of it, and more by how far steps differ."""
     for ratio in (1.0, 20.0):
-        lattice = QuantizationGrid((1.0, 1.0 / ratio, 0.5), (0.0, 0.0, 0.0))
+        step_grid = QuantizationGrid((1.0, 1.0 / ratio, 0.5), (0.0, 0.0, 0.0))
         for bits, above in ((8, 16), (16, 32)):
             bound = np.degrees(np.sqrt(3) / 2 / (2 ** (bits - 1) - 1)) * max(ratio, 2.0)
-            assert direction_bits(lattice, bound * 1.001) == bits
-            assert direction_bits(lattice, bound * 0.999) == above
+            assert direction_bits(step_grid, bound * 1.001) == bits
+            assert direction_bits(step_grid, bound * 0.999) == above
 
 
 def test_heights_take_gentle_steps_where_they_cost_an_eighth_of_the_bound() -> None:
@@ -75,8 +75,8 @@ def test_texture_coordinates_just_outside_stay_floats(value: float) -> None:
 
 
 def encoded(*meshes: Mesh) -> bytes:
-    lattice = mesh_grid(meshes)
-    return encode_glb([Lod(mesh, 0.0, 0.0, quantized=quantise(mesh, lattice)) for mesh in meshes], "codes")
+    step_grid = mesh_grid(meshes)
+    return encode_glb([Lod(mesh, 0.0, 0.0, quantized=quantise(mesh, step_grid)) for mesh in meshes], "codes")
 
 
 def test_all_levels_errors_are_shares_of_the_first_ones_diagonal() -> None:

@@ -43,15 +43,15 @@ def test_each_makes_levels_that_are_measured_and_named(tmp_path: Path, name: str
     assert (made.report["simplifier_version"] is None) == (name == "paradize")
     counts = [level["triangles"] for level in made.report["lods"]]
     assert len(counts) == 4 and counts == sorted(counts, reverse=True)
-    for lod, told in zip(made.lods[1:], made.report["lods"][1:], strict=True):
+    for lod, report in zip(made.lods[1:], made.report["lods"][1:], strict=True):
         mesh = lod.mesh
         assert mesh.uvs is not None and mesh.normals is not None and mesh.tangents is not None
         assert validate_mesh(mesh)[1].topology.border.count == 0
         # An independent, sampled distance lies inside the bounds that are told.
         found = surface_distance(made.lods[0].mesh, mesh, 5000)["error_max"]
-        assert 0 < found <= 1.01 * told["error_max"] < 0.1
-        assert told["normal_mean_deg"] < 15
-        assert told["uv_shift_p99"] < 0.05 or name in POSITIONS_ONLY
+        assert 0 < found <= 1.01 * report["error_max"] < 0.1
+        assert report["normal_mean_deg"] < 15
+        assert report["uv_shift_p99"] < 0.05 or name in POSITIONS_ONLY
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -159,8 +159,8 @@ def test_a_triangle_that_names_a_vertex_twice_is_left_out(monkeypatch: pytest.Mo
 
 def test_tier_exact_is_ours_alone(tmp_path: Path) -> None:
     path = write_obj(tmp_path / "ball.obj", sphere(8))
-    told = bake_mesh(path, tier="exact", simplifier="meshoptimizer").report
-    assert told["tier"] == "balanced" and any("no tier 'exact'" in text for text in told["warnings"])
+    report = bake_mesh(path, tier="exact", simplifier="meshoptimizer").report
+    assert report["tier"] == "balanced" and any("no tier 'exact'" in text for text in report["warnings"])
 
 
 @pytest.mark.deep
@@ -194,8 +194,8 @@ def test_the_command_line_takes_the_name_and_tells_it(
     path = write_obj(tmp_path / "ball.obj", sphere(8))
     out = tmp_path / "ball.glb"
     assert main(["mesh", str(path), "-o", str(out), "--simplifier", "meshoptimizer", "--json"]) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert told["simplifier"] == "meshoptimizer" and told["simplifier_version"]
+    report = json.loads(capsys.readouterr().out)
+    assert report["simplifier"] == "meshoptimizer" and report["simplifier_version"]
 
 
 def test_tier_auto_takes_no_other_simplifier_than_the_one_that_is_named(

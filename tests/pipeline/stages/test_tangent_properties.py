@@ -225,11 +225,11 @@ def test_the_metric_tells_a_known_error() -> None:
     tangents = mesh.tangents.copy()
     tangents[:, :3] = [np.cos(0.1), 0, np.sin(0.1)]
     tangents[mesh.triangles[:4].reshape(-1), 3] *= -1
-    told = frame_errors(replace(mesh, tangents=tangents))
-    assert told["tangent_max_deg"] == pytest.approx(np.degrees(0.1), rel=1e-5)
-    assert told["tangent_mean_deg"] == pytest.approx(np.degrees(0.1), rel=1e-5)
+    message = frame_errors(replace(mesh, tangents=tangents))
+    assert message["tangent_max_deg"] == pytest.approx(np.degrees(0.1), rel=1e-5)
+    assert message["tangent_mean_deg"] == pytest.approx(np.degrees(0.1), rel=1e-5)
     turned = (tangents[mesh.triangles][..., 3] < 0).mean()
-    assert turned > 0 and told["tangent_turned"] == pytest.approx(turned, rel=1e-5)
+    assert turned > 0 and message["tangent_turned"] == pytest.approx(turned, rel=1e-5)
 
 
 def test_a_part_of_a_large_mesh_tells_what_the_whole_does() -> None:
@@ -251,16 +251,16 @@ def test_frames_made_of_a_part_have_the_errors_of_the_whole(method: str) -> None
 
 
 def test_a_report_states_the_error_of_every_tier(tmp_path: Path) -> None:
-    path, told = tmp_path / "a.obj", {}
+    path, result = tmp_path / "a.obj", {}
     meshes.write_obj(sphere(24), path)
     for method in METHODS:
         report = bake_mesh(path, lods=1, tangents=method).report
         assert report["tangents"] == method
-        told[method] = report["lods"][0]["tangent_mean_deg"]
+        result[method] = report["lods"][0]["tangent_mean_deg"]
     tiers = report["tangent_tiers"]
     assert list(tiers) == list(METHODS)
     assert {tier: tiers[tier]["tangent_mean_deg"] for tier in tiers} == pytest.approx(
-        told, rel=1e-3, abs=1e-6
+        result, rel=1e-3, abs=1e-6
     )
     assert tiers["vertex"]["tangent_p99_deg"] > 0
     report = bake_mesh(path, lods=1, tangents="face").report

@@ -81,10 +81,10 @@ def test_xatlas_gives_every_kind_of_mesh_a_sound_layout_of_all_its_triangles(mes
 def test_neither_size_nor_place_matters_to_xatlas(scale: float, offset: float) -> None:
     ball = bare(sphere(6))
     moved = replace(ball, positions=(ball.positions + np.float32(offset)) * np.float32(scale))
-    told = atlas_quality(unwrapped(moved))
-    require_sound(told)
-    assert told["stretch"] < 1.05 and told["packing"] > 0.4
-    low, _, high = told["texels_per_m"]
+    quality = atlas_quality(unwrapped(moved))
+    require_sound(quality)
+    assert quality["stretch"] < 1.05 and quality["packing"] > 0.4
+    low, _, high = quality["texels_per_m"]
     assert 0 < low <= high < 1.6 * low
 
 
@@ -93,8 +93,8 @@ def test_slivers_and_triangles_without_an_area_keep_the_rest_sound() -> None:
     box = cube()
     points = np.concatenate([box.positions, [[0.5, 0, 0], [0.5, 1e-6, 0]]]).astype(np.float32)
     faces = np.concatenate([box.triangles, [[0, 8, 4], [0, 4, 9]]]).astype(np.uint32)
-    told = atlas_quality(unwrapped(Mesh(points, faces)))
-    assert (told["overlap"], told["flipped"], told["near"]) == (0.0, 0, 0)
+    quality = atlas_quality(unwrapped(Mesh(points, faces)))
+    assert (quality["overlap"], quality["flipped"], quality["near"]) == (0.0, 0, 0)
     for flat in ([(0, 0, 0), (1, 0, 0), (2, 0, 0)], [(0, 0, 0)] * 3):
         with pytest.raises(BakeError, match="no triangle has an area"):
             unwrapped(soup([(float(x), float(y), float(z)) for x, y, z in flat], [(0, 1, 2)]))
@@ -130,12 +130,12 @@ def test_the_bytes_are_the_same_on_every_run_and_on_one_core(tmp_path: Path) -> 
 @needs_xatlas
 @pytest.mark.parametrize("name", UNWRAPPERS)
 def test_the_report_names_the_unwrapper_and_measures_it(tmp_path: Path, name: str) -> None:
-    told = bake_mesh(file_of(tmp_path, bare(sphere(8))), atlas=True, unwrapper=name).report
-    assert told["unwrapper"] == name and (told["unwrapper_version"] is None) == (name == "paradize")
-    assert told["layout"]["stretch"] < 1.1 and told["layout"]["texels_per_m"][0] > 0
-    assert len(told["lods"]) > 1
-    bare_told = bake_mesh(file_of(tmp_path, bare(sphere(8))), unwrapper=name).report
-    assert bare_told["unwrapper"] is bare_told["layout"] is None
+    report = bake_mesh(file_of(tmp_path, bare(sphere(8))), atlas=True, unwrapper=name).report
+    assert report["unwrapper"] == name and (report["unwrapper_version"] is None) == (name == "paradize")
+    assert report["layout"]["stretch"] < 1.1 and report["layout"]["texels_per_m"][0] > 0
+    assert len(report["lods"]) > 1
+    bare_report = bake_mesh(file_of(tmp_path, bare(sphere(8))), unwrapper=name).report
+    assert bare_report["unwrapper"] is bare_report["layout"] is None
 
 
 def pretending(uvs: Any, *, triangles: Any = None) -> Callable[..., Any]:
@@ -268,6 +268,6 @@ def test_the_command_line_makes_a_layout_by_the_one_that_is_named(
         (painted, ["--unwrapper", "xatlas"], None),
     ):
         assert main(["mesh", str(path), "-o", str(tmp_path / "out.glb"), *more, "--json"]) == 0
-        told = json.loads(capsys.readouterr().out)
-        assert told["unwrapper"] == unwrapper
-    assert any("no atlas made" in text for text in told["warnings"])
+        report = json.loads(capsys.readouterr().out)
+        assert report["unwrapper"] == unwrapper
+    assert any("no atlas made" in text for text in report["warnings"])

@@ -122,9 +122,9 @@ def test_a_bake_welds_where_asked_and_says_so(tmp_path: Path, capsys: pytest.Cap
         "--json",
     ]
     assert main(arguments) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert told["components"] == 1 and told["closed"] and told["repairs"]["welded"] == 28
-    assert any("28 places joined" in warning for warning in told["warnings"])
+    report = json.loads(capsys.readouterr().out)
+    assert report["components"] == 1 and report["closed"] and report["repairs"]["welded"] == 28
+    assert any("28 places joined" in warning for warning in report["warnings"])
 
 
 def test_a_tolerance_that_leaves_nothing_is_named(tmp_path: Path) -> None:

@@ -356,8 +356,8 @@ def test_two_bakes_at_once_many_times_leave_one_of_the_two_whole(cove: Cove, tim
             started([*command, scenes[1], *words], **pipes) as b,
         ):
             both = (a, b)
-            told = [process.communicate(timeout=300)[1] for process in both]
-        assert [process.returncode for process in both] == [0, 0], told
+            result = [process.communicate(timeout=300)[1] for process in both]
+        assert [process.returncode for process in both] == [0, 0], result
         assert state_of(cove.out) in (states if i % 2 == 0 else states[:1]), f"round {i}"
     assert not cove.bake().errors and state_of(cove.out) == states[0]
 

@@ -95,7 +95,7 @@ def bake_shared(baked: Path, url: str, out: Path, **more: Any) -> BakeReport:
     return report
 
 
-def told(report: BakeReport) -> str:
+def warnings_of(report: BakeReport) -> str:
     """Its warnings about the shared store."""
     return "\n".join(text for text in report.warnings if text.startswith("--store"))
 
@@ -134,10 +134,10 @@ def test_what_one_bakes_another_fetches_and_bakes_nothing(
     with remote_at(kind, home, tmp_path / "remote" / "deep") as url:
         shutil.copytree(baked / "store", tmp_path / "store")  # a bake that shared nothing yet
         first = bake_shared(baked, url, tmp_path / "first")
-        assert (first.count("reused"), first.fetched, first.pushed, told(first)) == (14, 0, 14, "")
+        assert (first.count("reused"), first.fetched, first.pushed, warnings_of(first)) == (14, 0, 14, "")
         monkeypatch.setenv("PARADIZE_STORE", str(tmp_path / "empty"))
         second = bake_shared(baked, url, tmp_path / "second")
-        assert (second.count("baked"), second.fetched, second.pushed, told(second)) == (0, 14, 0, "")
+        assert (second.count("baked"), second.fetched, second.pushed, warnings_of(second)) == (0, 14, 0, "")
         again = bake_shared(baked, url, tmp_path / "second")
         assert (again.count("reused"), again.fetched, again.pushed) == (14, 0, 0)
     assert not list((tmp_path / "remote").rglob("*.part-*"))
@@ -200,11 +200,11 @@ def test_a_flipped_bit_there_is_found_derived_again_and_mended(
         report = bake_shared(baked, url, tmp_path / "out")
         assert [row["name"] for row in report.rows if row["status"] == "baked"] == ["sky"]
         assert (report.fetched, report.pushed) == (13, 1)
-        assert "holds 1 damaged file" in told(report) and blob.name in told(report)
+        assert "holds 1 damaged file" in warnings_of(report) and blob.name in warnings_of(report)
         assert blob.read_bytes() == sky.read_bytes()
         monkeypatch.setenv("PARADIZE_STORE", str(tmp_path / "another"))
         report = bake_shared(baked, url, tmp_path / "another_out")
-        assert report.fetched == 14 and not told(report)
+        assert report.fetched == 14 and not warnings_of(report)
 
 
 @pytest.mark.parametrize("kind", sweep(["folder", "asyncssh"], test=["folder"]))
@@ -220,7 +220,7 @@ def test_a_pipe_there_is_damage_that_nobody_waits_for(
         os.mkfifo(path)
     with remote_at(kind, home, remote) as url:
         report = bake_shared(baked, url, tmp_path / "out")
-    assert report.count("baked") and report.fetched and "damaged file" in told(report)
+    assert report.count("baked") and report.fetched and "damaged file" in warnings_of(report)
     assert all(path.is_file() for path in spoilt)
 
 
@@ -278,7 +278,7 @@ def test_a_server_killed_in_mid_fetch_is_a_warning_and_the_rest_is_baked(
     with asyncssh_server(home, "--die", "25") as port:
         report = bake_shared(baked, url_of(port, tmp_path / "remote"), tmp_path / "out")
     assert 0 < report.count("baked") < 14 and report.fetched == report.count("reused")
-    assert "cannot be used, baked without it" in told(report)
+    assert "cannot be used, baked without it" in warnings_of(report)
     assert not list((tmp_path / "store").rglob("*.part-*"))
 
 
@@ -300,10 +300,10 @@ def test_where_the_host_cannot_be_reached_all_is_baked_and_shared_the_next_time(
     with asyncssh_server(home) as port:
         url = url_of(port, tmp_path / "remote")
     report = bake_shared(baked, url, tmp_path / "out")  # nobody listens there
-    assert (report.count("baked"), report.pushed) == (14, 0) and told(report).count("\n") == 0
-    assert "cannot be used, baked without it" in told(report)
+    assert (report.count("baked"), report.pushed) == (14, 0) and warnings_of(report).count("\n") == 0
+    assert "cannot be used, baked without it" in warnings_of(report)
     report = bake_shared(baked, str(tmp_path / "remote"), tmp_path / "out")  # nothing changed
-    assert (report.count("reused"), report.pushed, told(report)) == (14, 14, "")
+    assert (report.count("reused"), report.pushed, warnings_of(report)) == (14, 14, "")
 
 
 def test_who_is_not_let_in_or_not_known_is_told_why(home: Home, tmp_path: Path) -> None:
@@ -404,7 +404,7 @@ def test_an_upload_that_breaks_leaves_no_file(tmp_path: Path, monkeypatch: pytes
 def test_force_reads_nothing_from_there_and_replaces_it(tmp_path: Path, baked: Path) -> None:
     seed(baked, tmp_path / "remote")
     report = bake_shared(baked, str(tmp_path / "remote"), tmp_path / "out", force=True)
-    assert (report.count("baked"), report.fetched, told(report)) == (14, 0, "")
+    assert (report.count("baked"), report.fetched, warnings_of(report)) == (14, 0, "")
 
 
 @pytest.mark.parametrize(

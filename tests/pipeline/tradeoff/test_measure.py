@@ -48,9 +48,9 @@ from tests.pipeline.scenes import ball, make_cove, write_image
 def point(
     tier: str, seconds: float, value: float, size: int | None = 100, series: str = "one", used: bool = False
 ) -> Point:
-    told = {"median": seconds, "low": 0.99 * seconds, "high": 1.01 * seconds, "runs": 10}
+    result = {"median": seconds, "low": 0.99 * seconds, "high": 1.01 * seconds, "runs": 10}
     return {
-        "tier": tier, "seconds": told,  # type: ignore[typeddict-item]
+        "tier": tier, "seconds": result,  # type: ignore[typeddict-item]
         "error": {"value": value}, "bytes": size, "in_use": used, "dominated": False, "on_front": False,
         "series": series,
     }  # fmt: skip
@@ -67,12 +67,12 @@ def group(points: list[Point], budget: float | None = None, *, less: bool = True
 
 @st.composite
 def clouds(draw: st.DrawFn) -> list[Point]:
-    """Tiers on a small lattice, so that equal times, errors and sizes are common."""
+    """Tiers on a small grid, so that equal times, errors and sizes are common."""
     few = st.integers(1, 4)
-    told = draw(
+    result = draw(
         st.lists(st.tuples(few, st.integers(0, 4), few, st.sampled_from("ab")), min_size=1, max_size=9)
     )
-    return [point(str(k), t, float(e), size, series) for k, (t, e, size, series) in enumerate(told)]
+    return [point(str(k), t, float(e), size, series) for k, (t, e, size, series) in enumerate(result)]
 
 
 @given(clouds())
@@ -155,10 +155,10 @@ def test_the_cheapest_is_the_quickest_of_the_smallest_series_inside_the_budget(
 
 @given(st.lists(st.floats(1e-6, 1e3), min_size=1, max_size=30))
 def test_the_spread_is_that_of_numpy(seconds: list[float]) -> None:
-    told = spread(seconds)
+    result = spread(seconds)
     low, median, high = np.quantile(seconds, [0.25, 0.5, 0.75])
-    assert (told["low"], told["median"], told["high"]) == pytest.approx((low, median, high))
-    assert told["runs"] == len(seconds)
+    assert (result["low"], result["median"], result["high"]) == pytest.approx((low, median, high))
+    assert result["runs"] == len(seconds)
 
 
 def test_decibels_are_errors_of_the_amplitude() -> None:
@@ -202,11 +202,12 @@ def test_times_within_each_others_spread_are_called_equal() -> None:
 
 
 def test_a_tier_that_is_quicker_or_errs_more_than_declared_is_told() -> None:
-    told = disagreements(group([point("fast", 2.0, 0.1), point("balanced", 1.0, 0.2)]))
-    assert len(told) == 2
-    assert "declared slower than fast, but takes 1 s against 2 s" in told[0]
+    result = disagreements(group([point("fast", 2.0, 0.1), point("balanced", 1.0, 0.2)]))
+    assert len(result) == 2
+    assert "declared slower than fast, but takes 1 s against 2 s" in result[0]
     assert (
-        "declared more exact than fast, but its normal_p99_deg is 0.2 degrees against 0.1 degrees" in told[1]
+        "declared more exact than fast, but its normal_p99_deg is 0.2 degrees against 0.1 degrees"
+        in result[1]
     )
     assert disagreements(group([point("fast", 1.0, 0.2), point("balanced", 2.0, 0.1)])) == []
 
@@ -224,18 +225,18 @@ def test_advice_keeps_the_budget_and_says_when_nothing_does() -> None:
         "tier": "balanced", "why": "budget",
         "text": "Balanced is the cheapest inside the budget of 1 degrees; fast, in use, exceeds it.",
     }  # fmt: skip
-    told = advice(group(tiers, budget=0.25))
-    assert told is not None
-    assert told["tier"] is None
-    assert "exact, has 0.5 degrees" in told["text"]
+    result = advice(group(tiers, budget=0.25))
+    assert result is not None
+    assert result["tier"] is None
+    assert "exact, has 0.5 degrees" in result["text"]
 
 
 def test_a_tier_that_keeps_one_budget_and_breaks_another_is_not_the_cheapest() -> None:
     tiers = [point("fast", 1.0, 1.0), point("balanced", 2.0, 0.9)]
     tiers[0]["passes"] = False
-    told = advice(group(tiers, budget=1.5))
-    assert told is not None
-    assert told["tier"] == "balanced"
+    result = advice(group(tiers, budget=1.5))
+    assert result is not None
+    assert result["tier"] == "balanced"
     assert within("alpha_psnr_db", 36.0, {"alpha_psnr_db": 36.0})
     assert not within("alpha_psnr_db", 35.0, {"alpha_psnr_db": 36.0})
 
@@ -284,12 +285,12 @@ def test_kernels_use_one_thread_while_work_is_timed_whatever_ran_before(
     assert os.environ["PARADIZE_THREADS"] == str(cores())  # for the metrics
 
 
-def hold_to_the_form(told: dict[str, Any]) -> None:
+def hold_to_the_form(tradeoff: dict[str, Any]) -> None:
     """tradeoff.json as formats/FORMAT.md has it."""
-    assert told["version"] == 1
-    assert told["groups"]
-    json.dumps(told, allow_nan=False)
-    for one in told["groups"]:
+    assert tradeoff["version"] == 1
+    assert tradeoff["groups"]
+    json.dumps(tradeoff, allow_nan=False)
+    for one in tradeoff["groups"]:
         assert one["kind"] in ("bake", "frame")
         for key in ("name", "stage", "artifact", "metric", "sentence"):
             assert one[key], key
@@ -303,38 +304,38 @@ def hold_to_the_form(told: dict[str, Any]) -> None:
             assert seconds["runs"] >= 1
             assert tier["error"]["value"] >= 0.0
             assert tier["bytes"] is None or tier["bytes"] > 0
-    page = tradeoff_page(told)
-    curves = [one for one in told["groups"] if len(one["points"]) > 1]  # one tier makes no curve
+    page = tradeoff_page(tradeoff)
+    curves = [one for one in tradeoff["groups"] if len(one["points"]) > 1]  # one tier makes no curve
     assert page.count('<svg viewBox="0 0 420') == len(curves)
-    assert page.count('<section class="card"') == len(told["groups"])
+    assert page.count('<section class="card"') == len(tradeoff["groups"])
     assert "http" not in page
     assert "<script" not in page
 
 
-def named(told: dict[str, Any], name: str) -> dict[str, Any]:
-    (found,) = [one for one in told["groups"] if one["name"] == name]
+def named(tradeoff: dict[str, Any], name: str) -> dict[str, Any]:
+    (found,) = [one for one in tradeoff["groups"] if one["name"] == name]
     return dict(found)
 
 
 def tiers(one: dict[str, Any]) -> dict[str, Any]:
-    return {told["tier"]: told for told in one["points"]}
+    return {result["tier"]: result for result in one["points"]}
 
 
 @pytest.mark.deep
 def test_a_model_is_measured_in_every_tier_of_its_stages(tmp_path: Path) -> None:
     (tmp_path / "post.obj").write_text(ball(16))
-    told = measure_file(tmp_path / "post.obj", FileOptions(), runs=2)
-    hold_to_the_form(told)
-    assert [one["stage"] for one in told["groups"]] == [
+    report = measure_file(tmp_path / "post.obj", FileOptions(), runs=2)
+    hold_to_the_form(report)
+    assert [one["stage"] for one in report["groups"]] == [
         "levels of detail", "tangent frames", "quantisation", "draw order",
     ]  # fmt: skip
-    frames = tiers(named(told, "post tangent frames"))
+    frames = tiers(named(report, "post tangent frames"))
     assert frames["mikktspace"]["error"]["max"] < 0.01 < frames["vertex"]["error"]["max"]
     assert frames["mikktspace"]["in_use"]
-    codes = tiers(named(told, "post vertices"))
+    codes = tiers(named(report, "post vertices"))
     assert codes["16 bit, directions 8"]["bytes"] < codes["16 bit"]["bytes"] < codes["float32"]["bytes"]
     assert codes["16 bit"]["error"]["value"] < codes["16 bit, directions 8"]["error"]["value"]
-    levels = tiers(named(told, "post levels of detail"))
+    levels = tiers(named(report, "post levels of detail"))
     libraries = {"meshoptimizer", "fast-simplification"} | ({"openmesh"} if openmesh.BUILT else set())
     assert set(levels) == {"balanced", "exact"} | libraries, "fast is balanced there"
     assert [name for name, one in levels.items() if one["in_use"]] == ["balanced"]
@@ -346,9 +347,9 @@ def test_a_model_without_coordinates_has_an_atlas_to_be_measured(tmp_path: Path)
     lines = [line for line in ball().splitlines() if not line.startswith("vt")]
     bare = "\n".join(" ".join(part.partition("/")[0] for part in line.split(" ")) for line in lines)
     (tmp_path / "bare.obj").write_text(bare + "\n")
-    told = measure_file(tmp_path / "bare.obj", FileOptions(), runs=1)
-    hold_to_the_form(told)
-    atlas = named(told, "bare atlas")
+    report = measure_file(tmp_path / "bare.obj", FileOptions(), runs=1)
+    hold_to_the_form(report)
+    atlas = named(report, "bare atlas")
     assert atlas["metric"] == "atlas_seam_length"
     assert set(tiers(atlas)) == {"fast", "balanced", "exact", "xatlas"}
 
@@ -356,9 +357,9 @@ def test_a_model_without_coordinates_has_an_atlas_to_be_measured(tmp_path: Path)
 def test_a_colour_map_is_measured_in_every_format_and_tier(tmp_path: Path) -> None:
     noise = np.random.default_rng(3).integers(0, 255, (32, 32, 3), np.uint8)
     write_image(tmp_path / "rock.png", noise)
-    told = measure_file(tmp_path / "rock.png", FileOptions(), runs=1, tier="exact")
-    hold_to_the_form(told)
-    color = tiers(named(told, "rock colour"))
+    report = measure_file(tmp_path / "rock.png", FileOptions(), runs=1, tier="exact")
+    hold_to_the_form(report)
+    color = tiers(named(report, "rock colour"))
     assert list(color) == [
         "fast", "balanced", "exact BC1", "fast BC7", "balanced BC7", "exact", "RGBA8",
     ]  # fmt: skip
@@ -367,7 +368,7 @@ def test_a_colour_map_is_measured_in_every_format_and_tier(tmp_path: Path) -> No
     assert color["RGBA8"]["loss"] == 0.0
     assert 2 * color["balanced"]["bytes"] == pytest.approx(color["balanced BC7"]["bytes"], rel=0.2)
     assert {"rock slopes", "rock normal", "rock height", "rock gloss", "rock dudv"} < {
-        one["name"] for one in told["groups"]
+        one["name"] for one in report["groups"]
     }
 
 
@@ -382,8 +383,8 @@ def test_measure_shows_of_a_picture_with_alpha_the_formats_that_the_bake_takes(
     color = np.stack([x * 3, y * 3, x + y], axis=2) + rng.normal(0, 12, (64, 64, 3))
     write_image(tmp_path / "leaf.png", np.dstack([color, alpha]).clip(0, 255).astype(np.uint8))
     groups = [one for one in file_groups(tmp_path / "leaf.png", FileOptions()) if one.name == "leaf colour"]
-    (told,), _ = run_groups(groups, file_rows(groups, "exact"), {}, 1, None)
-    found = tiers(told)
+    (result,), _ = run_groups(groups, file_rows(groups, "exact"), {}, 1, None)
+    found = tiers(result)
     baked = bake_color(tmp_path / "leaf.png", tier="exact")
     assert baked.format == ("BC3_SRGB" if apart else "BC7_SRGB")
     assert ("exact BC7" in found, "exact BC3" in found) == (apart, not apart)
@@ -396,9 +397,9 @@ def test_a_heightmap_is_measured_as_terrain_under_the_bound(tmp_path: Path) -> N
     hills = 0.5 + 0.3 * np.sin(7.0 * x) * np.cos(5.0 * z)
     write_image(tmp_path / "hills.png", (hills * 65535).astype(np.uint16)[:, :, None])
     options = FileOptions(size_m=(64.0, 64.0), height_m=10.0, max_error_m=0.05)
-    told = measure_file(tmp_path / "hills.png", options, runs=1)
-    hold_to_the_form(told)
-    terrain = tiers(named(told, "hills terrain"))
+    report = measure_file(tmp_path / "hills.png", options, runs=1)
+    hold_to_the_form(report)
+    terrain = tiers(named(report, "hills terrain"))
     assert terrain["exact"]["error"]["value"] < 1e-5
     for tier in ("fast", "balanced"):
         assert 0.0 < terrain[tier]["error"]["value"] <= 0.05
@@ -425,10 +426,10 @@ def test_a_scene_is_measured_in_what_it_uses_and_by_its_budget(
     scene = make_cove(tmp_path / "cove")
     scene.write_text(scene.read_text() + "[budget]\nterrain_max_m = 0.05\ncolor_psnr_db = 20.0\n")
     heard: list[tuple[str, int, int]] = []
-    told = measure_scene(scene, runs=1, on_progress=lambda *words: heard.append(words))
-    hold_to_the_form(told)
-    assert told["attribution"] == []  # nobody drew
-    stages = {one["stage"] for one in told["groups"]}
+    report = measure_scene(scene, runs=1, on_progress=lambda *words: heard.append(words))
+    hold_to_the_form(report)
+    assert report["attribution"] == []  # nobody drew
+    stages = {one["stage"] for one in report["groups"]}
     assert {
         "levels of detail",
         "terrain",
@@ -437,15 +438,15 @@ def test_a_scene_is_measured_in_what_it_uses_and_by_its_budget(
         "cube map",
         "camera path",
     } <= stages
-    color = named(told, "post colour")
+    color = named(report, "post colour")
     assert color["budget"] == 20.0
     assert (color["advice"] or {})["why"] == "budget"
-    for one in told["groups"]:
+    for one in report["groups"]:
         if len(one["points"]) > 1:
             assert any(tier["in_use"] for tier in one["points"]), one["name"]
-    legend = {point.get("series") for one in told["groups"] for point in one["points"]}
+    legend = {point.get("series") for one in report["groups"] for point in one["points"]}
     assert "paradize" in legend and "one" not in legend
-    assert heard[-1][1] == heard[-1][2] == sum(len(one["points"]) for one in told["groups"])
+    assert heard[-1][1] == heard[-1][2] == sum(len(one["points"]) for one in report["groups"])
 
 
 def test_the_command_writes_both_files_and_refuses_what_it_cannot_measure_or_write(
@@ -454,9 +455,9 @@ def test_the_command_writes_both_files_and_refuses_what_it_cannot_measure_or_wri
     write_image(tmp_path / "rock.png", np.arange(81, dtype=np.uint16).reshape(9, 9, 1))
     done = paradize("measure", tmp_path / "rock.png", "-o", tmp_path / "out" / "deep", "--runs", 1, "--json")
     assert done.returncode == 0, done.stderr
-    told = json.loads(done.stdout)
-    hold_to_the_form(told)
-    assert json.loads((tmp_path / "out/deep/tradeoff.json").read_text()) == told
+    report = json.loads(done.stdout)
+    hold_to_the_form(report)
+    assert json.loads((tmp_path / "out/deep/tradeoff.json").read_text()) == report
     assert (tmp_path / "out/deep/tradeoff.html").read_text().startswith("<!doctype html>")
     for words, text in (
         (("nothing.obj", "-o", tmp_path / "new"), "nothing.obj: there is no such file"),

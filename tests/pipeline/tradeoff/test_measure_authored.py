@@ -37,9 +37,9 @@ def test_measure_shows_of_drawn_maps_what_the_bake_takes(tmp_path: Path, tier: s
     }
     groups = authored_groups(job("authored", sources, AuthoredSettings(), ["normal", "height", "occlusion"]))
     assert [one.artifact for one in groups] == ["palm_normal", "palm_occlusion"]
-    told, _ = run_groups(groups, file_rows(groups, tier), {}, 1, None)
+    result, _ = run_groups(groups, file_rows(groups, tier), {}, 1, None)
     baked = bake_authored(sources, tier=tier)
-    for group in told:
+    for group in result:
         name = group["name"].removeprefix("palm ")
         points: dict[str, Any] = {point["tier"]: point for point in group["points"]}
         assert points[tier]["error"]["value"] == baked[name].errors[MAPS[name].metrics[0]]
@@ -51,8 +51,8 @@ def test_measure_of_emission_tells_its_own_errors_and_nothing_of_a_constant(tmp_
     glow = write(tmp_path / "e.png", np.dstack([noise(32, 32, k) for k in range(4)]))
     settings = ColorSettings(product="emission")
     groups = color_groups(job("color", {"image": glow}, settings, ["emission"]))
-    (told,), _ = run_groups(groups, file_rows(groups, "fast"), {}, 1, None)
-    points: dict[str, Any] = {point["tier"]: point for point in told["points"]}
+    (result,), _ = run_groups(groups, file_rows(groups, "fast"), {}, 1, None)
+    points: dict[str, Any] = {point["tier"]: point for point in result["points"]}
     baked = bake_color(glow, settings, tier="fast")
     assert points["fast"]["error"]["value"] == baked.errors["emission_psnr_db"]
     black = write(tmp_path / "b.png", np.zeros((8, 8, 3), np.uint8))
@@ -67,8 +67,8 @@ def test_measure_of_occlusion_from_the_mesh_tells_the_error_of_the_rays(tmp_path
     settings = AuthoredSettings(only=["occlusion"], occlusion_cast=True, occlusion_px=64)
     sources = {"layout": model, "layout, file 2": tmp_path / "corner.mtl"}
     (group,) = authored_groups(job("authored", sources, settings, ["occlusion"]))
-    (told,), _ = run_groups([group], file_rows([group], "balanced"), {}, 1, None)
-    points: dict[str, Any] = {point["tier"]: point for point in told["points"]}
+    (result,), _ = run_groups([group], file_rows([group], "balanced"), {}, 1, None)
+    points: dict[str, Any] = {point["tier"]: point for point in result["points"]}
     baked = bake_authored({}, settings, uv=model)["occlusion"]
     assert points["balanced"]["error"]["value"] == baked.errors["occlusion_cast_p99"]
     errors = [points[tier]["error"]["value"] for tier in ("fast", "balanced", "exact")]

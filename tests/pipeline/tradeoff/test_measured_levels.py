@@ -25,9 +25,9 @@ def test_levels_are_compared_down_to_the_triangles_that_all_reach() -> None:
 
 def test_a_library_that_is_quicker_and_slides_the_texture_dominates_nothing() -> None:
     def point(series: str, seconds: float, slides: float) -> Point:
-        told = {"median": seconds, "low": seconds, "high": seconds, "runs": 3}
+        result = {"median": seconds, "low": seconds, "high": seconds, "runs": 3}
         return {
-            "tier": series, "seconds": told, "error": {"value": 0.1}, "bytes": 100,  # type: ignore[typeddict-item]
+            "tier": series, "seconds": result, "error": {"value": 0.1}, "bytes": 100,  # type: ignore[typeddict-item]
             "in_use": False, "dominated": False, "on_front": False, "series": series,
             "beside": {"lod_normal_p99_deg": 3.0, "uv_shift_p99": slides},
         }  # fmt: skip

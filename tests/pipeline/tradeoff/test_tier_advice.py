@@ -97,12 +97,12 @@ def test_no_sentence_compares_tiers_of_different_series(group: Group) -> None:
     assert len(claims) == several, "each tier is compared with the one before it of its series"
     for pair in claims:
         assert series_of(points[pair[0]]) == series_of(points[pair[1]])
-    told = group.get("advice")
-    saved = re.search(r"saves .* against (t\d)", told["text"]) if told else None
-    if told and saved:
-        assert series_of(points[saved[1]]) == series_of(points[told["tier"]])
-    if told and told["why"] == "flat":
-        names = re.findall(r"t\d", told["text"].partition("have the same error")[0].lower())
+    result = group.get("advice")
+    saved = re.search(r"saves .* against (t\d)", result["text"]) if result else None
+    if result and saved:
+        assert series_of(points[saved[1]]) == series_of(points[result["tier"]])
+    if result and result["why"] == "flat":
+        names = re.findall(r"t\d", result["text"].partition("have the same error")[0].lower())
         assert len({series_of(points[name]) for name in names}) == 1
     for text in warnings:
         after, before = re.findall(r"(t\d) is declared .* than (t\d)", text)[0]
@@ -113,18 +113,18 @@ def test_no_sentence_compares_tiers_of_different_series(group: Group) -> None:
 @settings(deadline=None, max_examples=300)
 def test_tiers_that_are_said_to_err_alike_do_in_every_other_sentence(group: Group) -> None:
     warnings = conclude(group)
-    told, claims = group.get("advice"), claims_of(group["sentence"])
-    if not told or told["why"] != "flat":
+    result, claims = group.get("advice"), claims_of(group["sentence"])
+    if not result or result["why"] != "flat":
         return
-    names = re.findall(r"t\d", told["text"].partition("have the same error")[0].lower())
+    names = re.findall(r"t\d", result["text"].partition("have the same error")[0].lower())
     points = {point["tier"]: point for point in group["points"]}
     whole = [tier for tier, point in points.items() if series_of(point) == series_of(points[names[0]])]
-    assert names == whole and told["tier"] in names
+    assert names == whole and result["tier"] in names
     for (after, before), (time, error) in claims.items():
         if after in names:
             assert error == 0, "a tier that errs alike errs less or more than its neighbour"
-        assert not (after == told["tier"] and time > 0), "the advised tier is slower"
-        assert not (before == told["tier"] and time < 0), "another tier is quicker than the advised one"
+        assert not (after == result["tier"] and time > 0), "the advised tier is slower"
+        assert not (before == result["tier"] and time < 0), "another tier is quicker than the advised one"
     assert not any("declared more exact" in text and any(name in text for name in names) for text in warnings)
 
 
@@ -132,13 +132,13 @@ def test_tiers_that_are_said_to_err_alike_do_in_every_other_sentence(group: Grou
 @settings(deadline=None, max_examples=300)
 def test_where_the_curve_is_said_to_bend_no_sentence_finds_a_better_tier(group: Group) -> None:
     conclude(group)
-    told = group.get("advice")
-    if not told or told["why"] != "knee":
+    result = group.get("advice")
+    if not result or result["why"] != "knee":
         return
     for (after, before), (time, error) in claims_of(group["sentence"]).items():
-        if after == told["tier"]:
+        if after == result["tier"]:
             assert not (time >= 0 and error >= 0 and (time, error) != (0, 0)), "no quicker and no nearer"
-        if before == told["tier"]:
+        if before == result["tier"]:
             assert not (time <= 0 and error <= 0 and (time, error) != (0, 0)), "its neighbour is better"
 
 
@@ -163,11 +163,11 @@ def test_a_warning_says_what_the_sentence_says(group: Group) -> None:
 def test_the_page_asks_for_no_other_tier_than_the_advice(group: Group) -> None:
     conclude(group)
     kind, words = _verdict(group)
-    told = group.get("advice")
+    result = group.get("advice")
     used = next((point["tier"] for point in group["points"] if point["in_use"]), None)
     named = re.findall(r"t\d", words)
-    assert all(told and name == told["tier"] for name in named)
-    if told and used and told["tier"] == used:
+    assert all(result and name == result["tier"] for name in named)
+    if result and used and result["tier"] == used:
         assert kind in ("good", "plain")
 
 
@@ -179,8 +179,8 @@ def test_a_comparison_is_the_same_from_both_sides(group: Group) -> None:
             with pytest.raises(ValueError, match="different series"):
                 compare(a, b, group)
             continue
-        told, back = compare(a, b, group), compare(b, a, group)
-        assert (told.time, told.error) == (-back.time, -back.error)
+        result, back = compare(a, b, group), compare(b, a, group)
+        assert (result.time, result.error) == (-back.time, -back.error)
 
 
 def test_a_dominated_tier_says_what_to_take_instead_and_why() -> None:
@@ -204,8 +204,8 @@ def test_a_dominated_tier_says_what_to_take_instead_and_why() -> None:
     assert [one.get("instead") for one in group["points"]] == [
         None, "take fast: it is quicker and no worse", "take fast: it is quicker and more exact",
     ]  # fmt: skip
-    told = group["advice"]
-    assert told and told["tier"] == "fast" and told["why"] == "dominated"
+    result = group["advice"]
+    assert result and result["tier"] == "fast" and result["why"] == "dominated"
     assert _verdict(group) == ("hint", "take fast")
 
 
@@ -234,9 +234,9 @@ def test_an_error_that_a_larger_format_takes_away_is_no_error_that_tiers_share()
         "Balanced costs 2 x the time of fast and has the same error; exact BC1 costs 4.5 x the time of "
         "balanced and has the same error. Exact takes 9 s and 200 bytes; color_psnr_db is 46.8 dB."
     )
-    told = advice(group)
-    assert told is not None
+    result = advice(group)
+    assert result is not None
     assert (
-        told["text"]
+        result["text"]
         == "Fast, balanced and exact BC1 have the same error: take fast, none of them is quicker."
     )

@@ -74,8 +74,8 @@ def circle(radius_m: float, height_m: float, *, up_m: float = 0.0) -> FlightSett
 
 
 def sight_of(flight: FlightSettings, **more: Any) -> dict[str, Any]:
-    told = {"flight": asdict(flight), "viewport": [WIDTH, HEIGHT], "error_px": 1.0, "mirror_m": None}
-    return told | {"water_m": None, "shadow": None, "sun": [0.0, 1.0, 0.0], "scales": {}} | more
+    message = {"flight": asdict(flight), "viewport": [WIDTH, HEIGHT], "error_px": 1.0, "mirror_m": None}
+    return message | {"water_m": None, "shadow": None, "sun": [0.0, 1.0, 0.0], "scales": {}} | more
 
 
 def waves(side: int, size_m: float, bend: float) -> Mesh:
@@ -351,8 +351,8 @@ def test_a_texture_begins_at_the_finest_level_that_is_asked_for(far: tuple[Path,
         names.append("sky")
     ours, whole = manifest_of(path)["artifacts"], manifest_of(full)["artifacts"]
     for name in names:
-        asked = ours[name]["required_detail"]
-        left = asked["left_out"]
+        detail = ours[name]["required_detail"]
+        left = detail["left_out"]
         assert left >= 1, name
         texture, all_of_it = (
             decode_ktx2((folder / entries[name]["file"]).read_bytes())
@@ -360,7 +360,7 @@ def test_a_texture_begins_at_the_finest_level_that_is_asked_for(far: tuple[Path,
         )
         assert texture.levels == all_of_it.levels[left:]
         assert (texture.width, texture.height) == (all_of_it.width >> left, all_of_it.height >> left)
-        assert asked["saved_bytes"] == whole[name]["bytes"] - ours[name]["bytes"] > 0
+        assert detail["saved_bytes"] == whole[name]["bytes"] - ours[name]["bytes"] > 0
         assert ours[name]["levels"] == whole[name]["levels"][left:]
         assert can_cut(all_of_it.width, all_of_it.height, all_of_it.format, left)
     assert sum(entry["bytes"] for entry in ours.values()) < sum(entry["bytes"] for entry in whole.values())

@@ -107,8 +107,8 @@ def test_what_any_moment_wants_of_the_whole_tree_is_baked(
 ) -> None:
     flight, known = flight_settings(low), Known(everything)
     demand = plan_query(sight_of(flight, mirror_m=mirror_m, water_m=water_m))
-    _, asked = grown(FIELDS["square"], 4, demand)
-    baked = {(diamond.level, diamond.key) for diamond in asked.diamonds}
+    _, demanded = grown(FIELDS["square"], 4, demand)
+    baked = {(diamond.level, diamond.key) for diamond in demanded.diamonds}
     wanted = set()
     for eye, target in looks(flight, 331):
         wanted |= known.wanted(eye, target, flight, mirror_m, water_m)
@@ -116,7 +116,7 @@ def test_what_any_moment_wants_of_the_whole_tree_is_baked(
     assert wanted <= baked
     if not low:
         assert len(baked) < len(everything.diamonds)
-        assert asked.left_out > 0 and asked.left_out_bytes > 0
+        assert demanded.left_out > 0 and demanded.left_out_bytes > 0
 
 
 def test_patches_drawn_in_view_are_within_the_accepted_error_or_the_finest() -> None:

@@ -87,10 +87,10 @@ class Watched:
 
     def baked(self, *names: str) -> set[str]:
         """The artifacts that the next bake, which these saves caused, made anew."""
-        told = self.next()
-        assert "error" not in told, told
-        assert {Path(path).name for path in told["changed"]} == set(names)
-        return {row["name"] for row in told["artifacts"] if row["status"] == "baked"}
+        result = self.next()
+        assert "error" not in result, result
+        assert {Path(path).name for path in result["changed"]} == set(names)
+        return {row["name"] for row in result["artifacts"] if row["status"] == "baked"}
 
     def end(self, number: int = signal.SIGINT) -> int:
         """The exit code; returns when no process of the watch is left (all hold its standard error)."""
@@ -166,8 +166,8 @@ def test_a_broken_save_is_told_once_and_mended_by_the_next(watched: Watched) -> 
     manifest, wood = watched.out / "scene.json", watched.folder / "wood.png"
     was, whole = manifest.read_bytes(), wood.read_bytes()
     wood.write_bytes(whole[: len(whole) // 2])
-    told = watched.next()
-    assert len(told["error"]) == 1 and "wood.png" in told["error"][0] and manifest.read_bytes() == was
+    result = watched.next()
+    assert len(result["error"]) == 1 and "wood.png" in result["error"][0] and manifest.read_bytes() == was
     picture(watched.folder / "sand.png", 3)  # still broken: the same error, which is not told again
     picture(wood, 4)
     mended = watched.next()
@@ -216,16 +216,16 @@ def test_what_a_material_names_and_is_no_file_is_told_once(
     wood = watched.folder / "wood.png"
     wood.unlink()
     make(wood)
-    told = watched.next()
-    if "error" not in told:  # it was missing for a moment
+    result = watched.next()
+    if "error" not in result:  # it was missing for a moment
         was = (watched.out / "scene.json").read_bytes()
-        told = watched.next()
-    assert "wood.png: cannot be read: is " in told.get("error", [""])[0]
+        result = watched.next()
+    assert "wood.png: cannot be read: is " in result.get("error", [""])[0]
     picture(watched.folder / "sand.png", 3)  # the same error, which is not told again
     (watched.folder / "post.mtl").write_text("newmtl wood\nmap_Kd sand.png\n")
     assert (watched.out / "scene.json").read_bytes() == was
-    told = watched.next()
-    assert "error" not in told and str(watched.folder / "post.mtl") in told["changed"]
+    result = watched.next()
+    assert "error" not in result and str(watched.folder / "post.mtl") in result["changed"]
     assert watched.end() == 0 and watched.lines.empty()
 
 
@@ -233,7 +233,7 @@ def test_nothing_is_baked_again_for_a_stamp_that_a_bake_left_as_it_was(tmp_path:
     """A bake whose record never agrees with a file, whatever the reason, ends after one more."""
     odd = tmp_path / "odd"
     odd.mkdir()
-    watched = watch_module.Watch(tmp_path / "a.toml", None, 1, None, lambda told: None)
+    watched = watch_module.Watch(tmp_path / "a.toml", None, 1, None, lambda event: None)
     try:
         for due in (True, False, False):
             watched._due = False
@@ -255,9 +255,9 @@ def test_a_file_that_was_looked_for_in_vain_is_waited_for(tmp_path: Path, watch:
     watched = watch()
     assert "post_color" not in {row["name"] for row in watched.next()["artifacts"]}
     library.write_text(text)
-    told = watched.next()
-    assert told["changed"] == [str(library)]
-    assert "post_color" in {row["name"] for row in told["artifacts"]}
+    result = watched.next()
+    assert result["changed"] == [str(library)]
+    assert "post_color" in {row["name"] for row in result["artifacts"]}
     assert watched.end(signal.SIGTERM) == 0
 
 
@@ -271,14 +271,14 @@ def test_changed_code_is_run_and_broken_code_does_not_end_the_watch(tmp_path: Pa
     baker = package / "bakers/sound.py"
     text = baker.read_text()
     baker.write_text(text + "\n# changed\n")
-    told = watched.next()
-    assert told["restarted"] is True and told["changed"] == []
-    assert [row["name"] for row in told["artifacts"] if row["status"] == "baked"] == ["sound"]
+    result = watched.next()
+    assert result["restarted"] is True and result["changed"] == []
+    assert [row["name"] for row in result["artifacts"] if row["status"] == "baked"] == ["sound"]
     baker.write_text(text + "\ndef (\n")
     assert "SyntaxError" in watched.next()["error"][0]
     baker.write_text(text)
-    told = watched.next()
-    assert "error" not in told and told["baked"] == 0
+    result = watched.next()
+    assert "error" not in result and result["baked"] == 0
     assert watched.end() == 0
 
 
@@ -330,7 +330,7 @@ def test_what_a_watch_bakes_is_shared(tmp_path: Path, watch: Watch) -> None:
     watched = watch("--store", str(shared))
     assert watched.next()["failed"] == 0
     picture(tmp_path / "cove/wood.png", 11)
-    told = watched.next()
-    assert told["baked"] and told["pushed"] >= told["baked"]
-    for row in told["artifacts"]:
+    result = watched.next()
+    assert result["baked"] and result["pushed"] >= result["baked"]
+    for row in result["artifacts"]:
         assert (shared / "blobs" / row["sha256"][:2] / row["sha256"]).stat().st_size == row["bytes"]

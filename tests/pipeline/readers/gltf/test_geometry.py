@@ -132,8 +132,10 @@ def test_instances_of_a_node_stand_each_in_its_place(tmp_path: Path) -> None:
     found = triangles_of(model)
     assert np.array_equal(found[:2] - [0, 1, 0], SQUARE[TWO.reshape(-1, 3)])
     assert np.array_equal(found[2:] - [4, 1, 0], SQUARE[TWO.reshape(-1, 3)])
-    (told,) = model.warnings
-    assert "2 copies become triangles of one mesh" in told and "`paradize new FOLDER --from FILE`" in told
+    (message,) = model.warnings
+    assert (
+        "2 copies become triangles of one mesh" in message and "`paradize new FOLDER --from FILE`" in message
+    )
 
 
 def test_one_instance_of_a_node_is_no_copy(tmp_path: Path) -> None:
