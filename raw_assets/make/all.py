@@ -15,6 +15,7 @@ import driftwood
 import effect
 import grove
 import jetty
+import lamps
 import music
 import nearby
 import palm
@@ -27,7 +28,8 @@ import terrain
 import water
 
 SOUNDS = (sound, nearby, music)
-MAKERS = (terrain, sand, effect, water, sky, *SOUNDS, palm, jetty, bar, boat, grove, shells, driftwood, rocks)
+MODELS = (palm, jetty, bar, boat, lamps, grove, shells, driftwood, rocks)
+MAKERS = (terrain, sand, effect, water, sky, *SOUNDS, *MODELS)
 
 
 def main(arguments: list[str]) -> int:

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from paradize.build.light_sets import add_light_sets
-from tests.player.posed import HEIGHT, WIDTH, Posed, Vec, differs
+from tests.player.posed import HEIGHT, WIDTH, Posed, Vec, around, differs, pixel
 from tests.player.synthetic import instance, material, write_scene
 from tests.player.test_materials import AWAY_M, STEP, WHITE, Render, middle, quad, render, thing
 
@@ -197,3 +197,29 @@ def test_a_moment_looks_the_same_however_it_is_reached(
     last = sorted(tmp_path.glob("played*"))[-1]
     assert player(night.source, *size, "--time", 3.0, "--screenshot", alone).returncode == 0
     assert last.read_bytes() == alone.read_bytes()
+
+
+def test_the_jettys_lamps_light_planks_poles_sand_and_water_in_the_night(
+    island: Path, player: Callable[..., Any], tmp_path: Path
+) -> None:
+    """As the flight comes back along it, when all are on."""
+    posed = Posed(island, player, tmp_path)
+    scene = posed.scene()
+    scene["sun"]["intensity"] = 0.05
+    scene["ambient"]["intensity"] = 0.02
+    scene["fog"]["color"] = [0.0, 0.0, 0.0]
+    scene |= {"sky": None, "particles": [], "exposure": 2.0}
+    bare = scene | {"lights": [one | {"intensity": 0.0} for one in scene["lights"]]}
+    eye, target = (34.5, 2.6, 46.0), (38.0, 1.0, 34.0)
+    second = max(light["hours"]["on_s"] for light in scene["lights"]) + 1.5
+    lit, dark = (posed.render(eye, target, time_s=second, scene=one, disable="post") for one in (scene, bare))
+    brighter = lit.max(axis=2) > dark.max(axis=2) + 6.0 / 255.0
+    assert brighter.mean() > 0.05
+    places: dict[str, Vec] = {
+        "planks": (38.0, 1.22, 38.0),
+        "a pole": (36.86, 1.0, 39.2),
+        "the water": (36.0, 0.0, 39.5),
+    }
+    for name, place in places.items():
+        radius, share = (12, 0.08) if name == "the water" else (3, 0.25)  # waves break the light up
+        assert around(brighter, *pixel(eye, target, place), radius).mean() > share, name

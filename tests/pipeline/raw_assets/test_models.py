@@ -15,6 +15,8 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
 from paradize.readers.model import read_model
+from paradize.scene.flight import plan_flight
+from paradize.scene.settings import load_scene
 from tests.sweeps import sweep
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -72,6 +74,7 @@ def scripts() -> Any:
     import grove
     import jetty
     import jetty_paint
+    import lamps
     import palm
     import palm_paint
     import rocks
@@ -80,6 +83,7 @@ def scripts() -> Any:
     yield {
         "bar": bar,
         "boat": boat,
+        "lamps": lamps,
         "driftwood": driftwood,
         "rocks": rocks,
         "shells": shells,
@@ -304,8 +308,8 @@ def test_the_script_strews_the_same_again(scripts: Any, script: str, folder: str
     assert made == {path.name: path.read_bytes() for path in (RAW / folder).iterdir()}
 
 
-@pytest.mark.parametrize("name", ["bar", "boat"])
-def test_the_script_builds_the_same_bar_and_boat_again(scripts: Any, name: str, tmp_path: Path) -> None:
+@pytest.mark.parametrize("name", ["bar", "boat", "lamps"])
+def test_the_script_builds_the_same_bar_boat_and_lamps_again(scripts: Any, name: str, tmp_path: Path) -> None:
     scripts[name].make(tmp_path)
     made, kept = (sorted((top / name).iterdir()) for top in (tmp_path, RAW))
     assert [path.name for path in made] == [path.name for path in kept]
@@ -341,6 +345,8 @@ def test_the_bar_has_few_triangles_and_its_roof_keeps_out_the_rain() -> None:
         "bar/bar",
         "bar/things",
         "boat/boat",
+        "lamps/post",
+        "lamps/lantern",
     ],
 )
 def test_models_of_one_skin_are_wound_outwards(model: str) -> None:
@@ -350,6 +356,22 @@ def test_models_of_one_skin_are_wound_outwards(model: str) -> None:
     box = np.ptp(mesh.positions, axis=0).prod()
     assert 0.0 < volume < box
     assert volume > 0.3 * box or not model.startswith("rocks")
+
+
+def test_the_light_of_a_lamp_is_in_its_lantern_and_no_lamp_stands_in_the_cameras_way(scripts: Any) -> None:
+    scene = load_scene(RAW / "island.toml")
+    (light,) = [light for light in scene.lights if light.object == "lamp"]
+    assert light.offset == scripts["lamps"].LANTERN
+    post = read_model(RAW / "lamps/post.obj").mesh
+    (group,) = [group for group in post.groups if group.material == "flame"]
+    flame = post.positions[post.triangles[group.first : group.first + group.count]].reshape(-1, 3)
+    assert np.abs(0.5 * (flame.min(axis=0) + flame.max(axis=0)) - light.offset).max() < 0.02
+    flight = plan_flight(scene.flight)
+    eyes = np.array([flight.pose(0.25 * k)[0] for k in range(960)])
+    lamps = next(item for item in scene.objects if item.name == "lamp")
+    for instance in lamps.instances:
+        away = eyes[:, (0, 2)] - np.array(instance.position)[[0, 2]]
+        assert np.hypot(away[:, 0], away[:, 1]).min() > 0.7
 
 
 def test_the_script_makes_the_same_rocks_again(scripts: Any, tmp_path: Path) -> None:
