@@ -64,10 +64,11 @@ Playback::Playback(const Options &options, PendingScene pending, const RendererO
                    assets::SceneWatcher *watcher, double started_ms)
     : options_(options), started_ms_(started_ms), renderer_options_(renderer_options),
       scenes_(std::move(pending), options.folder, memory_limits(options), watcher),
-      shaders_(gl::ShaderLibrary::find()),
-      renderer_(std::make_unique<Renderer>(scenes_.current().scene, shaders_, renderer_options)),
-      device_(device()), features_(available_features(file(), device_)) {
+      shaders_(gl::ShaderLibrary::find()), device_(device()), features_(available_features(file(), device_)) {
     warn_of_terrain_size();
+    scenes_.begin_reading(
+        flight_outlook(options.time_s, renderer_options.width_px, renderer_options.height_px));
+    renderer_ = std::make_unique<Renderer>(scenes_.current().scene, shaders_, renderer_options);
     if (options.wait_resident || options.bench || options.fps ||
         (!options.screenshot.empty() && !options.frames)) {
         scenes_.upload_all(flight_outlook(options.time_s));
@@ -127,11 +128,11 @@ void Playback::show_panel(Window &window, double now_s) {
 }
 
 Outlook Playback::flight_outlook(double elapsed_s) const {
-    Outlook out{renderer_options_.settings,
-                renderer_->width_px(),
-                renderer_->height_px(),
-                flight_pose(file().flight, elapsed_s),
-                {}};
+    return flight_outlook(elapsed_s, renderer_->width_px(), renderer_->height_px());
+}
+
+Outlook Playback::flight_outlook(double elapsed_s, int width_px, int height_px) const {
+    Outlook out{renderer_options_.settings, width_px, height_px, flight_pose(file().flight, elapsed_s), {}};
     for (std::size_t i = 0; i < horizons_s.size(); ++i) {
         out.soon[i] = flight_pose(file().flight, elapsed_s + horizons_s[i]);
     }

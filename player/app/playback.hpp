@@ -63,6 +63,7 @@ class Playback {
     Report report() const;
 
   private:
+    Outlook flight_outlook(double elapsed_s, int width_px, int height_px) const;
     void apply(const Quality &quality);
     void warn_of_terrain_size() const;
     /// Warns once if the picture needs more than the limit of device memory.

@@ -25,10 +25,14 @@ MemoryLimits limits_for(const assets::SceneFile &file, MemoryLimits limits) {
     return limits;
 }
 
+void set_needs(LoadedScene &scene, const Outlook &outlook) {
+    scene.demand.update(outlook);
+    scene.streamer.set_needs(scene.demand.needs());
+}
+
 bool upload_needed(LoadedScene &scene, const Outlook &outlook, const UploadBudget &budget) {
     if (!scene.streamer.settled()) {
-        scene.demand.update(outlook);
-        scene.streamer.set_needs(scene.demand.needs());
+        set_needs(scene, outlook);
     }
     return scene.streamer.upload(budget);
 }
@@ -85,6 +89,11 @@ void SceneSwap::log_failures() {
          ++failures_) {
         log_message(all[failures_] + "; what was loaded of it is drawn");
     }
+}
+
+void SceneSwap::begin_reading(const Outlook &outlook) {
+    set_needs(*current_, outlook);
+    current_->streamer.begin_reading();
 }
 
 void SceneSwap::upload_all(const Outlook &outlook) {

@@ -46,6 +46,8 @@ class SceneSwap {
 
     LoadedScene &current() { return *current_; }
     const LoadedScene &current() const { return *current_; }
+    /// Lets threads read what the first picture shows, while the shaders are compiled.
+    void begin_reading(const Outlook &outlook);
     /// Uploads within the budget, to the next scene if there is one, else to the current scene. Returns the
     /// next scene once it is resident; call activate() then. Otherwise returns nullptr. An error of the next
     /// scene is logged once and that scene is dropped. A file of the current scene that cannot be read any

@@ -424,6 +424,10 @@ void Streamer::set_needs(std::span<const Need> needs) {
     std::ranges::copy(needs, impl_->needs.begin());
 }
 
+void Streamer::begin_reading() {
+    impl_->plan();
+}
+
 bool Streamer::upload(const UploadBudget &budget) {
     using Clock = std::chrono::steady_clock;
     const auto start = Clock::now();

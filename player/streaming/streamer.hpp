@@ -134,6 +134,9 @@ class Streamer {
 
     /// Says how much each piece is needed. Without it all are needed alike.
     void set_needs(std::span<const Need> needs);
+    /// Lets the threads check and read what is needed first, for upload() to find it done. upload() does so
+    /// too.
+    void begin_reading();
     /// Evicts and uploads within the budget. Returns true if there is nothing left to upload: everything is
     /// resident, or all that is needed and fits the limit of device memory. Nothing is uploaded of a file
     /// before it is checked. Throws Error if a file is damaged.

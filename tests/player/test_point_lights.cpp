@@ -11,7 +11,7 @@ namespace {
 
 constexpr double flight_s = 240.0;
 
-assets::PointLight lamp(double on_s, double off_s, float fade_s) {
+assets::PointLight lamp_on(double on_s, double off_s, float fade_s) {
     assets::PointLight out;
     out.always = false;
     out.on_s = on_s;
@@ -27,7 +27,7 @@ float strength(const assets::PointLight &light, double second, std::size_t numbe
 } // namespace
 
 TEST_CASE("point lights: one goes on and off at its seconds, each with its ramp") {
-    const assets::PointLight light = lamp(170.0, 230.0, 2.0F);
+    const assets::PointLight light = lamp_on(170.0, 230.0, 2.0F);
     CHECK(strength(light, 169.9) == 0.0F);
     CHECK(strength(light, 171.0) == doctest::Approx(0.5));
     CHECK(strength(light, 172.0) == 1.0F);
@@ -38,7 +38,7 @@ TEST_CASE("point lights: one goes on and off at its seconds, each with its ramp"
 }
 
 TEST_CASE("point lights: one may be on past the flight's end") {
-    const assets::PointLight light = lamp(230.0, 10.0, 1.0F);
+    const assets::PointLight light = lamp_on(230.0, 10.0, 1.0F);
     CHECK(strength(light, 0.0) == 1.0F);
     CHECK(strength(light, 239.99) == 1.0F);
     CHECK(strength(light, 10.5) == doctest::Approx(0.5));
@@ -46,7 +46,7 @@ TEST_CASE("point lights: one may be on past the flight's end") {
 }
 
 TEST_CASE("point lights: strength changes without a jump, and without hours it is always full") {
-    const assets::PointLight light = lamp(20.0, 21.0, 3.0F); // off before it is full
+    const assets::PointLight light = lamp_on(20.0, 21.0, 3.0F); // off before it is full
     float before = strength(light, 19.0);
     for (double s = 19.0; s < 28.0; s += 0.01) {
         const float now = strength(light, s);

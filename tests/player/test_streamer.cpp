@@ -8,6 +8,7 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <chrono>
 #include <filesystem>
 #include <string>
 #include <thread>
@@ -119,6 +120,35 @@ TEST_CASE("streamer: what nothing refers to is checked and never loaded") {
     CHECK(streamer.counts().total_bytes < 256 * 256 * 4);
     std::filesystem::resize_file(scene.folder.path() / "quad_color.ktx2", 100);
     CHECK_THROWS_AS(scene.streamer(), Error);
+}
+
+TEST_CASE("streamer: threads check what is needed now before the first upload, and nothing else") {
+    if (!test::have_context()) {
+        return;
+    }
+    SmallScene scene;
+    test::Bytes damaged = test::ktx2_file(assets::PixelFormat::rgba8_srgb, 256, 256);
+    damaged.back() ^= std::byte{1};
+    scene.folder.write("quad_color.ktx2", damaged);
+    const auto is_found_out = [&](float need) {
+        Streamer streamer = scene.streamer();
+        std::vector<Need> needs(streamer.piece_count());
+        const auto [first, count] = streamer.pieces_of("quad_color");
+        std::fill_n(needs.begin() + first, count, Need{need, 0.0F});
+        streamer.set_needs(needs);
+        streamer.begin_reading();
+        try {
+            for (int i = 0; i < (need > 1.0F ? 10000 : 50); ++i) {
+                streamer.checked();
+                std::this_thread::sleep_for(std::chrono::milliseconds(1));
+            }
+        } catch (const Error &error) {
+            return std::string(error.what()).find("quad_color.ktx2: is damaged") != std::string::npos;
+        }
+        return false;
+    };
+    CHECK(is_found_out(2.0F));
+    CHECK_FALSE(is_found_out(0.0F));
 }
 
 TEST_CASE("streamer: a level that does not decompress is reported by file and level and ends playback") {
