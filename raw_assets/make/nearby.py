@@ -44,11 +44,11 @@ def fronds(loop: Loop, seed: int) -> Array:
     breath = loop.noise(seed, 0.05, 0.22, 0.0)
     gust = np.exp(0.55 * breath)
     flutter = np.exp(0.45 * loop.noise(seed + 1, 2.0, 9.0, 0.5))
-    flutter_high = np.exp(0.7 * loop.noise(seed + 2, 6.0, 22.0, 0.5))
+    flutter_high = np.exp(0.4 * loop.noise(seed + 2, 6.0, 22.0, 0.5))
     sigh = loop.noise(seed + 3, 250.0, 1300.0, 1.0)
     rustle = loop.noise(seed + 4, 1400.0, 5200.0, 0.3)
     crisp = loop.noise(seed + 5, 4000.0, 11000.0, 0.2)
-    signal = gust * (0.05 * sigh + 0.05 * flutter * rustle) + 0.022 * gust**1.7 * flutter_high * crisp
+    signal = gust * (0.05 * sigh + 0.05 * flutter * rustle) + 0.022 * gust**1.3 * flutter_high * crisp
     for k, (a, b, c, d) in enumerate(uniform((90, 4), seed + 6)):  # single leaflets that slap
         length = round(0.05 * loop.rate_hz)
         t = np.arange(length) / loop.rate_hz
@@ -56,7 +56,7 @@ def fronds(loop: Loop, seed: int) -> Array:
         burst *= np.exp(-t / (0.004 + 0.008 * d)) * np.minimum(t / 0.0015, 1.0)
         at_s = (k + a) * loop.seconds / 90
         strength = gust[round(at_s * loop.rate_hz) % loop.samples] ** 2
-        loop.add(signal, 0.018 * strength * burst, at_s)
+        loop.add(signal, 0.008 * strength * burst, at_s)
     return to_peak(loop.from_the_quietest(signal), 0.5)
 
 

@@ -18,12 +18,18 @@ from paradize.files import resolved
 def add(sub: argparse.ArgumentParser) -> None:
     """Declares the options of `paradize new`."""
     sub.add_argument("folder", type=Path, metavar="DIR", help="a new folder for the scene")
-    sub.add_argument(
+    what = sub.add_mutually_exclusive_group()
+    what.add_argument(
         "--from",
         dest="model",
         type=Path,
         metavar="IN.obj|glb|gltf|ply|stl",
         help="the model (default: a vase)",
+    )
+    what.add_argument(
+        "--template",
+        choices=("empty", "island", "night"),
+        help="a sky alone, a small island in the sea, or the island at night with lanterns",
     )
     add_json(sub)
 
@@ -32,7 +38,12 @@ def run(arguments: argparse.Namespace) -> int:
     """Makes a scene; prints the commands that bake it and show it."""
     from paradize.new.scene import new_scene
 
-    made = new_scene(arguments.folder, arguments.model)
+    if arguments.template:
+        from paradize.new.template import new_from_template
+
+        made = new_from_template(arguments.folder, arguments.template)
+    else:
+        made = new_scene(arguments.folder, arguments.model)
     warn(made.notes)
     if arguments.json:
         stands = {"position": made.position, "scale": made.scale}

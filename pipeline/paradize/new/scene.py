@@ -7,9 +7,11 @@ from __future__ import annotations
 
 import secrets
 import shutil
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from math import ceil, cos, log10, pi, sin
 from pathlib import Path
+from typing import TypeVar
 
 from paradize.documents import toml_text
 from paradize.errors import BakeError
@@ -22,6 +24,7 @@ from paradize.scene.reference import SCHEMA, schema_text
 from paradize.store.atomic import PARTIAL
 
 WAYPOINTS = 8
+Made = TypeVar("Made")
 
 
 @dataclass(frozen=True)
@@ -45,21 +48,36 @@ def new_scene(folder: Path, model: Path | None = None) -> NewScene:
     The model, the files beside it and its pictures are copied. Raises SourceError for a model that cannot be
     read, BakeError where the folder holds something or cannot be written.
     """
+
+    def fill(aside: Path) -> tuple[str, Model]:
+        (aside / "model").mkdir()
+        copied = copy_model(model or write_vase(aside / "model"), aside)
+        write_sky(aside / "sky", copied.sun.direction)
+        write_heightmap(aside / "ground.png")
+        write_sand(aside / "sand.png")
+        return _toml(identifier(folder.name, "scene"), copied, aside), copied
+
+    files, copied = new_folder(folder, fill)
+    name, stands = identifier(folder.name, "scene"), (copied.position, copied.scale)
+    return NewScene(resolved(folder) / "scene.toml", name, files, copied.notes, copied.taken, *stands)
+
+
+def new_folder(folder: Path, fill: Callable[[Path], tuple[str, Made]]) -> tuple[list[str], Made]:
+    """Makes `folder` with what `fill` writes into the folder that it gets, in which `sky` exists, and with
+    the scene's text that it returns. Returns the names of all files, and what else `fill` returns.
+
+    Raises BakeError where the folder holds something or cannot be written.
+    """
     folder = resolved(folder)
     aside = folder.with_name(f".{folder.name[:40]}{PARTIAL}{secrets.token_hex(4)}")
     try:
         if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
             raise BakeError("is there and not empty", file=folder, mend="name a new folder")
         (aside / "sky").mkdir(parents=True)
-        (aside / "model").mkdir()
         try:
-            copied = copy_model(model or write_vase(aside / "model"), aside)
-            write_sky(aside / "sky", copied.sun.direction)
-            write_heightmap(aside / "ground.png")
-            write_sand(aside / "sand.png")
-            name = identifier(folder.name, "scene")
+            text, made = fill(aside)
             (aside / SCHEMA.name).write_text(schema_text(), encoding="utf-8")
-            (aside / "scene.toml").write_text(_toml(name, copied, aside), encoding="utf-8")
+            (aside / "scene.toml").write_text(text, encoding="utf-8")
             files = sorted(path.relative_to(aside).as_posix() for path in aside.rglob("*") if path.is_file())
             aside.rename(folder)
         except BaseException:
@@ -68,8 +86,7 @@ def new_scene(folder: Path, model: Path | None = None) -> NewScene:
     except OSError as error:
         what = f"cannot be written: {error.strerror or error}"
         raise BakeError(what, file=folder, mend="free the place or name another folder") from None
-    stands = copied.position, copied.scale
-    return NewScene(folder / "scene.toml", name, files, copied.notes, copied.taken, *stands)
+    return files, made
 
 
 def _toml(name: str, model: Model, folder: Path) -> str:

@@ -28,24 +28,29 @@ SAND_TEXELS = 256
 def write_sky(folder: Path, sun: tuple[float, float, float]) -> None:
     """Writes six faces <FACES>.exr, linear light: a clear sky, brighter towards the horizon and the sun
     (`sun`: unit vector to it), above pale ground."""
-    line = (np.arange(SKY_TEXELS) + 0.5) / SKY_TEXELS * 2.0 - 1.0
-    s, t = np.meshgrid(line, line)
-    one = np.ones_like(s)
-    axes = ((one, -t, -s), (-one, -t, s), (s, one, t), (s, -one, -t), (s, -t, one), (-s, -t, -one))
     zenith, horizon = np.array([0.14, 0.3, 0.62]), np.array([0.74, 0.84, 0.93])
     ground, glow = np.array([0.5, 0.44, 0.35]), np.array([1.0, 0.85, 0.6])
-    for name, axis in zip(FACES, axes, strict=True):
-        way = np.stack(axis, axis=2)
-        way /= np.sqrt((way * way).sum(axis=2, keepdims=True))
+    for name, way in zip(FACES, face_directions(), strict=True):
         up = way[:, :, 1:2]
         sky = horizon + (zenith - horizon) * np.sqrt(np.maximum(up, 0.0))
         below = horizon + (ground - horizon) * np.minimum(1.0, np.maximum(-up, 0.0) * 12.0)
         near = np.maximum((way * np.array(sun)).sum(axis=2, keepdims=True), 0.0)
         light = np.where(up >= 0.0, sky, below) + glow * (0.25 * near**8 + 6.0 * near**2048)
-        _write_exr(folder / f"{name}.exr", light.astype(np.float32))
+        write_exr(folder / f"{name}.exr", light.astype(np.float32))
 
 
-def _write_exr(path: Path, pixels: npt.NDArray[np.float32]) -> None:
+def face_directions(texels: int = SKY_TEXELS) -> list[F64]:
+    """The direction to each texel of the six faces, (texels, texels, 3), unit."""
+    line = (np.arange(texels) + 0.5) / texels * 2.0 - 1.0
+    s, t = np.meshgrid(line, line)
+    one = np.ones_like(s)
+    axes = ((one, -t, -s), (-one, -t, s), (s, one, t), (s, -one, -t), (s, -t, one), (-s, -t, -one))
+    ways = [np.stack(axis, axis=2) for axis in axes]
+    return [way / np.sqrt((way * way).sum(axis=2, keepdims=True)) for way in ways]
+
+
+def write_exr(path: Path, pixels: npt.NDArray[np.float32]) -> None:
+    """Writes a picture of half floats. pixels: (height, width, 3), linear."""
     spec = oiio.ImageSpec(pixels.shape[1], pixels.shape[0], 3, oiio.HALF)
     target = oiio.ImageOutput.create(str(path))
     written = target and target.open(str(path), spec) and target.write_image(pixels) and target.close()
