@@ -220,10 +220,10 @@ class SceneReader {
         value.dudv = required_artifact(out_, *from, "dudv", ArtifactKind::texture);
         value.level_m = real(*from, "level_m", -max_length_m, max_length_m);
         value.size_m = real(*from, "size_m", 1e-3, max_length_m);
-        value.tile = real(*from, "tile", 1e-4, 1e6);
-        value.k = real(*from, "k", 0.0, 1e3);
+        value.wave_repeat = real(*from, "wave_repeat", 1e-4, 1e6);
         value.scroll_per_s = pair(*from, "scroll_per_s", -1e3, 1e3);
-        value.strength = real(*from, "strength", 0.0, 1e3);
+        value.reflection_distortion = real(*from, "reflection_distortion", 0.0, 1e3);
+        value.refraction_distortion = real(*from, "refraction_distortion", 0.0, 1e3);
         value.deep_color = triple(*from, "deep_color", 0.0, max_radiance);
         value.shallow_color = triple(*from, "shallow_color", 0.0, max_radiance);
         value.absorption_per_m = triple(*from, "absorption_per_m", 0.0, 1e5);

@@ -136,10 +136,10 @@ struct Water {
     std::string normal, dudv;
     float level_m = 0.0F;
     float size_m = 1.0F;
-    float tile = 1.0F;            // repeats of the wave maps along size_m
-    float k = 0.0F;               // refraction strength
-    glm::vec2 scroll_per_s{0.0F}; // repeats per second
-    float strength = 1.0F;        // how far the du/dv map distorts the reflection
+    float wave_repeat = 1.0F;           // of the wave maps along size_m
+    glm::vec2 scroll_per_s{0.0F};       // repeats per second
+    float reflection_distortion = 1.0F; // how far waves move what they show, as a share of the picture
+    float refraction_distortion = 0.0F;
     glm::vec3 deep_color{0.0F};
     glm::vec3 shallow_color{0.0F};
     glm::vec3 absorption_per_m{0.0F};

@@ -36,7 +36,8 @@ Waves waves_at(const assets::Water &water, double elapsed_s, const glm::dvec3 &a
         const Layer &layer = layer_table[i];
         const double c = std::cos(layer.bearing);
         const double s = std::sin(layer.bearing);
-        const double tile = layer.scale * water.tile / std::max(static_cast<double>(water.size_m), 1e-3);
+        const double tile =
+            layer.scale * water.wave_repeat / std::max(static_cast<double>(water.size_m), 1e-3);
         waves.rows[i] = glm::vec4(c * tile, s * tile, -s * tile, c * tile);
         const double u = layer.scale * layer.speed * (c * water.scroll_per_s.x + s * water.scroll_per_s.y);
         const double v = layer.scale * layer.speed * (c * water.scroll_per_s.y - s * water.scroll_per_s.x);

@@ -101,7 +101,7 @@ void WaterPass::draw(const Frame &frame, const View &view) {
     // The edge of the sea fades into haze before the far plane or the sea's own border.
     const float far_m = 0.69F * view.far_m;
     gl::Program::set(lit.fade_distance, far_m);
-    gl::Program::set(lit.distortion, glm::vec2(water.strength, water.k));
+    gl::Program::set(lit.distortion, glm::vec2(water.reflection_distortion, water.refraction_distortion));
     gl::Program::set(lit.deep, water.deep_color);
     gl::Program::set(lit.shallow, water.shallow_color);
     gl::Program::set(lit.shine, glm::vec2(water.specular, water.smoothness));

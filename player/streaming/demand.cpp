@@ -53,7 +53,7 @@ Demand::Demand(const Scene &scene, const Streamer &streamer) : scene_(scene), st
     }
     if (file.water) {
         for (const std::string &name : {file.water->normal, file.water->dudv}) {
-            water_maps_.push_back(map_use(name, file.water->tile / file.water->size_m));
+            water_maps_.push_back(map_use(name, file.water->wave_repeat / file.water->size_m));
         }
     }
     if (file.terrain) {

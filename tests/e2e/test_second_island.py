@@ -88,7 +88,7 @@ effect_color = "stones.jpg"
 [water]
 waves = "waves.jpg"
 size_m = 6000.0
-tile = 300.0
+wave_repeat = 300.0
 
 [[object]]
 name = "palm"

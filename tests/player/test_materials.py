@@ -521,22 +521,22 @@ def test_thousands_of_instances_are_one_draw_call_and_stand_where_they_should(re
         for x in columns
     ]
     hidden = [instance([0.0, 0.0, -1.0 - 0.01 * k], scale=1e-3) for k in range(5000)]
-    told: dict[str, Any] = {}
+    result: dict[str, Any] = {}
     one = thing("a", {"m": glow(0.5, 1.0, 0.0)}, *stands, *hidden)
-    seen = render([one], {"a": quad(size=1.0)}, report=told)
+    seen = render([one], {"a": quad(size=1.0)}, report=result)
     expected = np.zeros((HEIGHT, WIDTH, 3))
     expected[1::3, 1::3] = [0.5, 1.0, 0.0]
     assert np.abs(seen - expected).max() <= 2 * STEP
-    assert told["draw_calls"] == 1
+    assert result["draw_calls"] == 1
 
 
 def test_materials_that_share_a_texture_load_it_once(render: Render) -> None:
     bytes_of = []
     for count in (1, 3):
-        told: dict[str, Any] = {}
+        result: dict[str, Any] = {}
         things = [thing(f"t{k}", {"m": material("map")}, mesh="a_mesh") for k in range(count)]
-        render(things, {"a": quad()}, {"map": texel(9, 9, 9, 255)}, report=told)
-        bytes_of.append(told["total_bytes"])
+        render(things, {"a": quad()}, {"map": texel(9, 9, 9, 255)}, report=result)
+        bytes_of.append(result["total_bytes"])
     assert bytes_of[0] == bytes_of[1]
 
 
@@ -564,7 +564,12 @@ def test_a_blended_object_shows_in_each_view(player: Callable[..., Any], tmp_pat
         folder = write_scene(tmp_path / str(opacity))
         scene = json.loads((folder / "scene.json").read_text())
         (box,) = scene["objects"]
-        scene["water"] |= {"level_m": 1.2, "strength": 0.0, "k": 0.0, "absorption_per_m": [0.0] * 3}
+        scene["water"] |= {
+            "level_m": 1.2,
+            "reflection_distortion": 0.0,
+            "refraction_distortion": 0.0,
+            "absorption_per_m": [0.0] * 3,
+        }
         shown = [] if opacity is None else [box | {"views": [view]}]
         scene |= {"shadow": None, "particles": [], "objects": shown}
         for one in box["materials"].values():

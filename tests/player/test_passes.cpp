@@ -17,7 +17,7 @@ namespace {
 assets::Water sea() {
     assets::Water water;
     water.size_m = 2000.0F;
-    water.tile = 400.0F;
+    water.wave_repeat = 400.0F;
     water.scroll_per_s = {0.03F, -0.02F};
     return water;
 }
@@ -102,7 +102,7 @@ TEST_CASE("waves: the floating origin does not move them") {
 
 TEST_CASE("waves: no scroll and no tile give finite numbers") {
     assets::Water water;
-    water.tile = 0.0F;
+    water.wave_repeat = 0.0F;
     water.size_m = 0.0F;
     const Waves waves = waves_at(water, 1e9);
     for (std::size_t i = 0; i < Waves::layers; ++i) {

@@ -95,7 +95,12 @@ def wide_sun(scene: dict[str, Any]) -> None:
 
 def calm_sea(scene: dict[str, Any]) -> None:
     """The box at the edge of a sea that hardly distorts its reflection."""
-    scene["water"] |= {"level_m": 0.05, "strength": 0.0005, "k": 0.0005, "absorption_per_m": [0.01] * 3}
+    scene["water"] |= {
+        "level_m": 0.05,
+        "reflection_distortion": 0.0005,
+        "refraction_distortion": 0.0005,
+        "absorption_per_m": [0.01] * 3,
+    }
     scene["particles"] = []
     scene["shadow"] = None
 
@@ -190,15 +195,15 @@ def test_every_quality_is_finite_on_the_island(draw: Draw, island: Path, word: s
 @pytest.mark.deep
 def test_fps_reports_its_choice_and_whether_the_rate_is_reached(player: Player, tmp_path: Path) -> None:
     folder = write_scene(tmp_path / "scene")
-    told = {}
+    report = {}
     for rate in ("0.01", "1000"):
         result = player(folder, "--size", "64x36", "--fps", rate, "--frames", 3, "--json")
         assert result.returncode == 0, result.stderr
-        told[rate] = json.loads(result.stdout)
-        assert told[rate]["fps"]["budget_ms"] == pytest.approx(1000.0 / float(rate))
+        report[rate] = json.loads(result.stdout)
+        assert report[rate]["fps"]["budget_ms"] == pytest.approx(1000.0 / float(rate))
         assert ("the fastest quality needs" in result.stderr) == (rate == "1000")
-    slow = told["0.01"]
-    assert slow["fps"]["reached"] and not told["1000"]["fps"]["reached"]
+    slow = report["0.01"]
+    assert slow["fps"]["reached"] and not report["1000"]["fps"]["reached"]
     assert slow["features"] == ["shadow", "reflection", "refraction", "lod"]
     # A very long budget gives the quality with the least error: exact.
     assert {slow["quality"][feature] for feature in slow["features"]} == {"exact"}
@@ -223,12 +228,12 @@ def test_fps_uses_the_errors_measured_for_this_scene(player: Player, tmp_path: P
 def test_bench_reports_frames_quartiles_and_passes(player: Player, tmp_path: Path) -> None:
     folder = write_scene(tmp_path / "scene")
     result = player(folder, "--size", "64x36", "--bench", "--frames", 8, "--json", "--quality", "shadow=fast")
-    told = json.loads(result.stdout)
-    bench = told["bench"]
-    assert told["quality"]["shadow"] == "fast"
+    report = json.loads(result.stdout)
+    bench = report["bench"]
+    assert report["quality"]["shadow"] == "fast"
     assert len(bench["frames_ms"]) == 8
-    told_ms = [bench[name] for name in ("low_ms", "median_ms", "high_ms", "p95_ms")]
-    assert sorted(told_ms) == told_ms and set(told_ms) <= set(bench["frames_ms"])
+    summary_ms = [bench[name] for name in ("low_ms", "median_ms", "high_ms", "p95_ms")]
+    assert sorted(summary_ms) == summary_ms and set(summary_ms) <= set(bench["frames_ms"])
     assert list(bench["passes_ms"]) == [
         "views",
         "clear",

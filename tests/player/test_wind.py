@@ -68,7 +68,7 @@ def test_its_shadow_moves_with_it_and_nothing_else(posed: Posed) -> None:
 
 def test_the_water_mirrors_it_as_it_leans(posed: Posed) -> None:
     scene = posed.scene()
-    scene["water"] |= {"strength": 0.0, "scroll_per_s": [0.0, 0.0]}
+    scene["water"] |= {"reflection_distortion": 0.0, "scroll_per_s": [0.0, 0.0]}
     scene["particles"] = []
     palm_of(scene)["views"] = ["reflection"]
     eye, target = (-2.0, 1.6, 8.0), (-24.0, 0.0, 3.0)

@@ -79,7 +79,7 @@ def measure_required_detail(
 
     sight: see texel_footprint.views_of, and `light_m`. objects: SeenObject's fields by object name. terrain:
     `textures` (size by name), `tiles` (bytes or files), `repeat_m`. water: `textures`, `level_m`, `size_m`,
-    `tile`. sky: `side` (texels), `levels`, `smoothest` (the largest smoothness that mirrors it).
+    `repeat`. sky: `side` (texels), `levels`, `smoothest` (the largest smoothness that mirrors it).
     """
     light_m = sight["light_m"]
     detail: dict[str, dict[str, Any]] = {}
@@ -190,7 +190,7 @@ def _terrain_detail(
 
 
 def _water_detail(
-    views: Views, textures: Mapping[str, Size], level_m: float, size_m: float, tile: float
+    views: Views, textures: Mapping[str, Size], level_m: float, size_m: float, repeat: float
 ) -> dict[str, dict[str, Any]]:
     half = 0.5 * size_m
     corners = [(-half, level_m, -half), (half, level_m, -half), (-half, level_m, half), (half, level_m, half)]
@@ -198,7 +198,7 @@ def _water_detail(
     detail = {}
     dry = bool((views.query.eye[1] - views.query.slack_m - views.query.reach[1] > level_m).all())
     for name, size in textures.items():
-        density = WAVES[name.rpartition("_")[2]] * tile / size_m * min(size)
+        density = WAVES[name.rpartition("_")[2]] * repeat / size_m * min(size)
         seen = finest(views, [(Surface(square, np.full(2, density)), Placement())])
         # Under water the waves' light upon the floor may be nearer than the waves.
         detail[name] = _detail_json(seen if dry else FinestMip(0.0, None, "camera"))

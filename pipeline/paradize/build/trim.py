@@ -168,7 +168,7 @@ def _queries(
         with_data["terrain"] = decides["terrain"] | {"tiles": files}
     if scene.water:
         water = scene.water
-        square = {"level_m": water.level_m, "size_m": water.size_m, "tile": water.tile}
+        square = {"level_m": water.level_m, "size_m": water.size_m, "repeat": water.wave_repeat}
         decides["water"] = {"textures": _sizes([f"water_{key}" for key in maps_of("water")], data)} | square
     if scene.sky and isinstance(cube := data["sky"], bytes):
         side, _, levels = ktx2_size(cube)

@@ -218,7 +218,7 @@ class _Export:
         normal = {"index": self.bundle.texture("waves", png), "scale": 0.3}
         parts = {"alphaMode": "BLEND", "doubleSided": True, "normalTexture": normal}
         material = self.bundle.material("water", pbrMetallicRoughness=look, **parts)
-        mesh = level_quad(water["level_m"], water["size_m"], float(water["tile"]))
+        mesh = level_quad(water["level_m"], water["size_m"], float(water["wave_repeat"]))
         self._place("water", mesh, {"": material})
         self.notes.append("the sea is a plane: it neither moves, nor mirrors, nor bends light")
 

@@ -33,7 +33,7 @@ PIXEL = 2.0 * TANGENT / HEIGHT  # width at one metre straight ahead
 CORNER = 1.0 / (1.0 + TANGENT**2 * (1.0 + (WIDTH / HEIGHT) ** 2))  # squared cosine to the picture's corner
 
 
-def asked(sight: dict[str, Any], **parts: Any) -> dict[str, dict[str, Any]]:
+def required(sight: dict[str, Any], **parts: Any) -> dict[str, dict[str, Any]]:
     plain: dict[str, Any] = {"objects": {}, "terrain": None, "water": None, "sky": None}
     return measure_required_detail(sight=sight | {"light_m": None}, **plain | parts)
 
@@ -41,12 +41,12 @@ def asked(sight: dict[str, Any], **parts: Any) -> dict[str, dict[str, Any]]:
 def test_the_sky_is_asked_for_by_the_camera_by_what_mirrors_it_and_by_what_shines() -> None:
     sight, cube = sight_of(circle(60.0, 12.0)), {"side": 8192, "levels": 14, "smoothest": None}
     texels = 0.5 * 8192 * PIXEL * CORNER
-    water = {"textures": {}, "level_m": 0.0, "size_m": 100.0, "tile": 10.0}
+    water = {"textures": {}, "level_m": 0.0, "size_m": 100.0, "repeat": 10.0}
 
     def level(more: dict[str, Any], **parts: Any) -> int:
-        return int(asked(sight, sky=cube | more, **parts)["sky"]["level"])
+        return int(required(sight, sky=cube | more, **parts)["sky"]["level"])
 
-    assert asked(sight, sky=cube)["sky"]["texels"] == pytest.approx(texels, rel=1e-5)
+    assert required(sight, sky=cube)["sky"]["texels"] == pytest.approx(texels, rel=1e-5)
     assert level({}) == 3
     assert 8 * 2**0.5 <= texels < 16 * 2**0.5
     assert level({}, water=water) == 2  # shaders/water.frag
@@ -54,19 +54,19 @@ def test_the_sky_is_asked_for_by_the_camera_by_what_mirrors_it_and_by_what_shine
     for smoothest, found in ((0.99, 1), (0.95, 2), (0.5, 3), (0.0, 3)):
         assert level({"smoothest": smoothest}) == found
     sharp = sight | {"mirror_m": 0.0, "scales": {"reflection": 2.0}}
-    assert asked(sharp, sky=cube)["sky"]["texels"] == pytest.approx(0.5 * texels, rel=1e-5)
+    assert required(sharp, sky=cube)["sky"]["texels"] == pytest.approx(0.5 * texels, rel=1e-5)
     dull = sight | {"mirror_m": 0.0, "scales": {"reflection": 0.5}}
-    assert asked(dull, sky=cube)["sky"]["texels"] == pytest.approx(texels, rel=1e-5)
+    assert required(dull, sky=cube)["sky"]["texels"] == pytest.approx(texels, rel=1e-5)
 
 
 def test_waves_are_asked_for_along_their_shorter_side_and_wholly_from_under_water() -> None:
-    water = {"level_m": 0.0, "size_m": 400.0, "tile": 5.0}
+    water = {"level_m": 0.0, "size_m": 400.0, "repeat": 5.0}
     sizes = {"water_dudv": (4096, 1024), "water_normal": (1024, 4096)}
-    found = asked(sight_of(circle(60.0, 30.0)), water=water | {"textures": sizes})
-    square = asked(sight_of(circle(60.0, 30.0)), water=water | {"textures": {"water_dudv": (1024, 1024)}})
+    found = required(sight_of(circle(60.0, 30.0)), water=water | {"textures": sizes})
+    square = required(sight_of(circle(60.0, 30.0)), water=water | {"textures": {"water_dudv": (1024, 1024)}})
     assert found["water_dudv"] == square["water_dudv"]
     assert found["water_normal"]["texels"] == pytest.approx(0.137 * found["water_dudv"]["texels"], rel=1e-4)
-    below = asked(sight_of(circle(60.0, -3.0)), water=water | {"textures": sizes})
+    below = required(sight_of(circle(60.0, -3.0)), water=water | {"textures": sizes})
     assert below["water_dudv"]["texels"] == below["water_normal"]["texels"] == 0.0
     assert found["water_dudv"]["texels"] > 0.01
 
@@ -83,8 +83,8 @@ def test_sand_is_asked_for_as_grains_as_lumps_and_no_farther_than_its_reference(
     sizes = dict.fromkeys(("sand_color", "sand_normal", "effect_color"), (256, 256))
 
     def texels(repeat_m: float) -> tuple[float, float, float]:
-        told = {"textures": sizes, "tiles": [tile], "repeat_m": repeat_m}
-        found = asked(sight_of(circle(60.0, 12.0)), terrain=told)
+        result = {"textures": sizes, "tiles": [tile], "repeat_m": repeat_m}
+        found = required(sight_of(circle(60.0, 12.0)), terrain=result)
         color, normal, effect = (found[name]["texels"] for name in sizes)
         return color, normal, effect
 
@@ -109,15 +109,15 @@ def thing(
 ) -> dict[str, Any]:
     glb = encode_glb((Lod(fine, 0.0, 0.0), Lod(coarse, 0.5, 0.1)), "thing")
     texture = {"size": size, "materials": ("default",), "spread": spread}
-    told = {"glb": glb, "textures": {"a_color": texture}, "drawn": ("camera",)}
-    told |= {"instances": [placed(Instance())]}
-    return told | {"center": (0.0, 0.0, 0.0), "radius_m": 8.0, "errors_m": [0.0, 0.4]} | more
+    result = {"glb": glb, "textures": {"a_color": texture}, "drawn": ("camera",)}
+    result |= {"instances": [placed(Instance())]}
+    return result | {"center": (0.0, 0.0, 0.0), "radius_m": 8.0, "errors_m": [0.0, 0.4]} | more
 
 
 def test_parallax_moves_samples_by_a_share_of_the_longer_side() -> None:
     mesh, sight = waves(6, 8.0, 0.3), sight_of(circle(60.0, 12.0))
     plain, moved = (
-        asked(sight, objects={"a": thing(mesh, mesh, spread=spread)})["a_color"]["texels"]
+        required(sight, objects={"a": thing(mesh, mesh, spread=spread)})["a_color"]["texels"]
         for spread in (0.0, 0.001)
     )
     assert plain > 2.0 and plain - moved == pytest.approx(1.024, rel=0.15)  # both are bounds
@@ -132,7 +132,7 @@ def test_a_coarse_level_is_not_seen_nearer_than_its_error_allows(scale: float, e
     sparse = (0.01 * fine.uvs).astype(np.float32)
     stand = placed(Instance(scale=scale))
     found, alone = (
-        asked(
+        required(
             sight,
             objects={"a": thing(fine, coarse, instances=[stand], errors_m=[0.0, error_m], size=(128, 64))},
         )

@@ -101,8 +101,7 @@ class Water:
     wave_relief: Relief = table(Relief, Relief, meaning="How the picture becomes heights.")
     level_m: float = number(0.0, low=-FAR, high=FAR, unit="m", meaning="height of the surface")
     size_m: float = number(1000.0, low=1e-3, high=FAR, unit="m", meaning="side of the square of water")
-    tile: float = number(40.0, low=1e-3, high=1e5, meaning="how often the waves repeat along it")
-    k: float = number(0.02, low=0.0, high=10.0, meaning="strength of refraction")
+    wave_repeat: float = number(40.0, low=1e-3, high=1e5, meaning="how often the waves repeat along it")
     scroll: tuple[float, float] = vector(
         (0.01, 0.006),
         size=2,
@@ -111,7 +110,12 @@ class Water:
         unit="tiles/s",
         meaning="speed of the waves along x and z",
     )
-    strength: float = number(0.02, low=0.0, high=10.0, meaning="how far the du/dv map moves the reflection")
+    reflection_distortion: float = number(
+        0.02, low=0.0, high=10.0, unit="of the picture", meaning="how far waves move the mirror image"
+    )
+    refraction_distortion: float = number(
+        0.02, low=0.0, high=10.0, unit="of the picture", meaning="how far waves move the view below them"
+    )
     deep_color: tuple[float, float, float] = vector(
         (0.003, 0.045, 0.107), size=3, low=0.0, high=100.0, meaning="linear RGB of deep water"
     )
