@@ -299,6 +299,28 @@ def tracked_files() -> list[Path]:
     return [ROOT / name for name in listed.stdout.decode().split("\0") if name]
 
 
+def test_comments_and_docstrings_name_files_that_exist() -> None:
+    """A path in the code is the end of the path of a file here: `scene/flight.py`, `lib/frame.glsl`."""
+    files = [path.relative_to(ROOT) for path in tracked_files()]
+    ends = {"/".join(path.parts[first:]) for path in files for first in range(len(path.parts))}
+    placeholders = {"topic/file.hpp", "lib/name.glsl", "lib/x.glsl"}
+    suffixes = r"py|cpp|hpp|glsl|frag|vert|md|mjs"
+    missing, count = [], 0
+    for path in files:
+        if path.parts[0] in ("pipeline", "player", "shaders", "raw_assets") and path.suffix[
+            1:
+        ] in suffixes.split("|"):
+            text = (ROOT / path).read_text()
+            for name in (
+                set(re.findall(rf"(?<![\w./<])((?:\w+/)+\w+\.(?:{suffixes}))\b", text)) - placeholders
+            ):
+                count += 1
+                if name.removeprefix("paradize/") not in ends:
+                    missing.append(f"{path}: {name}")
+    assert count > 100
+    assert not missing
+
+
 def test_sources_fit_in_25_megabytes() -> None:
     total = sum(p.stat().st_size for p in tracked_files() if p.is_relative_to(ROOT / "raw_assets"))
     assert 0 < total <= 25_000_000

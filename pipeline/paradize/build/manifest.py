@@ -67,7 +67,7 @@ def mesh_facts(glb: bytes, name: str) -> MeshFacts:
         lods = tuple((str(node["name"]), float(node["extras"]["error_m"])) for node in nodes)
         materials = {str(material["name"]): _base_color(material) for material in tree.get("materials", [])}
     except (KeyError, IndexError, TypeError, ValueError) as error:
-        raise FormatError(f"is no mesh of ours: {error}", file=name) from None
+        raise FormatError(f"is not a mesh that Paradize wrote: {error}", file=name) from None
     switch_m = tuple(error_m for _, error_m in lods)
     return MeshFacts((low[0], low[1], low[2]), (high[0], high[1], high[2]), lods, materials, switch_m)
 

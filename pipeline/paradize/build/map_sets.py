@@ -32,7 +32,7 @@ from paradize.errors import GroupedError, ParadizeError, SceneError
 from paradize.files import resolved
 from paradize.kinds import is_gltf
 from paradize.material import REPEATED, Material, Wrap, repeating, uv_width
-from paradize.scene.map_sets import GLOSS_ROLES, DrawnMaterial, MapSet, ObjectMaps, SceneMaps
+from paradize.scene.map_sets import GLOSS_ROLES, MADE_OF_COLOR, DrawnMaterial, MapSet, ObjectMaps, SceneMaps
 from paradize.scene.settings import ObjectMaterial, Scene, SceneObject
 from paradize.store.file_hashes import FileHashCache
 
@@ -288,7 +288,7 @@ class _Finder:
                 self._warn_of_samplers(item, material)
         layout = item.mesh if wrap is None and not palette else None
         strength = (0.0 if authored else 1.0) if item.strength is None else item.strength
-        derived = {"normal": True, "gloss": table.specular is not None, "height": True}
+        derived = [key for key in MADE_OF_COLOR if key != "gloss" or table.specular is not None]
         asked = {"strength": item.strength, "specular": table.specular}
         if palette and any(asked.values()) and not is_unlit(material):
             named = " and ".join(f"{key} = {value:g}" for key, value in asked.items() if value)
@@ -298,7 +298,7 @@ class _Finder:
                 '(wrap = "clamp" or "repeat" says that it is none)'
             )
         if palette or is_unlit(material):
-            derived = {}
+            derived = []
         bump_m, width_m = material.bump_m, facts.width_m if facts else None
         one = MapSet(
             name="",
@@ -307,7 +307,7 @@ class _Finder:
             layout=layout,
             wrap=wrap,
             palette=palette,
-            derived=tuple(key for key in ("normal", "height", "gloss") if derived.get(key)),
+            derived=tuple(derived),
             relief=item.relief,
             strength=strength,
             height_strength=100.0 * bump_m / width_m if bump_m is not None and width_m else 1.0,

@@ -83,7 +83,7 @@ def sample_points(glb: bytes, name: str) -> list[Vec]:
                 ]
                 points += _spread(corners, parts)
     except (KeyError, IndexError, TypeError, ValueError, struct.error) as error:
-        raise FormatError(f"is no mesh of ours: {error}", file=name) from None
+        raise FormatError(f"is not a mesh that Paradize wrote: {error}", file=name) from None
     return points
 
 

@@ -250,7 +250,7 @@ def occlusion_files(path: Path, settings: OcclusionSettings, *, tier: str) -> Ba
     picture = settings.fmt == "png"
     product = bake_authored({}, used, uv=path, tier=tier, fmt="R8_UNORM" if picture else None)["occlusion"]
     if product.constant:
-        what = f"is nowhere darker than anywhere else: its occlusion is {product.constant[0]:g}"
+        what = f"has the same occlusion everywhere, {product.constant[0]:g}: a map would show nothing"
         raise BakeError(what, file=path, mend="leave its occlusion out")
     if picture:
         product = _as_png(product)

@@ -53,7 +53,7 @@ def run(arguments: argparse.Namespace) -> int:
 
     require_folder(arguments.out)
     if arguments.out.exists() and not arguments.out.is_dir():  # before minutes are spent
-        raise BakeError("is no folder", file=arguments.out, mend="name a folder with -o")
+        raise BakeError("is not a folder", file=arguments.out, mend="name a folder with -o")
     with progress() as shown:
         tradeoff = _measure(arguments, shown.step)
     page = arguments.out / "tradeoff.html"

@@ -72,7 +72,7 @@ def new_folder(folder: Path, fill: Callable[[Path], tuple[str, Made]]) -> tuple[
     aside = folder.with_name(f".{folder.name[:40]}{PARTIAL}{secrets.token_hex(4)}")
     try:
         if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
-            raise BakeError("is there and not empty", file=folder, mend="name a new folder")
+            raise BakeError("exists and is not empty", file=folder, mend="name a new folder")
         (aside / "sky").mkdir(parents=True)
         try:
             text, made = fill(aside)
@@ -85,7 +85,7 @@ def new_folder(folder: Path, fill: Callable[[Path], tuple[str, Made]]) -> tuple[
             raise
     except OSError as error:
         what = f"cannot be written: {error.strerror or error}"
-        raise BakeError(what, file=folder, mend="free the place or name another folder") from None
+        raise BakeError(what, file=folder, mend="remove what stands there, or name another folder") from None
     return files, made
 
 

@@ -87,7 +87,7 @@ class TextureSettings(BakerSettings):
 @dataclass(frozen=True, kw_only=True)
 class MapSettings(TextureSettings, Relief):
     """What decides the maps of a picture, beside the picture, its UV layout and the tier. The fields of
-    Relief (scene/settings.py) shape its heights and choose the filter of their slopes.
+    Relief (scene/settings/relief.py) shape its heights and choose the filter of their slopes.
 
     only: the maps to make, of map_table.DERIVED. source: "color" (heights are the luminance), "height",
     or "auto" as readers/heightmap.py guesses. nodata: as there, of heights. strength: full white stands so

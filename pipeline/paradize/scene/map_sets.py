@@ -1,6 +1,6 @@
 """The map sets of a scene: which materials share which maps, and how each material is drawn.
 
-build/find_maps.py finds them. Does not import numpy.
+build/map_sets.py finds them. Does not import numpy.
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from paradize.map_table import DERIVED, maps_of
 from paradize.material import AlphaMode, Wrap
 from paradize.scene.settings import Relief
 
@@ -17,6 +18,8 @@ Vec3 = tuple[float, float, float]
 # What the gloss map and the occlusion map are made of.
 GLOSS_ROLES = ("roughness", "smoothness", "specular")
 OCCLUSION_ROLES = ("occlusion", "metalness")
+# The maps of an object that may be made of its colour map.
+MADE_OF_COLOR = tuple(name for name in DERIVED if name in maps_of("object"))
 
 
 @dataclass(frozen=True)
@@ -66,7 +69,7 @@ class MapSet:
     wrap: tuple[Wrap, Wrap] | None = None
     palette: bool = False
     tiny: bool = False
-    derived: tuple[str, ...] = ("normal", "height", "gloss")
+    derived: tuple[str, ...] = MADE_OF_COLOR
     relief: Relief = field(default_factory=Relief)
     strength: float = 1.0
     height_strength: float = 1.0

@@ -30,7 +30,7 @@ struct Effort {
     float doubt;
 };
 
-// Of the qualities fast, balanced, exact: measured in tests/bench/rows_bc7.py.
+// Of the qualities fast, balanced, exact: measured in tests/bench/topics/bc7.py.
 constexpr std::array<Effort, 3> efforts{{
     {2, 1, 1, 0, 0, 0, 0, 1, 0, 120.0F, 120.0F, 0.6F},
     {2, 2, 2, 1, 0, 0, 1, 1, 1, 10.0F, 10.0F, 0.5F},
