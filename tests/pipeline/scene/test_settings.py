@@ -30,6 +30,15 @@ def faults(folder: Path, text: str) -> list[str]:
     return str(caught.value).splitlines()
 
 
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [("tile", "wave_repeat"), ("k", "refraction_distortion"), ("strength", "reflection_distortion")],
+)
+def test_a_key_of_older_scenes_is_refused_with_its_new_name(tmp_path: Path, old: str, new: str) -> None:
+    found = faults(tmp_path, f'{LEAST}[water]\nwaves = "w.png"\n{old} = 1.0\n')
+    assert any(f"water.{old}: is not a key of this table; its name is {new} now" in line for line in found)
+
+
 def test_the_least_scene_takes_every_default(tmp_path: Path) -> None:
     scene = load(tmp_path, LEAST)
     assert scene.head.name == "small"

@@ -57,13 +57,14 @@ def declare(
     of: type | None = None,
     instead: str | None = None,
     lone: bool = False,
+    formerly: str | None = None,
 ) -> Any:
     """Returns a field of a dataclass. allowed, meaning, unit: for FIELDS.md. json: the same limits as JSON
     Schema; of a table what is around the schema of its own. of: the dataclass of a table. instead: the key of
     another field that may stand in place of this one, which is then empty. lone: one table may stand for an
-    array of one."""
+    array of one. formerly: its key in older scenes, which is refused with the new one."""
     metadata = {"rule": rule, "unit": unit, "key": key, "allowed": allowed, "meaning": meaning}
-    metadata |= {"json": json, "of": of, "instead": instead, "lone": lone}
+    metadata |= {"json": json, "of": of, "instead": instead, "lone": lone, "formerly": formerly}
     if isinstance(default, type) or callable(default):
         return field(default_factory=default, metadata=metadata)
     return field(default=default, metadata=metadata)

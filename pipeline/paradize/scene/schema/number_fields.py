@@ -36,7 +36,15 @@ def _json(kind: str, low: float, high: float) -> dict[str, Any]:
     return {"type": kind, "minimum": low, "maximum": high}
 
 
-def number(default: Any = MISSING, *, low: float, high: float, unit: str = "", meaning: str = "") -> Any:
+def number(
+    default: Any = MISSING,
+    *,
+    low: float,
+    high: float,
+    unit: str = "",
+    meaning: str = "",
+    formerly: str | None = None,
+) -> Any:
     """A finite number in [low, high]."""
 
     def rule(value: object, place: str, faults: Faults) -> float | None:
@@ -50,7 +58,7 @@ def number(default: Any = MISSING, *, low: float, high: float, unit: str = "", m
         return real
 
     json = _json("number", low, high)
-    return declare(rule, default, _range(low, high), json=json, meaning=meaning, unit=unit)
+    return declare(rule, default, _range(low, high), json=json, meaning=meaning, unit=unit, formerly=formerly)
 
 
 def number_or(words: tuple[str, ...], *, low: float, high: float, meaning: str = "") -> Any:

@@ -82,7 +82,9 @@ def read_table(of: type[T], value: object, place: str, faults: Faults) -> T | No
     dotted = f"{place}." if place else ""
     for key in value:
         if key not in known:
-            faults.add(f"{dotted}{key}", "is not a key of this table", suggestion(key, known))
+            now = [name for name, item in known.items() if item.metadata["formerly"] == key]
+            mend = f"its name is {now[0]} now" if now else suggestion(key, known)
+            faults.add(f"{dotted}{key}", "is not a key of this table", mend)
     for key, item in known.items():
         if key in value:
             read[item.name] = item.metadata["rule"](value[key], f"{dotted}{key}", faults)

@@ -101,7 +101,9 @@ class Water:
     wave_relief: Relief = table(Relief, Relief, meaning="How the picture becomes heights.")
     level_m: float = number(0.0, low=-FAR, high=FAR, unit="m", meaning="height of the surface")
     size_m: float = number(1000.0, low=1e-3, high=FAR, unit="m", meaning="side of the square of water")
-    wave_repeat: float = number(40.0, low=1e-3, high=1e5, meaning="how often the waves repeat along it")
+    wave_repeat: float = number(
+        40.0, low=1e-3, high=1e5, meaning="how often the waves repeat along it", formerly="tile"
+    )
     scroll: tuple[float, float] = vector(
         (0.01, 0.006),
         size=2,
@@ -111,10 +113,20 @@ class Water:
         meaning="speed of the waves along x and z",
     )
     reflection_distortion: float = number(
-        0.02, low=0.0, high=10.0, unit="of the picture", meaning="how far waves move the mirror image"
+        0.02,
+        low=0.0,
+        high=10.0,
+        unit="of the picture",
+        meaning="how far waves move the mirror image",
+        formerly="strength",
     )
     refraction_distortion: float = number(
-        0.02, low=0.0, high=10.0, unit="of the picture", meaning="how far waves move the view below them"
+        0.02,
+        low=0.0,
+        high=10.0,
+        unit="of the picture",
+        meaning="how far waves move the view below them",
+        formerly="k",
     )
     deep_color: tuple[float, float, float] = vector(
         (0.003, 0.045, 0.107), size=3, low=0.0, high=100.0, meaning="linear RGB of deep water"
