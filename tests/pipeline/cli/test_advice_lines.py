@@ -239,6 +239,31 @@ def test_a_scene_takes_what_a_cutoff_without_a_mask_is_advised(tmp_path: Path) -
     assert faults_of(scene) == []
 
 
+# a line of a scene's table, what its mend holds, and the line as the message advises it
+TABLES = [
+    ("[sound]\n", "on_s = 1.0", "write both or none", "on_s = 1.0\noff_s = 2.0"),
+    ("[sound]\n", "on_s = 1.0\noff_s = 1.0", "write different seconds, or none", "on_s = 1.0\noff_s = 2.0"),
+    ("[sound]\n", "line = [[0, 0, 0]]", "write 2 to 256 points [x, y, z]", "line = [[0, 0, 0], [1, 0, 0]]"),
+    (
+        '[[light]]\nname = "lamp"\n', "", "write position = [x, y, z], or the name of an object",
+        "position = [0, 1, 0]",
+    ),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("table", "line", "says", "mended"), TABLES, ids=[says for _, _, says, _ in TABLES])
+def test_a_scene_takes_what_the_refusal_of_a_sound_or_a_light_advises(
+    tmp_path: Path, table: str, line: str, says: str, mended: str
+) -> None:
+    scene = make_cove(tmp_path)
+    text = scene.read_text() if table in scene.read_text() else f"{scene.read_text()}\n{table}"
+    scene.write_text(text.replace(table, f"{table}{line}\n"))
+    (fault,) = faults_of(scene)
+    assert says in str(fault.mend)
+    scene.write_text(text.replace(table, f"{table}{mended}\n"))
+    assert faults_of(scene) == []
+
+
 COVERED = [  # of messages that are followed above, in test_advice.py and in test_wrong_inputs.py
     r"(\{\}|\d)* ?numbers, .*|allowed: .*|\{\}, or \{\}|write one or more of .*|did you mean .*|known: .*",
     r"write the smaller numbers? first|write it as .*|write a rule's code.*|write \{ soft.*",
@@ -248,7 +273,8 @@ COVERED = [  # of messages that are followed above, in test_advice.py and in tes
     r"write lod_(errors|size_px) with .*|write one target .*|the scene has no \[.*|must .*",
     *(".*" + re.escape(says) + ".*" for _, says, _ in LINES.values()),
     r"`paradize .*|.*; `paradize new DIR` .*|write \{\}|write \{\}:///folder",
-    r"leave it out, or write alpha_mode = \"mask\"",
+    r"leave it out, or write alpha_mode = \"mask\"|write \{\} to \{\} points .*",
+    *(re.escape(says) for _, _, says, _ in TABLES),
 ]
 _CHARTS = "weld the mesh (--weld), so that triangles share edges, or paint its own layout"
 ELSEWHERE = {  # where it is followed; or why it is not
