@@ -123,7 +123,7 @@ void main() {
     float optical_depth = depth * dot(water.rgb, vec3(1.0 / 3.0));
     vec3 scattered = mix(u_shallow_color, u_deep_color, 1.0 - exp(-min(optical_depth * optical_depth, 60.0))) * light;
     // Crests towards the sun transmit light.
-    scattered *= 1.0 + 0.6 * clamp(dot(tilt, sun_direction.xz), -0.5, 0.5);
+    scattered *= 1.0 + 0.6 * daylight.y * clamp(dot(tilt, sun_direction.xz), -0.5, 0.5);
     vec3 below_surface = floor_color.rgb * transmittance + scattered * (1.0 - transmittance);
 
     float fresnel = fresnel_schlick(WATER_F0, mix(n_v, max(n_v, 0.10), rough));

@@ -132,15 +132,22 @@ Outlook Playback::flight_outlook(double elapsed_s) const {
 }
 
 Outlook Playback::flight_outlook(double elapsed_s, int width_px, int height_px) const {
-    Outlook out{renderer_options_.settings, width_px, height_px, flight_pose(file().flight, elapsed_s), {}};
+    Outlook out{renderer_options_.settings,
+                width_px,
+                height_px,
+                flight_pose(file().flight, elapsed_s),
+                {},
+                elapsed_s};
     for (std::size_t i = 0; i < horizons_s.size(); ++i) {
         out.soon[i] = flight_pose(file().flight, elapsed_s + horizons_s[i]);
     }
     return out;
 }
 
-Outlook Playback::steered_outlook(const Pose &pose, const Pose &before, double delta_s) const {
-    Outlook out{renderer_options_.settings, renderer_->width_px(), renderer_->height_px(), pose, {}};
+Outlook Playback::steered_outlook(const Pose &pose, const Pose &before, double elapsed_s,
+                                  double delta_s) const {
+    Outlook out{
+        renderer_options_.settings, renderer_->width_px(), renderer_->height_px(), pose, {}, elapsed_s};
     for (std::size_t i = 0; i < horizons_s.size(); ++i) {
         const double steps = delta_s > 0.0 ? horizons_s[i] / delta_s : 0.0;
         out.soon[i] = pose;

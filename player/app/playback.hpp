@@ -43,7 +43,7 @@ class Playback {
     /// Where the flight leads from this time on.
     Outlook flight_outlook(double elapsed_s) const;
     /// Where a steered camera heads, if it goes on as since the last frame.
-    Outlook steered_outlook(const Pose &pose, const Pose &before, double delta_s) const;
+    Outlook steered_outlook(const Pose &pose, const Pose &before, double elapsed_s, double delta_s) const;
     /// Warns once if the free camera leaves the region that the scene was baked for.
     void check_free_camera(const glm::dvec3 &eye);
 

@@ -39,6 +39,7 @@ class SceneReader {
         read_particles(root_, out_);
         read_sounds(root_, out_);
         read_flight(root_, out_);
+        read_daytime(root_, out_);
         mark_drawn();
         root_.ignore({"budget", "check"}); // for `paradize check`
         root_.reject_unknown_keys();
@@ -48,6 +49,12 @@ class SceneReader {
     /// Finds the artifacts that something refers to.
     void mark_drawn() {
         std::vector<std::string_view> names{out_.sky};
+        for (const DaytimeKey &key : out_.daytime) {
+            names.emplace_back(key.sky);
+        }
+        if (out_.clouds) {
+            names.emplace_back(out_.clouds->map);
+        }
         if (out_.terrain) {
             const Terrain &terrain = *out_.terrain;
             names.insert(names.end(), terrain.tiles.begin(), terrain.tiles.end());
@@ -166,14 +173,10 @@ class SceneReader {
         out_.sun.angular_diameter_rad = real_or(sun, "angular_diameter_rad", 0.0, 3.2, 0.0093F);
         sun.reject_unknown_keys();
         if (const auto ambient = root_.object_or_none("ambient")) {
-            out_.ambient.color = triple(*ambient, "color", 0.0, max_radiance);
-            out_.ambient.intensity = real(*ambient, "intensity", 0.0, max_radiance);
-            ambient->reject_unknown_keys();
+            out_.ambient = read_ambient(*ambient);
         }
         if (const auto fog = root_.object_or_none("fog")) {
-            out_.fog.color = triple(*fog, "color", 0.0, max_radiance);
-            out_.fog.density_per_m = real(*fog, "density_per_m", 0.0, 1e3);
-            fog->reject_unknown_keys();
+            out_.fog = read_fog(*fog);
         }
         if (const auto wind = root_.object_or_none("wind")) {
             Wind value;

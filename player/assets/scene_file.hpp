@@ -81,6 +81,33 @@ struct LightSet {
     std::optional<std::uint32_t> glow; // the light whose strength multiplies what the surface gives off
 };
 
+/// Where a light stands in the sky, and how bright it is.
+struct SkyLight {
+    float azimuth_rad = 0.0F;   // from north (-Z) over east (+X)
+    float elevation_rad = 0.0F; // above the horizon
+    glm::vec3 color{1.0F};      // linear
+    float intensity = 0.0F;
+};
+
+/// What lights the scene at one second of the flight. Between keys the light changes smoothly.
+struct DaytimeKey {
+    double at_s = 0.0;
+    SkyLight sun, moon;
+    Ambient ambient;
+    Fog fog;
+    float exposure = 1.0F;
+    std::string sky;              // cube map artifact, without discs, stars and clouds
+    float sky_azimuth_rad = 0.0F; // of the light in it
+};
+
+/// Clouds around the horizon, a picture that is as wide as a part of the circle.
+struct Clouds {
+    std::string map;       // artifact; R, G, B: light from the right, the left, above; A: cover
+    float high_rad = 0.5F; // elevation of its upper edge; the lower one is the horizon
+    int repeat = 1;        // times around the horizon
+    int drift_repeats = 0; // how many of them the clouds drift by in a flight
+};
+
 struct Shadow {
     int size_px = 2048;
     float extent_m = 100.0F; // edge of the square that the map covers
@@ -287,8 +314,11 @@ struct SceneFile {
     Sun sun;
     Ambient ambient;
     Fog fog;
-    std::optional<Wind> wind; // none: nothing moves in it
-    std::string sky;          // cube map artifact; empty: none
+    std::optional<Wind> wind;        // none: nothing moves in it
+    std::string sky;                 // cube map artifact; empty: none
+    std::vector<DaytimeKey> daytime; // at least two, by rising second; empty: the light stands still
+    float moon_diameter_rad = 0.02F;
+    std::optional<Clouds> clouds; // only with daytime
     std::vector<PointLight> lights;
     std::vector<LightSet> light_sets{{}}; // the first is empty: no light
     std::optional<Shadow> shadow;

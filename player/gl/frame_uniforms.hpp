@@ -18,8 +18,8 @@ struct FrameUniforms {
     glm::vec4 clip_plane;              // kept where dot(clip_plane, vec4(p, 1)) >= 0; (0,0,0,1) keeps all
     glm::vec4 viewport;                // width px, height px, 1/width, 1/height
     glm::vec4 lens;                    // near m, far m, pixels per metre at 1 m, 1 when mirrored
-    glm::vec4 sun_direction;           // xyz unit, from ground to sun; w angular radius, rad
-    glm::vec4 sun_radiance;            // rgb colour x intensity, linear; w 1 if there is a shadow map
+    glm::vec4 sun_direction; // xyz unit, from ground to sun or, at night, moon; w angular radius, rad
+    glm::vec4 sun_radiance;  // of that light: rgb colour x intensity, linear; w 1 if there is a shadow map
     // rgb colour x intensity, linear; w edge of the area that one shaded sample represents, px
     glm::vec4 ambient;
     glm::vec4 fog;   // rgb linear; w density, 1/m
@@ -30,9 +30,10 @@ struct FrameUniforms {
     glm::vec4 anchor;      // xyz floating origin: world position that all coordinates are relative to, m
     glm::vec4 wind;        // scene/wind.hpp: direction
     glm::vec4 wind_phases; // scene/wind.hpp: phases
+    glm::vec4 daylight;    // x 0 by day, 1 at night; y how much brighter haze is towards the light, [0,1]
 };
 
-static_assert(sizeof(FrameUniforms) == 464);
+static_assert(sizeof(FrameUniforms) == 480);
 static_assert(offsetof(FrameUniforms, view) == 64);
 static_assert(offsetof(FrameUniforms, inverse_view_projection) == 128);
 static_assert(offsetof(FrameUniforms, shadow_from_world) == 192);
@@ -49,5 +50,6 @@ static_assert(offsetof(FrameUniforms, clock) == 400);
 static_assert(offsetof(FrameUniforms, anchor) == 416);
 static_assert(offsetof(FrameUniforms, wind) == 432);
 static_assert(offsetof(FrameUniforms, wind_phases) == 448);
+static_assert(offsetof(FrameUniforms, daylight) == 464);
 
 } // namespace paradize::gl

@@ -48,6 +48,15 @@ Framebuffer make_layer_framebuffer(const Texture &depth_layers, int layer) {
     return framebuffer;
 }
 
+Framebuffer make_face_framebuffer(const Texture &cube, int face) {
+    Framebuffer framebuffer = Framebuffer::create();
+    glBindFramebuffer(GL_FRAMEBUFFER, framebuffer.name());
+    glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0,
+                           GL_TEXTURE_CUBE_MAP_POSITIVE_X + static_cast<unsigned>(face), cube.name(), 0);
+    check_complete();
+    return framebuffer;
+}
+
 Framebuffer make_framebuffer(const Renderbuffer &color, const Renderbuffer &depth) {
     Framebuffer framebuffer = Framebuffer::create();
     glBindFramebuffer(GL_FRAMEBUFFER, framebuffer.name());

@@ -10,6 +10,8 @@ namespace paradize::gl {
 Framebuffer make_framebuffer(const Texture &color, const Texture &depth);
 /// Creates a framebuffer that draws into one layer of an array of depth textures.
 Framebuffer make_layer_framebuffer(const Texture &depth_layers, int layer);
+/// Creates a framebuffer that draws into the finest level of one face of a cube map, +X -X +Y -Y +Z -Z.
+Framebuffer make_face_framebuffer(const Texture &cube, int face);
 /// Creates a framebuffer with renderbuffers, which may be multisampled.
 Framebuffer make_framebuffer(const Renderbuffer &color, const Renderbuffer &depth);
 

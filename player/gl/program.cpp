@@ -69,7 +69,7 @@ struct Member {
     std::size_t offset;
 };
 
-constexpr std::array<Member, 17> frame_members{{
+constexpr std::array<Member, 18> frame_members{{
     {"view_projection", offsetof(FrameUniforms, view_projection)},
     {"view", offsetof(FrameUniforms, view)},
     {"inverse_view_projection", offsetof(FrameUniforms, inverse_view_projection)},
@@ -87,6 +87,7 @@ constexpr std::array<Member, 17> frame_members{{
     {"anchor", offsetof(FrameUniforms, anchor)},
     {"wind", offsetof(FrameUniforms, wind)},
     {"wind_phases", offsetof(FrameUniforms, wind_phases)},
+    {"daylight", offsetof(FrameUniforms, daylight)},
 }};
 
 constexpr std::size_t first_map = offsetof(MaterialUniforms, has_map);

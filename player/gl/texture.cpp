@@ -81,6 +81,29 @@ Texture make_depth_comparison_layers(int size_px, int layers) {
     return texture;
 }
 
+Texture make_cube_target(unsigned internal_format, int size_px) {
+    Texture texture = Texture::create();
+    glBindTexture(GL_TEXTURE_CUBE_MAP, texture.name());
+    GLint level = 0;
+    for (int edge_px = size_px; edge_px > 0; edge_px /= 2, ++level) {
+        for (unsigned face = 0; face < 6; ++face) {
+            glTexImage2D(GL_TEXTURE_CUBE_MAP_POSITIVE_X + face, level, static_cast<GLint>(internal_format),
+                         edge_px, edge_px, 0, GL_RGBA, GL_FLOAT, nullptr);
+        }
+    }
+    set_sampling(GL_TEXTURE_CUBE_MAP, GL_LINEAR);
+    glTexParameteri(GL_TEXTURE_CUBE_MAP, GL_TEXTURE_MAX_LEVEL, level - 1);
+    glTexParameteri(GL_TEXTURE_CUBE_MAP, GL_TEXTURE_MIN_FILTER, GL_LINEAR_MIPMAP_LINEAR);
+    glTexParameteri(GL_TEXTURE_CUBE_MAP, GL_TEXTURE_WRAP_R, GL_CLAMP_TO_EDGE);
+    return texture;
+}
+
+void make_cube_mips(const Texture &cube) {
+    glActiveTexture(GL_TEXTURE0);
+    glBindTexture(GL_TEXTURE_CUBE_MAP, cube.name());
+    glGenerateMipmap(GL_TEXTURE_CUBE_MAP);
+}
+
 Renderbuffer make_renderbuffer(unsigned internal_format, int width_px, int height_px, int samples) {
     Renderbuffer buffer = Renderbuffer::create();
     glBindRenderbuffer(GL_RENDERBUFFER, buffer.name());

@@ -16,6 +16,11 @@ Texture make_target(unsigned internal_format, int width_px, int height_px);
 /// filter.
 Texture make_depth_comparison_layers(int size_px, int layers);
 
+/// Creates a cube map of half or full floats with all its mips, trilinear. `size_px` is a power of two.
+Texture make_cube_target(unsigned internal_format, int size_px);
+/// Computes the mips of a cube map from its finest level.
+void make_cube_mips(const Texture &cube);
+
 Renderbuffer make_renderbuffer(unsigned internal_format, int width_px, int height_px, int samples);
 
 /// Sampler settings. They override the settings of a texture.

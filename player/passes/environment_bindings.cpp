@@ -24,6 +24,12 @@ constexpr std::array<Layer, Waves::layers> layer_table{
 
 const assets::Water no_water;
 
+// A sharp sky has 512 texels along an edge; the environment starts at its fourth mip.
+constexpr float environment_trimmed_mips = 3.0F;
+// Slightly coarser than the mip with two texels per edge.
+constexpr float coarser_than_all = 2.3F;
+const float environment_blur = std::log2(static_cast<float>(environment_px)) + 1.0F - coarser_than_all;
+
 double wrapped(double value) {
     return value - std::floor(value);
 }
@@ -55,13 +61,12 @@ float water_scatter(const assets::Water &water) {
     return 1.2F * (a.x + a.y + a.z) / 3.0F;
 }
 
-glm::vec3 water_glow(const assets::SceneFile &file) {
+glm::vec3 water_glow(const assets::SceneFile &file, const Daylight &daylight) {
     if (!file.water) {
         return glm::vec3(0.0F);
     }
-    const glm::vec3 sun = file.sun.color * file.sun.intensity * std::max(file.sun.direction.y, 0.0F);
-    const glm::vec3 light =
-        sun / std::numbers::pi_v<float> + file.ambient.color * file.ambient.intensity * 0.5F;
+    const glm::vec3 sun = daylight.radiance * std::max(daylight.to_light.y, 0.0F);
+    const glm::vec3 light = sun / std::numbers::pi_v<float> + daylight.ambient * 0.5F;
     return light * glm::mix(file.water->shallow_color, file.water->deep_color, 0.5F);
 }
 
@@ -96,8 +101,7 @@ EnvironmentBindings::EnvironmentBindings(const PassSetup &setup, const gl::Progr
     refraction_index_location_ = program.location("u_refraction_index");
     refracting_location_ = program.location("u_refracting");
     if (const StreamedTexture *sky = setup.scene.texture(setup.scene.file().sky)) {
-        // Slightly coarser than the mip with two texels per edge.
-        sky_blur_ = std::max(0.0F, static_cast<float>(sky->levels()) - 2.3F);
+        sky_blur_ = std::max(0.0F, static_cast<float>(sky->levels()) - coarser_than_all);
         const assets::SceneFile &file = setup.scene.file();
         sky_trimmed_mips_ = static_cast<float>(file.find_artifact(file.sky)->trimmed_levels);
     }
@@ -105,11 +109,19 @@ EnvironmentBindings::EnvironmentBindings(const PassSetup &setup, const gl::Progr
 
 void EnvironmentBindings::apply(const Frame &frame, const View &view) const {
     const assets::SceneFile &file = frame.scene.file();
-    if (const StreamedTexture *sky = frame.scene.texture(file.sky)) {
+    float blur = sky_blur_;
+    float trimmed_mips = sky_trimmed_mips_;
+    if (frame.shared.environment != nullptr) {
+        gl::bind_texture(unit_sky, GL_TEXTURE_CUBE_MAP, frame.shared.environment->name());
+        blur = environment_blur;
+        trimmed_mips = environment_trimmed_mips;
+    } else if (!file.daytime.empty()) {
+        blur = -1.0F;
+    } else if (const StreamedTexture *sky = frame.scene.texture(file.sky)) {
         sky->bind(unit_sky);
     }
-    gl::Program::set(sky_blur_location_, sky_blur_);
-    gl::Program::set(sky_trimmed_mips_location_, sky_trimmed_mips_);
+    gl::Program::set(sky_blur_location_, blur);
+    gl::Program::set(sky_trimmed_mips_location_, trimmed_mips);
 
     const gl::Texture *shadow = frame.shared.shadow_map;
     const unsigned shadow_name = shadow != nullptr ? shadow->name() : no_shadow_.name();
@@ -118,7 +130,7 @@ void EnvironmentBindings::apply(const Frame &frame, const View &view) const {
         gl::bind_texture(unit_shadow_depth, GL_TEXTURE_2D_ARRAY, shadow_name, depth_sampler_.name());
     }
     // The penumbra grows with the sun's angle and the distance of the casters, about fourteen metres here.
-    const float sun_radius_rad = 0.5F * std::max(file.sun.angular_diameter_rad, 0.004F);
+    const float sun_radius_rad = std::max(frame.daylight.angular_radius_rad, 0.002F);
     gl::Program::set(shadow_texel_location_, 1.0F / static_cast<float>(frame.settings.shadow_size_px));
     gl::Program::set(shadow_penumbra_location_, sun_radius_rad * 14.0F);
     if (shadow_cascades_location_ >= 0) {
@@ -146,9 +158,9 @@ void EnvironmentBindings::apply(const Frame &frame, const View &view) const {
         glUniform2fv(wave_offsets_location_, Waves::layers, glm::value_ptr(waves.offsets[0]));
     }
     gl::Program::set(caustics_location_, file.water ? 1.0F : 0.0F);
-    gl::Program::set(water_glow_location_, water_glow(file));
+    gl::Program::set(water_glow_location_, water_glow(file, frame.daylight));
     gl::Program::set(water_scatter_location_, water_scatter(water));
-    glm::vec3 refracted_sun = frame.to_sun;
+    glm::vec3 refracted_sun = frame.daylight.to_light;
     refracted_sun.x /= water_refraction;
     refracted_sun.z /= water_refraction;
     refracted_sun.y = std::sqrt(

@@ -25,6 +25,9 @@ enum SharedUnit : int {
     first_free_unit = 13 // of 16 that every device has
 };
 
+/// Edge of the environment's faces (passes/environment_pass.hpp).
+inline constexpr int environment_px = 64;
+
 /// Index of refraction of water.
 inline constexpr float water_refraction = 1.33F;
 
@@ -64,7 +67,7 @@ class EnvironmentBindings {
 };
 
 /// Returns the linear radiance of endless water around an eye below the surface.
-glm::vec3 water_glow(const assets::SceneFile &file);
+glm::vec3 water_glow(const assets::SceneFile &file, const Daylight &daylight);
 /// Returns the share of light that water scatters per metre.
 float water_scatter(const assets::Water &water);
 

@@ -69,11 +69,11 @@ void Frame::draw_view(const View &view, unsigned framebuffer, bool depth_only, s
     const auto height = static_cast<float>(view.height_px);
     block.viewport = glm::vec4(width, height, 1.0F / width, 1.0F / height);
     block.lens = glm::vec4(view.near_m, view.far_m, view.pixels_at_1m, view.mirrored ? 1.0F : 0.0F);
-    block.sun_direction = glm::vec4(to_sun, file.sun.angular_diameter_rad * 0.5F);
-    block.sun_radiance =
-        glm::vec4(file.sun.color * file.sun.intensity, shared.shadow_map != nullptr ? 1.0F : 0.0F);
-    block.ambient = glm::vec4(file.ambient.color * file.ambient.intensity, settings.footprint);
-    block.fog = glm::vec4(file.fog.color, file.fog.density_per_m);
+    block.sun_direction = glm::vec4(daylight.to_light, daylight.angular_radius_rad);
+    block.sun_radiance = glm::vec4(daylight.radiance, shared.shadow_map != nullptr ? 1.0F : 0.0F);
+    block.ambient = glm::vec4(daylight.ambient, settings.footprint);
+    block.fog = glm::vec4(daylight.fog, daylight.fog_density_per_m);
+    block.daylight = glm::vec4(daylight.night, daylight.haze_glow, 0.0F, 0.0F);
     block.water = glm::vec4(file.water ? file.water->absorption_per_m : glm::vec3(0.0F), water_m());
     block.anchor = glm::vec4(view.anchor, 0.0);
     if (file.wind) {
@@ -82,7 +82,7 @@ void Frame::draw_view(const View &view, unsigned framebuffer, bool depth_only, s
         block.wind_phases = wind.phases;
     }
     block.clock = glm::vec4(static_cast<float>(clock.flight_s), static_cast<float>(clock.elapsed_s),
-                            file.exposure, static_cast<float>(clock.frame % 4096));
+                            daylight.exposure, static_cast<float>(clock.frame % 4096));
 
     slot_ = (slot_ + 1) % uniform_slots;
     const auto offset = static_cast<GLintptr>(slot_bytes_ * static_cast<std::size_t>(slot_));

@@ -6,6 +6,7 @@
 #include "passes/pass_meter.hpp"
 #include "passes/point_lights.hpp"
 #include "scene/cascades.hpp"
+#include "scene/daylight.hpp"
 #include "scene/quality.hpp"
 #include "scene/view.hpp"
 #include "streaming/scene.hpp"
@@ -33,6 +34,7 @@ struct Clock {
 struct Shared {
     const gl::Texture *shadow_map = nullptr;               // depth seen by the light, a layer per cascade
     std::array<glm::vec4, max_cascades> shadow_cascades{}; // cascade_fit() of each
+    const gl::Texture *environment = nullptr;              // cube map of the sky with mips, linear HDR
     const gl::Texture *reflection = nullptr;               // linear HDR, seen by ViewKind::mirror
     const gl::Texture *refraction = nullptr;               // linear HDR, seen by ViewKind::refraction
     const gl::Texture *refraction_depth = nullptr;         // window depth [0, 1] of the refraction view
@@ -51,9 +53,9 @@ class Frame {
     Clock clock;
     Shared shared;
     PointLights point_lights;
-    RenderSettings settings;            // settings of this frame
-    glm::vec3 to_sun{0.0F, 1.0F, 0.0F}; // unit; in --reference a point of the sun's disc
-    PassMeter *meter = nullptr;         // measures the passes of the main view; nullptr: no measurement
+    RenderSettings settings;    // settings of this frame
+    Daylight daylight;          // of this second; in --reference from a point of the light's disc
+    PassMeter *meter = nullptr; // measures the passes of the main view; nullptr: no measurement
     // processor time of this thread for what the frame draws: culling, levels, terrain cut, draw lists
     mutable double scene_ms = 0.0;
     int width_px = 0, height_px = 0; // of the picture

@@ -52,7 +52,7 @@ void PostPass::finish(Frame &frame) {
     glDisable(GL_CULL_FACE);
 
     glow_.use();
-    gl::Program::set(exposure_location_, frame.scene.file().exposure);
+    gl::Program::set(exposure_location_, frame.daylight.exposure);
     const float step_x = 1.0F / static_cast<float>(glow_width_px_);
     const float step_y = 1.0F / static_cast<float>(glow_height_px_);
     draw_glow(frame, frame.shared.picture->name(), glow_framebuffer_[0].name(), downsampling_, 0.0F, 0.0F);

@@ -1,6 +1,7 @@
 // The list of passes in drawing order: views that others sample, opaque surfaces, sky, water, blended
 // surfaces, particles, and the conversion to the screen.
 
+#include "passes/environment_pass.hpp"
 #include "passes/objects_pass.hpp"
 #include "passes/particles_pass.hpp"
 #include "passes/pass.hpp"
@@ -57,7 +58,8 @@ bool has_blended(const SceneFile &file) {
     });
 }
 
-constexpr std::array<Entry, 10> entries{{
+constexpr std::array<Entry, 11> entries{{
+    {"environment", [](const SceneFile &f) { return !f.daytime.empty(); }, always, make<EnvironmentPass>},
     {"shadow", [](const SceneFile &f) { return f.shadow.has_value(); },
      [](const RenderSettings &a, const RenderSettings &b) {
          return a.shadow_size_px == b.shadow_size_px && a.shadow_cascades == b.shadow_cascades;
@@ -75,7 +77,7 @@ constexpr std::array<Entry, 10> entries{{
      make<RefractionPass>},
     {"terrain", [](const SceneFile &f) { return f.terrain.has_value(); }, same_surface, make<TerrainPass>},
     {"objects", [](const SceneFile &f) { return !f.objects.empty(); }, same_objects, make<ObjectsPass>},
-    {"sky", [](const SceneFile &f) { return !f.sky.empty(); }, always, make<SkyPass>},
+    {"sky", [](const SceneFile &f) { return !f.sky.empty() || !f.daytime.empty(); }, always, make<SkyPass>},
     {"water", [](const SceneFile &f) { return f.water.has_value(); }, same_light, make<WaterPass>},
     {"blended", has_blended, same_objects, make<BlendedPass>},
     {"particles", [](const SceneFile &f) { return !f.particles.empty(); }, always, make<ParticlesPass>},

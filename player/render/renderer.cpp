@@ -121,10 +121,12 @@ void Renderer::continue_from(const Renderer &before) {
 void Renderer::set_views(const Pose &pose, const Sample &sample) {
     const assets::SceneFile &file = scene_.file();
     const RenderSettings &settings = frame_.settings;
-    frame_.to_sun = sample.sun == glm::vec2(0.0F)
-                        ? file.sun.direction
-                        : sun_direction(file.sun.direction, 0.5F * file.sun.angular_diameter_rad, sample.sun);
-    frame_.views_ = frame_views(file, settings, pose, width_px_, height_px_, frame_.to_sun, sample.pixel);
+    frame_.daylight = daylight_at(file, frame_.clock.flight_s);
+    glm::vec3 &to_light = frame_.daylight.to_light;
+    if (sample.sun != glm::vec2(0.0F)) {
+        to_light = sun_direction(to_light, frame_.daylight.angular_radius_rad, sample.sun);
+    }
+    frame_.views_ = frame_views(file, settings, pose, width_px_, height_px_, to_light, sample.pixel);
     const View &main = frame_.view(ViewKind::main);
     const CpuTimer timer(frame_.scene_ms);
     frame_.transforms_.update(main.anchor);

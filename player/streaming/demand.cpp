@@ -6,6 +6,7 @@
 #include "streaming/terrain_tiles.hpp"
 
 #include <glm/geometric.hpp>
+#include <glm/gtc/constants.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -32,6 +33,14 @@ Demand::Demand(const Scene &scene, const Streamer &streamer) : scene_(scene), st
         return Range{first, count};
     };
     sky_ = range(file.sky);
+    for (const assets::DaytimeKey &key : file.daytime) {
+        skies_.push_back(range(key.sky));
+    }
+    if (file.clouds) {
+        const auto width_px = static_cast<float>(streamer.texture(file.clouds->map)->width_px());
+        const float around_px = width_px * static_cast<float>(file.clouds->repeat);
+        clouds_ = {range(file.clouds->map), around_px / glm::two_pi<float>()}; // at a distance of 1 m
+    }
     for (const Object &object : scene.objects()) {
         ObjectUse &use = objects_.emplace_back();
         use.mesh = range(object.file->mesh);
@@ -96,11 +105,11 @@ Demand::MapUse Demand::map_use(std::string_view artifact, float uv_per_m) const 
 
 void Demand::update(const Outlook &outlook) {
     std::ranges::fill(now_, 0.0F);
-    look(outlook.now, outlook, now_);
+    look(outlook.now, outlook.elapsed_s, outlook, now_);
     for (std::size_t i = 0; i < horizons_s.size(); ++i) {
         if (first_ || i == turn_) {
             std::ranges::transform(soon_[i], soon_[i].begin(), [](float error) { return fading * error; });
-            look(outlook.soon[i], outlook, soon_[i]);
+            look(outlook.soon[i], outlook.elapsed_s + horizons_s[i], outlook, soon_[i]);
         }
     }
     first_ = false;
@@ -116,16 +125,18 @@ void Demand::update(const Outlook &outlook) {
     }
 }
 
-void Demand::look(const Pose &pose, const Outlook &outlook, std::vector<float> &errors) {
+void Demand::look(const Pose &pose, double elapsed_s, const Outlook &outlook, std::vector<float> &errors) {
     const assets::SceneFile &file = scene_.file();
+    const Daylight daylight = daylight_at(file, flight_second(elapsed_s, file.flight.duration_s));
     const Views views =
-        frame_views(file, outlook.settings, pose, outlook.width_px, outlook.height_px, file.sun.direction);
+        frame_views(file, outlook.settings, pose, outlook.width_px, outlook.height_px, daylight.to_light);
     const View &main = views[static_cast<std::size_t>(ViewKind::main)];
     add_objects(views, outlook.settings, errors);
     if (file.shadow) {
         add_shadows(views, outlook.settings, errors);
     }
     add_surfaces(main, errors);
+    add_sky(daylight, main.pixels_at_1m, errors);
     add_terrain(main, outlook.settings.lod_error_px, errors);
 }
 
@@ -220,10 +231,24 @@ void Demand::add_surfaces(const View &main, std::vector<float> &errors) const {
     for (const MapUse &map : terrain_maps_) {
         add_map(map, pixels_at(eye_m - static_cast<double>(file.terrain->height_range_m.y)), errors);
     }
-    if (sky_.count != 0) { // texels are largest in the middle of a face: two units wide, one unit away
-        const auto edge_px = static_cast<float>(streamer_.texture(file.sky)->width_px());
-        add_map({sky_, 0.5F * edge_px}, main.pixels_at_1m, errors);
+}
+
+void Demand::add_sky(const Daylight &daylight, float pixels_at_1m, std::vector<float> &errors) const {
+    const assets::SceneFile &file = scene_.file();
+    const auto add = [&](const Range &pieces, const std::string &name) {
+        if (pieces.count != 0) { // texels are largest in the middle of a face: two units wide, one unit away
+            const auto edge_px = static_cast<float>(streamer_.texture(name)->width_px());
+            add_map({pieces, 0.5F * edge_px}, pixels_at_1m, errors);
+        }
+    };
+    if (file.daytime.empty()) {
+        add(sky_, file.sky);
+        return;
     }
+    for (const std::size_t key : daylight.sky.key) {
+        add(skies_[key], file.daytime[key].sky);
+    }
+    add_map(clouds_, pixels_at_1m, errors);
 }
 
 /// As in TerrainCut: a patch is needed if the diamond whose split shows it wants to be split.

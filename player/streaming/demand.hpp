@@ -2,6 +2,7 @@
 // How much each piece of a scene is needed: the error on screen while it is absent, now and along the way in
 // the seconds to come. Uses no GL.
 
+#include "scene/daylight.hpp"
 #include "scene/flight.hpp"
 #include "scene/quality.hpp"
 #include "streaming/scene.hpp"
@@ -24,6 +25,7 @@ struct Outlook {
     int width_px = 0, height_px = 0;
     Pose now{};
     std::array<Pose, horizons_s.size()> soon{}; // after horizons_s
+    double elapsed_s = 0.0;                     // playback time of now
 };
 
 class Demand {
@@ -54,12 +56,13 @@ class Demand {
 
     MapUse map_use(std::string_view artifact, float uv_per_m) const;
     /// Raises `errors` to those that the pose sees.
-    void look(const Pose &pose, const Outlook &outlook, std::vector<float> &errors);
+    void look(const Pose &pose, double elapsed_s, const Outlook &outlook, std::vector<float> &errors);
     NearestInstance nearest(const Object &object, const Views &views, float error_px) const;
     void add_objects(const Views &views, const RenderSettings &settings, std::vector<float> &errors) const;
     void add_shadows(const Views &views, const RenderSettings &settings, std::vector<float> &errors) const;
     void add_map(const MapUse &map, float pixels_per_m, std::vector<float> &errors) const;
     void add_surfaces(const View &main, std::vector<float> &errors) const;
+    void add_sky(const Daylight &daylight, float pixels_at_1m, std::vector<float> &errors) const;
     void add_terrain(const View &main, float error_px, std::vector<float> &errors);
 
     const Scene &scene_;
@@ -67,6 +70,8 @@ class Demand {
     std::vector<ObjectUse> objects_; // as in the scene
     std::vector<MapUse> terrain_maps_, water_maps_;
     Range sky_;
+    std::vector<Range> skies_; // of the scene's keys
+    MapUse clouds_;
     std::vector<std::uint32_t> piece_of_patch_; // of the terrain
     std::vector<bool> fading_;                  // per diamond of the terrain, as in the cut
     std::vector<float> diamond_errors_;

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import bar
 import boat
+import clouds
 import driftwood
 import effect
 import grove
@@ -29,7 +30,7 @@ import water
 
 SOUNDS = (sound, nearby, music)
 MODELS = (palm, jetty, bar, boat, lamps, grove, shells, driftwood, rocks)
-MAKERS = (terrain, sand, effect, water, sky, *SOUNDS, *MODELS)
+MAKERS = (terrain, sand, effect, water, sky, clouds, *SOUNDS, *MODELS)
 
 
 def main(arguments: list[str]) -> int:

@@ -1,29 +1,32 @@
-"""Cumulus clouds over the horizon: small lit volumes, seen from afar.
+"""sky/clouds.png: cumulus clouds around the horizon, small lit volumes seen from afar.
 
 Each cloud is a box of densities: round puffs on a flat base, eroded by noise. The box is seen along one axis,
-so that light and view rays are sums over its slices: sunlight slice by slice away from the sun, the view by
+so that light and view rays are sums over its slices: light slice by slice away from its source, the view by
 compositing front to back. Octaves of weaker absorption approximate multiple scattering: M. Wrenninge, C.
-Kulla and V. Lundqvist, "Oz: The Great and Volumetric", 2013. The phase function gives the bright rim towards
-the sun.
+Kulla and V. Lundqvist, "Oz: The Great and Volumetric", 2013.
+
+The picture holds no light of its own, because sun and moon move: red, green and blue say how bright light
+from the right, the left and above makes each texel (sRGB), alpha how much of the sky it covers. It shows
+PERIOD_DEG of the horizon, and its ends meet.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cache
+from pathlib import Path
 
 import numpy as np
 
 from noise import Array, lattice_noise, smoothstep, uniform
+from picture import srgb_encode, write_image
 
 BOX = (72, 192, 48)  # voxels: up, across, away
 EXTINCTION = 26.0  # optical depth of a box width of full density
-SUNLIGHT = np.array([3.2, 2.52, 1.80])
-SHADE_LOW, SHADE_HIGH = (
-    np.array([0.30, 0.34, 0.43]),
-    np.array([0.36, 0.46, 0.66]),
-)  # light from sea and from sky
-HAZE = np.array([0.93, 0.83, 0.75])
+PIXELS = (512, 2048)
+PERIOD_DEG = 120.0  # of the horizon; wider than any view, so that no cloud is seen twice
+HIGH_DEG = 24.0  # elevation of the upper edge
+# From where light comes, in a box's axes (up, across, away): from the right, the left, above.
+LIGHTS = ((0.0, 1.0, 0.0), (0.0, -1.0, 0.0), (1.0, 0.0, 0.0))
 
 
 @dataclass(frozen=True)
@@ -41,13 +44,13 @@ class Cloud:
 def sky_of_clouds() -> list[Cloud]:
     """The clouds, farthest first: two uneven belts along the horizon."""
     belts = []
-    for belt, (count, width, base, haze) in enumerate(((17, 9.0, 0.3, 0.50), (13, 15.0, 1.5, 0.16))):
+    for belt, (count, width, base, haze) in enumerate(((6, 8.0, 0.3, 0.50), (3, 13.0, 1.5, 0.16))):
         pick = uniform((count, 4), 301 + belt)
         for i, (a, b, c, d) in enumerate(pick):
-            azimuth = (i + 0.75 * a) * 360.0 / count + 11.0 * belt
+            azimuth = (i + 0.75 * a) * PERIOD_DEG / count + 11.0 * belt
             size = width * (0.55 + 0.8 * b * b)
             belts.append(
-                Cloud(azimuth % 360.0, size, base + 1.1 * c, 0.30 + 0.14 * d, haze, 400 + 37 * belt + i)
+                Cloud(azimuth % PERIOD_DEG, size, base + 1.1 * c, 0.30 + 0.14 * d, haze, 400 + 37 * belt + i)
             )
     return belts
 
@@ -108,62 +111,63 @@ def sun_depth(field: Array, sun: Array, height: float) -> Array:
     return np.moveaxis(depth, 0, axis)
 
 
-def render(cloud: Cloud, sun: Array) -> Array:
-    """The rendered cloud: (up, across, 4), row 0 at the base, premultiplied radiance and opacity."""
-    azimuth = np.radians(cloud.azimuth_deg)
-    right = np.array([np.cos(azimuth), 0.0, np.sin(azimuth)])
-    away = np.array([np.sin(azimuth), 0.0, -np.cos(azimuth)])
-    local = np.array([sun[1], right @ sun, away @ sun])
+def render(cloud: Cloud) -> Array:
+    """The rendered cloud: (up, across, 4), row 0 at the base: light from the right, the left and above, all
+    times the cover; the cover."""
     field = density(cloud)
-    depth = sun_depth(field, local, cloud.height)
-    cosine = float(away @ sun)
-    light = np.zeros(BOX)
-    for octave in range(4):
-        fade = 0.42**octave
-        g = 0.75 * 0.55**octave
-        lobe = (1 - g * g) / (1 + g * g - 2 * g * cosine) ** 1.5
-        back = (1 - 0.09) / (1 + 0.09 + 0.6 * cosine) ** 1.5
-        light += 0.46**octave * (0.55 * lobe + 0.45 * back) * np.exp(-depth * fade)
-    powder = 1.0 - 0.45 * np.exp(-7.0 * field * (0.35 + depth))
-    light *= 0.40 * powder
-    heights = np.linspace(0.0, 1.0, BOX[0])[:, None, None]
     cover = 1.0 - np.exp(-EXTINCTION * field * (0.45 / BOX[2]))
-    result, through = np.zeros((BOX[0], BOX[1], 4)), np.ones(BOX[:2])
+    result = np.zeros((BOX[0], BOX[1], 4))
+    through = np.ones(BOX[:2])
+    lights = [_lit(field, sun_depth(field, np.array(light), cloud.height)) for light in LIGHTS]
     for i in range(BOX[2]):
-        part = (through * cover[:, :, i])[..., None]
-        ambient = SHADE_LOW + (SHADE_HIGH - SHADE_LOW) * smoothstep(0.1, 0.9, heights[:, :, 0])[..., None]
-        result[..., :3] += part * (SUNLIGHT * light[:, :, i, None] + ambient * 0.72)
-        result[..., 3:] += part
+        part = through * cover[:, :, i]
+        for k, light in enumerate(lights):
+            result[..., k] += part * light[:, :, i]
+        result[..., 3] += part
         through = through * (1.0 - cover[:, :, i])
     rise = np.linspace(0.0, 1.0, BOX[0])[:, None, None]
-    haze = np.clip(cloud.haze + 0.25 * (1.0 - rise) ** 2, 0.0, 1.0)
-    result[..., :3] += (HAZE * result[..., 3:] - result[..., :3]) * haze
-    return result
+    # Haze before a cloud looks like the sky behind it, so the cloud covers less.
+    return np.asarray(result * (1.0 - np.clip(cloud.haze + 0.25 * (1.0 - rise) ** 2, 0.0, 1.0)))
 
 
-@cache
-def _pictures(sun: tuple[float, float, float]) -> list[tuple[Cloud, Array]]:
-    return [(cloud, render(cloud, np.array(sun))) for cloud in sky_of_clouds()]
+def _lit(field: Array, depth: Array) -> Array:
+    """How bright light that has passed an optical depth makes each voxel, 0..1."""
+    weights = [0.46**octave for octave in range(4)]
+    light = sum(weight * np.exp(-depth * 0.42**octave) for octave, weight in enumerate(weights)) / sum(
+        weights
+    )
+    return np.asarray(light * (1.0 - 0.45 * np.exp(-7.0 * field * (0.35 + depth))))
 
 
-def over(direction: Array, sky: Array, sun: Array) -> Array:
-    """Composites the clouds over the sky; direction, sky : (..., 3)."""
-    azimuth = np.degrees(np.arctan2(direction[..., 0], -direction[..., 2]))
-    elevation = np.degrees(np.arcsin(np.clip(direction[..., 1], -1.0, 1.0)))
-    result = sky.copy()
-    for cloud, picture in _pictures((float(sun[0]), float(sun[1]), float(sun[2]))):
-        turn = (azimuth - cloud.azimuth_deg + 180.0) % 360.0 - 180.0
-        column = (turn / (2 * cloud.half_width_deg) + 0.5) * BOX[1] - 0.5
-        row = (elevation - cloud.base_deg) / (2 * cloud.half_width_deg * cloud.height) * BOX[0] - 0.5
+def panorama() -> Array:
+    """Light from the right, the left and above, and cover: (PIXELS, 4), row 0 at the top."""
+    rows, columns = PIXELS
+    azimuth = (np.arange(columns) + 0.5)[None, :] / columns * PERIOD_DEG
+    elevation = (1.0 - (np.arange(rows) + 0.5)[:, None] / rows) * HIGH_DEG
+    result = np.zeros((rows, columns, 4))
+    for cloud in sky_of_clouds():
+        picture = np.pad(render(cloud), ((1, 2), (1, 2), (0, 0)))
+        turn = (azimuth - cloud.azimuth_deg + 0.5 * PERIOD_DEG) % PERIOD_DEG - 0.5 * PERIOD_DEG
+        column = (turn / (2 * cloud.half_width_deg) + 0.5) * BOX[1] - 0.5 + 0.0 * elevation
+        row = (
+            (elevation - cloud.base_deg) / (2 * cloud.half_width_deg * cloud.height) * BOX[0]
+            - 0.5
+            + 0.0 * turn
+        )
         inside = (column > -1) & (column < BOX[1]) & (row > -1) & (row < BOX[0])
-        if not inside.any():
-            continue
         c, r = column[inside] + 1, row[inside] + 1
-        wide = np.pad(picture, ((1, 2), (1, 2), (0, 0)))
         j, i = np.floor(c).astype(np.int64), np.floor(r).astype(np.int64)
         a, b = (c - j)[:, None], (r - i)[:, None]
-        low = wide[i, j] * (1 - a) + wide[i, j + 1] * a
-        high = wide[i + 1, j] * (1 - a) + wide[i + 1, j + 1] * a
+        low = picture[i, j] * (1 - a) + picture[i, j + 1] * a
+        high = picture[i + 1, j] * (1 - a) + picture[i + 1, j + 1] * a
         seen = low * (1 - b) + high * b
-        result[inside] = result[inside] * (1 - seen[:, 3:]) + seen[:, :3]
+        result[inside] = result[inside] * (1 - seen[:, 3:]) + seen
     return result
+
+
+def make(out: Path) -> None:
+    """Writes the picture under out/sky."""
+    light = panorama()
+    cover = light[..., 3:]
+    color = np.where(cover > 1e-4, light[..., :3] / np.maximum(cover, 1e-4), 0.5)
+    write_image(out / "sky/clouds.png", np.concatenate([srgb_encode(color), cover], -1), "uint8")

@@ -16,7 +16,7 @@ vec3 haze_color(vec3 direction) {
     float towards_sun = max(dot(direction, sun_direction.xyz), 0.0);
     float glow = towards_sun * towards_sun;
     glow *= glow;
-    return fog.rgb * (1.0 + 0.35 * glow * glow);
+    return fog.rgb * (1.0 + 0.35 * daylight.y * glow * glow);
 }
 
 // Radiance of endless water around an eye below the surface, and the share of light that water scatters per

@@ -18,4 +18,5 @@ layout(std140) uniform FrameUniforms {
     vec4 anchor;
     vec4 wind;
     vec4 wind_phases;
+    vec4 daylight;
 };

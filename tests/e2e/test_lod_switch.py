@@ -29,7 +29,7 @@ def alone(posed: Posed, name: str) -> dict[str, Any]:
         {"position": [-v for v in item["center"]], "rotation": [0, 0, 0, 1], "scale": [1, 1, 1]}
     ]
     maps = {one for material in item["materials"].values() for one in material["maps"].values() if one}
-    used = {item["mesh"], *maps, *(["sky"] if scene["sky"] else [])}
+    used = {item["mesh"], *maps, *([scene["sky"]["cubemap"]] if scene["sky"] else [])}
     scene["artifacts"] = {key: entry for key, entry in scene["artifacts"].items() if key in used}
     scene["fog"]["density_per_m"] = 0.0
     if scene["shadow"]:

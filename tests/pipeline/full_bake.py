@@ -24,6 +24,7 @@ from paradize.build.options import BuildOptions
 from paradize.build.provenance import BakeReport
 from paradize.map_table import DERIVED
 from paradize.scene import requirements as require
+from paradize.scene.daytime import key_skies
 from paradize.scene.jobs import Requirements
 from paradize.scene.settings import Scene, load_scene, sound_files
 from tests.pictures import flip_map, load
@@ -116,7 +117,8 @@ def sources_of(scene: Scene) -> Sequence[Path]:
     found += [item.mesh for item in scene.objects]
     found += [item.alpha for item in scene.objects if item.alpha]
     found += [scene.terrain.heightmap] if scene.terrain else []
-    found += scene.sky.faces if scene.sky else []
+    found += [face for sky in key_skies(scene) for face in sky.faces]
+    found += [scene.clouds.picture] if scene.clouds else []
     return [*found, *sound_files(scene.sounds, scene.music)]
 
 

@@ -32,8 +32,8 @@ class Posed:
     kept: dict[str, Picture] = field(default_factory=dict)
 
     def scene(self) -> dict[str, Any]:
-        """A copy of its scene.json, for changes."""
-        return copy.deepcopy(json.loads((self.source / "scene.json").read_text()))
+        """A copy of its scene.json, for changes. Its light stands still, as at its poster's key."""
+        return copy.deepcopy(json.loads((self.source / "scene.json").read_text())) | {"daytime": None}
 
     def render(
         self,

@@ -177,6 +177,48 @@ TEST_CASE("scene.json: an invalid level or limit is rejected with its path") {
     }
 }
 
+TEST_CASE("scene.json: keys of the light are read as written, and refused where they cannot be played") {
+    const auto keys = [](const std::string &first_s, const std::string &second_s, const std::string &sky) {
+        const auto light = [](const std::string &intensity) {
+            return R"({"azimuth_rad": 1, "elevation_rad": 0.5, "color": [1, 1, 1], "intensity": )" +
+                   intensity + "}";
+        };
+        const auto key = [&](const std::string &at_s) {
+            return R"({"at_s": )" + at_s + R"(, "sun": )" + light("3") + R"(, "moon": )" + light("0") +
+                   R"(, "ambient": {"color": [1, 1, 1], "intensity": 0.25},
+"fog": {"color": [1, 1, 1], "density_per_m": 0.5}, "exposure": 2, "cubemap": ")" +
+                   sky + R"(", "cubemap_azimuth_rad": -1})";
+        };
+        return R"("daytime": {"keys": [)" + key(first_s) + ", " + key(second_s) +
+               R"(], "moon_diameter_rad": 0.02, "clouds": {"color": "quad_color", "high_rad": 0.4, "repeat": 3,
+"drift_repeats": -2}}, )";
+    };
+    test::SceneText text;
+    text.extra = keys("0.5", "4", "sky");
+    const assets::SceneFile scene = assets::parse_scene(text.str(), "scene.json");
+    REQUIRE(scene.daytime.size() == 2);
+    CHECK(scene.daytime[1].at_s == 4.0);
+    CHECK(scene.daytime[1].sun.intensity == 3.0F);
+    CHECK(scene.daytime[1].moon.elevation_rad == 0.5F);
+    CHECK(scene.daytime[1].ambient.intensity == 0.25F);
+    CHECK(scene.daytime[1].fog.density_per_m == 0.5F);
+    CHECK(scene.daytime[1].exposure == 2.0F);
+    CHECK(scene.daytime[1].sky_azimuth_rad == -1.0F);
+    CHECK(scene.clouds->drift_repeats == -2);
+    text.extra = keys("4", "4", "sky");
+    check_refused(text,
+                  "scene.json: daytime.keys[1].at_s: is 4, must be above that of the key before and below "
+                  "the flight's 10 s");
+    text.extra = keys("4", "10", "sky");
+    check_refused(text,
+                  "scene.json: daytime.keys[1].at_s: is 10, must be above that of the key before and below "
+                  "the flight's 10 s");
+    text.extra = keys("1", "4", "quad_color");
+    check_refused(text,
+                  "scene.json: daytime.keys[0].cubemap: names \"quad_color\", which is not an artifact of "
+                  "the right kind");
+}
+
 TEST_CASE("parallax: kept within the limit, scaled down as a whole beyond it") {
     assets::Material material;
     material.parallax_scale = 0.2F;

@@ -74,7 +74,7 @@ def test_the_water_mirrors_it_as_it_leans(posed: Posed) -> None:
     eye, target = (-2.0, 1.6, 8.0), (-24.0, 0.0, 3.0)
     leaning = moved(posed, scene, eye, target)
     palm_of(scene)["sway"] = None
-    assert (leaning & ~moved(posed, scene, eye, target)).mean() > 0.001
+    assert (leaning & ~moved(posed, scene, eye, target)).mean() > 0.0005
 
 
 def test_without_reach_all_stands_still(posed: Posed) -> None:

@@ -14,11 +14,22 @@ from paradize.formats.glb.document import glb_document
 from paradize.formats.scene_manifest import FORMAT, MATERIAL_MAPS, VERSION
 from paradize.map_table import MAPS, SECOND, maps_of
 from paradize.material import REPEATED
+from paradize.scene.daytime import key_skies, poster_key, standing_light
 from paradize.scene.finest_views import sun_direction
 from paradize.scene.flight import PI, Flight, Vec
 from paradize.scene.map_sets import DrawnMaterial, MapSet, ObjectMaps, SceneMaps
 from paradize.scene.placement import placed
-from paradize.scene.settings import Music, NeededSound, Scene, SceneObject, Sound, Waiver, sound_files
+from paradize.scene.settings import (
+    KeyMoon,
+    Music,
+    NeededSound,
+    Scene,
+    SceneObject,
+    Sound,
+    Sun,
+    Waiver,
+    sound_files,
+)
 from paradize.scene.sightings import ObjectSighting
 
 # Streaming order: the sky, then the ground, then objects; colour before relief.
@@ -98,6 +109,8 @@ def build_manifest(
     registry.make_terrain."""
     sounds = sound_files(scene.sounds, scene.music)
     begins_s = _tiles(terrain_tables) | {one.artifact: one.first_s for one in sounds.values()}
+    begins_s |= {sky.name: sky.first_s for sky in key_skies(scene)}
+    standing = standing_light(scene)
     entries = {}
     for name, one in artifacts.items():
         users = owners.get(name, ())
@@ -113,7 +126,7 @@ def build_manifest(
         "format": FORMAT,
         "version": VERSION,
         "name": head.name,
-        "exposure": head.exposure,
+        "exposure": standing.head.exposure,
         "viewport": list(head.viewport),
         "largest_viewport": list(head.largest),
         "free_camera": _plain(scene.free_camera) if scene.free_camera else None,
@@ -125,15 +138,16 @@ def build_manifest(
         "check": {"severity": scene.check, "waivers": [_waiver(item) for item in scene.waivers]}
         | {"tried": {name: one.tried for name, one in artifacts.items() if one.tried}},
         "sun": {
-            "direction": sun_direction(scene.sun.azimuth_deg, scene.sun.elevation_deg),
-            "color": list(scene.sun.color),
-            "intensity": scene.sun.intensity,
+            "direction": sun_direction(standing.sun.azimuth_deg, standing.sun.elevation_deg),
+            "color": list(standing.sun.color),
+            "intensity": standing.sun.intensity,
             "angular_diameter_rad": scene.sun.angular_diameter_deg * (PI / 180.0),
         },
-        "ambient": _plain(scene.ambient),
-        "fog": _plain(scene.fog),
+        "ambient": _plain(standing.ambient),
+        "fog": _plain(standing.fog),
+        "daytime": _daytime(scene),
         "wind": _wind(scene),
-        "sky": {"cubemap": "sky"} if scene.sky else None,
+        "sky": _sky(scene),
         "shadow": _plain(scene.shadow) if scene.shadow else None,
         "reflection": _plain(scene.reflection) if scene.reflection else None,
         "refraction": _plain(scene.refraction) if scene.refraction else None,
@@ -177,8 +191,57 @@ def _plain(settings: Any) -> dict[str, Any]:
 def _rank(name: str, entries: dict[str, dict[str, Any]]) -> tuple[float, int, int, str]:
     stem, _, tail = name.rpartition("_")
     kind = tail if tail in _STREAMING else entries[name]["kind"]
-    after_ground = 0 if stem in {"", "terrain", "terrain_mesh", "sand", "effect", "water"} else 1
+    after_ground = 0 if stem in {"", "terrain", "terrain_mesh", "sand", "effect", "water", "clouds"} else 1
     return entries[name]["first_needed_s"], _STREAMING.index(kind), after_ground, name
+
+
+def _sky(scene: Scene) -> dict[str, str] | None:
+    """Returns the sky of a fixed moment: that of the key nearest to the poster, or the only one."""
+    skies = key_skies(scene)
+    if not scene.daytime:
+        return {"cubemap": skies[0].name} if skies else None
+    shown = scene.daytime.index(poster_key(scene))
+    return {"cubemap": next(sky.name for sky in skies if shown in sky.keys)}
+
+
+def _daytime(scene: Scene) -> dict[str, Any] | None:
+    if not scene.daytime:
+        return None
+    names = {key: sky.name for sky in key_skies(scene) for key in sky.keys}
+    clouds = scene.clouds
+    return {
+        "keys": [
+            {
+                "at_s": key.at_s,
+                "sun": _sky_light(key.sun),
+                "moon": _sky_light(key.moon),
+                "ambient": _plain(key.ambient),
+                "fog": _plain(key.fog),
+                "exposure": key.exposure,
+                "cubemap": names[i],
+                "cubemap_azimuth_rad": key.faces_azimuth_deg * (PI / 180.0),
+            }
+            for i, key in enumerate(scene.daytime)
+        ],
+        "moon_diameter_rad": scene.moon.angular_diameter_deg * (PI / 180.0),
+        "clouds": {
+            "color": "clouds_color",
+            "high_rad": clouds.high_deg * (PI / 180.0),
+            "repeat": clouds.repeat,
+            "drift_repeats": clouds.drift_repeats,
+        }
+        if clouds
+        else None,
+    }
+
+
+def _sky_light(light: Sun | KeyMoon) -> dict[str, Any]:
+    return {
+        "azimuth_rad": light.azimuth_deg * (PI / 180.0),
+        "elevation_rad": light.elevation_deg * (PI / 180.0),
+        "color": list(light.color),
+        "intensity": light.intensity,
+    }
 
 
 def _present(name: str, entries: dict[str, Any]) -> str | None:

@@ -170,7 +170,7 @@ def _queries(
         water = scene.water
         square = {"level_m": water.level_m, "size_m": water.size_m, "repeat": water.wave_repeat}
         decides["water"] = {"textures": _sizes([f"water_{key}" for key in maps_of("water")], data)} | square
-    if scene.sky and isinstance(cube := data["sky"], bytes):
+    if scene.sky and not scene.daytime and isinstance(cube := data["sky"], bytes):
         side, _, levels = ktx2_size(cube)
         decides["sky"] = {"side": side, "levels": levels, "smoothest": _smoothest(scene, maps)}
     queries.append((decides | with_data, meshes, decides))

@@ -115,6 +115,22 @@ def export(folder: Path, out: Path, on_progress: OnProgress | None = None) -> Ex
     return exported
 
 
+def _poster_key(manifest: dict[str, Any]) -> dict[str, Any]:
+    keys: list[dict[str, Any]] = manifest["daytime"]["keys"]
+    return min(keys, key=lambda key: abs(key["at_s"] - manifest["poster_s"]))
+
+
+def sky_turn(manifest: dict[str, Any]) -> F32:
+    """The rotation about Y that brings a sky's light to where it stands at the key nearest to the poster."""
+    if not manifest["daytime"]:
+        return np.eye(3, dtype=np.float32)
+    key = _poster_key(manifest)
+    light = max(key["sun"], key["moon"], key=lambda light: light["intensity"])
+    angle = light["azimuth_rad"] - key["cubemap_azimuth_rad"]
+    cosine, sine = np.cos(angle), np.sin(angle)
+    return np.array([[cosine, 0.0, -sine], [0.0, 1.0, 0.0], [sine, 0.0, cosine]], np.float32)
+
+
 class _Export:
     """Adds the parts of a scene to a glTF bundle."""
 
@@ -141,13 +157,14 @@ class _Export:
             return
         pngs = sky_pngs(self._texture(sky["cubemap"]), self.manifest["exposure"])
         half = 0.57 * self.manifest["flight"]["far_m"]  # so that its corners are nearer than the far plane
+        turn = sky_turn(self.manifest)
         for name, png, (right, down, ahead) in zip(SKY_FACES, pngs, SKY_FACES.values(), strict=True):
             texture = {"index": self.bundle.texture(f"sky {name}", png, ("clamp", "clamp"))}
             look = {"baseColorTexture": texture, "metallicFactor": 0.0}
             material = self.bundle.material(
                 f"sky {name}", pbrMetallicRoughness=look, doubleSided=True, extensions={_UNLIT: {}}
             )
-            mesh = quad(*(half * np.array(axis, np.float32) for axis in (ahead, right, down)))
+            mesh = quad(*(half * (turn @ np.array(axis, np.float32)) for axis in (ahead, right, down)))
             self._place(f"sky {name}", mesh, {"": material}, self.keys.origin)
 
     def terrain(self) -> None:
@@ -274,6 +291,11 @@ class _Export:
         self.notes.append(
             "glTF holds no ambient light: give the viewer an environment map or an ambient light"
         )
+        if self.manifest["daytime"]:
+            second_s = _poster_key(self.manifest)["at_s"]
+            self.notes.append(
+                f"glTF has no time of day: light and sky are those of {second_s:g} s, without clouds"
+            )
         for key, what in (("particles", "particles"), ("sounds", "sound"), ("music", "music")):
             if self.manifest[key]:
                 self.notes.append(f"glTF has no {what}")

@@ -75,6 +75,28 @@ def _axis_scale(value: Any, place: str) -> None:
 
 
 _second = table(maps=table(**dict.fromkeys(SECOND, or_null(text))), wrap=list_of(one_of(*WRAPS), size=2))
+_ambient = table(color=_vec3, intensity=_positive)
+_fog = table(color=_vec3, density_per_m=_positive)
+_sky_light = table(
+    azimuth_rad=number(-6.5, 6.5), elevation_rad=number(-1.571, 1.571), color=_vec3, intensity=_positive
+)
+_daytime_key = table(
+    at_s=_positive,
+    sun=_sky_light,
+    moon=_sky_light,
+    ambient=_ambient,
+    fog=_fog,
+    exposure=_positive,
+    cubemap=text,
+    cubemap_azimuth_rad=number(-6.5, 6.5),
+)
+_clouds = table(
+    color=text,
+    high_rad=number(1e-3, 1.571),
+    repeat=whole(1, 1000),
+    drift_repeats=whole(-1000, 1000),
+)
+
 _material = table(
     {"second": _second},
     color=_vec3,
@@ -184,8 +206,15 @@ _manifest = table(
         tried=map_of(table(requested=text, taken=text, errors=map_of(map_of(_real)))),
     ),
     sun=table(direction=_vec3, color=_vec3, intensity=_positive, angular_diameter_rad=_positive),
-    ambient=table(color=_vec3, intensity=_positive),
-    fog=table(color=_vec3, density_per_m=_positive),
+    ambient=_ambient,
+    fog=_fog,
+    daytime=or_null(
+        table(
+            keys=list_of(_daytime_key, min_size=2, max_size=1000),
+            moon_diameter_rad=_positive,
+            clouds=or_null(_clouds),
+        )
+    ),
     wind=or_null(table(direction=_vec2, speed_m_per_s=_positive, gust_m=_positive)),
     sky=or_null(table(cubemap=text)),
     shadow=or_null(
@@ -309,6 +338,11 @@ def references(manifest: dict[str, Any]) -> list[tuple[str, str, tuple[str, ...]
         entries.append((f"streaming[{i}]", name, KINDS))
     if manifest["sky"]:
         entries.append(("sky.cubemap", manifest["sky"]["cubemap"], ("cubemap",)))
+    if daytime := manifest["daytime"]:
+        for i, key in enumerate(daytime["keys"]):
+            entries.append((f"daytime.keys[{i}].cubemap", key["cubemap"], ("cubemap",)))
+        if daytime["clouds"]:
+            entries.append(("daytime.clouds.color", daytime["clouds"]["color"], ("texture",)))
     if terrain := manifest["terrain"]:
         entries += [(f"terrain.tiles[{i}]", name, ("mesh",)) for i, name in enumerate(terrain["tiles"])]
         for key in _GROUND_MAPS:

@@ -40,7 +40,7 @@ SCALES = (1e-6, 1e6)  # limits of an instance's scale (scene/settings/objects.py
 SMALLEST, LARGEST, FARTHEST = 1e-8, 1e9, 1e9  # limits of a model's radius; of its distance from 0, in radii
 FARTHEST_M = 1e9  # limit of an instance's position (scene/settings/objects.py)
 PICTURES = {".png", ".jpg", ".jpeg", ".tga", ".tif", ".tiff", ".exr"}
-RESERVED = {"terrain", "sand", "effect", "water", "sky", "sound"}
+RESERVED = {"terrain", "sand", "effect", "water", "sky", "clouds", "sound"}
 _MOST_SPLIT = 64  # instanced meshes that become objects
 
 

@@ -56,7 +56,7 @@ def scene_views(scene: Scene) -> dict[str, Any]:
         "shadow": {"extent_m": scene.shadow.extent_m, "center": list(scene.shadow.center)}
         if scene.shadow
         else None,
-        "sun": sun_direction(scene.sun.azimuth_deg, scene.sun.elevation_deg),
+        "sun": None if scene.daytime else sun_direction(scene.sun.azimuth_deg, scene.sun.elevation_deg),
         **({"region": asdict(scene.free_camera)} if scene.free_camera else {}),
     }
 

@@ -36,7 +36,9 @@ def add_terrain(
             )
         ),
     )
-    _color(required, "sand", {"image": terrain.sand_color}, "repeat", "the terrain's sand pattern", readers)
+    add_color(
+        required, "sand", {"image": terrain.sand_color}, "repeat", "the terrain's sand pattern", readers
+    )
     if terrain.sand_strength > 0.0:
         required.add(
             "sand maps",
@@ -54,7 +56,7 @@ def add_terrain(
             ),
         )
     if terrain.effect_color:
-        _color(
+        add_color(
             required, "effect", {"image": terrain.effect_color}, "clamp", "the terrain's effect map", readers
         )
     if relief and terrain.effect_strength > 0.0:
@@ -103,7 +105,7 @@ def add_water(required: Requirements, water: Water) -> None:
     )
 
 
-def _color(
+def add_color(
     required: Requirements,
     name: str,
     sources: dict[str, Path],
@@ -112,6 +114,7 @@ def _color(
     passes: tuple[str, ...],
     alpha_cutoff: float = 0.5,
 ) -> None:
+    """Adds the job of a colour map."""
     output = Output(f"{name}_color", "texture", "color", reason, passes)
     settings = ColorSettings(wrap=wrap, alpha_cutoff=alpha_cutoff)
     required.add(f"{name} colour", "color", sources, [output], **asdict(settings))

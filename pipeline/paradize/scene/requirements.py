@@ -9,8 +9,9 @@ from __future__ import annotations
 from dataclasses import asdict
 
 from paradize.scene.baker_settings import CubemapSettings, SoundSettings
+from paradize.scene.daytime import KeySky, key_skies
 from paradize.scene.finest_views import camera_views, scene_views
-from paradize.scene.ground_jobs import add_terrain, add_water
+from paradize.scene.ground_jobs import add_color, add_terrain, add_water
 from paradize.scene.jobs import Output, Requirements
 from paradize.scene.map_sets import SceneMaps
 from paradize.scene.object_jobs import add_map_set, add_object, screen_size
@@ -21,17 +22,7 @@ from paradize.scene.settings import VIEWS, Scene, sound_files
 def require(scene: Scene, maps: SceneMaps) -> Requirements:
     """Returns the jobs of a scene. maps: from build/map_sets.py."""
     required = Requirements()
-    if scene.sky:
-        faces = {f"face{i}": path for i, path in enumerate(scene.sky.faces)}
-        readers = ("sky", *(name for name in ("terrain", "objects", "water") if getattr(scene, name)))
-        output = Output(
-            "sky",
-            "cubemap",
-            "sky",
-            listed("the sky", *(["the water's mirror"] if scene.water else [])),
-            readers,
-        )
-        required.add("sky", "cubemap", faces, [output], **asdict(CubemapSettings()))
+    _add_skies(required, scene)
     views = tuple(name for name in VIEWS if name == "camera" or getattr(scene, name))
     if scene.terrain:
         add_terrain(required, scene.terrain, views[1:], scene_views(scene))
@@ -58,3 +49,22 @@ def require(scene: Scene, maps: SceneMaps) -> Requirements:
             files = maps.beside.get(job.sources[role], ())
             job.sources.update({f"{role}, file {k + 2}": path for k, path in enumerate(files)})
     return required
+
+
+def _add_skies(required: Requirements, scene: Scene) -> None:
+    """Adds the jobs of the sky's cube maps and of the clouds."""
+    surfaces = tuple(name for name in ("terrain", "objects", "water") if getattr(scene, name))
+    readers = ("environment", "sky") if scene.daytime else ("sky", *surfaces)
+    for sky in key_skies(scene):
+        faces = {f"face{i}": path for i, path in enumerate(sky.faces)}
+        output = Output(sky.name, "cubemap", "sky", _reason(sky, scene), readers)
+        required.add(sky.name, "cubemap", faces, [output], **asdict(CubemapSettings()))
+    if scene.clouds:
+        source = {"image": scene.clouds.picture}
+        add_color(required, "clouds", source, "repeat", "the clouds around the horizon", readers)
+
+
+def _reason(sky: KeySky, scene: Scene) -> str:
+    seen = listed("the sky", *(["the water's mirror"] if scene.water else []))
+    times = [f"from {begin:g} s to {end or scene.flight.duration_s:g} s" for begin, end in sky.spans_s]
+    return f"{seen} {listed(*times)}" if times else seen

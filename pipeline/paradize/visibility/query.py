@@ -231,9 +231,13 @@ def _append(columns: tuple[F64, F64, F64], row: list[float]) -> tuple[F64, F64, 
     return x, y, z
 
 
-def _light(extent_m: float, center: list[float], sun: list[float]) -> _Light:
+def _light(extent_m: float, center: list[float], sun: list[float] | None) -> _Light:
     """The light's box as the player makes it: a square around `center` across the light, three times as deep
-    as wide."""
+    as wide. sun: None if the light turns; then it is a box around all those boxes."""
+    if sun is None:
+        around = float(np.sqrt(0.5 * 0.5 + 0.5 * 0.5 + 1.5 * 1.5)) * extent_m * (1.0 + 1e-4)
+        axes = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+        return _Light((center[0], center[1], center[2]), axes, (around, around, around))
     x, y, z = sun
     ux, uy, uz = (0.0, 0.0, -1.0) if abs(y) > 0.999 else (0.0, 1.0, 0.0)
     side = _unit((uy * z - uz * y, uz * x - ux * z, ux * y - uy * x))

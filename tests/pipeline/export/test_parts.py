@@ -16,6 +16,7 @@ from paradize.data import Group, Texture
 from paradize.export.flight import flight_keys
 from paradize.export.heights import smoothstep, under_water
 from paradize.export.pictures import gloss_png, ground_light, normal_png, occlusion_png
+from paradize.export.scene import sky_turn
 from paradize.export.shapes import SKY_FACES, joined, level_quad, mirrored
 from paradize.formats.glb.bundle import Bundle
 from paradize.formats.png import decode_png
@@ -88,6 +89,16 @@ def test_the_sky_s_faces_lie_as_cube_maps_do() -> None:
         right, down, ahead = (np.array(axis) for axis in SKY_FACES[face])
         for s, t in ((-0.5, 0.25), (0.75, -1.0)):
             assert np.array_equal(ahead + s * right + t * down, way(s, t)), face
+
+
+def test_a_sky_is_turned_to_where_its_light_stands_at_the_poster() -> None:
+    sun, moon = {"azimuth_rad": 2.0, "intensity": 3.0}, {"azimuth_rad": 1.0, "intensity": 0.0}
+    key = {"at_s": 5.0, "sun": sun, "moon": moon, "cubemap_azimuth_rad": 2.0 - math.pi / 2}
+    other = key | {"at_s": 9.0, "cubemap_azimuth_rad": 0.0}
+    north, east = np.array([0.0, 0.0, -1.0]), np.array([1.0, 0.0, 0.0])
+    turn = sky_turn({"poster_s": 6.0, "daytime": {"keys": [key, other]}})
+    assert turn @ north == pytest.approx(east, abs=1e-6)
+    assert np.array_equal(sky_turn({"daytime": None}), np.eye(3))
 
 
 def test_water_takes_light_on_the_way_down_and_up_again() -> None:

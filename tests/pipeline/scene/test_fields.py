@@ -31,7 +31,7 @@ def test_every_field_has_a_meaning() -> None:
 def test_the_examples_of_the_page_are_one_scene(tmp_path: Path) -> None:
     text = "\n\n".join(EXAMPLES.values())
     names = [*(f"{face}.exr" for face in FILES), "ground.png", "sand.png", "waves.png", "palm.obj", "sea.ogg"]
-    names += ["shore.ogg", "morning.ogg", "night.ogg"]
+    names += ["clouds.png", "shore.ogg", "morning.ogg", "night.ogg"]
     for name in names:
         (tmp_path / name).write_bytes(b"looked for, not read")
     path = tmp_path / "scene.toml"

@@ -285,7 +285,9 @@ def test_the_shaders_have_the_numbers_that_are_reckoned_with() -> None:
     assert f"textureLod(u_sky, up, {required_detail.SEA_MIP}.0 - u_sky_trimmed_mips)" in text(
         "shaders/water.frag"
     )
-    assert "static_cast<float>(sky->levels()) - 2.3F" in text("player/passes/environment_bindings.cpp")
+    bindings = text("player/passes/environment_bindings.cpp")
+    assert "coarser_than_all = 2.3F;" in bindings
+    assert "static_cast<float>(sky->levels()) - coarser_than_all" in bindings
     assert "(u_sky_blur + u_sky_trimmed_mips) * sqrt(sqrt(alpha)) - u_sky_trimmed_mips" in text(
         "shaders/lib/light.glsl"
     )

@@ -11,6 +11,7 @@ lists, whole numbers of 64 bits, 10,000 tables in an array unless declared other
 faults (schema.MOST_FAULTS).
 """
 
+from paradize.scene.settings.daytime import Clouds, DaytimeKey, KeyMoon, Moon
 from paradize.scene.settings.environment import Ambient, Fog, Shadow, Sky, Sun, View, Water
 from paradize.scene.settings.flight import EyePoint, Flight, FreeCamera, TargetPoint
 from paradize.scene.settings.lights import Light
@@ -35,13 +36,17 @@ __all__ = [
     "UNWRAPPERS",
     "VIEWS",
     "Ambient",
+    "Clouds",
+    "DaytimeKey",
     "EyePoint",
     "Flight",
     "Fog",
     "FreeCamera",
     "Head",
     "Instance",
+    "KeyMoon",
     "Light",
+    "Moon",
     "Music",
     "NeededSound",
     "ObjectMaterial",

@@ -79,6 +79,35 @@ def _check_totals(scene: Scene, faults: Faults) -> None:
             faults.add(place, f"has {count}, and all together {total} {what}", mend)
 
 
+def _check_daytime(scene: Scene, faults: Faults) -> None:
+    """Adds the faults of the keys of the light."""
+    keys = scene.daytime
+    if not keys:
+        for name in ("clouds",) if scene.clouds else ():
+            faults.add(
+                name, "stands without [[daytime]], which lights it", "write two or more keys, or leave it out"
+            )
+        return
+    if len(keys) == 1:
+        faults.add("daytime", "has one key", "write two or more, or leave it out")
+    for i, key in enumerate(keys):
+        if i and key.at_s <= keys[i - 1].at_s:
+            mend = f"must be above {keys[i - 1].at_s:g}, the key before"
+            faults.add(f"daytime[{i}].at_s", f"is {key.at_s:g}", mend)
+        if key.at_s >= scene.flight.duration_s:
+            mend = f"must be below the flight's {scene.flight.duration_s:g} s"
+            faults.add(f"daytime[{i}].at_s", f"is {key.at_s:g}", mend)
+        if key.faces is None and scene.sky is None:
+            faults.add(f"daytime[{i}].faces", "is missing, and there is no [sky]", "write one of them")
+        after = keys[(i + 1) % len(keys)]
+        if max(key.sun.intensity, after.sun.intensity) > 0.0 < max(key.moon.intensity, after.moon.intensity):
+            what = "this key and the next have sunlight and moonlight, and only one of them casts shadows"
+            mend = "set sun.intensity or moon.intensity to 0, or write a key between in which both are 0"
+            faults.add(f"daytime[{i}]", what, mend)
+    if scene.sky and all(key.faces for key in keys):
+        faults.add("sky", "is shown by no key of [[daytime]]", "leave it out, or the faces of a key")
+
+
 def _cross_checks(scene: Scene, faults: Faults) -> None:
     """Adds the faults that concern more than one field."""
     first: dict[str, int] = {}
@@ -86,7 +115,7 @@ def _cross_checks(scene: Scene, faults: Faults) -> None:
         name = item.name
         if first.setdefault(name, i) != i:
             faults.add(f"object[{i}].name", f"{name!r} is already object[{first[name]}]", "rename one")
-        if name in {"terrain", "sand", "effect", "water", "sky", "sound"}:
+        if name in {"terrain", "sand", "effect", "water", "sky", "clouds", "sound"}:
             faults.add(f"object[{i}].name", f"{name!r} names the scene's own artifacts", "rename it")
         if (item.lods_by == "error") != bool(item.lod_errors):
             mend = 'write lod_errors with lods_by = "error", and only there'
@@ -121,6 +150,7 @@ def _cross_checks(scene: Scene, faults: Faults) -> None:
             what = f"{cloud.name!r} is already particles[{sparkles[cloud.name]}]"
             faults.add(f"particles[{i}].name", what, "rename one")
     _check_totals(scene, faults)
+    _check_daytime(scene, faults)
     check_sounds(scene.sounds, scene.music, scene.flight.duration_s, faults)
     flight = scene.flight
     check_lights(scene.lights, scene.objects, flight.duration_s, faults)

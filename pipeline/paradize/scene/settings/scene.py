@@ -26,6 +26,7 @@ from paradize.scene.schema import (
     whole,
     words,
 )
+from paradize.scene.settings.daytime import MOST_KEYS, Clouds, DaytimeKey, Moon
 from paradize.scene.settings.environment import Ambient, Fog, Shadow, Sky, Sun, View, Water, Wind
 from paradize.scene.settings.flight import Flight, FreeCamera
 from paradize.scene.settings.lights import Light
@@ -151,6 +152,14 @@ class Scene:
     fog: Fog = table(Fog, Fog, meaning="Fog. By default there is none.")
     wind: Wind = table(Wind, Wind, meaning="The wind, which moves objects that sway or flutter.")
     sky: Sky | None = table(Sky, None, meaning="The sky, a cube map.")
+    daytime: tuple[DaytimeKey, ...] = tables(
+        DaytimeKey,
+        most=MOST_KEYS,
+        meaning="The light at one second of the flight, in place of [sun], [ambient], [fog] and exposure. "
+        "Two or more; between them the light changes smoothly, and from the last to the first.",
+    )
+    moon: Moon = table(Moon, Moon, meaning="The moon of [[daytime]].")
+    clouds: Clouds | None = table(Clouds, None, meaning="Clouds that drift, in the light of [[daytime]].")
     shadow: Shadow | None = table(
         Shadow, None, meaning="Shadows of the sun. Without this table there are none."
     )

@@ -1,0 +1,218 @@
+"""Day turns into night along the flight: sun, moon, stars, clouds, shadows, exposure, each where it shows."""
+
+from __future__ import annotations
+
+import copy
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from tests.pictures import load
+from tests.player.posed import differs
+from tests.player.synthetic import identity, texture, write_scene
+
+Picture = NDArray[Any]
+DAY_S, DUSK_S, NIGHT_S, DAWN_S = 1.0, 4.0, 6.0, 8.5  # of the keys, on a flight of 10 s
+MOON = np.array([0.498, 0.342, 0.797])  # towards it at night: 148 degrees from the north, 20 high
+SIZE = (320, 180)
+
+
+def light(azimuth_deg: float, elevation_deg: float, intensity: float) -> dict[str, Any]:
+    return {
+        "azimuth_rad": float(np.radians(azimuth_deg)),
+        "elevation_rad": float(np.radians(elevation_deg)),
+        "color": [1.0, 0.9, 0.75],
+        "intensity": intensity,
+    }
+
+
+def key(at_s: float, sun: dict[str, Any], moon: dict[str, Any], share: float, sky: str) -> dict[str, Any]:
+    """share: of the light of day that is left around."""
+    return {
+        "at_s": at_s,
+        "sun": sun,
+        "moon": moon,
+        "ambient": {"color": [0.5, 0.65, 1.0], "intensity": 0.6 * share},
+        "fog": {"color": [0.7 * share, 0.8 * share, 0.9 * share], "density_per_m": 0.0},
+        "exposure": 1.0,
+        "cubemap": sky,
+        "cubemap_azimuth_rad": 0.0,
+    }
+
+
+@pytest.fixture(scope="module")
+def scene(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A box on a plane, by the sea, with a day and a night sky of one colour each and clouds all around."""
+    folder = write_scene(tmp_path_factory.mktemp("daytime"))
+    manifest = json.loads((folder / "scene.json").read_text())
+    cube = np.zeros((6, 8, 8, 4), np.float16)
+    cube[..., :3], cube[..., 3] = (0.2, 0.35, 0.7), 1.0
+    clouds = np.zeros((32, 32, 4), np.uint8)
+    clouds[:, :16] = (255, 128, 200, 255)  # in one half of each repeat
+    files = {
+        "sky": texture("RGBA16F", cube),
+        "sky_2": texture("RGBA16F", cube * np.float16(0.02)),
+        "clouds_color": texture("RGBA8_SRGB", clouds),
+    }
+    for name, data in files.items():
+        (folder / f"{name}.ktx2").write_bytes(data)
+        entry = copy.deepcopy(manifest["artifacts"]["sky"]) | identity(data) | {"file": f"{name}.ktx2"}
+        manifest["artifacts"][name] = entry | {"kind": "texture" if name == "clouds_color" else "cubemap"}
+    manifest["streaming"] = sorted(manifest["artifacts"])
+    down = light(148.0, -5.0, 0.0)
+    manifest["daytime"] = {
+        "keys": [
+            key(DAY_S, light(100.0, 50.0, 3.0), down, 1.0, "sky"),
+            key(DUSK_S, light(250.0, -5.0, 0.0), down, 0.1, "sky_2"),
+            key(NIGHT_S, light(300.0, -20.0, 0.0), light(148.0, 20.0, 0.3), 0.02, "sky_2"),
+            key(DAWN_S, light(60.0, -5.0, 0.0), down, 0.1, "sky_2"),
+        ],
+        "moon_diameter_rad": 0.1,
+        "clouds": None,
+    }
+    manifest["particles"] = []
+    (folder / "plain.json").write_text(json.dumps(manifest))
+    return folder
+
+
+@pytest.fixture
+def picture(scene: Path, player: Callable[..., Any], tmp_path: Path) -> Callable[..., Picture]:
+    """Renders the scene at a second, looking from `eye` along `ahead`, after a change of its manifest."""
+    plain = json.loads((scene / "plain.json").read_text())
+
+    def render(
+        time_s: float,
+        *arguments: object,
+        change: Callable[[dict[str, Any]], Any] = lambda _: None,
+        eye: Any = (0.0, 3.0, 9.0),
+        ahead: Any = (0.0, -0.2, -1.0),
+    ) -> Picture:
+        manifest = copy.deepcopy(plain)
+        target = np.add(eye, ahead)
+        still = {
+            "roll": [0.0] * 4,
+            "eye": [[v, 0, 0, 0] for v in eye],
+            "target": [[v, 0, 0, 0] for v in target],
+        }
+        manifest["flight"] |= {"segments": [still], "waypoint_u": [0]}
+        manifest["flight"]["time_table"] = [[0.0, 0.0, 0.1], [10.0, 1.0, 0.1]]
+        change(manifest)
+        (scene / "scene.json").write_text(json.dumps(manifest))
+        out = tmp_path / "picture.png"
+        size = f"{SIZE[0]}x{SIZE[1]}"
+        result = player(
+            scene,
+            "--time",
+            time_s,
+            "--size",
+            size,
+            "--screenshot",
+            out,
+            "--check-finite",
+            "--debug",
+            *arguments,
+        )
+        assert result.returncode == 0, result.stderr
+        return load(out)
+
+    return render
+
+
+def test_at_a_key_the_scene_is_lit_as_one_whose_light_stands_still(picture: Callable[..., Picture]) -> None:
+    def standing(manifest: dict[str, Any]) -> None:
+        day = manifest["daytime"]["keys"][0]
+        azimuth, elevation = day["sun"]["azimuth_rad"], day["sun"]["elevation_rad"]
+        direction = [
+            np.sin(azimuth) * np.cos(elevation),
+            np.sin(elevation),
+            -np.cos(azimuth) * np.cos(elevation),
+        ]
+        manifest["sun"] |= {"direction": direction, "color": day["sun"]["color"], "intensity": 3.0}
+        manifest |= {key: day[key] for key in ("ambient", "fog", "exposure")} | {"daytime": None}
+
+    same = [picture(DAY_S, "--disable", "water", change=change) for change in (lambda _: None, standing)]
+    ground = np.s_[120:]  # below the horizon: the sky has no disc where it stands still
+    assert np.abs(same[0][ground] - same[1][ground]).max() < 2.5 / 255.0
+
+
+def test_shadows_turn_with_the_sun_and_moonlight_casts_them_too(picture: Callable[..., Picture]) -> None:
+    lit = [picture(s, "--disable", "shadow") for s in (1.0, 2.0, 6.0)]
+    dark = [picture(s) for s in (1.0, 2.0, 6.0)]
+    morning, later, night = (differs(a, b, 2.5 / 255.0) for a, b in zip(lit, dark, strict=True))
+    for shadow in (morning, later, night):
+        assert 0.005 < shadow.mean() < 0.3
+    assert (morning ^ later).mean() > 0.5 * morning.mean()
+
+
+def test_the_night_is_dark_and_the_exposure_follows(picture: Callable[..., Picture]) -> None:
+    day, night = picture(DAY_S), picture(NIGHT_S)
+    assert night.mean() < 0.25 * day.mean()
+
+    def longer(manifest: dict[str, Any]) -> None:
+        manifest["daytime"]["keys"][2]["exposure"] = 3.0
+
+    assert picture(NIGHT_S, change=longer).mean() > 1.5 * night.mean()
+
+
+def test_moon_and_stars_stand_in_the_night_sky_alone(picture: Callable[..., Picture]) -> None:
+    day, night = (picture(s, ahead=MOON) for s in (DAY_S, NIGHT_S))
+    middle = np.s_[SIZE[1] // 2 - 6 : SIZE[1] // 2 + 6, SIZE[0] // 2 - 6 : SIZE[0] // 2 + 6]
+    assert night[middle].mean() > 0.4 > 2.0 * np.median(night)
+    assert np.ptp(day[:60].mean(axis=2)) < 0.1
+    up = [picture(s, ahead=(-0.7, 1.0, 0.2)) for s in (DAY_S, NIGHT_S)]
+    bright = [(sky.max(axis=2) > np.median(sky.max(axis=2)) + 0.08).mean() for sky in up]
+    assert bright[0] == 0.0
+    assert 0.002 < bright[1] < 0.05
+
+
+def test_stars_turn_slowly_and_do_not_flicker(picture: Callable[..., Picture]) -> None:
+    """Their light stays the same as they pass from pixel to pixel."""
+    sums = [float((picture(NIGHT_S + i / 30.0, ahead=(-0.7, 1.0, 0.2)) ** 2.2).sum()) for i in range(4)]
+    assert np.ptp(sums) < 0.05 * np.mean(sums)
+
+
+def test_the_moon_draws_a_path_of_glitter_on_the_sea(picture: Callable[..., Picture]) -> None:
+    def dim(manifest: dict[str, Any]) -> None:
+        manifest["daytime"]["keys"][2]["moon"]["intensity"] = 0.0
+
+    sea = {"eye": (0.0, 2.0, -60.0), "ahead": MOON * [1.0, 0.0, 1.0] + [0.0, -0.15, 0.0]}
+    changed = differs(picture(NIGHT_S, **sea), picture(NIGHT_S, change=dim, **sea), 8.0 / 255.0)[100:]
+    columns = changed.mean(axis=0)
+    assert columns[120:200].mean() > 0.2
+    assert columns[120:200].mean() > 2.0 * columns[:60].mean()
+
+
+def test_clouds_cover_the_sky_and_drift_round_in_a_flight(picture: Callable[..., Picture]) -> None:
+    def cloudy(manifest: dict[str, Any]) -> None:
+        clouds = {"color": "clouds_color", "high_rad": 0.4, "repeat": 8, "drift_repeats": 1}
+        manifest["daytime"]["clouds"] = clouds
+
+    def at(second: float, change: Callable[[dict[str, Any]], None]) -> Picture:
+        return picture(second, "--disable", "water,terrain,objects", change=change, ahead=(0.0, 0.2, -1.0))
+
+    clear, now, later = at(DAY_S, lambda _: None), at(DAY_S, cloudy), at(DAY_S + 2.5, cloudy)
+    covered = differs(clear, now)
+    assert 0.1 < covered.mean() < 0.6
+    row = 70
+    assert (covered[row] ^ differs(at(DAY_S + 2.5, lambda _: None), later)[row]).mean() > 0.3
+    whole = [at(second, cloudy) for second in (0.0, 10.0)]
+    assert np.array_equal(*whole)
+
+
+def test_the_loop_closes_and_a_moment_looks_the_same_however_it_is_reached(
+    picture: Callable[..., Picture], scene: Path, player: Callable[..., Any], tmp_path: Path
+) -> None:
+    start, end, before = (picture(s, "--disable", "water") for s in (0.0, 10.0, 9.97))
+    assert np.array_equal(start, end)
+    assert np.percentile(np.abs(start - before), 99) < 0.03
+    shot = picture(5.0, "--disable", "water")
+    arguments = ("--time", 4.9, "--frames", 4, "--size", f"{SIZE[0]}x{SIZE[1]}", "--disable", "water")
+    result = player(scene, *arguments, "--wait-resident", "--screenshot", tmp_path / "played.png")
+    assert result.returncode == 0, result.stderr
+    played = load(tmp_path / "played_0003.png")
+    assert np.abs(played - shot).max() < 1.5 / 255.0
