@@ -239,6 +239,8 @@ def test_a_scene_takes_what_a_cutoff_without_a_mask_is_advised(tmp_path: Path) -
     assert faults_of(scene) == []
 
 
+DARK_AT = "[[daytime]]\nsun = { intensity = 0.0 }\nat_s = "  # a key without sunlight
+
 # a line of a scene's table, what its mend holds, and the line as the message advises it
 TABLES = [
     ("[sound]\n", "on_s = 1.0", "write both or none", "on_s = 1.0\noff_s = 2.0"),
@@ -248,11 +250,24 @@ TABLES = [
         '[[light]]\nname = "lamp"\n', "", "write position = [x, y, z], or the name of an object",
         "position = [0, 1, 0]",
     ),
+    (
+        "[[daytime]]\nat_s = 1.0\n", "", "write two or more, or leave it out",
+        "[[daytime]]\nat_s = 4.0",
+    ),
+    (
+        '[clouds]\npicture = "sand.png"\n', "", "write two or more keys, or leave it out",
+        "[[daytime]]\nat_s = 1.0\n[[daytime]]\nat_s = 4.0",
+    ),
+    (
+        "[[daytime]]\nat_s = 1.0\n", f"{DARK_AT}2.0\n{DARK_AT}4.0\nmoon = {{ intensity = 0.3 }}",
+        "set sun.intensity or moon.intensity to 0, or write a key between in which both are 0",
+        f"{DARK_AT}2.0\n{DARK_AT}4.0\nmoon = {{ intensity = 0.3 }}\n{DARK_AT}6.0",
+    ),
 ]  # fmt: skip
 
 
 @pytest.mark.parametrize(("table", "line", "says", "mended"), TABLES, ids=[says for _, _, says, _ in TABLES])
-def test_a_scene_takes_what_the_refusal_of_a_sound_or_a_light_advises(
+def test_a_scene_takes_what_the_refusal_of_a_table_advises(
     tmp_path: Path, table: str, line: str, says: str, mended: str
 ) -> None:
     scene = make_cove(tmp_path)

@@ -98,7 +98,11 @@ def _check_daytime(scene: Scene, faults: Faults) -> None:
             mend = f"must be below the flight's {scene.flight.duration_s:g} s"
             faults.add(f"daytime[{i}].at_s", f"is {key.at_s:g}", mend)
         if key.faces is None and scene.sky is None:
-            faults.add(f"daytime[{i}].faces", "is missing, and there is no [sky]", "write one of them")
+            faults.add(
+                f"daytime[{i}].faces",
+                "is missing, and there is no [sky]",
+                "write [sky], or the faces of the key",
+            )
         after = keys[(i + 1) % len(keys)]
         if max(key.sun.intensity, after.sun.intensity) > 0.0 < max(key.moon.intensity, after.moon.intensity):
             what = "this key and the next have sunlight and moonlight, and only one of them casts shadows"
