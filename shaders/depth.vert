@@ -1,5 +1,5 @@
 // Draws depth only, for the light's view. Macros: INSTANCED 1 for instances, 0 for u_model; default 0.
-// VERTEX_COLORS and SWAY as in object.vert.
+// VERTEX_COLORS, SWAY and BEAT as in object.vert.
 #include "lib/frame.glsl"
 
 #ifndef INSTANCED
@@ -21,8 +21,16 @@ out float v_alpha;
 layout(location = 5) in vec4 color;
 #endif
 
-#if SWAY
+#ifndef BEAT
+#define BEAT 0
+#endif
+#if SWAY || BEAT
 #include "lib/material.glsl"
+#endif
+#if BEAT
+#include "lib/beat.glsl"
+#endif
+#if SWAY
 #include "lib/wind.glsl"
 layout(location = 6) in vec2 sway;
 #endif
@@ -41,7 +49,12 @@ void main() {
 #else
     v_alpha = 1.0;
 #endif
-    vec3 world = from_mesh(position);
+    vec3 place = position;
+#if BEAT
+    vec3 upright = vec3(0.0);
+    beat_wings(place, upright, material.beat.xyz);
+#endif
+    vec3 world = from_mesh(place);
 #if SWAY
     world = in_wind(world, sway, material.wind_reach);
 #endif

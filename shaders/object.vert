@@ -1,5 +1,5 @@
-// Macros: VERTEX_COLORS 1 if the mesh's colours multiply the material's; SWAY 1 if wind moves it; SECOND_UV 1 if
-// maps lie on second texture coordinates; default 0.
+// Macros: VERTEX_COLORS 1 if the mesh's colours multiply the material's; SWAY 1 if wind moves it; BEAT 1 if it
+// has wings or legs that move; SECOND_UV 1 if maps lie on second texture coordinates; default 0.
 #include "lib/guard.glsl"
 #include "lib/model.glsl"
 #include "lib/position.glsl"
@@ -13,9 +13,17 @@
 #ifndef SECOND_UV
 #define SECOND_UV 0
 #endif
-#if SWAY
+#ifndef BEAT
+#define BEAT 0
+#endif
+#if SWAY || BEAT
 #include "lib/material.glsl"
+#endif
+#if SWAY
 #include "lib/wind.glsl"
+#endif
+#if BEAT
+#include "lib/beat.glsl"
 #endif
 
 layout(location = 0) in vec3 position;
@@ -49,11 +57,16 @@ void main() {
     // Game Engine Development", volume 1, 2016, sections 1.7.1 and 3.2.2.
     mat3 cofactors = mat3(cross(model[1], model[2]), cross(model[2], model[0]), cross(model[0], model[1]));
     float side = dot(model[0], cofactors[0]) < 0.0 ? -1.0 : 1.0;
-    v_position = from_mesh(position);
+    vec3 place = position;
+    vec3 upright = normal;
+#if BEAT
+    beat_wings(place, upright, material.beat.xyz);
+#endif
+    v_position = from_mesh(place);
 #if SWAY
     v_position = in_wind(v_position, sway, material.wind_reach);
 #endif
-    v_normal = side * safe_normalize(cofactors * normal, vec3(0.0, 1.0, 0.0));
+    v_normal = side * safe_normalize(cofactors * upright, vec3(0.0, 1.0, 0.0));
     v_tangent = vec4(safe_normalize(model * tangent.xyz, vec3(1.0, 0.0, 0.0)), side * tangent.w);
     v_uv = uv0;
 #if SECOND_UV

@@ -204,6 +204,8 @@ struct Material {
     float alpha_cutoff = 0.5F;  // of AlphaMode::mask
     bool vertex_colors = false; // the mesh's colours multiply colour and opacity
     glm::vec2 wind_reach{0.0F}; // metres that wind moves the object in a full gust: lean, flutter
+    bool beats = false;         // its wings or legs move
+    glm::vec3 beat{0.0F};       // Beat::hinge_m, lag_rad_per_m, stagger_rad_per_m
 
     bool sways() const { return wind_reach != glm::vec2(0.0F); }
 
@@ -214,6 +216,31 @@ struct Wind {
     glm::vec2 direction{1.0F, 0.0F}; // where it blows to, along X and Z; unit
     float speed_m_per_s = 0.0F;      // of its gusts
     float gust_m = 1.0F;             // from one to the next
+};
+
+/// How wings or legs move: what is farther than the hinge from the plane x = 0 of the mesh turns up and down,
+/// and forwards and back.
+struct Beat {
+    int per_lap = 0; // beats in a round
+    float hinge_m = 0.0F;
+    double lift_rad = 0.0, swing_rad = 0.0; // to each side
+    float lag_rad_per_m = 0.0F;             // what is farther from the hinge is later
+    float stagger_rad_per_m = 0.0F;         // what lies farther along Z is earlier
+    int glides = 0;                         // times in a round that they rest
+    double glide_share = 0.0;               // of the time
+};
+
+/// How each instance moves round an ellipse in its own plane, once round in a whole share of the flight
+/// (scene/motion.hpp).
+struct Motion {
+    int laps = 1;             // in the duration of the flight; negative: from +Z to +X
+    glm::dvec2 radius_m{0.0}; // along the instance's X and Z
+    double rise_m = 0.0;      // above and below the plane, twice in a round
+    double bank_rad = 0.0;    // rolls into the turn
+    bool ahead = true;        // its +Z points along its way; false: it keeps its direction
+    int pauses = 0;           // in a round
+    double pause_share = 0.0; // of the time
+    Beat beat;
 };
 
 struct ObjectLod {
@@ -235,6 +262,7 @@ struct Object {
     bool camera = true, shadow = true, reflection = true, refraction = true; // views that draw it
     std::vector<ObjectLod> lods; // level 0, the finest, comes first
     std::vector<Material> materials;
+    std::optional<Motion> motion;
     std::vector<Placement> instances;
     std::vector<std::uint32_t> light_sets; // of each instance; empty: no light reaches any
 };

@@ -10,6 +10,9 @@ namespace {
 
 constexpr double max_turn_rad = 1e3;
 constexpr double min_scale = 1e-6, max_scale = 1e6;
+constexpr int max_laps = 10000, max_beats = 100000;
+constexpr double max_beat_rad = 1.6;          // a quarter of a turn
+constexpr double max_pause = 0.9;             // of the time
 constexpr int max_particles = 1000000;        // of all fields together
 constexpr std::size_t max_instances = 200000; // of all objects together
 
@@ -121,6 +124,34 @@ Placement placement(const JsonObject &from) {
     return value;
 }
 
+Motion motion(const JsonObject &from) {
+    Motion value;
+    value.laps = static_cast<int>(from.integer("laps", -max_laps, max_laps));
+    if (value.laps == 0) {
+        from.fail("laps", "is 0, must be another whole number");
+    }
+    const std::vector<double> radii = from.numbers("radius_m", 2, 0.0, max_length_m);
+    value.radius_m = {radii[0], radii[1]};
+    value.rise_m = from.number("rise_m", 0.0, max_length_m);
+    value.bank_rad = from.number("bank_rad", -max_beat_rad, max_beat_rad);
+    value.ahead = from.boolean_or("ahead", value.ahead);
+    value.pauses = static_cast<int>(from.integer("pauses", 0, max_laps));
+    value.pause_share = from.number("pause_share", 0.0, max_pause);
+    if (const auto beat = from.object_or_none("beat")) {
+        value.beat.per_lap = static_cast<int>(beat->integer("per_lap", 1, max_beats));
+        value.beat.hinge_m = real(*beat, "hinge_m", 0.0, 1e4);
+        value.beat.lift_rad = beat->number("lift_rad", 0.0, max_beat_rad);
+        value.beat.swing_rad = beat->number("swing_rad", 0.0, max_beat_rad);
+        value.beat.lag_rad_per_m = real(*beat, "lag_rad_per_m", 0.0, 1e4);
+        value.beat.stagger_rad_per_m = real(*beat, "stagger_rad_per_m", 0.0, 1e4);
+        value.beat.glides = static_cast<int>(beat->integer("glides", 0, max_laps));
+        value.beat.glide_share = beat->number("glide_share", 0.0, max_pause);
+        beat->reject_unknown_keys();
+    }
+    from.reject_unknown_keys();
+    return value;
+}
+
 glm::dvec4 cubic(const std::vector<double> &v) {
     return {v[0], v[1], v[2], v[3]};
 }
@@ -164,6 +195,14 @@ void read_objects(const JsonObject &root, SceneFile &out) {
                 one.wind_reach = reach;
             }
             value.reach_m = reach.x + 1.1F * reach.y; // flutter has a small part across
+        }
+        if (const auto moves = from.object_or_none("motion")) {
+            value.motion = motion(*moves);
+            const Beat &beat = value.motion->beat;
+            for (Material &one : value.materials) {
+                one.beats = beat.per_lap != 0;
+                one.beat = {beat.hinge_m, beat.lag_rad_per_m, beat.stagger_rad_per_m};
+            }
         }
         for (const JsonObject &at : from.objects("instances", max_instances)) {
             if (left-- == 0) {

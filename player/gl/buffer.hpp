@@ -18,7 +18,7 @@ enum Attribute : unsigned {
     attribute_color = 5,    // vec4, linear
     attribute_sway = 6,     // vec2, shares of lean and flutter
     attribute_free = 7,     // first location that no baked mesh uses, for per-instance data of a pass
-    attribute_model = 7,    // 3 x vec4 of the objects pass: rows of the matrix from the mesh to the view
+    attribute_model = 7, // 4 x vec4 of the objects pass: rows of the matrix from the mesh to the view; beat
 };
 
 enum class Usage { fixed, streamed };

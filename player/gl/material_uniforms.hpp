@@ -23,11 +23,12 @@ struct MaterialUniforms {
     float occlusion_strength = 0.0F;
     float alpha_cutoff = 0.0F;
     glm::vec2 wind_reach{0.0F};
+    glm::vec4 beat{0.0F};
 
     bool operator==(const MaterialUniforms &) const = default;
 };
 
-static_assert(sizeof(MaterialUniforms) == 112);
+static_assert(sizeof(MaterialUniforms) == 128);
 static_assert(offsetof(MaterialUniforms, emission_color) == 16);
 static_assert(offsetof(MaterialUniforms, translucency) == 28);
 static_assert(offsetof(MaterialUniforms, has_map) == 32);
@@ -37,5 +38,6 @@ static_assert(offsetof(MaterialUniforms, metalness) == 88);
 static_assert(offsetof(MaterialUniforms, occlusion_strength) == 96);
 static_assert(offsetof(MaterialUniforms, alpha_cutoff) == 100);
 static_assert(offsetof(MaterialUniforms, wind_reach) == 104);
+static_assert(offsetof(MaterialUniforms, beat) == 112);
 
 } // namespace paradize::gl

@@ -91,7 +91,7 @@ constexpr std::array<Member, 18> frame_members{{
 }};
 
 constexpr std::size_t first_map = offsetof(MaterialUniforms, has_map);
-constexpr std::array<Member, 19> material_members{{
+constexpr std::array<Member, 20> material_members{{
     {"MaterialUniforms.base_color", offsetof(MaterialUniforms, base_color)},
     {"MaterialUniforms.emission_color", offsetof(MaterialUniforms, emission_color)},
     {"MaterialUniforms.translucency", offsetof(MaterialUniforms, translucency)},
@@ -111,6 +111,7 @@ constexpr std::array<Member, 19> material_members{{
     {"MaterialUniforms.occlusion_strength", offsetof(MaterialUniforms, occlusion_strength)},
     {"MaterialUniforms.alpha_cutoff", offsetof(MaterialUniforms, alpha_cutoff)},
     {"MaterialUniforms.wind_reach", offsetof(MaterialUniforms, wind_reach)},
+    {"MaterialUniforms.beat", offsetof(MaterialUniforms, beat)},
 }};
 
 constexpr std::array<Member, 3> light_members{{

@@ -21,11 +21,12 @@ InstanceTransforms::InstanceTransforms(std::span<const Object> objects)
 }
 
 void InstanceTransforms::update(const glm::dvec3 &anchor) {
-    if (anchor == anchor_) {
-        return;
-    }
+    const bool stays = anchor == anchor_;
     anchor_ = anchor;
     for (std::size_t i = 0; i < objects_.size(); ++i) {
+        if (stays && !objects_[i].moves()) {
+            continue;
+        }
         const std::span<const Instance> instances = objects_[i].instances;
         find_rows(instances, anchor, std::span(rows_).subspan(first_[i], instances.size()));
     }
@@ -139,8 +140,9 @@ void DrawList::fill_sorted(std::span<const DrawItem> items, const InstanceTransf
     std::ranges::sort(commands_, {}, [&](const DrawCommand &command) {
         const Material &material = command.object->materials[command.material];
         return std::tuple(material.values.alpha_mode, material.values.vertex_colors, material.values.sways(),
-                          command.object->dry, command.light_set != 0, material.id, index_of(*command.object),
-                          command.lod, command.mirrored, command.light_set, command.material);
+                          material.values.beats, command.object->dry, command.light_set != 0, material.id,
+                          index_of(*command.object), command.lod, command.mirrored, command.light_set,
+                          command.material);
     });
 }
 

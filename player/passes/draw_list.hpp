@@ -19,7 +19,8 @@ class InstanceTransforms {
     /// `objects` must outlive this. Reserves all memory.
     explicit InstanceTransforms(std::span<const Object> objects);
 
-    /// Finds the transforms anew if the anchor is another one: every 1024 m of the way (scene/camera.hpp).
+    /// Finds the transforms anew: of all if the anchor is another one, every 1024 m of the way
+    /// (scene/camera.hpp); else of what moves.
     void update(const glm::dvec3 &anchor);
     std::span<const InstanceRows> of(const DrawItem &item) const;
 

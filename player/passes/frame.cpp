@@ -7,6 +7,7 @@
 #include "gl/program.hpp"
 #include "passes/pass.hpp"
 #include "scene/camera.hpp"
+#include "scene/flight.hpp"
 #include "scene/wind.hpp"
 
 #include <epoxy/gl.h>
@@ -22,9 +23,9 @@ constexpr float no_water = -1e9F;
 
 } // namespace
 
-Frame::Frame(const Scene &drawn_scene, std::span<const std::unique_ptr<Pass>> passes)
-    : scene(drawn_scene), point_lights(drawn_scene.file()), transforms_(drawn_scene.objects()),
-      passes_(passes) {
+Frame::Frame(Scene &drawn_scene, std::span<const std::unique_ptr<Pass>> passes)
+    : scene(drawn_scene), point_lights(drawn_scene.file()), moving_(drawn_scene),
+      transforms_(drawn_scene.objects()), passes_(passes) {
     slot_bytes_ = gl::aligned_uniform_bytes(sizeof(gl::FrameUniforms));
     uniforms_ = gl::Buffer::create();
     glBindBuffer(GL_UNIFORM_BUFFER, uniforms_.name());
@@ -46,6 +47,11 @@ float Frame::water_m() const {
     const assets::SceneFile &file = scene.file();
     const double level_m = file.water ? file.water->level_m : no_water;
     return static_cast<float>(level_m - view(ViewKind::main).anchor.y);
+}
+
+void Frame::move_to(double elapsed_s) {
+    moving_.move(flight_second(elapsed_s, scene.file().flight.duration_s));
+    transforms_.update(view(ViewKind::main).anchor);
 }
 
 void Frame::cull_casters(const View &light) {

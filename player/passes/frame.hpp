@@ -44,7 +44,7 @@ struct Shared {
 
 class Frame {
   public:
-    Frame(const Scene &scene, std::span<const std::unique_ptr<Pass>> passes);
+    Frame(Scene &scene, std::span<const std::unique_ptr<Pass>> passes);
     Frame(const Frame &) = delete;
     Frame &operator=(const Frame &) = delete;
     ~Frame();
@@ -74,6 +74,9 @@ class Frame {
     /// The transforms of all instances in this frame's views.
     const InstanceTransforms &transforms() const { return transforms_; }
 
+    /// Places what moves where it is at a second since the start.
+    void move_to(double elapsed_s);
+
     /// Lists what `light` sees as visible(ViewKind::light), with the main view's levels of detail.
     void cull_casters(const View &light);
 
@@ -92,6 +95,7 @@ class Frame {
 
   private:
     friend class Renderer;
+    Scene &moving_; // the scene
     std::array<View, view_kinds> views_;
     std::array<std::vector<DrawItem>, view_kinds> visible_;
     InstanceTransforms transforms_;

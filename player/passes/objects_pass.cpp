@@ -51,7 +51,7 @@ std::string joined(std::initializer_list<std::string> defines) {
 std::string depth_defines(const assets::Material &material) {
     return joined({define("INSTANCED", 1), define("ALPHA_MODE", static_cast<int>(material.alpha_mode)),
                    define("VERTEX_COLORS", material.vertex_colors ? 1 : 0),
-                   define("SWAY", material.sways() ? 1 : 0)});
+                   define("SWAY", material.sways() ? 1 : 0), define("BEAT", material.beats ? 1 : 0)});
 }
 
 bool has_second_map(const assets::Material &material) {
@@ -106,6 +106,7 @@ gl::MaterialUniforms uniforms_of(const Material &material) {
     out.alpha_cutoff = values.alpha_cutoff;
     out.translucency = values.translucency;
     out.wind_reach = values.wind_reach;
+    out.beat = glm::vec4(values.beat, 0.0F);
     return out;
 }
 
@@ -261,7 +262,7 @@ void ObjectsPass::use_depth(const DrawCommand &command) {
     if (values.alpha_mode != AlphaMode::opaque) {
         bind_map(material, ObjectMap::color);
     }
-    if (values.alpha_mode != AlphaMode::opaque || values.sways()) {
+    if (values.alpha_mode != AlphaMode::opaque || values.sways() || values.beats) {
         bind_uniforms(material);
     }
 }

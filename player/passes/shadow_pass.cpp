@@ -6,6 +6,7 @@
 
 #include <glm/gtc/type_ptr.hpp>
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 
@@ -18,8 +19,8 @@ void mix(std::uint64_t &hash, std::uint64_t word) {
     hash = (hash ^ word) * 1099511628211ULL;
 }
 
-// The wind of shadows moves in steps, each cascade's at another moment, so that most frames draw no cascade
-// anew.
+// The shadows of what sways or moves go in steps, each cascade's at another moment, so that most frames draw
+// no cascade anew.
 constexpr double wind_steps_per_s = 10.0;
 
 /// Returns the second whose wind a cascade shows.
@@ -35,7 +36,7 @@ std::uint64_t fingerprint(const Frame &frame, const View &light, double wind_s) 
         mix(hash, std::bit_cast<std::uint32_t>(matrix[i]));
     }
     for (const DrawItem &item : frame.visible(ViewKind::light)) {
-        if (item.object->file->reach_m > 0.0F) { // wind moves it with time alone
+        if (item.object->file->reach_m > 0.0F || item.object->moves()) { // with time alone
             mix(hash, std::bit_cast<std::uint64_t>(wind_s));
         }
         mix(hash, std::bit_cast<std::uintptr_t>(item.object));
@@ -82,7 +83,15 @@ void ShadowPass::prepare(Frame &frame) {
         const double wind_s = wind_second(frame.clock.elapsed_s, i, cascades_.size());
         const std::uint64_t now = fingerprint(frame, view, wind_s);
         if (now != cascade.drawn_fingerprint) {
+            const bool moves = std::ranges::any_of(frame.visible(ViewKind::light),
+                                                   [](const DrawItem &item) { return item.object->moves(); });
+            if (moves) {
+                frame.move_to(wind_s);
+            }
             frame.draw_view(view, cascade.framebuffer.name(), true, wind_s);
+            if (moves) {
+                frame.move_to(frame.clock.elapsed_s);
+            }
             cascade.drawn_fingerprint = now;
         }
     }

@@ -39,7 +39,7 @@ void set_default_state() {
 
 } // namespace
 
-Renderer::Renderer(const Scene &scene, const gl::ShaderLibrary &shaders, const RendererOptions &options)
+Renderer::Renderer(Scene &scene, const gl::ShaderLibrary &shaders, const RendererOptions &options)
     : scene_(scene), shaders_(shaders), pass_indices_(enabled_passes(scene.file(), options.disabled)),
       passes_(make_passes(pass_indices_, {scene, shaders, options.settings})),
       has_post_(std::ranges::find(options.disabled, "post") == options.disabled.end()),
@@ -129,7 +129,7 @@ void Renderer::set_views(const Pose &pose, const Sample &sample) {
     frame_.views_ = frame_views(file, settings, pose, width_px_, height_px_, to_light, sample.pixel);
     const View &main = frame_.view(ViewKind::main);
     const CpuTimer timer(frame_.scene_ms);
-    frame_.transforms_.update(main.anchor);
+    frame_.move_to(frame_.clock.elapsed_s);
     frame_.point_lights.update({frame_.clock.flight_s, frame_.clock.elapsed_s}, main.anchor);
     if (frame_.terrain_) {
         frame_.terrain_->update(main, settings.lod_error_px);

@@ -34,7 +34,7 @@ struct BadPixel {
 class Renderer {
   public:
     /// Builds the passes. Throws Error.
-    Renderer(const Scene &scene, const gl::ShaderLibrary &shaders, const RendererOptions &options);
+    Renderer(Scene &scene, const gl::ShaderLibrary &shaders, const RendererOptions &options);
     ~Renderer();
     Renderer(const Renderer &) = delete;
     Renderer &operator=(const Renderer &) = delete;

@@ -24,7 +24,7 @@ void find_rows(std::span<const Instance> instances, const glm::dvec3 &anchor, st
         glm::dmat4 model = instances[i].model;
         model[3] -= glm::dvec4(anchor, 0.0);
         const glm::mat4 transposed = glm::transpose(glm::mat4(model));
-        rows[i] = {transposed[0], transposed[1], transposed[2]};
+        rows[i] = {transposed[0], transposed[1], transposed[2], instances[i].beat};
     }
 }
 
@@ -53,6 +53,53 @@ InstanceTree::InstanceTree(std::vector<Instance> &instances) {
         sorted.push_back(instances[i]);
     }
     instances = std::move(sorted);
+    refit(instances);
+}
+
+InstanceTree::Node InstanceTree::around(std::span<const Instance> instances) {
+    const Instance &any = instances.front();
+    glm::dvec3 low = any.center;
+    glm::dvec3 high = any.center;
+    Node out;
+    out.least_radius_m = out.most_radius_m = any.radius_m;
+    out.least_scale = out.most_scale = any.scale;
+    for (const Instance &instance : instances) {
+        low = glm::min(low, instance.center);
+        high = glm::max(high, instance.center);
+        out.least_radius_m = std::min(out.least_radius_m, instance.radius_m);
+        out.most_radius_m = std::max(out.most_radius_m, instance.radius_m);
+        out.least_scale = std::min(out.least_scale, instance.scale);
+        out.most_scale = std::max(out.most_scale, instance.scale);
+    }
+    out.center = 0.5 * (low + high);
+    out.half = glm::vec3(0.5 * (high - low)) * (1.0F + widening);
+    return out;
+}
+
+InstanceTree::Node InstanceTree::around(const Node &a, const Node &b) {
+    const glm::dvec3 low = glm::min(a.center - glm::dvec3(a.half), b.center - glm::dvec3(b.half));
+    const glm::dvec3 high = glm::max(a.center + glm::dvec3(a.half), b.center + glm::dvec3(b.half));
+    Node out;
+    out.center = 0.5 * (low + high);
+    out.half = glm::vec3(0.5 * (high - low)) * (1.0F + widening);
+    out.least_radius_m = std::min(a.least_radius_m, b.least_radius_m);
+    out.most_radius_m = std::max(a.most_radius_m, b.most_radius_m);
+    out.least_scale = std::min(a.least_scale, b.least_scale);
+    out.most_scale = std::max(a.most_scale, b.most_scale);
+    return out;
+}
+
+void InstanceTree::refit(std::span<const Instance> instances) {
+    for (std::size_t at = nodes_.size(); at-- > 0;) { // children before parents
+        const Node &node = nodes_[at];
+        Node fitted = node.leaf ? around(instances.subspan(node.first, node.count))
+                                : around(nodes_[at + 1], nodes_[nodes_[at + 1].next]);
+        fitted.first = node.first;
+        fitted.count = node.count;
+        fitted.next = node.next;
+        fitted.leaf = node.leaf;
+        nodes_[at] = fitted;
+    }
 }
 
 void InstanceTree::build(std::vector<std::uint32_t> &order, const std::vector<Instance> &instances,
@@ -61,29 +108,19 @@ void InstanceTree::build(std::vector<std::uint32_t> &order, const std::vector<In
         return;
     }
     const auto begin = order.begin() + first;
-    const Instance &any = instances[*begin];
-    glm::dvec3 low = any.center;
-    glm::dvec3 high = any.center;
     Node node;
-    node.least_radius_m = node.most_radius_m = any.radius_m;
-    node.least_scale = node.most_scale = any.scale;
-    for (auto i = begin; i != begin + count; ++i) {
-        const Instance &instance = instances[*i];
-        low = glm::min(low, instance.center);
-        high = glm::max(high, instance.center);
-        node.least_radius_m = std::min(node.least_radius_m, instance.radius_m);
-        node.most_radius_m = std::max(node.most_radius_m, instance.radius_m);
-        node.least_scale = std::min(node.least_scale, instance.scale);
-        node.most_scale = std::max(node.most_scale, instance.scale);
-    }
-    node.center = 0.5 * (low + high);
-    node.half = glm::vec3(0.5 * (high - low)) * (1.0F + widening);
     node.first = first;
     node.count = count;
     node.leaf = count <= leaf_instances;
     const std::size_t at = nodes_.size();
     nodes_.push_back(node);
     if (!node.leaf) {
+        glm::dvec3 low = instances[*begin].center;
+        glm::dvec3 high = low;
+        for (auto i = begin; i != begin + count; ++i) {
+            low = glm::min(low, instances[*i].center);
+            high = glm::max(high, instances[*i].center);
+        }
         const glm::dvec3 edge = high - low;
         const int axis = edge.x >= edge.y && edge.x >= edge.z ? 0 : edge.z >= edge.y ? 2 : 1;
         const std::uint32_t half = count / 2;

@@ -19,14 +19,17 @@ struct Instance {
     glm::dmat4 model{1.0};  // world from mesh
     glm::dvec3 center{0.0}; // bounding sphere in the world
     float radius_m = 0.0F;
-    float scale = 1.0F;      // largest of its axes
-    bool mirrored = false;   // triangle winding is reversed
-    std::uint32_t light = 0; // index into Object::light_sets
+    float scale = 1.0F;       // largest of its axes
+    bool mirrored = false;    // triangle winding is reversed
+    std::uint32_t light = 0;  // index into Object::light_sets
+    std::uint32_t number = 0; // in the order of scene.json
+    glm::vec4 beat{0.0F};     // Moved::beat
 };
 
-/// Rows of the matrix from the mesh to the view's coordinates, as shaders/lib/model.glsl reads them.
-using InstanceRows = std::array<glm::vec4, 3>;
-static_assert(sizeof(InstanceRows) == 48);
+/// Rows of the matrix from the mesh to the view's coordinates, as shaders/lib/model.glsl reads them; then
+/// Instance::beat, which shaders/lib/beat.glsl reads.
+using InstanceRows = std::array<glm::vec4, 4>;
+static_assert(sizeof(InstanceRows) == 64);
 
 /// Returns the transforms relative to `anchor` in `rows`, one per instance.
 void find_rows(std::span<const Instance> instances, const glm::dvec3 &anchor, std::span<InstanceRows> rows);
@@ -53,14 +56,17 @@ struct NearestInstance {
     int lod = 0;
 };
 
-/// A tree of boxes over instances that do not move: J. H. Clark, "Hierarchical Geometric Models for Visible
-/// Surface Algorithms", 1976. Built once. A query allocates nothing, and looks at single instances only in
-/// boxes that the view's border or the border between two levels crosses.
+/// A tree of boxes over instances: J. H. Clark, "Hierarchical Geometric Models for Visible Surface
+/// Algorithms", 1976. Built once. A query allocates nothing, and looks at single instances only in boxes that
+/// the view's border or the border between two levels crosses.
 class InstanceTree {
   public:
     InstanceTree() = default;
     /// Sorts the instances: those of a box are neighbours, and so are the mirrored ones.
     explicit InstanceTree(std::vector<Instance> &instances);
+
+    /// Finds the boxes anew after instances have moved; which of them share a box stays.
+    void refit(std::span<const Instance> instances);
 
     /// Calls take(InstanceRange) for what `view` sees, in the order of the list. `instances` are the sorted
     /// ones. Ranges may touch.
@@ -111,6 +117,8 @@ class InstanceTree {
         float least_m = 0.0F, most_m = 0.0F;
     };
 
+    static Node around(std::span<const Instance> instances);
+    static Node around(const Node &a, const Node &b);
     void build(std::vector<std::uint32_t> &order, const std::vector<Instance> &instances, std::uint32_t first,
                std::uint32_t count);
     /// Inside: the view sees every instance of the node, all at one level.

@@ -1,8 +1,10 @@
 #include "streaming/scene.hpp"
 
 #include "error.hpp"
+#include "scene/motion.hpp"
 
 #include <glm/ext/matrix_transform.hpp>
+#include <glm/geometric.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -63,35 +65,69 @@ Scene::Scene(const assets::SceneFile &file, const Streamer &streamer) : file_(fi
             material.id = id_of(material.values);
             material.center = object.mesh->measure(m).center;
         }
-        for (const assets::Placement &placement : entry.instances) {
-            Instance &instance = object.instances.emplace_back();
-            if (!entry.light_sets.empty()) {
-                const std::uint32_t set = entry.light_sets[object.instances.size() - 1];
-                const auto known = std::ranges::find(object.light_sets, set);
-                instance.light = static_cast<std::uint32_t>(known - object.light_sets.begin());
-                if (known == object.light_sets.end()) {
-                    object.light_sets.push_back(set);
-                }
-            }
-            const glm::dvec3 &scale = placement.scale;
-            glm::dmat4 stand = glm::translate(glm::dmat4(1.0), placement.position);
-            stand = glm::scale(stand * glm::mat4_cast(placement.rotation), scale);
-            instance.model = stand * model_of(object.mesh->grid());
-            instance.center = glm::dvec3(stand * glm::dvec4(entry.center, 1.0));
-            instance.scale =
-                static_cast<float>(std::max({std::abs(scale.x), std::abs(scale.y), std::abs(scale.z)}));
-            instance.mirrored = scale.x * scale.y * scale.z < 0.0;
-            instance.radius_m = entry.radius_m * instance.scale + entry.reach_m;
-            if (file_.water) {
-                const double lowest_m = lowest(instance.model, *object.mesh) - entry.reach_m;
-                object.dry = object.dry && lowest_m > file_.water->level_m;
-            }
-        }
+        add_instances(object);
         object.tree = InstanceTree(object.instances);
         for (const assets::ObjectLod &lod : entry.lods) {
             object.errors_m.push_back(lod.error_m);
         }
         instance_count_ += object.instances.size();
+    }
+    move(0.0);
+}
+
+/// Places an instance: `stand` leads from the object's space to the world.
+static void place(Instance &instance, const glm::dmat4 &stand, const Object &object) {
+    instance.model = stand * model_of(object.mesh->grid());
+    instance.center = glm::dvec3(stand * glm::dvec4(object.file->center, 1.0));
+}
+
+void Scene::add_instances(Object &object) {
+    const assets::Object &entry = *object.file;
+    // How far wings and legs reach beyond the sphere, per metre of its radius.
+    const double beaten = entry.motion ? entry.motion->beat.lift_rad + entry.motion->beat.swing_rad : 0.0;
+    for (const assets::Placement &placement : entry.instances) {
+        Instance &instance = object.instances.emplace_back();
+        instance.number = static_cast<std::uint32_t>(object.instances.size() - 1);
+        if (!entry.light_sets.empty()) {
+            const std::uint32_t set = entry.light_sets[instance.number];
+            const auto known = std::ranges::find(object.light_sets, set);
+            instance.light = static_cast<std::uint32_t>(known - object.light_sets.begin());
+            if (known == object.light_sets.end()) {
+                object.light_sets.push_back(set);
+            }
+        }
+        const glm::dvec3 &scale = placement.scale;
+        glm::dmat4 stand = glm::translate(glm::dmat4(1.0), placement.position);
+        stand = glm::scale(stand * glm::mat4_cast(placement.rotation), scale);
+        place(instance, stand, object);
+        instance.scale =
+            static_cast<float>(std::max({std::abs(scale.x), std::abs(scale.y), std::abs(scale.z)}));
+        instance.mirrored = scale.x * scale.y * scale.z < 0.0;
+        instance.radius_m =
+            entry.radius_m * instance.scale * static_cast<float>(1.0 + beaten) + entry.reach_m;
+        if (file_.water) {
+            const double lowest_m =
+                entry.motion ? instance.center.y - reach_of(*entry.motion) -
+                                   2.0 * (glm::length(entry.center) * instance.scale + instance.radius_m)
+                             : lowest(instance.model, *object.mesh) - entry.reach_m;
+            object.dry = object.dry && lowest_m > file_.water->level_m;
+        }
+    }
+}
+
+void Scene::move(double flight_s) {
+    const double share = flight_s / file_.flight.duration_s;
+    for (Object &object : objects_) {
+        if (!object.moves()) {
+            continue;
+        }
+        for (Instance &instance : object.instances) {
+            const assets::Placement &placement = object.file->instances[instance.number];
+            const Moved moved = moved_at(*object.file->motion, placement, instance.number, share);
+            place(instance, moved.stand, object);
+            instance.beat = moved.beat;
+        }
+        object.tree.refit(object.instances);
     }
 }
 

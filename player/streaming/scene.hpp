@@ -33,6 +33,8 @@ struct Object {
     bool dry = true;             // no instance reaches under the water
     // what its instances have of SceneFile::light_sets, each once; the first is 0: no light
     std::vector<std::uint32_t> light_sets{0};
+
+    bool moves() const { return file != nullptr && file->motion.has_value(); }
 };
 
 /// Instances of an object to draw in one view: neighbours in its list, all of one winding, with a level of
@@ -54,6 +56,9 @@ class Scene {
     Scene(const Scene &) = delete;
     Scene &operator=(const Scene &) = delete;
 
+    /// Places what moves where it is at a second of the flight.
+    void move(double flight_s);
+
     const assets::SceneFile &file() const { return file_; }
     std::span<const Object> objects() const { return objects_; }
 
@@ -73,6 +78,8 @@ class Scene {
                  std::vector<DrawItem> &items) const;
 
   private:
+    void add_instances(Object &object);
+
     const assets::SceneFile &file_;
     const Streamer &streamer_;
     std::uint32_t id_of(assets::Material material);

@@ -104,7 +104,7 @@ int StreamedMesh::best_level(int wanted) const {
 }
 
 void StreamedMesh::bind(int level, const gl::Buffer &instances, std::size_t first) const {
-    constexpr unsigned rows = 3;
+    constexpr unsigned rows = 4; // InstanceRows
     constexpr std::size_t row_bytes = 4 * sizeof(float);
     glBindVertexArray(levels_[static_cast<std::size_t>(level)].vertex_array.name());
     for (unsigned row = 0; row < rows; ++row) {

@@ -51,7 +51,7 @@ class StreamedMesh {
     /// Returns the resident level nearest to `wanted`; coarser levels are preferred. -1 if none is resident.
     int best_level(int wanted) const;
     const assets::MaterialMeasure &measure(std::size_t material) const { return measures_[material]; }
-    /// Binds a level whose instances start at entry `first` of `instances`: rows of 3 x vec4 each.
+    /// Binds a level whose instances start at entry `first` of `instances`: InstanceRows.
     void bind(int level, const gl::Buffer &instances, std::size_t first) const;
     /// Draws all primitives of a material in the level that is bound.
     void draw(int level, std::size_t material, int instances) const;

@@ -9,6 +9,7 @@ import sys
 import time
 from pathlib import Path
 
+import animals
 import bar
 import boat
 import clouds
@@ -29,7 +30,7 @@ import terrain
 import water
 
 SOUNDS = (sound, nearby, music)
-MODELS = (palm, jetty, bar, boat, lamps, grove, shells, driftwood, rocks)
+MODELS = (palm, jetty, bar, boat, lamps, grove, shells, driftwood, rocks, animals)
 MAKERS = (terrain, sand, effect, water, sky, clouds, *SOUNDS, *MODELS)
 
 

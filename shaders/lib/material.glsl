@@ -19,4 +19,5 @@ layout(std140) uniform MaterialUniforms {
     float occlusion_strength; // 0: none of the occlusion map
     float alpha_cutoff;
     vec2 wind_reach;          // metres that wind moves the object in a full gust: lean, flutter
+    vec4 beat;                // hinge in metres; radians per metre that it lags and staggers; 0
 } material;

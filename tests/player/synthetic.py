@@ -210,6 +210,7 @@ def _manifest(artifacts: dict[str, Any], bare: bool, ground: Tiled) -> dict[str,
                 "lods": [{"node": "lod0", "error_m": 0.0}, {"node": "lod1", "error_m": 0.05}],
                 "materials": {"wood": wood, "leaf": wood | {"two_sided": True}},
                 "sway": None,
+                "motion": None,
                 "instances": [instance([0.0, 0.0, 0.0], 0.4)],
             }
         ],

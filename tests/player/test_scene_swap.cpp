@@ -133,7 +133,7 @@ TEST_CASE("scene swap: a new scene reuses unchanged artifacts and is shown when 
     const StreamedTexture *sky = scenes.current().streamer.texture("sky");
     const StreamedTexture *color = scenes.current().streamer.texture("quad_color");
     baked.bake();
-    const LoadedScene *next = wait_for(scenes);
+    LoadedScene *next = wait_for(scenes);
     CHECK(scenes.current().streamer.texture("quad_color") == color);
     CHECK(next->streamer.reused() == 2);
     CHECK(next->streamer.complete());
@@ -193,7 +193,7 @@ TEST_CASE("scene swap: fifty scenes leave no GL object behind") {
         const std::uint64_t bytes = scenes.current().streamer.counts().resident_bytes;
         for (int i = 0; i < 50; ++i) {
             baked.bake();
-            const LoadedScene *next = wait_for(scenes);
+            LoadedScene *next = wait_for(scenes);
             auto other = std::make_unique<Renderer>(next->scene, shaders, options);
             const std::unique_ptr<LoadedScene> before = scenes.activate();
             renderer = std::move(other);

@@ -35,6 +35,7 @@ LEAST = (
     "MATTE 1",
 )
 VARIANTS += ["\n#define ".join(LEAST), "SECOND_UV 1"]
+VARIANTS.append("ALPHA_MODE 1\n#define VERTEX_COLORS 1\n#define SWAY 1\n#define BEAT 1")
 # Of the terrain's shader: patches that fade, and those wholly above or below the water.
 VARIANTS += ["FADE 1", "DRY 1", "SUNKEN 1\n#define MATTE 1"]
 STEPS = [f"PARALLAX_STEPS {i}" for i in (0, 1, 24, 128)]  # the values that player/scene/quality.cpp sets

@@ -19,7 +19,7 @@ from paradize.jobs.code import code_of
 from paradize.jobs.libraries import library_versions
 from paradize.scene.finest_views import scene_views
 from paradize.scene.jobs import BakeJob
-from paradize.scene.placement import placed
+from paradize.scene.motion import stands
 from paradize.scene.settings import Scene
 from paradize.store.file_hashes import FileHashCache
 from paradize.store.local import Store, default_root, key_of
@@ -39,7 +39,7 @@ def views_of_job(scene: Scene, job: BakeJob) -> dict[str, Any]:
     users = [item for item in scene.objects if item.name in job.objects]
     if users:
         views["views"] = [item.views for item in users]
-        views["instance"] = [placed(one) for item in users for one in item.instances]
+        views["instance"] = [one for item in users for one in stands(item)]
     plain: dict[str, Any] = json.loads(json.dumps(views))
     return plain
 

@@ -7,12 +7,14 @@ sphere. Sets that are alike stand once in scene.json.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from paradize.placement import largest_scale, to_world
 from paradize.player_limits import MOST_LIGHT_SETS, MOST_LIGHTS_OF_A_SET
+from paradize.scene.motion import reach_m as way_reach_m
 from paradize.scene.placement import placed
 from paradize.scene.settings import Light, Scene
 
@@ -107,12 +109,19 @@ def add_light_sets(manifest: dict[str, Any], glow: dict[str, list[int]]) -> list
 
 
 def _instance_spheres(item: dict[str, Any]) -> tuple[list[tuple[float, float, float]], list[float]]:
-    """Returns centres and radii of the instances' bounding spheres, metres, as the player finds them."""
-    sway = item["sway"]
+    """Returns centres and radii of the instances' bounding spheres, metres, as the player finds them; of what
+    moves, of all its way."""
+    sway, motion = item["sway"], item["motion"]
     reach_m = sway["lean_m"] + 1.1 * sway["flutter_m"] if sway else 0.0
     instances = item["instances"]
     centers = [to_world(item["center"], instance) for instance in instances]
-    return centers, [item["radius_m"] * largest_scale(instance) + reach_m for instance in instances]
+    radius_m = item["radius_m"]
+    if motion is not None:
+        reach_m += way_reach_m(motion)
+        beat = motion["beat"] or {"lift_rad": 0.0, "swing_rad": 0.0}
+        radius_m *= 1.0 + beat["lift_rad"] + beat["swing_rad"]
+        radius_m += 2.0 * math.hypot(*item["center"])  # it turns about its origin
+    return centers, [radius_m * largest_scale(instance) + reach_m for instance in instances]
 
 
 _SLACK_M = 1e-3  # more than the player's float32 rounds away near the origin

@@ -18,6 +18,7 @@ from paradize.scene.daytime import key_skies, poster_key, standing_light
 from paradize.scene.finest_views import sun_direction
 from paradize.scene.flight import PI, Flight, Vec
 from paradize.scene.map_sets import DrawnMaterial, MapSet, ObjectMaps, SceneMaps
+from paradize.scene.motion import motion_json
 from paradize.scene.placement import placed
 from paradize.scene.settings import (
     KeyMoon,
@@ -314,6 +315,7 @@ def _object(
             name: _material(item, name, known, entries, gutters, constants) for name in facts.materials
         },
         "sway": _sway(item),
+        "motion": motion_json(item.motion),
         "instances": [placed(instance) for instance in item.instances],
     }
 

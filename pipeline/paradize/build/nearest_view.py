@@ -13,7 +13,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, replace
 from math import sqrt
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from paradize.build.artifacts import read_artifact
 from paradize.build.entries import PIXELS, SIGHTINGS, fits
@@ -22,8 +22,8 @@ from paradize.formats.glb.document import glb_document
 from paradize.jobs.code import code_digest
 from paradize.placement import largest_scale, to_world
 from paradize.scene.flight import Flight, Vec, sine_cosine
-from paradize.scene.placement import placed
-from paradize.scene.settings import Scene, SceneObject
+from paradize.scene.motion import stands
+from paradize.scene.settings import Scene
 from paradize.scene.sightings import ObjectSighting, object_sightings
 from paradize.store.local import Store, key_of
 
@@ -121,18 +121,21 @@ def nearest_pixel_m(scene: Scene, flight: Flight, points: Mapping[str, Sequence[
     cone = _Cone(views, sine / cosine, width / height)
     for item in scene.objects:
         places = np.array(points[item.name], np.float64).T
-        scales = [largest_scale(placed(instance)) for instance in item.instances]
+        instances = stands(item)
+        scales = [largest_scale(instance) for instance in instances]
 
         def pixel(near_m: float, scale: float) -> float:
             return 2.0 * max(near_m, scene.flight.near_m) * (sine / cosine) / height / scale
 
         # Those that may be nearest come first, so that most need no second look.
-        bounds = [pixel(near, scale) for near, scale in zip(cone.bounds(places, item), scales, strict=True)]
+        bounds = [
+            pixel(near, scale) for near, scale in zip(cone.bounds(places, instances), scales, strict=True)
+        ]
         best = float("inf")
         for k in sorted(range(len(bounds)), key=bounds.__getitem__):
             if bounds[k] * (1.0 - _ROUNDING) >= best:
                 break
-            near_m = cone.nearest(np.stack(to_world(places, placed(item.instances[k]))))
+            near_m = cone.nearest(np.stack(to_world(places, instances[k])))
             if near_m is not None:
                 best = min(best, pixel(near_m, scales[k]))
         if best < float("inf"):
@@ -156,7 +159,7 @@ def stored_pixels(
     pixel_m: dict[str, float] = {}
     for item in scene.objects:
         name = f"{item.name}_mesh"
-        key = key_of(common, sha256[name], [placed(instance) for instance in item.instances])
+        key = key_of(common, sha256[name], stands(item))
         stored = None if force else store.get_product(key)
         if not fits(stored, PIXELS):
             one = replace(scene, objects=(item,))
@@ -176,8 +179,8 @@ def stored_sightings(
     """Returns object_sightings, from the store where it is known. force: read nothing from the store."""
     views = [asdict(view) for view in (scene.reflection, scene.refraction) if view and scene.water]
     frame = [flight.as_json(), scene.head.viewport, scene.flight.fov_deg, views]
-    stands = {item.name: [placed(instance) for instance in item.instances] for item in scene.objects}
-    key = key_of(__name__, code_digest(__name__), frame, bounds, stands)
+    where = {item.name: stands(item) for item in scene.objects}
+    key = key_of(__name__, code_digest(__name__), frame, bounds, where)
     stored = None if force else store.get_product(key)
     if not fits(stored, SIGHTINGS) or stored.keys() != bounds.keys():
         found = object_sightings(scene, flight, bounds)
@@ -197,7 +200,7 @@ class _Cone:
         self.ahead = np.array([_direction(eye, target) for eye, target in views], np.float64).T
         self.slope = tangent * tangent * (1.0 + aspect * aspect)
 
-    def bounds(self, places: F64, item: SceneObject) -> list[float]:
+    def bounds(self, places: F64, instances: Sequence[Mapping[str, Any]]) -> list[float]:
         """Returns for each instance a lower bound of the least distance of its places (3, n) that a view
         shows, metres; infinite where no view can show one."""
         import numpy as np
@@ -208,8 +211,8 @@ class _Cone:
         cosine = 1.0 / sqrt(1.0 + self.slope)
         sine = sqrt(self.slope) * cosine
         found: list[float] = []
-        for first in range(0, len(item.instances), _AT_ONCE):
-            some = [placed(instance) for instance in item.instances[first : first + _AT_ONCE]]
+        for first in range(0, len(instances), _AT_ONCE):
+            some = instances[first : first + _AT_ONCE]
             columns = {key: np.array([one[key] for one in some]).T[..., None] for key in some[0]}
             x, y, z = (c - e for c, e in zip(to_world(middle, columns), self.eyes, strict=True))
             reach = radius * np.array([largest_scale(one) for one in some])[:, None]

@@ -25,7 +25,7 @@ from paradize.jobs.pool import Job
 from paradize.map_table import maps_of
 from paradize.scene.finest_views import finest_scales, finest_shadow_texel_m, scene_views
 from paradize.scene.map_sets import SceneMaps
-from paradize.scene.placement import placed
+from paradize.scene.motion import stands
 from paradize.scene.settings import Scene, SceneObject
 from paradize.store.local import Store, key_of
 
@@ -200,7 +200,7 @@ def _seen_object(
     return {
         "textures": textures,
         "drawn": item.views,
-        "instances": [placed(instance) for instance in item.instances],
+        "instances": stands(item),
         "center": known.center,
         "radius_m": known.radius_m,
         "errors_m": known.switch_m,

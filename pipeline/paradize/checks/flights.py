@@ -15,8 +15,9 @@ from paradize.errors import ParadizeError
 from paradize.formats.glb.reader import decode_glb
 from paradize.formats.glb.tiles import decode_tile
 from paradize.formats.scene_manifest import read_entry
-from paradize.placement import turned_back
+from paradize.placement import largest_scale, turned_back
 from paradize.scene.flight import Flight
+from paradize.scene.motion import moved, reach_m
 
 F64 = npt.NDArray[np.float64]
 
@@ -105,6 +106,9 @@ def _nearest_object(manifest: dict[str, Any], folder: Path, eyes: F64, reach: fl
                 corners = np.zeros((0, 3, 3))
         if not len(corners):
             continue
+        if item["motion"] is not None:
+            nearest = np.minimum(nearest, _nearest_moving(item, corners, eyes, reach))
+            continue
         ends = np.stack([corners.min(axis=(0, 1)), corners.max(axis=(0, 1))])
         for instance in item["instances"]:
             x, y, z = (eyes - np.array(instance["position"])).T
@@ -121,6 +125,21 @@ def _nearest_object(manifest: dict[str, Any], folder: Path, eyes: F64, reach: fl
                     here = slice(first, first + len(run))
                     nearest[here] = np.minimum(nearest[here], distances(run, sized[near]))
     return np.asarray(np.where(nearest < reach, nearest, np.inf))
+
+
+def _nearest_moving(item: dict[str, Any], corners: F64, eyes: F64, reach: float) -> F64:
+    """The same of an object that moves: each eye sees it where it is then. Its wings and legs are at rest."""
+    nearest = np.full(len(eyes), np.inf)
+    farthest = float(np.sqrt((corners * corners).sum(axis=2)).max())
+    for k, instance in enumerate(item["instances"]):
+        away = eyes - np.array(instance["position"])
+        limit = reach_m(item["motion"]) + largest_scale(instance) * farthest + reach
+        for i in np.flatnonzero((away * away).sum(axis=1) < limit * limit).tolist():
+            now = moved(instance, item["motion"], k, i / len(eyes))
+            eye = (eyes[i] - now["position"]).tolist()
+            own = np.array([turned_back(eye, now["rotation"])])
+            nearest[i] = min(nearest[i], float(distances(own, corners * now["scale"])[0]))
+    return nearest
 
 
 def distances(places: F64, corners: F64) -> F64:

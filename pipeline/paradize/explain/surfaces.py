@@ -22,6 +22,7 @@ from paradize.explain.pixels import Camera, Moved, Surfaces
 from paradize.files import read_file
 from paradize.placement import largest_scale, to_world
 from paradize.scene.finest_views import COARSEST_LOD
+from paradize.scene.motion import all_stands
 
 F64 = npt.NDArray[np.float64]
 _MOST_BYTES = 32_000_000
@@ -57,6 +58,7 @@ def mesh_bound(
     errors_m = [error * diagonal for error in errors]
     if "camera" not in item["views"]:
         return bound(0.0, "px", "a pixel", [], unbounded)
+    item = item | {"instances": all_stands(item["instances"], item["motion"])}
     triangles = _Triangles(folder / manifest["artifacts"][item["mesh"]]["file"], _finest)
     terms: list[dict[str, Any]] = []
     nearest = camera.most_moved(

@@ -49,6 +49,7 @@ from paradize.map_table import MAPS
 from paradize.metrics.texels import decode_texels
 from paradize.placement import to_world
 from paradize.preview.shade import to_light, to_srgb
+from paradize.scene.motion import moved
 from paradize.store.atomic import write_whole
 
 if TYPE_CHECKING:
@@ -250,6 +251,14 @@ class _Export:
             materials[name] = self._material(item, name, {})
         plain = {name for name in materials if not used.get(name, _PLAIN)["vertex_colors"]}
         shapes: dict[bool, int] = {}
+        if (motion := item["motion"]) is not None:
+            share = self.manifest["poster_s"] / self.manifest["flight"]["duration_s"]
+            item = item | {
+                "instances": [moved(one, motion, k, share) for k, one in enumerate(item["instances"])]
+            }
+            self.notes.append(
+                f"{item['name']}: stands where it is at the poster's moment, its wings or legs at rest"
+            )
         for k, instance in enumerate(item["instances"]):
             x, y, z = instance["scale"]
             if mirror := x * y * z < 0.0:  # viewers differ on the frames of mirrored nodes

@@ -57,6 +57,7 @@ _real, _positive, _share = number(), number(0.0), number(0.0, 1.0)
 _vec2, _vec3 = list_of(_real, size=2), list_of(_real, size=3)
 _cubic = list_of(_real, size=4)
 _level = whole(0, 31)
+_signed = whole(-(1 << 30), 1 << 30)
 _depth, _row, _row_or_none = whole(0, 63), whole(0, 1 << 30), whole(-1, 1 << 30)
 _view = or_null(table(scale=number(1e-3, 16.0)))
 
@@ -159,6 +160,27 @@ _light_set = table(
 )
 _light_sets = list_of(_light_set_index)
 
+_motion = table(
+    laps=_signed,
+    radius_m=list_of(_positive, size=2),
+    rise_m=_positive,
+    bank_rad=_real,
+    ahead=flag,
+    pauses=_row,
+    pause_share=_share,
+    beat=or_null(
+        table(
+            per_lap=whole(1, 1 << 30),
+            hinge_m=_positive,
+            lift_rad=_positive,
+            swing_rad=_positive,
+            lag_rad_per_m=_positive,
+            stagger_rad_per_m=_positive,
+            glides=_row,
+            glide_share=_share,
+        )
+    ),
+)
 _instance = table(position=_vec3, rotation=_unit_quaternion, scale=list_of(_axis_scale, size=3))
 
 
@@ -289,6 +311,7 @@ _manifest = table(
             lods=list_of(table(node=text, error_m=_positive), min_size=1),
             materials=map_of(_material),
             sway=or_null(table(lean_m=_positive, flutter_m=_positive)),
+            motion=or_null(_motion),
             instances=_instances,
         )
     ),

@@ -17,8 +17,8 @@ from paradize.scene.baker_settings import (
 )
 from paradize.scene.jobs import Output, Requirements
 from paradize.scene.map_sets import MapSet, ObjectMaps, SceneMaps
+from paradize.scene.motion import stands
 from paradize.scene.pass_inputs import MADE_OF, map_inputs, mesh_inputs
-from paradize.scene.placement import placed
 from paradize.scene.settings import Head, SceneObject
 
 _LOD_SIZE_PX = 256.0  # without lod_size_px
@@ -54,7 +54,7 @@ def add_object(
                 quantise=quantise_limits if item.quantise else None,
                 sight=sight,
                 screen_size=size,
-                instances=[placed(instance) for instance in item.instances] if sight else [],
+                instances=stands(item) if sight else [],
                 atlas=bool(sets),  # a map needs a UV layout
                 painted=True,  # overlapping UVs are the author's choice: the maps are painted for them
                 base_colors=_base_colors(maps.objects[name]),

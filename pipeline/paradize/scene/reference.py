@@ -57,6 +57,8 @@ EXAMPLES = {
     "water.wave_relief": '[water.wave_relief]\nfilter = "scharr"',
     "object": '[[object]]\nname = "palm"\nmesh = "palm.obj"\nlods = 4\nstrength = 0.5',
     "object.relief": "[object.relief]\ngamma = 0.8",
+    "object.motion": "[object.motion]\nlaps = 18\nradius_m = [15.0, 10.0]\nbank_deg = 16.0",
+    "object.motion.beat": "[object.motion.beat]\nper_lap = 34\nhinge_m = 0.06\nlift_deg = 30.0",
     "object.material": "[object.material.leaf]\nalpha_cutoff = 0.5\ntwo_sided = true",
     "object.instance": "[[object.instance]]\nposition = [3.0, 1.2, -4.0]\nyaw_deg = 30.0\n"
     "roll_deg = -5.0\nscale = [-1.0, 1.2, 1.0]",

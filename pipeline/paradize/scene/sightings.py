@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from paradize.placement import largest_scale, to_world
 from paradize.scene.flight import Flight, Vec, sightings_of, sine_cosine
-from paradize.scene.placement import placed
+from paradize.scene.motion import stands
 from paradize.scene.settings import Scene
 
 
@@ -31,7 +31,7 @@ def object_sightings(
     owners: list[tuple[str, float]] = []
     for item in scene.objects:
         center, radius = bounds[item.name]
-        for instance in map(placed, item.instances):
+        for instance in stands(item):
             scale = largest_scale(instance)
             spheres.append((to_world(center, instance), scale * radius))
             owners.append((item.name, scale))

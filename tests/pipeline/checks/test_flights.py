@@ -63,14 +63,16 @@ def flight_settings() -> Flight:
     return Flight(duration_s=12.0, fov_deg=FOV_DEG, near_m=1.0, far_m=100.0, eye=eye, target=target)
 
 
-def near_findings(folder: Path, mesh: Mesh, *stands: dict[str, Any]) -> list[str]:
+def near_findings(
+    folder: Path, mesh: Mesh, *stands: dict[str, Any], motion: dict[str, Any] | None = None
+) -> list[str]:
     glb = encode_glb((Lod(mesh, 0.0, 0.0),), "thing")
     (folder / "thing.glb").write_bytes(glb)
     manifest = {
         "flight": plan_flight(flight_settings()).as_json(),
         "viewport": [WIDTH, HEIGHT],
         "terrain": None,
-        "objects": [{"mesh": "thing_mesh", "materials": {}, "instances": list(stands)}],
+        "objects": [{"mesh": "thing_mesh", "materials": {}, "motion": motion, "instances": list(stands)}],
         "artifacts": {"thing_mesh": {"file": "thing.glb", "bytes": len(glb)}},
     }
     found = list(check_flight(manifest, folder, "scene.json"))
@@ -138,3 +140,16 @@ def test_of_a_path_under_ground_the_deepest_place_is_named(tmp_path: Path) -> No
 def test_what_stays_away_is_no_finding(tmp_path: Path) -> None:
     mesh = soup([(2.0, 0.0, 1.0), (2.1, 0.3, 1.0), (2.0, 0.1, 1.4)], [(0, 1, 2)])
     assert not near_findings(tmp_path, mesh, instance([0.0, 20.0, 0.0], 1.0, 2.0))
+
+
+def test_an_object_that_moves_is_near_where_it_is_when_the_eye_comes(tmp_path: Path) -> None:
+    """It goes round the eye's own way, half a round ahead; in step with the eye they would meet."""
+    mesh = soup([(0.0, 0.0, 0.0), (0.1, 0.3, 0.0), (0.0, 0.1, 0.4)], [(0, 1, 2)])
+    eye = plan_flight(flight_settings()).view(0.0)[0]
+    still = {"rise_m": 0.0, "bank_rad": 0.0, "ahead": False, "pauses": 0, "pause_share": 0.0, "beat": None}
+    round_it = still | {"laps": 1, "radius_m": [eye[0], 8.0]}
+    middle = instance([0.0, eye[1], 0.0])
+    (told,) = near_findings(tmp_path, mesh, middle, motion=round_it)
+    assert "within 0" in told and "flight at " in told
+    across = instance([-2.0 * eye[0], eye[1], 0.0])  # where it goes, the eye is elsewhere
+    assert not near_findings(tmp_path, mesh, across, motion=round_it)

@@ -13,6 +13,7 @@ from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
 from paradize.scene.flight import Flight, plan_flight
+from paradize.scene.motion import motion_json, moved
 from paradize.scene.placement import placed
 from paradize.scene.settings import Scene, SceneObject, load_scene
 
@@ -160,6 +161,26 @@ def test_the_bar_stands_on_the_beach_above_the_sea_and_the_boat_lies_at_its_edge
     height = boat[:, 1] - ground(boat[:, 0], boat[:, 2])
     assert -0.25 < height.min() < 0.0 and np.quantile(height, 0.05) < 0.1  # it rests on the sand
     assert ground(boat[:, 0], boat[:, 2]).min() < 0.1
+
+
+def test_crabs_walk_on_wet_sand_and_gulls_keep_clear_of_the_eye_and_the_ground(
+    scene: Scene, moments: np.ndarray, ground: Any
+) -> None:
+    animals = {item.name: item for item in scene.objects if item.motion}
+    assert len(animals["crab"].instances) == 8 and len(animals["gull"].instances) == 8
+    for name, item in animals.items():
+        motion = motion_json(item.motion)
+        assert motion is not None
+        for number, instance in enumerate(map(placed, item.instances)):
+            shares = np.arange(0, len(moments), 5) / len(moments)
+            at = np.array([moved(instance, motion, number, share)["position"] for share in shares])
+            above = at[:, 1] - ground(at[:, 0], at[:, 2])
+            away = np.sqrt(((at - moments[::5, 0]) ** 2).sum(axis=1))
+            if name == "crab":
+                assert np.abs(above).max() < 0.02 and 0.03 < at[:, 1].min() <= at[:, 1].max() < 0.36
+                assert away.min() > 1.0
+            else:
+                assert above.min() > 4.0 and away.min() > 3.0, f"{name} {number}: {away.min():.1f} m"
 
 
 def test_the_bar_is_seen_from_the_jetty_and_from_the_palm(

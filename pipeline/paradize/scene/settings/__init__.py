@@ -16,6 +16,7 @@ from paradize.scene.settings.environment import Ambient, Fog, Shadow, Sky, Sun, 
 from paradize.scene.settings.flight import EyePoint, Flight, FreeCamera, TargetPoint
 from paradize.scene.settings.lights import Light
 from paradize.scene.settings.load import load_scene
+from paradize.scene.settings.motion import Beat, Motion
 from paradize.scene.settings.objects import (
     SIMPLIFIERS,
     UNWRAPPERS,
@@ -36,6 +37,7 @@ __all__ = [
     "UNWRAPPERS",
     "VIEWS",
     "Ambient",
+    "Beat",
     "Clouds",
     "DaytimeKey",
     "EyePoint",
@@ -47,6 +49,7 @@ __all__ = [
     "KeyMoon",
     "Light",
     "Moon",
+    "Motion",
     "Music",
     "NeededSound",
     "ObjectMaterial",

@@ -136,6 +136,15 @@ def _cross_checks(scene: Scene, faults: Faults) -> None:
                     f"is {table.alpha_cutoff:g} beside alpha_mode = {table.alpha_mode!r}, which has no cutoff"
                 )
                 faults.add(place, what, 'leave it out, or write alpha_mode = "mask"')
+        if item.motion is not None and item.motion.laps == 0:
+            faults.add(
+                f"object[{i}].motion.laps",
+                "is 0",
+                "must be 1 or more, or -1 or less: whole rounds close the loop",
+            )
+        if item.motion is not None and item.motion.beat is not None and item.quantise:
+            mend = "leave quantise out: wings and legs turn about a hinge in the mesh's own metres"
+            faults.add(f"object[{i}].quantise", "is true beside [object.motion.beat]", mend)
         if not any(view == "camera" or getattr(scene, view) for view in item.views):
             mend = f"the scene has no [{item.views[0]}]; name camera, or a view that there is"
             faults.add(f"object[{i}].views", "draws it nowhere", mend)

@@ -25,6 +25,7 @@ from paradize.scene.schema import (
     texts,
     whole,
 )
+from paradize.scene.settings.motion import Motion
 from paradize.scene.settings.relief import Relief
 
 SIMPLIFIERS = ("paradize", "meshoptimizer", "fast-simplification", "openmesh")  # stages/lod/
@@ -238,6 +239,7 @@ class SceneObject:
         unit="m",
         meaning="how far the tips of what hangs on it, as leaves, beat in a full gust",
     )
+    motion: Motion | None = table(Motion, None, meaning="How it moves. Without this table it stands.")
     gloss_groups: tuple[str, ...] = texts((), meaning="groups or materials that shine; empty: all")
     materials: dict[str, ObjectMaterial] = named_tables(
         ObjectMaterial, key="material", meaning="A material of the model, by its name."
