@@ -118,6 +118,13 @@ TEST_CASE("sound: nothing jumps where the eye passes through a place or a line")
     }
 }
 
+TEST_CASE("sound: a short line far away comes from where it is") {
+    for (double away = 1e7; away < 1e8; away += 3e6) {
+        const HeardSound heard = hear(from({{away, 0.0, 0.0}, {away + 1.0, 0.0, 0.0}}), at({}), 0.0, 1.0);
+        CHECK(heard.direction.x == doctest::Approx(1.0F).epsilon(0.01));
+    }
+}
+
 TEST_CASE("sound: finite and within 0 to 1 for all places, also a line of no length") {
     const std::array places{glm::dvec3(0.0), glm::dvec3(1e-9, 0.0, 0.0), glm::dvec3(1e10, -1e10, 1e10),
                             glm::dvec3(-1e10, 0.0, 0.0), glm::dvec3(1.0, 2.0, 3.0)};

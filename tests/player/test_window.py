@@ -10,10 +10,13 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
 import pytest
+import soundfile
 
 from tests.conftest import RENDER_ENVIRONMENT, ROOT
 from tests.player.synthetic import identity, sound, write_scene
+from tests.player.test_sound import tone
 from tests.processes import started
 
 Player = Callable[..., "subprocess.CompletedProcess[str]"]
@@ -31,11 +34,12 @@ def bare(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return write_scene(tmp_path_factory.mktemp("window") / "bare", bare=True)
 
 
-def on_a_display(*command: object) -> subprocess.CompletedProcess[str]:
+def on_a_display(*command: object, **more: str) -> subprocess.CompletedProcess[str]:
+    """more: variables of the environment."""
     environment = {k: v for k, v in os.environ.items() if k not in {"DISPLAY", "WAYLAND_DISPLAY"}}
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
     words = ["xvfb-run", "-a", *command]
-    with started(words, env=environment | RENDER_ENVIRONMENT, **pipes) as process:
+    with started(words, env=environment | RENDER_ENVIRONMENT | more, **pipes) as process:
         out, errors = process.communicate(timeout=120)
     return subprocess.CompletedProcess(words, process.returncode, out, errors)
 
@@ -67,6 +71,29 @@ def test_an_invalid_sound_does_not_stop_playback(tmp_path: Path) -> None:
     result = on_a_display(sys.executable, PRESS, "a", "end", "--", PLAYER, scene)
     assert result.returncode == 0, result.stderr
     assert "no sound" in result.stderr
+
+
+@pytest.mark.deep
+def test_n_starts_the_music_and_m_mutes_it(tmp_path: Path) -> None:
+    """OpenAL Soft writes what its device plays into a file."""
+    scene = write_scene(tmp_path / "scene", bare=True)
+    manifest = json.loads((scene / "scene.json").read_text())
+    piece = tone(400.0, 2)
+    manifest["artifacts"]["piece"] = {"file": "piece.wav", "kind": "sound", **identity(piece)}
+    manifest["music"] = {"artifacts": ["piece"], "volume": 1.0, "playing": 0}
+    (scene / "scene.json").write_text(json.dumps(manifest))
+    (scene / "piece.wav").write_bytes(piece)
+    (tmp_path / "alsoft.conf").write_text(f"drivers = wave\n[wave]\nfile = {tmp_path / 'heard.wav'}\n")
+    steps = ["still", "n", "still", "still", "m", "still", "Escape", "end"]
+    command = (sys.executable, PRESS, *steps, "--", PLAYER, scene, "--interactive")
+    result = on_a_display(*command, ALSOFT_DRIVERS="wave", ALSOFT_CONF=str(tmp_path / "alsoft.conf"))
+    assert result.returncode == 0, result.stderr
+    samples, rate = soundfile.read(tmp_path / "heard.wav", always_2d=True)
+    size = np.abs(samples).max(axis=1)
+    heard = np.flatnonzero(size > 0.2)  # of 0.25
+    assert len(heard) and (size[: rate // 2] == 0.0).all()
+    begins, ends = heard[0], heard[-1]
+    assert ends - begins > 0.5 * rate and (size[ends + rate // 10 : ends + rate // 2] == 0.0).all()
 
 
 @pytest.mark.deep

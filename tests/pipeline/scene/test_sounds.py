@@ -13,6 +13,7 @@ from paradize.build.bake import bake
 from paradize.build.options import BuildOptions
 from paradize.checks import check_paths
 from paradize.scene.json_schema import scene_schema
+from paradize.scene.settings import sound_files
 from tests.pipeline.scene.test_settings import LEAST, faults, load
 
 SHORE = """
@@ -89,6 +90,16 @@ def test_a_fault_is_told_with_its_place(folder: Path, old: str, new: str, told: 
         return
     (found,) = faults(folder, text)
     assert told in found
+
+
+@pytest.mark.parametrize(("on_s", "off_s", "first_s"), [(165.0, 238.0, 165.0), (200.0, 20.0, 0.0)])
+def test_a_sound_is_needed_from_its_first_second_on(
+    folder: Path, on_s: float, off_s: float, first_s: float
+) -> None:
+    """Hours that go on past the end of the flight begin at its start."""
+    text = SHORE.replace("on_s = 165.0\noff_s = 238.0", f"on_s = {on_s}\noff_s = {off_s}")
+    scene = load(folder, LEAST + text)
+    assert sound_files(scene.sounds, scene.music)[folder / "insects.ogg"].first_s == first_s
 
 
 def test_several_sounds_without_a_name_are_refused(folder: Path) -> None:
