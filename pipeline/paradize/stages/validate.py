@@ -114,13 +114,19 @@ def repairs(report: Report, lines: npt.NDArray[np.uint32] | None = None) -> dict
     }
 
 
-_SENTENCES = {
-    "degenerate": "degenerate triangles dropped",
-    "doubled": "triangles that repeat an earlier one dropped",
-    "unused_vertices": "vertices without a triangle left out",
-    "zero_area_uvs": "triangles without area in the texture",
-    "non_manifold_edges": "edges with more than two triangles",
-    "turned_edges": "edges whose two triangles are wound against each other",
+_SENTENCES = {  # of one, of several
+    "degenerate": ("degenerate triangle dropped", "degenerate triangles dropped"),
+    "doubled": (
+        "triangle that repeats an earlier one dropped",
+        "triangles that repeat an earlier one dropped",
+    ),
+    "unused_vertices": ("vertex without a triangle left out", "vertices without a triangle left out"),
+    "zero_area_uvs": ("triangle without area in the texture", "triangles without area in the texture"),
+    "non_manifold_edges": ("edge with more than two triangles", "edges with more than two triangles"),
+    "turned_edges": (
+        "edge whose two triangles are wound against each other",
+        "edges whose two triangles are wound against each other",
+    ),
 }
 
 
@@ -131,7 +137,8 @@ def messages(report: Report, lines: npt.NDArray[np.uint32] | None = None) -> lis
         if name in _SENTENCES and found["count"]:
             place = f"triangle {found['triangle']}" if found["line"] is None else f"line {found['line']}"
             first = "" if found["triangle"] is None else f" (first: {place})"
-            sentences.append(f"{found['count']} {_SENTENCES[name]}{first}")
+            sentence = _SENTENCES[name][int(found["count"] > 1)]
+            sentences.append(f"{found['count']} {sentence}{first}")
     return sentences
 
 

@@ -40,7 +40,7 @@ def test_degenerate_and_repeated_triangles_are_dropped_and_told_with_their_line(
     assert len(sound.positions) == 3
     result = messages(report, np.arange(10, 16, dtype=np.uint32))
     assert result[0] == "3 degenerate triangles dropped (first: line 11)"
-    assert result[1] == "1 triangles that repeat an earlier one dropped (first: line 14)"
+    assert result[1] == "1 triangle that repeats an earlier one dropped (first: line 14)"
 
 
 def test_slivers_are_kept() -> None:
