@@ -159,6 +159,12 @@ def test_the_night_is_dark_and_the_exposure_follows(picture: Callable[..., Pictu
     assert picture(NIGHT_S, change=longer).mean() > 1.5 * night.mean()
 
 
+def test_the_sky_darkens_all_the_way_between_two_keys(picture: Callable[..., Picture]) -> None:
+    day, between, dusk = (picture(s, ahead=(-0.7, 1.0, 0.2)).mean() for s in (DAY_S, 2.5, DUSK_S - 0.01))
+    assert dusk < 0.9 * between
+    assert between < 0.95 * day
+
+
 def test_moon_and_stars_stand_in_the_night_sky_alone(picture: Callable[..., Picture]) -> None:
     day, night = (picture(s, ahead=MOON) for s in (DAY_S, NIGHT_S))
     middle = np.s_[SIZE[1] // 2 - 6 : SIZE[1] // 2 + 6, SIZE[0] // 2 - 6 : SIZE[0] // 2 + 6]
