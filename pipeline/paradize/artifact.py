@@ -49,7 +49,7 @@ class Artifact:
     "taken", "errors"}. over: the metrics beyond their budget, as text. left_out: finer levels that no view
     asks for. first_needed_s: the second of the flight. max_level: the last level whose gutters are wide
     enough; None: any. required_detail: what the flight asks of it, {"left_out", "saved_bytes", "texels",
-    "second_s", "view"}. gutter: what was measured of its gutters, as FORMAT.md says.
+    "second_s", "view", "levels_s"}. gutter: what was measured of its gutters, as FORMAT.md says.
     """
 
     name: str

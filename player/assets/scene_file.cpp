@@ -142,7 +142,8 @@ class SceneReader {
             }
             if (const auto detail = entry.object_or_none("required_detail")) {
                 artifact.trimmed_levels = static_cast<int>(detail->integer("left_out", 0, 31));
-                detail->ignore({"saved_bytes", "texels", "second_s", "view"}); // for `paradize explain`
+                // for `paradize explain`
+                detail->ignore({"saved_bytes", "texels", "second_s", "view", "levels_s"});
                 detail->reject_unknown_keys();
             }
             entry.ignore({"tier", "errors", "levels", "gutter"}); // for `paradize check`

@@ -146,6 +146,7 @@ void read_patches(const JsonObject &from, std::size_t tiles, Terrain &out) {
     table.positions("center", patches.center);
     table.lengths("radius_m", patches.radius_m);
     table.lengths("error_m", patches.error_m);
+    patch_from.ignore({"first_needed_s"}); // for `paradize explain`
     patch_from.reject_unknown_keys();
     if (patches.size() == 0) {
         patch_from.fail("tile", "has no patch");

@@ -200,6 +200,7 @@ def tiled(
         files.append(data)
     columns |= {key: [getattr(patch, key) for patch in patches] for key in ("level", "made_by", "diamond")}
     columns |= {"center": [list(c) for c in centers], "radius_m": radii, "error_m": errors}
+    columns["first_needed_s"] = [0.0] * len(patches)
     diamonds = {
         "level": [patches[i[0]].level for i in members],
         "error_m": [w[0] for w in wide],

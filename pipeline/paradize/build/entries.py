@@ -59,7 +59,13 @@ LODS_SEEN = table(
 )
 SIGHTINGS = map_of(table(first_s=_positive, pixel_m=or_null(_positive)))
 PIXELS = table(pixel_m=or_null(_positive))
-_detail = table(level=_level, texels=or_null(_positive), second_s=or_null(_positive), view=or_null(text))
+_detail = table(
+    level=_level,
+    texels=or_null(_positive),
+    second_s=or_null(_positive),
+    view=or_null(text),
+    levels_s=list_of(or_null(_positive)),
+)
 
 
 def _detail_and_others(value: Any, place: str) -> None:

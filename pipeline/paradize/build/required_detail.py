@@ -6,7 +6,7 @@ Constants repeat what the shaders do; tests/pipeline/visibility/test_required_de
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -26,6 +26,7 @@ from paradize.visibility.finest_mip import (
     flat_triangles,
     surface_of,
 )
+from paradize.visibility.first_seconds import Seconds, mip_seconds, texels_by_run
 from paradize.visibility.texel_footprint import Views, views_of
 
 Size = tuple[int, int]  # width, height in texels
@@ -72,10 +73,11 @@ def measure_required_detail(
     water: dict[str, Any] | None,
     sky: dict[str, Any] | None,
 ) -> dict[str, dict[str, Any]]:
-    """Returns by artifact {"level", "texels", "second_s", "view"}: the finest level that is ever needed; for
-    textures the least number of level 0's texels that a pixel covers (None: never seen); when, and by which
-    view. For a texture whose flat triangles (finest_mip.flat_triangles) need a finer level than all others it
-    also returns {"others": the same without them}; flat_colors.py then decides.
+    """Returns by artifact {"level", "texels", "second_s", "view", "levels_s"}: the finest level that is ever
+    needed; for textures the least number of level 0's texels that a pixel covers (None: never seen); when,
+    and by which view; of each level the second of the flight from which on it or a finer one is needed (None:
+    never). For a texture whose flat triangles (finest_mip.flat_triangles) need a finer level than all others
+    it also returns {"others": the same without them}; flat_colors.py then decides.
 
     sight: see texel_footprint.views_of, and `light_m`. objects: SeenObject's fields by object name. terrain:
     `textures` (size by name), `tiles` (bytes or files), `repeat_m`. water: `textures`, `level_m`, `size_m`,
@@ -95,13 +97,19 @@ def measure_required_detail(
     return detail
 
 
-def _detail_json(finest_mip: FinestMip) -> dict[str, Any]:
+def _levels_of(size: Size) -> int:
+    """The mips of a texture."""
+    return max(size).bit_length()
+
+
+def _detail_json(finest_mip: FinestMip, levels_s: Seconds) -> dict[str, Any]:
     texels = float(f"{finest_mip.texels:.6g}") if finest_mip.texels < float("inf") else None
     return {
         "level": finest_mip.level(),
         "texels": texels,
         "second_s": finest_mip.second_s,
         "view": finest_mip.view,
+        "levels_s": levels_s,
     }
 
 
@@ -111,10 +119,11 @@ def _object_detail(
     levels = [lod.mesh for lod in decode_glb(seen_object.glb, name)]
     views = views_of(sight, seen_object.drawn, light_m)
     places = [Placement(one) for one in seen_object.instances]
-    level, second, view = finest_lod(
+    level, second, view, levels_s = finest_lod(
         views, seen_object.center, seen_object.radius_m, seen_object.errors_m, places
     )
     mesh: dict[str, Any] = {"level": level, "texels": None, "second_s": second, "view": view}
+    mesh["levels_s"] = levels_s
     detail = {f"{name}_mesh": mesh}
     known: dict[SeenTexture, dict[str, Any]] = {}
     for key, fields in seen_object.textures.items():
@@ -139,22 +148,34 @@ def _texture_detail(
     triangles that it lies on."""
     size, spread = texture.size, texture.spread
 
-    def finest_of(*, flat: bool) -> FinestMip:
-        surfaces = [
-            (surface, Placement(at.instance, _from_m(seen_object, k, at.scale, views)))
+    def detail_of(*, flat: bool) -> dict[str, Any]:
+        by_level = {
+            k: surface_of(mesh, mesh.uvs, *size, flat=flat)
             for k, mesh in enumerate(levels)
             if mesh.uvs is not None
-            for surface in [surface_of(mesh, mesh.uvs, *size, flat=flat)]
+        }
+        surfaces = [
+            (surface, Placement(at.instance, _from_m(seen_object, k, at.scale, views)))
+            for k, surface in by_level.items()
             for at in places
         ]
-        return finest(views, surfaces, spread * max(size))
+        texels = texels_by_run(views, _joined(by_level.values()), places, spread * max(size))
+        seconds = mip_seconds(views.query, texels, _levels_of(size))
+        return _detail_json(finest(views, surfaces, spread * max(size)), seconds)
 
-    whole = _detail_json(finest_of(flat=True))
+    whole = detail_of(flat=True)
     flat = (mesh.uvs is not None and flat_triangles(mesh, mesh.uvs, *size).any() for mesh in levels)
     if spread > 0.0 or texture.second or not any(flat):  # parallax shows more than the line
         return whole
-    others = _detail_json(finest_of(flat=False))
+    others = detail_of(flat=False)
     return whole | {"others": others} if others["level"] > whole["level"] else whole
+
+
+def _joined(surfaces: Iterable[Surface]) -> Surface:
+    parts = [Surface(np.zeros((0, 3, 3)), np.zeros(0)), *surfaces]
+    return Surface(
+        np.concatenate([part.corners for part in parts]), np.concatenate([part.density for part in parts])
+    )
 
 
 def _from_m(seen_object: SeenObject, level: int, scale: float, views: Views) -> float:
@@ -174,18 +195,18 @@ def _terrain_detail(
             uvs = mesh.uvs if name.startswith("sand") else mesh.uvs1
             if uvs is not None:
                 surfaces.append(surface_of(mesh, uvs, *size))
-        least = Surface(
-            np.concatenate([surface.corners for surface in surfaces]),
-            np.concatenate([surface.density for surface in surfaces]),
-        )
+        least = _joined(surfaces)
         seen = finest(views, [(least, Placement())])
+        by_run = texels_by_run(views, least, [Placement()])
         if name.startswith("sand") and seen.texels < float("inf"):
             far_m = GRAINS * REFERENCE_REPEATS * repeat_m
             far = far_m * views.pixel * views.query.corner * views.query.corner * float(least.density.min())
             texels = SHORTEST * min(seen.texels, far)
             texels = min(texels, LUMPS * seen.texels) if name == "sand_normal" else texels
             seen = FinestMip(texels, seen.second_s, seen.view)
-        detail[name] = _detail_json(seen)
+            lumps = LUMPS * by_run if name == "sand_normal" else by_run
+            by_run = np.where(by_run < np.inf, np.minimum(SHORTEST * np.minimum(by_run, far), lumps), np.inf)
+        detail[name] = _detail_json(seen, mip_seconds(views.query, by_run, _levels_of(size)))
     return detail
 
 
@@ -199,9 +220,13 @@ def _water_detail(
     dry = bool((views.query.eye[1] - views.query.slack_m - views.query.reach[1] > level_m).all())
     for name, size in textures.items():
         density = WAVES[name.rpartition("_")[2]] * repeat / size_m * min(size)
-        seen = finest(views, [(Surface(square, np.full(2, density)), Placement())])
+        surface = Surface(square, np.full(2, density))
+        seen = finest(views, [(surface, Placement())])
+        by_run = texels_by_run(views, surface, [Placement()])
         # Under water the waves' light upon the floor may be nearer than the waves.
-        detail[name] = _detail_json(seen if dry else FinestMip(0.0, None, "camera"))
+        if not dry:
+            seen, by_run = FinestMip(0.0, None, "camera"), np.zeros(len(by_run))
+        detail[name] = _detail_json(seen, mip_seconds(views.query, by_run, _levels_of(size)))
     return detail
 
 
@@ -211,11 +236,12 @@ def _sky_detail(
     """A face's texels are sparsest in its middle: side / 2 per radian."""
     corner = views.query.corner * views.query.corner
     texels = 0.5 * side * views.pixel * corner / max(1.0, views.mirror or 0.0)
-    detail = _detail_json(FinestMip(texels, 0.0, "camera"))
+    detail = _detail_json(FinestMip(texels, 0.0, "camera"), [])
     if water:
         detail["level"] = min(detail["level"], SEA_MIP)
     if smoothest is not None:
         blur = max(0.0, levels - 2.3)
         rough = float(np.sqrt(1.0 - smoothest))
         detail["level"] = min(detail["level"], int(blur * rough))
+    detail["levels_s"] = [0.0 if level >= detail["level"] else None for level in range(levels)]
     return detail

@@ -97,8 +97,16 @@ def find_required_detail(
     found: RequiredDetail = dict(of_scene)
     for name, one_detail in (part for detail in of_objects for part in detail.items()):
         other = found.get(name)
-        found[name] = one_detail if other is None else min(other, one_detail, key=_fineness)
+        if other is not None:
+            levels_s = _earlier(other["levels_s"], one_detail["levels_s"])
+            one_detail = min(other, one_detail, key=_fineness) | {"levels_s": levels_s}
+        found[name] = one_detail
     return found
+
+
+def _earlier(a: Sequence[float | None], b: Sequence[float | None]) -> list[float | None]:
+    """Returns of each level the earlier of two seconds; None: never."""
+    return [min((one for one in pair if one is not None), default=None) for pair in zip(a, b, strict=True)]
 
 
 def _fineness(detail: Mapping[str, Any]) -> tuple[int, float]:
@@ -268,6 +276,7 @@ def trimmed(one: Artifact, detail: Mapping[str, Any], path: Path) -> tuple[Artif
     saved = 0 if rest is None else len(data) - len(rest)
     record = {"left_out": left_out, "saved_bytes": saved}
     record |= {key: detail[key] for key in ("texels", "second_s", "view")}
+    record["levels_s"] = detail["levels_s"][left_out:]
     one = replace(one, left_out=left_out, required_detail=record)
     if rest is None:
         return one, None

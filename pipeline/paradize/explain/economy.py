@@ -4,6 +4,7 @@ more. Imports no numpy."""
 from __future__ import annotations
 
 from collections.abc import Iterable
+from itertools import groupby
 from pathlib import Path
 from typing import Any
 
@@ -126,6 +127,17 @@ def _size(path: Path) -> tuple[int, int] | None:
     return width, height
 
 
+def _seconds_words(levels_s: list[float | None], what: str) -> list[str]:
+    """When each level is first needed; nothing if all are at once."""
+    words, first = [], 0
+    for second, group in groupby(levels_s):
+        last = first + len(list(group)) - 1
+        name = f"{what} {first}" if first == last else f"{what}s {first} to {last}"
+        words.append(f"{name} never" if second is None else f"{name} from second {second:g} on")
+        first = last + 1
+    return [f"needed: {', '.join(words)}"] if len(words) > 1 else []
+
+
 def economy_words(facts: dict[str, Any], kind: str) -> list[str]:
     """The facts of `economy` in words, a line each."""
     words = []
@@ -141,6 +153,7 @@ def economy_words(facts: dict[str, Any], kind: str) -> list[str]:
         elif facts["texels"] == 0.0:
             line += f": {facts['limit']}"
         words.append(line)
+    words += _seconds_words(facts["levels_s"], "level" if kind == "mesh" else "mip")
     if facts["left_out"]:
         plural = "s are" if facts["left_out"] > 1 else " is"
         words.append(f"{facts['left_out']} finer level{plural} left out: {short(facts['saved_bytes'])} saved")

@@ -140,6 +140,7 @@ _required_detail = table(
     texels=or_null(_positive),
     second_s=or_null(_positive),
     view=or_null(text),
+    levels_s=list_of(or_null(_positive)),
 )
 
 _light = table(
@@ -257,6 +258,7 @@ _manifest = table(
                 center=list_of(_vec3),
                 radius_m=list_of(_positive),
                 error_m=list_of(_positive),
+                first_needed_s=list_of(_positive),
             ),
             diamonds=table(
                 level=list_of(_depth),

@@ -242,11 +242,14 @@ def finest_lod(
     radius_m: float,
     errors_m: Sequence[float],
     places: Sequence[Placement],
-) -> tuple[int, float | None, str | None]:
+) -> tuple[int, float | None, str | None, list[float | None]]:
     """The finest level of a mesh that the player ever selects, with the second and the view that need it
-    first: at its smallest distance among the runs that show it. errors_m: of the levels, finest first. The
+    first: at its smallest distance among the runs that show it; and of each level the second of the flight
+    from which on it or a finer one is selected (None: never). errors_m: of the levels, finest first. The
     coarsest level where the mesh is never shown."""
     query = views.query
+    coarser_m = [min(errors_m[k + 1 :], default=np.inf) for k in range(len(errors_m))]
+    seconds = np.full(len(errors_m), np.inf)
     level, second, view = len(errors_m) - 1, None, None
     for place in places:
         sphere = Sphere(place.at(center), radius_m * place.scale)
@@ -258,6 +261,10 @@ def finest_lod(
             # The player accepts a level with an error of at most this at this distance.
             accepted = distance * (1.0 - 1e-5) / query.pixels
             accepted[distance <= query.near_m[runs]] = 0.0
+            for k, error_m in enumerate(coarser_m):
+                needed = runs[(error_m * place.scale > accepted) & (query.start_s[runs] < query.duration_s)]
+                if len(needed):
+                    seconds[k] = min(seconds[k], query.start_s[needed[0]])
             index = int(np.argmin(accepted))
             own_level = 0
             for k in range(len(errors_m) - 1, 0, -1):
@@ -268,4 +275,4 @@ def finest_lod(
                 own_second, own_view = views.moment(int(runs[index]), name)
                 if own_level < level or view is None:
                     level, second, view = min(own_level, level), own_second, own_view
-    return level, second, view
+    return level, second, view, [float(value) if value < np.inf else None for value in seconds]

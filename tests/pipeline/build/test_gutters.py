@@ -459,6 +459,7 @@ def test_a_fault_is_named_by_the_level_that_is_published(scene: Path) -> None:
         "saved_bytes": 1,
         "texels": 9.0,
         "second_s": 0.0,
+        "levels_s": [0.0],
     }
     result["view"] = "camera"
 

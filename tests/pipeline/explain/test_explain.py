@@ -123,12 +123,21 @@ def test_the_words_of_a_gutter_follow_from_its_numbers(facts: dict[str, Any], wo
 def test_a_level_that_looks_alike_at_no_size_is_told_with_a_mend() -> None:
     level = {"size_px": 40.0, "seen_px": 40.0, "seen_p99_deg": 9.0, "seen_silhouette": 0.002}
     never = {"size_px": 1.0, "seen_px": 4.0, "seen_p99_deg": 24.0, "seen_silhouette": 0.037}
-    facts = {"view": None, "limit": None, "maps": {}, "left_out": 0, "seen": [level, never]}
+    facts = {"view": None, "limit": None, "maps": {}, "left_out": 0, "seen": [level, never], "levels_s": []}
     _, drawn, not_drawn = economy_words(facts, "mesh")
     assert "level 1 is drawn where the object is up to 40 pixels" in drawn and "already" not in drawn
     assert "level 2 is drawn where the object is up to 1 pixels" in not_drawn
     assert "3.70% of its box at 4 pixels already, more than the scene allows" in not_drawn
     assert 'lods_by = "screen_size"' in not_drawn
+
+
+def test_it_says_when_each_level_is_first_needed() -> None:
+    facts = {"view": "camera", "texels": 2.0, "second_s": 7.5, "limit": None, "maps": {}, "left_out": 0}
+    facts |= {"seen": [], "levels_s": [None, 7.5, 2.0, 2.0]}
+    assert economy_words(facts, "mesh")[1] == (
+        "needed: level 0 never, level 1 from second 7.5 on, levels 2 to 3 from second 2 on"
+    )
+    assert len(economy_words(facts | {"levels_s": [0.0, 0.0]}, "mesh")) == 1
 
 
 def test_maps_that_were_not_made_are_reckoned_in_the_size_that_the_picture_has(tmp_path: Path) -> None:

@@ -96,8 +96,23 @@ def waves(side: int, size_m: float, bend: float) -> Mesh:
 def least_texels(
     flight: Flight, mesh: Mesh, size: tuple[int, int], *, mirror_m: float | None = None, rows: int = HEIGHT
 ) -> float:
-    """The fewest texels between neighbouring pixels, the smaller of both ways, over 200 moments and 10,000
-    places. mirror_m: as the picture in the water shows it, from an eye below."""
+    """The least of texels_at over 200 moments."""
+    moments = np.linspace(0.0, flight.duration_s, 200, endpoint=False)
+    return float(texels_at(moments, flight, mesh, size, mirror_m=mirror_m, rows=rows).min())
+
+
+def texels_at(
+    moments: F64,
+    flight: Flight,
+    mesh: Mesh,
+    size: tuple[int, int],
+    *,
+    mirror_m: float | None = None,
+    rows: int = HEIGHT,
+) -> F64:
+    """Of each moment, in seconds, the fewest texels between neighbouring pixels, the smaller of both ways,
+    over 10,000 places; infinite where none is seen. mirror_m: as the picture in the water shows it, from an
+    eye below."""
     rng = np.random.default_rng(3)
     chosen = rng.integers(len(mesh.triangles), size=10_000)
     corners = mesh.positions.astype(np.float64)[mesh.triangles][chosen]
@@ -110,8 +125,8 @@ def least_texels(
     normal = np.cross(e, f)
     pixel = 2.0 * np.tan(np.radians(FOV_DEG) / 2) / rows
     half = rows / 2 * pixel
-    least = np.inf
-    for t in np.linspace(0.0, flight.duration_s, 200, endpoint=False):
+    least = np.full(len(moments), np.inf)
+    for at, t in enumerate(moments):
         eye, target = (np.array(place) for place in flight.view(float(t)))
         ahead = (target - eye) / np.linalg.norm(target - eye)
         right = np.cross(ahead, [0.0, 1.0, 0.0])
@@ -135,7 +150,7 @@ def least_texels(
                 found.append(np.where(reach > 0.0, np.linalg.norm(step, axis=1), np.inf))
         rows_seen = np.minimum(*found)[seen]
         if len(rows_seen):
-            least = min(least, float(np.nanmin(rows_seen)))
+            least[at] = np.nanmin(rows_seen)
     return least
 
 
@@ -261,7 +276,7 @@ def test_the_finest_level_of_a_mesh_is_the_one_that_the_player_takes_where_it_is
     nearest = min(float(np.linalg.norm(planned.view(t)[0])) for t in np.linspace(0, 8, 4000)) - 2.0
     expected = max(k for k, error in enumerate(errors) if error * pixels / nearest <= 1.0)
     assert 1 <= expected <= 2
-    level, second, view = finest_lod(views, (0.0, 0.0, 0.0), 2.0, errors, [Placement()])
+    level, second, view, _ = finest_lod(views, (0.0, 0.0, 0.0), 2.0, errors, [Placement()])
     assert (level, view) == (expected, "camera") and second is not None
     assert finest_lod(views, (0.0, 0.0, 0.0), 2.0, errors, [FAR_AWAY])[0] == 3
 

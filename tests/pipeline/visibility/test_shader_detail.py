@@ -64,6 +64,8 @@ def test_waves_are_asked_for_along_their_shorter_side_and_wholly_from_under_wate
     sizes = {"water_dudv": (4096, 1024), "water_normal": (1024, 4096)}
     found = required(sight_of(circle(60.0, 30.0)), water=water | {"textures": sizes})
     square = required(sight_of(circle(60.0, 30.0)), water=water | {"textures": {"water_dudv": (1024, 1024)}})
+    assert len(found["water_dudv"].pop("levels_s")) == 13  # it has two mips more than the square
+    assert len(square["water_dudv"].pop("levels_s")) == 11
     assert found["water_dudv"] == square["water_dudv"]
     assert found["water_normal"]["texels"] == pytest.approx(0.137 * found["water_dudv"]["texels"], rel=1e-4)
     below = required(sight_of(circle(60.0, -3.0)), water=water | {"textures": sizes})
@@ -205,7 +207,7 @@ def test_what_is_asked_of_is_what_the_scene_says(tmp_path: Path, monkeypatch: py
             BuildOptions(jobs=1),
         )
     post, rest = (job.arguments for job in jobs)
-    lies = {"size": (8, 4), "materials": ("wood", "tin"), "spread": 0.03, "lit": False}
+    lies = {"size": (8, 4), "materials": ("wood", "tin"), "spread": 0.03, "lit": False, "second": False}
     assert post["objects"]["post"]["textures"] == {"post_color": lies, "post_height": lies}
     assert rest["sky"] == {"side": 8, "levels": 4, "smoothest": 0.8}
     assert rest["terrain"]["repeat_m"] == 2.5

@@ -120,6 +120,7 @@ def columns_of(tree: Tree, tile: list[int], node: list[int]) -> dict[str, dict[s
             "diamond": [row_of(p.diamond) for p in tree.patches],
             **_spheres([p.sphere for p in tree.patches]),
             "error_m": [p.reported_error_m for p in tree.patches],
+            "first_needed_s": [_f32(p.first_s) for p in tree.patches],
         },
         "diamonds": {
             "level": [d.level for d in tree.diamonds],
