@@ -24,13 +24,14 @@ import palm
 import rocks
 import sand
 import shells
+import shrubs
 import sky
 import sound
 import terrain
 import water
 
 SOUNDS = (sound, nearby, music)
-MODELS = (palm, jetty, bar, boat, lamps, grove, shells, driftwood, rocks, animals)
+MODELS = (palm, jetty, bar, boat, lamps, grove, shells, driftwood, rocks, animals, shrubs)
 MAKERS = (terrain, sand, effect, water, sky, clouds, *SOUNDS, *MODELS)
 
 
