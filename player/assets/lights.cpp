@@ -27,6 +27,7 @@ PointLight light(const JsonObject &from) {
     }
     value.fade_s = real(from, "fade_s", 0.0, day_s);
     value.flicker = real(from, "flicker", 0.0, 1.0);
+    value.beam_m = real_or(from, "beam_m", 0.0, max_length_m, 0.0F);
     from.reject_unknown_keys();
     return value;
 }

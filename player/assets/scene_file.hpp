@@ -70,6 +70,7 @@ struct PointLight {
     double on_s = 0.0, off_s = 0.0; // else: seconds of the flight; off may come before on
     float fade_s = 0.0F;            // from dark to full after on_s, and back after off_s
     float flicker = 0.0F;           // share of its light that comes and goes
+    float beam_m = 0.0F;            // height of its beam into the sky; 0: none
 };
 
 /// A draw call takes so many lights.
@@ -276,6 +277,8 @@ struct ParticleField {
     glm::vec2 life_per_s{0.2F, 0.5F}; // slowest, fastest loss of life
     float threshold = 0.1F;           // respawned below this life
     glm::vec3 color{1.0F};            // linear
+    bool swarm = false;               // insects that fly around; else sparkles that fade
+    float wander_m = 0.0F;            // how far the middle of a swarm strays from `center`
 
     bool operator==(const ParticleField &) const = default;
 };

@@ -234,6 +234,12 @@ void read_particles(const JsonObject &root, SceneFile &out) {
             value.life_per_s = pair(from, "life_per_s", 1e-6, 1e4);
             value.threshold = real(from, "threshold", 0.0, 1.0);
             value.color = triple(from, "color", 0.0, max_radiance);
+            const std::string motion = from.text_or("motion", "drift");
+            value.swarm = motion == "swarm";
+            if (!value.swarm && motion != "drift") {
+                from.fail("motion", "\"" + motion + "\" is not drift or swarm");
+            }
+            value.wander_m = real_or(from, "wander_m", 0.0, max_length_m, 0.0F);
             from.reject_unknown_keys();
             out.particles.push_back(std::move(value));
         }

@@ -16,7 +16,7 @@ namespace paradize {
 
 namespace {
 
-constexpr int floats_each = 6;
+constexpr int floats_each = 9;
 constexpr float fade_in_share = 0.12F;     // share of its life during which a new particle fades in
 constexpr double most_lives_per_s = 120.0; // shorter lives than a frame cannot be seen
 
@@ -30,19 +30,6 @@ std::uint64_t mixed(std::uint64_t value) {
 }
 
 } // namespace
-
-std::uint32_t Pcg::next() {
-    const std::uint64_t old = state_;
-    state_ = old * 6364136223846793005ULL + increment_;
-    const auto shifted = static_cast<std::uint32_t>(((old >> 18U) ^ old) >> 27U);
-    const auto rotation = static_cast<std::uint32_t>(old >> 59U);
-    return (shifted >> rotation) | (shifted << ((32U - rotation) & 31U));
-}
-
-float Pcg::uniform(float low, float high) {
-    const float unit = static_cast<float>(next() >> 8U) * (1.0F / 16777216.0F);
-    return low + (high - low) * unit;
-}
 
 ParticleSwarm::ParticleSwarm(const assets::ParticleField &field, std::uint64_t seed)
     : field_(field), seed_(seed), lives_(static_cast<std::size_t>(std::max(field.count, 0))),
@@ -95,13 +82,18 @@ void ParticleSwarm::move_to(double time_s) {
 
 ParticlesPass::ParticlesPass(const PassSetup &setup)
     : program_(setup.shaders, "particle.vert", "particle.frag"), environment_(setup, program_),
-      quads_(gl::VertexArray::create()), color_location_(program_.location("u_color")) {
+      quads_(gl::VertexArray::create()), speck_location_(program_.location("u_speck")) {
+    const assets::SceneFile &file = setup.scene.file();
     std::size_t count = 0;
     std::uint64_t seed = 1;
-    for (const assets::ParticleField &field : setup.scene.file().particles) {
-        swarms_.emplace_back(field, seed++);
-        colors_.push_back(field.color);
-        count += swarms_.back().particles().size();
+    for (const assets::ParticleField &field : file.particles) {
+        if (field.swarm) {
+            insects_.emplace_back(field, seed++, file.lights);
+        } else {
+            sparkles_.emplace_back(field, seed++);
+            sparkle_count_ += static_cast<std::size_t>(field.count);
+        }
+        count += static_cast<std::size_t>(field.count);
     }
     data_.resize(count * floats_each);
     glBindVertexArray(quads_.name());
@@ -111,18 +103,40 @@ ParticlesPass::ParticlesPass(const PassSetup &setup)
 }
 
 void ParticlesPass::prepare(Frame &frame) {
+    const View &main = frame.view(ViewKind::main);
     std::size_t at = 0;
-    for (ParticleSwarm &swarm : swarms_) {
-        swarm.move_to(frame.clock.elapsed_s);
-        const glm::vec3 center = frame.view(ViewKind::main).local(swarm.center());
-        for (const Particle &p : swarm.particles()) {
-            const glm::vec3 place = center + p.position;
-            for (float value : {place.x, place.y, place.z, p.size_m, p.rotation_rad, p.opacity}) {
-                data_[at++] = value;
-            }
+    const auto add = [&](const glm::vec3 &place, float size_m, float rotation_rad, float opacity,
+                         const glm::vec3 &color) {
+        for (float value :
+             {place.x, place.y, place.z, size_m, rotation_rad, opacity, color.x, color.y, color.z}) {
+            data_[at++] = value;
+        }
+    };
+    for (ParticleSwarm &field : sparkles_) {
+        field.move_to(frame.clock.elapsed_s);
+        const glm::vec3 center = main.local(field.center());
+        for (const Particle &p : field.particles()) {
+            add(center + p.position, p.size_m, p.rotation_rad, p.opacity, field.color());
+        }
+    }
+    for (InsectSwarm &swarm : insects_) {
+        swarm.move_to(frame.clock.elapsed_s, frame.point_lights.strengths());
+        const glm::vec3 center = main.local(swarm.center());
+        for (const Insect &one : swarm.insects()) {
+            add(center + one.position, one.size_m, 0.0F, swarm.opacity(), one.radiance);
         }
     }
     gl::write_buffer(GL_ARRAY_BUFFER, instances_, 0, std::as_bytes(std::span(data_)));
+}
+
+void ParticlesPass::draw_range(std::size_t first, std::size_t count, bool specks) const {
+    const std::size_t offset = first * floats_each * sizeof(float);
+    constexpr int stride = floats_each * static_cast<int>(sizeof(float));
+    gl::attribute_floats(gl::attribute_free, 4, instances_, stride, offset, 1);
+    gl::attribute_floats(gl::attribute_free + 1, 2, instances_, stride, offset + 4 * sizeof(float), 1);
+    gl::attribute_floats(gl::attribute_free + 2, 3, instances_, stride, offset + 6 * sizeof(float), 1);
+    gl::Program::set(speck_location_, specks ? 1.0F : 0.0F);
+    gl::draw_vertices(GL_TRIANGLE_STRIP, 4, static_cast<int>(count));
 }
 
 void ParticlesPass::draw(const Frame &frame, const View &view) {
@@ -133,19 +147,18 @@ void ParticlesPass::draw(const Frame &frame, const View &view) {
     environment_.apply(frame, view);
     glBindVertexArray(quads_.name());
     glEnable(GL_BLEND);
-    glBlendFunc(GL_ONE, GL_ONE); // additive
+    glBlendFunc(GL_ONE, GL_ONE_MINUS_SRC_ALPHA); // a sparkle's alpha is 0: it adds
     glDepthMask(GL_FALSE);
     glDisable(GL_CULL_FACE);
-    std::size_t first = 0;
-    for (std::size_t i = 0; i < swarms_.size(); ++i) {
-        const std::size_t count = swarms_[i].particles().size();
-        const std::size_t offset = first * floats_each * sizeof(float);
-        constexpr int stride = floats_each * static_cast<int>(sizeof(float));
-        gl::attribute_floats(gl::attribute_free, 4, instances_, stride, offset, 1);
-        gl::attribute_floats(gl::attribute_free + 1, 2, instances_, stride, offset + 4 * sizeof(float), 1);
-        gl::Program::set(color_location_, colors_[i]);
-        gl::draw_vertices(GL_TRIANGLE_STRIP, 4, static_cast<int>(count));
-        first += count;
+    if (sparkle_count_ > 0) {
+        draw_range(0, sparkle_count_, false);
+    }
+    std::size_t first = sparkle_count_;
+    for (const InsectSwarm &swarm : insects_) {
+        if (swarm.opacity() > 0.0F) {
+            draw_range(first, swarm.insects().size(), true);
+        }
+        first += swarm.insects().size();
     }
     glEnable(GL_CULL_FACE);
     glDepthMask(GL_TRUE);

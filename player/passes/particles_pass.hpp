@@ -1,12 +1,14 @@
 #pragma once
-// Sparkles in the air. A particle's life is its transparency and falls at its own rate. Below the threshold
-// the particle is born again elsewhere with a new size and rotation.
+// Sparkles in the air, and swarms of insects. A sparkle's life is its transparency and falls at its own rate.
+// Below the threshold it is born again elsewhere with a new size and rotation.
 
 #include "assets/scene_file.hpp"
 #include "gl/handle.hpp"
 #include "gl/program.hpp"
 #include "passes/environment_bindings.hpp"
 #include "passes/pass.hpp"
+#include "scene/insect_swarm.hpp"
+#include "scene/random.hpp"
 
 #include <glm/vec3.hpp>
 
@@ -14,24 +16,6 @@
 #include <vector>
 
 namespace paradize {
-
-/// A portable random generator, the same on every machine: PCG32, M. O'Neill, "PCG: A Family of Simple Fast
-/// Space-Efficient Statistically Good Algorithms for Random Number Generation", 2014.
-class Pcg {
-  public:
-    explicit Pcg(std::uint64_t stream) : increment_((stream << 1U) | 1U) {
-        next();
-        state_ += 0x853c49e6748fea9bULL;
-        next();
-    }
-    std::uint32_t next();
-    /// Returns a uniform number in [low, high).
-    float uniform(float low, float high);
-
-  private:
-    std::uint64_t state_ = 0;
-    std::uint64_t increment_;
-};
 
 struct Particle {
     glm::vec3 position{0.0F}; // metres, relative to the field's centre
@@ -52,6 +36,7 @@ class ParticleSwarm {
     void move_to(double time_s);
     const std::vector<Particle> &particles() const { return particles_; }
     const glm::dvec3 &center() const { return field_.center; } // in the world
+    const glm::vec3 &color() const { return field_.color; }
 
   private:
     /// What stays the same over all lives of a particle, and what is random in the present one.
@@ -76,14 +61,18 @@ class ParticlesPass : public Pass {
     void draw(const Frame &frame, const View &view) override;
 
   private:
+    /// Draws `count` particles of the buffer from `first` on.
+    void draw_range(std::size_t first, std::size_t count, bool specks) const;
+
     gl::Program program_;
     EnvironmentBindings environment_;
     gl::VertexArray quads_;
     gl::Buffer instances_;
-    std::vector<ParticleSwarm> swarms_;
-    std::vector<glm::vec3> colors_;
-    std::vector<float> data_; // six floats per particle
-    int color_location_ = -1;
+    std::vector<ParticleSwarm> sparkles_;
+    std::vector<InsectSwarm> insects_;
+    std::vector<float> data_; // nine floats per particle: the sparkles, then the insects
+    std::size_t sparkle_count_ = 0;
+    int speck_location_ = -1;
 };
 
 } // namespace paradize

@@ -1,6 +1,7 @@
 // The list of passes in drawing order: views that others sample, opaque surfaces, sky, water, blended
 // surfaces, particles, and the conversion to the screen.
 
+#include "passes/beams_pass.hpp"
 #include "passes/environment_pass.hpp"
 #include "passes/objects_pass.hpp"
 #include "passes/particles_pass.hpp"
@@ -50,6 +51,11 @@ bool same_objects(const RenderSettings &a, const RenderSettings &b) {
     return same_surface(a, b) && a.parallax_steps == b.parallax_steps;
 }
 
+bool has_beams(const SceneFile &file) {
+    return std::ranges::any_of(file.lights,
+                               [](const assets::PointLight &light) { return light.beam_m > 0.0F; });
+}
+
 bool has_blended(const SceneFile &file) {
     return std::ranges::any_of(file.objects, [](const assets::Object &object) {
         return std::ranges::any_of(object.materials, [](const assets::Material &material) {
@@ -58,7 +64,7 @@ bool has_blended(const SceneFile &file) {
     });
 }
 
-constexpr std::array<Entry, 11> entries{{
+constexpr std::array<Entry, 12> entries{{
     {"environment", [](const SceneFile &f) { return !f.daytime.empty(); }, always, make<EnvironmentPass>},
     {"shadow", [](const SceneFile &f) { return f.shadow.has_value(); },
      [](const RenderSettings &a, const RenderSettings &b) {
@@ -80,6 +86,7 @@ constexpr std::array<Entry, 11> entries{{
     {"sky", [](const SceneFile &f) { return !f.sky.empty() || !f.daytime.empty(); }, always, make<SkyPass>},
     {"water", [](const SceneFile &f) { return f.water.has_value(); }, same_light, make<WaterPass>},
     {"blended", has_blended, same_objects, make<BlendedPass>},
+    {"beams", has_beams, always, make<BeamsPass>},
     {"particles", [](const SceneFile &f) { return !f.particles.empty(); }, always, make<ParticlesPass>},
     {"post", [](const SceneFile &) { return true; }, always, make<PostPass>},
 }};

@@ -186,6 +186,23 @@ def test_a_lamp_glitters_on_the_water(night: Posed) -> None:
     assert differs(lit, bare).mean() > 0.002
 
 
+def test_a_beam_rises_above_a_lamp_while_it_is_on(night: Posed) -> None:
+    scene = night.scene()
+    x, y, z = scene["lights"][0]["position"]
+    scene["lights"][0]["beam_m"] = 3.0
+    eye, target = (x, y + 1.0, z + 6.0), (x, y + 1.0, z)
+    seen = {
+        (second, off): night.render(eye, target, time_s=second, scene=scene, disable=off)
+        for second, off in ((4.0, "post"), (4.0, "post,beams"), (8.0, "post"))
+    }
+    beam = differs(seen[4.0, "post"], seen[4.0, "post,beams"], 2.5 / 255.0)
+    columns, rows = np.flatnonzero(beam.any(axis=0)), np.flatnonzero(beam.any(axis=1))
+    assert abs(float(columns.mean()) - WIDTH / 2) < 1.5 and len(columns) < WIDTH / 5
+    assert rows.max() < pixel(eye, target, (x, y, z))[1] + 1.0
+    assert rows.min() < HEIGHT / 2
+    assert not seen[8.0, "post"].any()
+
+
 def test_a_moment_looks_the_same_however_it_is_reached(
     night: Posed, player: Callable[..., Any], tmp_path: Path
 ) -> None:
@@ -223,3 +240,27 @@ def test_the_jettys_lamps_light_planks_poles_sand_and_water_in_the_night(
     for name, place in places.items():
         radius, share = (12, 0.08) if name == "the water" else (3, 0.25)  # waves break the light up
         assert around(brighter, *pixel(eye, target, place), radius).mean() > share, name
+
+
+def test_mosquitoes_swarm_round_the_lamp_of_the_jettys_head_at_night_and_nowhere_by_day(
+    island: Path, player: Callable[..., Any], tmp_path: Path
+) -> None:
+    posed = Posed(island, player, tmp_path)
+    scene = posed.scene()
+    (swarm,) = [cloud for cloud in scene["particles"] if cloud["motion"] == "swarm"]
+    scene |= {"sky": None, "exposure": 2.0, "particles": [swarm]}
+    scene["sun"]["intensity"] = 0.05
+    x, y, z = swarm["center"]
+    eye, target = (x - 1.5, y - 0.2, z + 3.0), (x, y, z)
+    on_s, off_s = (scene["lights"][0]["hours"][key] for key in ("on_s", "off_s"))
+    off = "terrain,water,shadow,post"
+    for second, is_there in ((on_s + 4.0, True), (off_s - 190.0, False)):
+        with_them, bare = (
+            posed.render(eye, target, time_s=second, scene=one, disable=off)
+            for one in (scene, scene | {"particles": []})
+        )
+        changed = differs(with_them, bare)
+        assert (40 if is_there else 0) <= changed.sum() <= (4000 if is_there else 0)
+        if is_there:
+            here = np.argwhere(changed).mean(axis=0)
+            assert np.hypot(here[0] - HEIGHT / 2, here[1] - WIDTH / 2) < 25.0

@@ -46,6 +46,7 @@ def _entry(light: Light, position: list[float], step: int, duration_s: float) ->
     hours = None
     if light.on_s is not None and light.off_s is not None:
         hours = {"on_s": (light.on_s + step * light.step_s) % duration_s, "off_s": light.off_s}
+    beam = {"beam_m": light.beam_m} if light.beam_m > 0.0 else {}
     return {
         "name": light.name,
         "position": position,
@@ -56,7 +57,7 @@ def _entry(light: Light, position: list[float], step: int, duration_s: float) ->
         "hours": hours,
         "fade_s": light.fade_s,
         "flicker": light.flicker,
-    }
+    } | beam
 
 
 @dataclass

@@ -144,6 +144,7 @@ _required_detail = table(
 )
 
 _light = table(
+    {"beam_m": _positive},
     name=text,
     position=_vec3,
     color=list_of(_positive, size=3),
@@ -319,6 +320,7 @@ _manifest = table(
     ),
     particles=list_of(
         table(
+            {"motion": one_of("drift", "swarm"), "wander_m": _positive},
             name=text,
             center=_vec3,
             radius_m=_positive,

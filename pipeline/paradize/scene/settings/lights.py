@@ -67,6 +67,13 @@ class Light:
     flicker: float = number(
         0.0, low=0.0, high=1.0, meaning="share of its light that comes and goes, as a flame's"
     )
+    beam_m: float = number(
+        0.0,
+        low=0.0,
+        high=FAR,
+        unit="m",
+        meaning="height of a beam into the sky above it, of light that the air scatters; 0: none",
+    )
 
 
 def check_lights(

@@ -129,7 +129,16 @@ class Particles:
         0.02, low=0.0, high=1.0, meaning="below this life a particle is born again elsewhere"
     )
     color: tuple[float, float, float] = vector(
-        (1.0, 0.95, 0.8), size=3, low=0.0, high=1e4, meaning="linear RGB"
+        (1.0, 0.95, 0.8), size=3, low=0.0, high=1e4, meaning="linear RGB; of a swarm what it reflects"
+    )
+    motion: str = choice(
+        "drift",
+        among=("drift", "swarm"),
+        meaning="drift: sparkles that rise and fade; swarm: insects that fly around, each in the cloud, lit "
+        "by the point lights that reach them and there while one of those is on",
+    )
+    wander_m: float = number(
+        0.0, low=0.0, high=FAR, unit="m", meaning="how far a swarm strays from center as a whole"
     )
 
 
