@@ -33,7 +33,8 @@ def crate(
 ) -> dict[str, Any]:
     """An object with a bounding sphere of 0.5 m round (0, 1, 0)."""
     stands = [UPRIGHT | {"position": at, "scale": [scale, 0.5 * scale, scale]} for at in positions]
-    return {"name": "crate", "center": [0.0, 1.0, 0.0], "radius_m": 0.5, "sway": sway, "instances": stands}
+    still = {"sway": sway, "motion": None}
+    return {"name": "crate", "center": [0.0, 1.0, 0.0], "radius_m": 0.5, "instances": stands} | still
 
 
 def manifest(lights: list[dict[str, Any]], *objects: dict[str, Any], **more: Any) -> dict[str, Any]:

@@ -30,6 +30,7 @@ def scene(*lights: dict[str, Any]) -> dict[str, Any]:
         "center": [0.0, 0.5, 0.0],
         "radius_m": 0.8,
         "sway": None,
+        "motion": None,
         "instances": [stand | {"position": [x, 0.0, 0.0]} for x in (0.0, 10.0)],
     }
     patches = {"center": [[0.0, -50.0, 0.0]], "radius_m": [5.0]}
