@@ -113,8 +113,9 @@ def test_the_wheel_holds_types_schema_and_fields_and_no_sources_of_kernels(tmp_p
     }
     expected -= {"paradize/kernels/digest.py"}  # runs while a kernel is built
     expected |= {"paradize/py.typed", "paradize/scene/scene.schema.json", "paradize/scene/FIELDS.md"}
+    expected |= {str(path.relative_to(PACKAGE.parent)) for path in PACKAGE.rglob("*.toml")}  # new's templates
     assert expected - names == set()
-    assert {Path(name).suffix for name in names} == {".py", ".pyi", ".typed", ".json", ".md", ".yml"}
+    assert {Path(name).suffix for name in names} == {".py", ".pyi", ".typed", ".json", ".md", ".yml", ".toml"}
 
 
 BAKES = """

@@ -104,11 +104,12 @@ TEST_CASE("KTX2: a level outside the file is reported by its offset, a wrong siz
     };
     const std::string size = std::to_string(file.size());
     CHECK(message_of(80, file.size() - 16383) == "a.ktx2: level 0: 16384 bytes from byte " +
-                                               std::to_string(file.size() - 16383) + " on exceed a file of " +
-                                               size);
+                                                     std::to_string(file.size() - 16383) +
+                                                     " on exceed a file of " + size);
     CHECK(message_of(80, ~std::uint64_t{0}) ==
           "a.ktx2: level 0: 16384 bytes from byte 18446744073709551615 on exceed a file of " + size);
-    CHECK(message_of(88, 16383) == "a.ktx2: level 0: the level index says 16383 bytes, 64 x 64 texels take 16384");
+    CHECK(message_of(88, 16383) ==
+          "a.ktx2: level 0: the level index says 16383 bytes, 64 x 64 texels take 16384");
 }
 
 TEST_CASE("KTX2: a compressed file has the same levels as the uncompressed file") {

@@ -41,6 +41,7 @@ def test_what_stands_ashore_looks_the_same_whether_or_not_another_one_lies_in_th
     assert differs(whole, bare).mean() > 0.2, "the grove is seen"
     for item in grove(scene):
         item["instances"].append(UNDER_THE_SEA)
+        item["light_sets"].append(0)  # no lamp reaches it
     with_sunken = seen(posed, scene)
     assert not differs(whole, with_sunken, 1.5 / 255.0).any()
 
