@@ -30,7 +30,7 @@ FLOORS = (
     {"stages", "readers", "formats", "metrics", "store", "jobs"},
     {"scene"},
     {"kinds"},
-    {"documents"},
+    {"documents", "kind_table"},
     {"files"},
     {"kernels", "data", "map_table", "artifact", "material", "placement"},
     {"errors", "tiers", "angles", "player_limits"},

@@ -128,13 +128,16 @@ class Image:
     values: (h, w, c), row 0 at the top: uint8 or uint16 integers, or float32. color_space: "srgb" (values are
     encoded as in the file; stages convert them to linear), "linear" or "data". source_bits: 8, 16 or 32 bits
     per channel of the file. top: the integer of the file that means 1 (255, 65535 ...); None where the file
-    holds floats or signed integers, which are used as they are.
+    holds floats or signed integers, which are used as they are. nodata: the number that means "no height" in
+    a grid of heights; None where the format does not say. notes: what its reader guessed.
     """
 
     values: U8 | U16 | F32
     color_space: str
     source_bits: int
     top: int | None = None
+    nodata: float | None = None
+    notes: tuple[str, ...] = ()
 
     @property
     def pixels(self) -> F32:

@@ -7,81 +7,84 @@ The kind is a guess. It is used only after a reader has refused a file.
 from __future__ import annotations
 
 import os
-import re
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from paradize.documents import SCENE_FILE
 from paradize.errors import BakeError, ParadizeError, SceneError, SourceError
 from paradize.files import missing_reason, open_file
+from paradize.kind_table import (
+    ASCII_GRID,
+    BAKED,
+    CONTROLS,
+    EMPTY,
+    FOLDER,
+    GLB,
+    GLTF,
+    GRID_SUFFIXES,
+    HEAD_BYTES,
+    HEIGHTS,
+    MAGIC,
+    MATERIAL,
+    MATERIALS,
+    MODEL,
+    MODEL_SUFFIXES,
+    OBJ,
+    PACKED,
+    PICTURE,
+    PLY,
+    RIFF,
+    SCENE,
+    SOUND,
+    STATEMENT,
+    STL,
+    SUFFIXES,
+    TABLE,
+    TEXT,
+    TEXTS,
+    TEXTURE,
+    UNKNOWN,
+    Kind,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-HEAD_BYTES = 1 << 16
-MODEL_SUFFIXES = (".obj", ".glb", ".gltf", ".ply", ".stl")
-_CHECK = "`paradize check {file}` takes it"
-_MAPS = "`paradize maps {file} -o {stem}-maps` takes it"
-_TERRAIN = "`paradize terrain {file} -o {stem}.glb --size 111000 111000 --height 1` takes it"
-_MESH = "`paradize mesh {file} -o {stem}.glb` or `paradize new {stem}-scene --from {file}` takes it"
-
-
-@dataclass(frozen=True)
-class Kind:
-    """name: with its article, "an OBJ model". mend: what to do with such a file; {file}, {name} and {stem}
-    are replaced by the file's own."""
-
-    name: str
-    mend: str = ""
-
-
-OBJ = Kind("an OBJ model", _MESH)
-GLTF = Kind("a glTF model", _MESH)
-PLY = Kind("a PLY model", _MESH)
-STL = Kind("an STL model", _MESH)
-GLB = Kind("a GLB model", f"{_MESH.replace('-o {stem}.glb', '-o {stem}-baked.glb')}; a baked one: {_CHECK}")
-MODEL = Kind("an OBJ, glTF, PLY or STL model")  # as it is wanted; a file is one of these
-PICTURE = Kind("a picture", _MAPS)
-HEIGHTS = Kind("a heightmap", _TERRAIN)
-SCENE = Kind("a scene TOML", "`paradize bake {file}` takes it")
-BAKED = Kind("a baked scene", _CHECK)
-TEXTURE = Kind("a KTX2 texture", _CHECK)
-SOUND = Kind("an Ogg sound", 'a scene takes it: write `file = "{name}"` under `[[sound]]`')
-MATERIALS = Kind("an MTL material file", "give the OBJ model that it belongs to")
-FOLDER = Kind("a folder", "name a file in it")
-EMPTY = Kind("an empty file", "save or export it again")
-UNKNOWN = Kind("a binary file of an unknown kind", "name another file")
-TEXT = Kind("text")  # of any kind; the reader's own message is more specific
-
-_MAGIC: tuple[tuple[bytes, Kind], ...] = (
-    (b"\x89PNG\r\n\x1a\n", Kind("a PNG picture", _MAPS)),
-    (b"\xff\xd8\xff", Kind("a JPEG picture", _MAPS)),
-    (b"GIF8", Kind("a GIF picture", _MAPS)),
-    (b"DDS ", Kind("a DDS picture", _MAPS)),
-    (b"\x76\x2f\x31\x01", Kind("an OpenEXR picture", _MAPS)),
-    (b"#?RADIANCE", Kind("a Radiance picture", _MAPS)),
-    (b"#?RGBE", Kind("a Radiance picture", _MAPS)),
-    (b"II*\0", Kind("a TIFF picture", _MAPS)),
-    (b"MM\0*", Kind("a TIFF picture", _MAPS)),
-    (b"8BPS", Kind("a PSD picture", _MAPS)),
-    (b"\xabKTX 20\xbb\r\n\x1a\n", TEXTURE),
-    (b"glTF", GLB),
-    (b"ply\n", PLY),
-    (b"ply\r", PLY),
-    (b"OggS", SOUND),
-    (b"\xff\xfe", TEXT),  # UTF-16
-    (b"\xfe\xff", TEXT),
-)
-_SUFFIXES = dict.fromkeys((".tga", ".bmp", ".webp", ".pgm", ".ppm", ".pnm", ".pfm", ".jp2"), PICTURE)
-_SUFFIXES |= {".hgt": HEIGHTS, ".ply": PLY, ".stl": STL}
-_STATEMENT = re.compile(rb"^[ \t]*(?:v|vn|vt|f)[ \t]+[-+.\d]|^[ \t]*mtllib[ \t]", re.M)
-_MATERIAL = re.compile(rb"^[ \t]*newmtl[ \t]", re.M)
-_TABLE = re.compile(
-    rb"^[ \t]*\[\[?[ \t]*[\w-]+(?:[ \t]*\.[ \t]*[\w\"' -]+)*[ \t]*\]\]?[ \t]*(?:#.*)?\r?$", re.M
-)
-_CONTROLS = re.compile(rb"[\x00-\x08\x0e-\x1f\x7f]")
+__all__ = [
+    "BAKED",
+    "EMPTY",
+    "FOLDER",
+    "GLB",
+    "GLTF",
+    "GRID_SUFFIXES",
+    "HEAD_BYTES",
+    "HEIGHTS",
+    "MATERIALS",
+    "MODEL",
+    "MODEL_SUFFIXES",
+    "OBJ",
+    "PICTURE",
+    "PLY",
+    "SCENE",
+    "SOUND",
+    "STL",
+    "TEXT",
+    "TEXTURE",
+    "UNKNOWN",
+    "Kind",
+    "expecting",
+    "is_ascii_grid",
+    "is_gltf",
+    "is_ply",
+    "kind_of",
+    "mend_of",
+    "refusal",
+    "require",
+    "require_folder",
+    "require_glb",
+]
 
 
 def kind_of(path: Path) -> Kind:
@@ -93,8 +96,21 @@ def kind_of(path: Path) -> Kind:
         head = stream.read(HEAD_BYTES)
     if not head:
         return EMPTY
-    kinds = [kind for magic, kind in _MAGIC if head.startswith(magic)]
-    return kinds[0] if kinds else _SUFFIXES.get(path.suffix.lower()) or _kind_of_text(head)
+    named = SUFFIXES.get(path.suffix.lower())
+    kinds = [kind for magic, kind in MAGIC if head.startswith(magic)]
+    kinds += [named or kind for magic, kind in PACKED if head.startswith(magic)]
+    kinds += [kind for name, kind in RIFF.items() if head[:4] == b"RIFF" and head[8:12] == name]
+    kinds += [HEIGHTS] if ASCII_GRID.match(head) else []
+    return kinds[0] if kinds else named or _kind_of_text(head)
+
+
+def is_ascii_grid(path: Path) -> bool:
+    """Whether a file begins as an ESRI ASCII grid does. False for what cannot be opened."""
+    try:
+        with open_file(path) as stream:
+            return ASCII_GRID.match(stream.read(512)) is not None
+    except OSError:
+        return False
 
 
 def is_gltf(path: Path) -> bool:
@@ -120,15 +136,16 @@ def is_ply(path: Path) -> bool:
 
 
 def _kind_of_text(head: bytes) -> Kind:
-    if _STATEMENT.search(head):
+    if STATEMENT.search(head):
         return OBJ
-    if _CONTROLS.search(head):
+    if CONTROLS.search(head):
         return UNKNOWN
     if head.lstrip()[:1] == b"{":
         return BAKED if b'"paradize-scene"' in head else GLTF if b'"asset"' in head else TEXT
-    if _MATERIAL.search(head):
+    if MATERIAL.search(head):
         return MATERIALS
-    return SCENE if _TABLE.search(head) else TEXT
+    named = [kind for pattern, kind in TEXTS if pattern.search(head)]
+    return named[0] if named else SCENE if TABLE.search(head) else TEXT
 
 
 def _accepted(actual: Kind, wanted: Kind) -> bool:
@@ -144,7 +161,8 @@ def _accepted(actual: Kind, wanted: Kind) -> bool:
 _HINTS = {  # for files whose own kind suggests nothing
     MODEL: "name an OBJ, GLB, glTF, PLY or STL file",
     PICTURE: "name a PNG, TIFF or OpenEXR file",
-    HEIGHTS: "name a picture of one grey channel, or an .hgt tile",
+    HEIGHTS: "name a picture of one grey channel, an .hgt tile, an ESRI ASCII grid (.asc) or raw heights "
+    "(.raw, .r16, .r32)",
     SCENE: "`paradize new DIR` makes one to start from",
     BAKED: "`paradize bake SCENE.toml -o DIR` makes one",
     SOUND: "save it as Ogg Vorbis, mono or stereo",

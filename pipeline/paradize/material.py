@@ -21,6 +21,8 @@ WRAPS: tuple[Wrap, ...] = ("repeat", "clamp", "mirror")
 # two triangles show hold the mean of both.
 OVERHANG = 0.1
 REPEATED: tuple[Wrap, Wrap] = ("repeat", "repeat")
+MAX_EMISSION = 1e7  # what the player takes
+MAX_NORMAL_SCALE = 1e6
 # Maps that may lie on second texture coordinates: none decides what is cut out.
 SECOND_ROLES = ("normal", "roughness", "smoothness", "metalness", "emission", "occlusion")
 
@@ -62,10 +64,10 @@ class Material:
 
     color: linear RGB, 0..1, opacity: 0..1. alpha_mode: None where the file does not say. alpha_cutoff: of
     "mask". roughness, metalness: 0..1; None where the file does not say. specular: intensity of the
-    reflection of what is no metal, 1: 4 % at normal incidence. emission: linear RGB, 0 and above.
-    normal_scale: multiplies x and y of the normal map. green_down: whether the normal map's green points
-    down; None where the file does not say. occlusion_strength: 0..1. bump_m: height of full white of
-    `height`, metres; None where the file does not say.
+    reflection of what is no metal, 1: 4 % at normal incidence. emission: linear RGB, 0 to
+    MAX_EMISSION. normal_scale: multiplies x and y of the normal map, up to +-MAX_NORMAL_SCALE. green_down:
+    whether the normal map's green points down; None where the file does not say. occlusion_strength: 0..1.
+    bump_m: height of full white of `height`, metres; None where the file does not say.
 
     maps: by role. Roles: "color" and "emission" (sRGB), "alpha", "normal", "height", "roughness",
     "smoothness", "specular", "metalness", "occlusion". second: the roles, of SECOND_ROLES, whose maps lie on

@@ -11,6 +11,7 @@ from paradize.cli.options import add_json
 from paradize.cli.output import show, show_json
 
 PICTURES = (
+    "asc",
     "bmp",
     "exr",
     "hdr",
@@ -18,6 +19,9 @@ PICTURES = (
     "jpg",
     "jpeg",
     "png",
+    "r16",
+    "r32",
+    "raw",
     "tga",
     "tif",
     "tiff",

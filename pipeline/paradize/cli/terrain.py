@@ -19,7 +19,7 @@ def add(sub: argparse.ArgumentParser) -> None:
         sub,
         required=True,
         size="",
-        height="(floats, signed integers and .hgt are metres and need none)",
+        height="(floats, signed integers, .hgt and .asc are metres and need none)",
         max_error="(default: a thousandth of H, or of the range of the heights)",
     )
     sub.add_argument(

@@ -1,8 +1,8 @@
 """Reads a grey picture as heights: unsigned integers span 0..H metres, floats and signed integers are metres.
 
 Pixels without a height are filled from their surroundings, with a warning: NaN, the number that the caller
-names or a GeoTIFF declares, SRTM's -32768, and numbers that nodata.suspects finds. If a GeoTIFF states scale,
-offset or unit, its numbers are converted to metres.
+names or a file declares (GeoTIFF, ESRI ASCII grid), SRTM's -32768, and numbers that nodata.suspects finds. If
+a GeoTIFF states scale, offset or unit, its numbers are converted to metres.
 
 A pixel is a vertex; pixel (0, 0) is the corner at -X, -Z. Sizes span the first to the last pixel.
 """
@@ -20,15 +20,14 @@ import numpy.typing as npt
 from paradize.data import Heightfield, Image
 from paradize.errors import SourceError
 from paradize.kinds import HEIGHTS, expecting
-from paradize.readers import srtm
 from paradize.readers.geotiff import GeoTiffTags, read_geotiff_tags
+from paradize.readers.grids import MAX_SIDE
 from paradize.readers.image import read_image, require_finite
 from paradize.readers.nodata import fill_nodata, suspects
 
 # The number that means "no height". "auto": declared by the file or detected. "none": there is none.
 Nodata: TypeAlias = "float | Literal['auto', 'none']"
 
-MAX_SIDE = srtm.MAX_SIDE
 HEIGHT_LIMIT_M = 1e7
 MAX_WHITE_M = 1e6  # largest height of white that commands and scenes accept
 BAND = 256  # rows
@@ -117,14 +116,15 @@ def with_heights(image: Image, path: Path, nodata: Nodata) -> tuple[Image, list[
     metres (`top` None) or shares of white. Raises SourceError for infinity, for a picture without any height,
     and for a no-data value with a coloured picture.
     """
-    warnings = [f"{path}: the alpha channel is ignored"] if image.values.shape[2] in (2, 4) else []
+    warnings = [f"{path}: {note}" for note in image.notes]
+    warnings += [f"{path}: the alpha channel is ignored"] if image.values.shape[2] in (2, 4) else []
     if not _is_grey(image):
         if nodata not in ("auto", "none"):
             mend = "leave the no data value out, or save the heights as one grey channel"
             raise SourceError("is a colour picture; its numbers are not heights", file=path, mend=mend)
         require_finite(image.values, path)
         return image, warnings
-    tags = GeoTiffTags(nodata=srtm.VOID) if path.suffix.lower() == ".hgt" else read_geotiff_tags(path)
+    tags = read_geotiff_tags(path) if image.nodata is None else GeoTiffTags(nodata=image.nodata)
     holes, hole_warnings = _holes(image, tags, path, nodata)
     filled, fill_warnings = _fill(image, holes, path)
     warnings += fill_warnings + hole_warnings
@@ -205,7 +205,9 @@ def _fill(image: Image, holes: dict[Any, str], path: Path) -> tuple[Image, list[
             how = f"without a height ({why}) are filled from their surroundings"
             warnings.append(f"{path}: {count} pixels {how}, the first at pixel {place}")
     if missing.all():
-        raise SourceError("has no height in any pixel", file=path)
+        what = f"has no height in any pixel: each is {' or '.join(dict.fromkeys(why for why, _ in kinds))}"
+        mend = "save the heights again; if such numbers are heights, nodata none keeps them (--nodata none)"
+        raise SourceError(what, file=path, mend=mend)
     if values.dtype.kind == "f":
         count, place = _mark(values, np.isinf, np.zeros(values.shape, np.bool_), missing)
         if count:

@@ -6,7 +6,7 @@ error, and checks for damage itself (damage.py).
 
 A picture has one to four channels: grey; grey and alpha; RGB; RGBA. Alpha is straight (not multiplied into
 colour). Unsigned integers of 8 and 16 bits keep the file's values; signed integers and floats are used as
-they are. Of several pictures in a file the first is read. Raw SRTM tiles (`.hgt`) are read too.
+they are. Of several pictures in a file the first is read. Grids of heights are read too (grids/).
 
 Environment variables set the limits: PARADIZE_MAX_SIDE (texels), PARADIZE_MAX_TEXELS and PARADIZE_MAX_MB (of
 the decoded picture).
@@ -28,8 +28,8 @@ from paradize.errors import BakeError, SourceError
 from paradize.files import library_path, open_file
 from paradize.kinds import PICTURE, expecting
 from paradize.readers.damage import check_damage
+from paradize.readers.grids import read_grid
 from paradize.readers.pnm import exact_shares
-from paradize.readers.srtm import read_srtm
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -98,8 +98,8 @@ def read_image(path: Path, *, color_space: str | None = None, finite: bool = Tru
 
 
 def _read_image(path: Path, color_space: str | None, finite: bool) -> Image:
-    if path.suffix.lower() == ".hgt":
-        return read_srtm(path)
+    if (grid := read_grid(path)) is not None:
+        return grid
     _require_file(path)
     oiio.attribute("limits:imagesize_MB", limit("PARADIZE_MAX_MB"))
     oiio.attribute("limits:channels", 64)

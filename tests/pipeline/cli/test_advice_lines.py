@@ -43,6 +43,7 @@ def here(tmp_path: Path, store: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.chdir(make_cove(tmp_path / "here").parent)
     Path("bare.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
     Path("wide.obj").write_text(ball().replace("vt 1.000000", "vt 2000000.5"))
+    Path("void.asc").write_text("ncols 2\nnrows 2\nNODATA_value 5\n5 5\n5 5\n")
     heights = np.linspace(0, 1, 81, dtype=np.float32).reshape(9, 9, 1)
     write_image(Path("grey.png"), (heights * 65535).astype(np.uint16))
     write_image(Path("pale.png"), (heights * 255).astype(np.uint8))
@@ -70,6 +71,11 @@ LINES: dict[str, tuple[str, str, Callable[[str, str], str]]] = {
         "maps pale.png -o m --nodata 3",
         "add --from height",
         lambda line, said: f"{line} {re.findall('add (--from height)', said)[0]}",
+    ),
+    "a heightmap that is one hole": (
+        "terrain void.asc -o a.glb --size 9 9",
+        "nodata none keeps them (--nodata none)",
+        lambda line, said: f"{line} {re.findall('[(](--nodata none)', said)[0]}",
     ),
     "codes without metres": (
         "terrain grey.png -o a.glb --size 9 9",

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from paradize.errors import MAX_MEND, MAX_PART, BakeError, bounded
+from paradize.errors import MAX_MEND, MAX_PART, BakeError, SourceError, bounded
 from paradize.kinds import (
     BAKED,
     GLTF,
@@ -29,6 +29,7 @@ from paradize.kinds import (
     require_folder,
     require_glb,
 )
+from paradize.readers.model import read_model
 
 
 @pytest.mark.parametrize(
@@ -49,6 +50,44 @@ from paradize.kinds import (
 def test_a_file_is_what_its_first_bytes_say(name: str, data: bytes, kind: Kind, tmp_path: Path) -> None:
     (tmp_path / name).write_bytes(data)
     assert kind_of(tmp_path / name) is kind
+
+
+@pytest.mark.parametrize(
+    ("name", "data", "said"),
+    [
+        ("a.fbx", b"Kaydara FBX Binary  \0\x1a\0", "is an FBX model"),
+        ("text.fbx", b"; FBX 7.4.0 project file\n", "is an FBX model"),
+        ("a.blend", b"BLENDER-v293REND", "is a Blender file"),
+        ("packed.blend", b"\x28\xb5\x2f\xfd\0\0", "is a Blender file"),
+        ("a.dae", b'<?xml version="1.0"?>\n<!-- by hand -->\n<COLLADA xmlns="x">', "is a COLLADA model"),
+        ("a.3ds", b"MM\x10\0\0\0\2\0", "is a 3DS model"),
+        ("a.usdc", b"PXR-USDC\0", "is a USD scene"),
+        ("a.usda", b"#usda 1.0\n", "is a USD scene"),
+        ("a.usdz", b"PK\x03\x04\0\0", "is a USD scene"),
+        ("a.x3d", b"<?xml version='1.0'?>\n<X3D profile='x'>", "is an X3D or VRML scene"),
+        ("a.off", b"OFF\n8 6 0\n", "is an OFF model"),
+        ("a.step", b"ISO-10303-21;\n", "is a STEP model"),
+        ("a.zip", b"PK\x03\x04\0\0", "is a ZIP archive"),
+        (
+            "a.obj",
+            b"version https://git-lfs.github.com/spec/v1\noid sha256:0\nsize 1\n",
+            "is a pointer of Git LFS",
+        ),
+        ("a.glb", b"<!DOCTYPE html>\n<html>", "is a web page"),
+        ("a.webp", b"RIFF\0\0\0\0WEBPVP8 ", "is a WebP picture"),
+        ("a.wav", b"RIFF\0\0\0\0WAVEfmt ", "is a WAV sound"),
+        ("a.raw", b"\0\1\0\1\0\1\0\1", "is a heightmap"),
+        ("a.asc", b"ncols 2\nnrows 2\n1 2 3 4\n", "is a heightmap"),
+    ],
+)
+def test_what_is_no_model_is_refused_by_its_name_with_a_mend(
+    name: str, data: bytes, said: str, tmp_path: Path
+) -> None:
+    (tmp_path / name).write_bytes(data)
+    with pytest.raises(SourceError) as caught:
+        read_model(tmp_path / name)
+    assert caught.value.what == f"{said}, not an OBJ, glTF, PLY or STL model"
+    assert caught.value.mend and "name an OBJ" not in caught.value.mend
 
 
 def test_text_is_left_to_the_readers_of_text_and_what_is_unknown_to_those_of_pictures(tmp_path: Path) -> None:

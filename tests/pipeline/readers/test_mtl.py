@@ -415,3 +415,28 @@ def test_a_later_library_replaces_how_a_material_moves(tmp_path: Path) -> None:
     (tmp_path / "n.mtl").write_text("newmtl a\nmap_Kd a.png\n")
     moved = read(tmp_path, "mtllib m.mtl\nmtllib n.mtl\n" + QUADS)
     assert (moved.mesh.uvs == read(tmp_path, QUADS).mesh.uvs).all()  # type: ignore[union-attr]
+
+
+@pytest.mark.parametrize(
+    ("line", "said", "field", "value"),
+    [
+        ("Kd 1e30 -1 0.5", "Kd 1e+30 -1 0.5, expected 0 to 1; read as 1 0 0.5", "color", (1.0, 0.0, 0.5)),
+        (
+            "Ke -1 2 1e30",
+            "Ke -1 2 1e+30, expected 0 to 1e+07; read as 0 2 1e+07",
+            "emission",
+            (0.0, 2.0, 1e7),
+        ),
+        ("Ns -5", "Ns -5, expected 0 or more; read as 0", "roughness", 1.0),
+        ("d 3", "d 3, expected 0 to 1; read as 1", "opacity", 1.0),
+        ("Tr -3", "Tr -3, expected 0 to 1; read as 0", "opacity", 1.0),
+        ("Pr 7", "Pr 7, expected 0 to 1; read as 1", "roughness", 1.0),
+        ("Pm -7", "Pm -7, expected 0 to 1; read as 0", "metalness", 0.0),
+    ],
+)
+def test_a_number_out_of_its_range_is_read_as_the_nearest_in_it_and_told(
+    tmp_path: Path, line: str, said: str, field: str, value: object
+) -> None:
+    found = model(tmp_path, "a.mtl", f"newmtl wood\n{line}\n")
+    assert getattr(found.materials["wood"], field) == pytest.approx(value)
+    assert found.warnings == [f"{tmp_path / 'a.mtl'}: line 2: {said}: correct it in the model"]

@@ -37,6 +37,7 @@ from paradize.data import Texture
 from paradize.errors import BakeError
 from paradize.jobs.progress import report_step
 from paradize.map_table import AUTHORED
+from paradize.material import MAX_NORMAL_SCALE
 from paradize.metrics.authored import true_occlusion, true_smoothness
 from paradize.scene.baker_settings import AuthoredSettings, MapSettings
 from paradize.stages.compress import formats_of
@@ -49,7 +50,6 @@ ROLES = {
     "gloss": ("roughness", "smoothness", "specular", "brightness"),
     "occlusion": ("occlusion", "metalness"),
 }
-MAX_SCALE = 1e6
 _FACTORS = ("roughness", "metalness", "specular", "occlusion_strength")
 
 
@@ -122,8 +122,10 @@ def _names(sources: Mapping[str, Path], settings: AuthoredSettings, tier: str) -
     one_of("map", [name for name in settings.only if name not in AUTHORED], AUTHORED)
     one_of("role", [role for role in sources if role not in known], known)
     one_of("tier", [] if tier in TIERS else [tier], TIERS)
-    if not -MAX_SCALE <= settings.normal_scale <= MAX_SCALE:
-        raise BakeError(f"the scale of normals is {settings.normal_scale}; up to {MAX_SCALE:g} is taken")
+    if not -MAX_NORMAL_SCALE <= settings.normal_scale <= MAX_NORMAL_SCALE:
+        raise BakeError(
+            f"the scale of normals is {settings.normal_scale}; up to {MAX_NORMAL_SCALE:g} is taken"
+        )
     for name in _FACTORS:
         if not 0.0 <= getattr(settings, name) <= 1.0:
             raise BakeError(f"{name} is {getattr(settings, name)}; 0 to 1 is the range")

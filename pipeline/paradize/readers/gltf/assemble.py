@@ -108,7 +108,9 @@ def _coordinates(
         return uvs
     a, b, x, c, d, y = placement.matrix
     u, v = uvs[:, 0], uvs[:, 1]
-    return np.stack([a * u + b * v + x, c * u + d * v + y], axis=1)
+    with np.errstate(over="ignore", invalid="ignore"):
+        moved = np.stack([a * u + b * v + x, c * u + d * v + y], axis=1)
+    return _finite(document, moved, "texture coordinates that KHR_texture_transform moves", place)
 
 
 def joined(document: Document, parts: Sequence[Part]) -> tuple[Mesh, SourcePositions, npt.NDArray[np.uint32]]:

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import struct
+from math import inf
 from pathlib import Path
 from typing import Any, Self
 
 from paradize.documents import parse_json
 from paradize.errors import FormatError, SourceError, bounded
 from paradize.files import read_file
+from paradize.readers.ranges import beyond, within
 
 _JSON_BYTES = 1 << 30  # a .gltf may hold its buffers and pictures as text
 _HEADER, _CHUNK = struct.Struct("<4sII"), struct.Struct("<I4s")
@@ -138,6 +140,34 @@ class Document:
         if len(values) != count or len(plain) != count:
             raise self.fault(f"{_shown(values)}, expected {count} numbers", f"{where}/{key}")
         return tuple(float(value) for value in plain)
+
+    def number(
+        self,
+        owner: object,
+        where: str,
+        key: str,
+        default: float,
+        low: float = 0.0,
+        high: float = inf,
+    ) -> float:
+        """A number of low to high. Beyond, the nearest of them is taken, with a warning."""
+        return self.within((self.get(owner, where, key, float, default),), f"{where}/{key}", low, high)[0]
+
+    def share(self, owner: object, where: str, key: str, default: float = 1.0) -> float:
+        """A number of 0 to 1, as `number`."""
+        return self.number(owner, where, key, default, 0.0, 1.0)
+
+    def shares(self, owner: object, where: str, key: str, default: tuple[float, ...]) -> tuple[float, ...]:
+        """A list of numbers of 0 to 1, as many as the default has, as `number`."""
+        values = self.floats(owner, where, key, len(default), default)
+        return self.within(values, f"{where}/{key}", 0.0, 1.0)
+
+    def within(self, values: tuple[float, ...], place: str, low: float, high: float) -> tuple[float, ...]:
+        """The values, those beyond low to high replaced by the nearest in it, with a warning."""
+        found = within(values, low, high)
+        if found != values:
+            self.warn(beyond(values, low, high, found), place)
+        return found
 
     def wholes(self, owner: object, where: str, key: str) -> list[int]:
         """A list of whole numbers; empty where it is missing."""

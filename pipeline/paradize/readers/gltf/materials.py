@@ -10,13 +10,22 @@ from typing import Any
 
 from paradize.angles import PI, sine_cosine
 from paradize.errors import one_line
-from paradize.material import SECOND_ROLES, AlphaMode, Channel, MapSource, Material
+from paradize.material import (
+    MAX_EMISSION,
+    MAX_NORMAL_SCALE,
+    SECOND_ROLES,
+    AlphaMode,
+    Channel,
+    MapSource,
+    Material,
+)
 from paradize.readers.gltf.document import Document
 from paradize.readers.gltf.pictures import Pictures
 from paradize.readers.record import DEFAULT_NAME
 
 _TRANSFORM = "KHR_texture_transform"
 _GLOSSINESS = "KHR_materials_pbrSpecularGlossiness"
+_STRENGTH = "KHR_materials_emissive_strength"
 _MAX_NAME = 120
 _MODES: dict[str, AlphaMode] = {"OPAQUE": "opaque", "MASK": "mask", "BLEND": "blend"}
 # Maps in the order in which they decide the texture coordinates, and the channel of each.
@@ -112,14 +121,14 @@ class _Reader:
         said = document.get(entry, place, "alphaMode", str, "OPAQUE")
         if said not in _MODES:
             raise document.fault(f"{said[:20]!r}, expected OPAQUE, MASK or BLEND", f"{place}/alphaMode")
-        cutoff = document.get(entry, place, "alphaCutoff", float, 0.5)
+        cutoff = document.number(entry, place, "alphaCutoff", 0.5)
         hidden = said == "MASK" and cutoff > 1.0
         if hidden:
             document.warn(f"alphaCutoff {cutoff:g}: nothing of the material is opaque enough to show", place)
         material = Material(
             name,
             alpha_mode=_MODES[said],
-            alpha_cutoff=_share(cutoff),
+            alpha_cutoff=min(cutoff, 1.0),
             two_sided=document.get(entry, place, "doubleSided", bool, False),
             green_down=False,
         )
@@ -132,18 +141,24 @@ class _Reader:
                 document.warn(f"extension {_GLOSSINESS}: its metallic-roughness form is read instead", place)
             material = self._metallic(material, base or {})
         normal = self._maps(("normal",), entry, place, "normalTexture")
-        scale = document.get(normal, f"{place}/normalTexture", "scale", float, 1.0)
+        scale = document.number(
+            normal, f"{place}/normalTexture", "scale", 1.0, -MAX_NORMAL_SCALE, MAX_NORMAL_SCALE
+        )
         occlusion = self._maps(("occlusion",), entry, place, "occlusionTexture")
-        strength = document.get(occlusion, f"{place}/occlusionTexture", "strength", float, 1.0)
+        strength = document.share(occlusion, f"{place}/occlusionTexture", "strength")
         self._maps(("emission",), entry, place, "emissiveTexture")
-        r, g, b = (max(c, 0.0) for c in document.floats(entry, place, "emissiveFactor", 3, (0.0, 0.0, 0.0)))
-        more = document.extension(entry, place, "KHR_materials_emissive_strength") or {}
-        times = max(document.get(more, place, "emissiveStrength", float, 1.0), 0.0)
+        factor = document.floats(entry, place, "emissiveFactor", 3, (0.0, 0.0, 0.0))
+        more = document.extension(entry, place, _STRENGTH) or {}
+        times = document.number(more, f"{place}/extensions/{_STRENGTH}", "emissiveStrength", 1.0)
+        # glTF allows factors of up to 1; exporters older than emissiveStrength write bright ones as more.
+        r, g, b = document.within(
+            tuple(c * times for c in factor), f"{place}/emissiveFactor", 0.0, MAX_EMISSION
+        )
         material = replace(
             material,
             normal_scale=scale,
-            occlusion_strength=_share(strength),
-            emission=(r * times, g * times, b * times),
+            occlusion_strength=strength,
+            emission=(r, g, b),
             specular=self._specular(material),
         )
         if document.extension(entry, place, "KHR_materials_unlit") is not None:
@@ -172,36 +187,36 @@ class _Reader:
 
     def _metallic(self, material: Material, base: dict[str, Any]) -> Material:
         document, place = self.document, f"{self.place}/pbrMetallicRoughness"
-        r, g, b, a = document.floats(base, place, "baseColorFactor", 4, (1.0, 1.0, 1.0, 1.0))
+        r, g, b, a = document.shares(base, place, "baseColorFactor", (1.0, 1.0, 1.0, 1.0))
         self._maps(self._color_roles(material), base, place, "baseColorTexture")
         self._maps(("roughness", "metalness"), base, place, "metallicRoughnessTexture")
         return replace(
             material,
-            color=(_share(r), _share(g), _share(b)),
-            opacity=1.0 if material.alpha_mode == "opaque" else _share(a),
-            metalness=_share(document.get(base, place, "metallicFactor", float, 1.0)),
-            roughness=_share(document.get(base, place, "roughnessFactor", float, 1.0)),
+            color=(r, g, b),
+            opacity=1.0 if material.alpha_mode == "opaque" else a,
+            metalness=document.share(base, place, "metallicFactor"),
+            roughness=document.share(base, place, "roughnessFactor"),
         )
 
     def _glossiness(self, material: Material, gloss: dict[str, Any]) -> Material:
         """The older model of light, as near as metalness and roughness come to it."""
         document, place = self.document, f"{self.place}/extensions/{_GLOSSINESS}"
-        r, g, b, a = document.floats(gloss, place, "diffuseFactor", 4, (1.0, 1.0, 1.0, 1.0))
+        r, g, b, a = document.shares(gloss, place, "diffuseFactor", (1.0, 1.0, 1.0, 1.0))
         self._maps(self._color_roles(material), gloss, place, "diffuseTexture")
         picture = self._maps(("smoothness",), gloss, place, "specularGlossinessTexture")
-        specular = document.floats(gloss, place, "specularFactor", 3, (1.0, 1.0, 1.0))
-        smooth = _share(document.get(gloss, place, "glossinessFactor", float, 1.0))
+        specular = document.shares(gloss, place, "specularFactor", (1.0, 1.0, 1.0))
+        smooth = document.share(gloss, place, "glossinessFactor")
         document.warn(f"extension {_GLOSSINESS} is converted to metalness and roughness")
         if picture:
             what = "the colour of specularGlossinessTexture is left out, so that metal is drawn as no metal"
             document.warn(f"{what}; convert the model to metallic-roughness", place)
-        color = (_share(r), _share(g), _share(b))
-        metalness = 0.0 if picture else _metalness(color, (*map(_share, specular),))
+        color = (r, g, b)
+        metalness = 0.0 if picture else _metalness(color, specular)
         if metalness > 0.0:
             color = tuple(
                 _share(c * (1.0 - metalness) + s * metalness) for c, s in zip(color, specular, strict=True)
             )  # type: ignore[assignment]
-        opacity = 1.0 if material.alpha_mode == "opaque" else _share(a)
+        opacity = 1.0 if material.alpha_mode == "opaque" else a
         return replace(material, color=color, opacity=opacity, metalness=metalness, roughness=1.0 - smooth)
 
     def _color_roles(self, material: Material) -> tuple[str, ...]:
@@ -214,14 +229,17 @@ class _Reader:
         value = 1.0
         glass = document.extension(self.entry, place, "KHR_materials_ior")
         if glass is not None:
-            ior = max(document.get(glass, f"{place}/extensions/KHR_materials_ior", "ior", float, 1.5), 1.0)
-            value = ((ior - 1.0) / (ior + 1.0)) ** 2 / 0.04
-            if value > 1.0 + 1e-6:
-                document.warn(f"an ior of {ior:g} is read as 1.5", place)
+            inner = f"{place}/extensions/KHR_materials_ior"
+            ior = document.get(glass, inner, "ior", float, 1.5)
+            if ior != 0.0:  # 0 stands for a mirror, as converters of specular-glossiness write it
+                ior = document.number(glass, inner, "ior", 1.5, 1.0)
+                value = ((ior - 1.0) / (ior + 1.0)) ** 2 / 0.04
+            if ior == 0.0 or value > 1.0 + 1e-6:
+                document.warn(f"an ior of {ior:g} is read as 1.5, the strongest reflection", inner)
         shine = document.extension(self.entry, place, "KHR_materials_specular")
         if shine is not None:
             inner = f"{place}/extensions/KHR_materials_specular"
-            value *= _share(document.get(shine, inner, "specularFactor", float, 1.0))
+            value *= document.share(shine, inner, "specularFactor")
             self._maps(("specular",), shine, inner, "specularTexture")
             if shine.keys() & {"specularColorFactor", "specularColorTexture"}:
                 document.warn("the colour of KHR_materials_specular is left out", place)

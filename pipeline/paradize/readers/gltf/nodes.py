@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
 Matrix = tuple[float, ...]  # 12 numbers
 IDENTITY: Matrix = (1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0)
+_ROUNDED = 0.01  # how far from 1 the length of a rotation may be in quantized and rounded files
 INSTANCING = "EXT_mesh_gpu_instancing"
 
 
@@ -136,6 +137,10 @@ def _matrix_of(
     length = sqrt(x * x + y * y + z * z + w * w)
     if not (length > 0.0 and isfinite(length)):
         raise document.fault(f"a rotation of {x:g} {y:g} {z:g} {w:g} is none", f"{place}/rotation")
+    if abs(length - 1.0) > _ROUNDED:
+        document.warn(
+            f"a rotation of length {length:g}, expected 1; read as if it had 1", f"{place}/rotation"
+        )
     if abs(length - 1.0) > 1e-6:  # a unit one keeps its digits
         x, y, z, w = x / length, y / length, z / length, w / length
     rows = (

@@ -68,18 +68,17 @@ def material_of(name: str, statements: Statements, warn: Warn) -> tuple[Material
     if metalness is None and blender and illum in (3.0, 6.0):
         metalness = number("ka")
     clear = 1.0 - statements.values["d"][0] if "d" in statements.values else number("tr") or 0.0
-    opacity = 1.0 if "alpha" in roles else min(max(1.0 - clear, 0.0), 1.0)
-    red, green, blue = statements.color("ke", 0.0)
+    opacity = 1.0 if "alpha" in roles else 1.0 - clear
     normal, height = roles.get("normal"), roles.get("height")
     material = Material(
         name,
         color=(1.0, 1.0, 1.0) if "color" in roles else statements.color("kd", 1.0),
         opacity=opacity,
         alpha_mode="blend" if opacity < 1.0 else None,
-        roughness=None if {"roughness", "smoothness"} & roles.keys() else _unit(roughness),
-        metalness=None if "metalness" in roles else _unit(metalness),
+        roughness=None if {"roughness", "smoothness"} & roles.keys() else roughness,
+        metalness=None if "metalness" in roles else metalness,
         specular=None if "specular" in roles else specular,
-        emission=(1.0, 1.0, 1.0) if "emission" in roles else (max(red, 0), max(green, 0), max(blue, 0)),
+        emission=(1.0, 1.0, 1.0) if "emission" in roles else statements.color("ke", 0.0),
         normal_scale=1.0 if normal is None or normal.bump is None else normal.bump,
         bump_m=None if height is None or height.height is None else abs(height.height),
         maps={role: _source(role, one, roles) for role, one in roles.items()},
@@ -96,10 +95,6 @@ def _specular(statements: Statements, *, colored: bool) -> float:
         return specular_of_reflectance(ks)
     kd = 1.0 if colored else max(statements.color("kd", 1.0))
     return specular_of(ks, statements.number("ns"), kd=kd)
-
-
-def _unit(value: float | None) -> float | None:
-    return None if value is None else min(max(value, 0.0), 1.0)
 
 
 def _roles(statements: Statements, warn: Warn) -> dict[str, MapStatement]:

@@ -2,26 +2,30 @@
 
 Format: Wavefront, "Advanced Visualizer Manual, Appendix B2. Material (.mtl)", 1992; with Pr, Pm, Ke, norm and
 their maps of "Physically-based MTL" (Clara.io, 2014). An invalid number, NaN or infinity in a statement that
-is used is an error with its line. Statements and options that are not used are one warning a file.
+is used is an error with its line; one out of its range is read as the nearest in it, with a warning.
+Statements and options that are not used are one warning a file.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import inf
 from pathlib import Path
 
 from paradize.errors import GroupedError, SourceError
 from paradize.files import read_file
-from paradize.material import Material
+from paradize.material import MAX_EMISSION, Material
 from paradize.readers.mtl.maps import floats, read_map_statement
 from paradize.readers.mtl.material import BLENDER_ROLES, ROLES, Statements, material_of
+from paradize.readers.ranges import beyond, within
 from paradize.readers.uv_transform import UvTransform
 
 MAX_BYTES = 16 << 20
 MAX_MAPS = 10_000  # map statements that are followed; each opens a file
 MAX_MESSAGES = 100  # of warnings and of errors
-_COLORS = ("kd", "ks", "ke")
-_NUMBERS = ("ns", "d", "tr", "pr", "pm")
+# The largest value of each statement that is used; the least is 0.
+_COLORS = {"kd": 1.0, "ks": 1.0, "ke": MAX_EMISSION, "ka": 1.0}
+_NUMBERS = {"ns": inf, "d": 1.0, "tr": 1.0, "pr": 1.0, "pm": 1.0}
 _LIGHT = "ambient light is the sky's"
 _MIRROR = "surfaces reflect the sky"
 _UNUSED = {
@@ -139,17 +143,18 @@ class _Reader:
 
     def statement(self, into: Statements, line: int, word: str, rest: str) -> None:
         key = word.lower()
+        colored = key in _COLORS and (into.blender or key != "ka")
         if key in (BLENDER_ROLES if into.blender else ROLES):
             self.map(into, line, word, rest)
-        elif key in _COLORS and rest.split()[:1] in (["spectral"], ["xyz"]):
+        elif colored and rest.split()[:1] in (["spectral"], ["xyz"]):
             self.warn(line, f"{word} as {rest.split()[0]} is not read; ignored")
-        elif key in _COLORS:
-            self.numbers(into, line, key, rest, 3, "1 or 3 finite numbers")
+        elif colored:
+            self.numbers(into, line, word, rest, 3, "1 or 3 finite numbers")
         elif key in _NUMBERS:
-            self.numbers(into, line, key, rest.removeprefix("-halo").strip(), 1, "a finite number")
+            self.numbers(into, line, word, rest.removeprefix("-halo").strip(), 1, "a finite number")
         else:
             values = floats(rest, 3 if key in ("ka", "tf") else 1)
-            used = into.blender and key in ("ka", "illum")
+            used = into.blender and key == "illum"
             if values is not None:
                 into.values[key] = values
                 used = used or set(values) <= _NEUTRAL.get(key, set())
@@ -158,10 +163,14 @@ class _Reader:
             elif not used:
                 self.drop(word, line)
 
-    def numbers(self, into: Statements, line: int, key: str, rest: str, count: int, expected: str) -> None:
+    def numbers(self, into: Statements, line: int, word: str, rest: str, count: int, expected: str) -> None:
+        key = word.lower()
         values = floats(rest, count)
         if values is not None:
-            into.values[key] = values
+            high = (_COLORS | _NUMBERS)[key]
+            into.values[key] = within(values, 0.0, high)
+            if into.values[key] != values:
+                self.warn(line, f"{word} {beyond(values, 0.0, high, into.values[key])}")
             return
         what = f"{key} {rest[:40]!r}, expected {expected}"
         self.errors.append(SourceError(what, file=self.path, place=f"line {line}"))

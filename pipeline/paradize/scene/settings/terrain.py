@@ -12,7 +12,9 @@ from paradize.scene.settings.relief import Relief
 
 @dataclass(frozen=True, kw_only=True)
 class Terrain:
-    heightmap: Path = source(meaning="grey picture, .hgt or .asc of heights; each pixel is a vertex")
+    heightmap: Path = source(
+        meaning="grey picture, .hgt, .asc, or square .raw, .r16, .r32 of heights; each pixel is a vertex"
+    )
     size_m: tuple[float, float] = vector(
         size=2, low=1e-6, high=FAR, unit="m", meaning="x and z, from the first to the last pixel"
     )
@@ -22,7 +24,7 @@ class Terrain:
         low=-FAR,
         high=FAR,
         unit="m",
-        meaning="height of white above black; a file of metres (floats, signed integers, .hgt) needs none",
+        meaning="height of white above black; metres (floats, signed integers, .hgt, .asc) need none",
     )
     height_scale: float = number(1.0, low=-FAR, high=FAR, meaning="factor on the heights, also on metres")
     nodata: float | str = number_or(

@@ -297,3 +297,86 @@ def test_an_extension_that_is_not_read_is_named_and_refused_only_where_it_is_req
     made.tree["extensionsRequired"] = ["ACME_gizmo"]
     with pytest.raises(SourceError, match="needs the extension ACME_gizmo, which is not read"):
         read_model(made.glb(tmp_path / "b.glb"))
+
+
+OUT_OF_RANGE: list[tuple[dict[str, Any], str, dict[str, Any]]] = [
+    (
+        {"pbrMetallicRoughness": {"metallicFactor": 7, "roughnessFactor": -2}},
+        "/pbrMetallicRoughness/metallicFactor: 7, expected 0 to 1; read as 1",
+        {"metalness": 1.0, "roughness": 0.0},
+    ),
+    (
+        {"pbrMetallicRoughness": {"baseColorFactor": [2, -1, 0.5, 3]}},
+        "/pbrMetallicRoughness/baseColorFactor: 2 -1 0.5 3, expected 0 to 1; read as 1 0 0.5 1",
+        {"color": (1.0, 0.0, 0.5)},
+    ),
+    (
+        {"alphaMode": "MASK", "alphaCutoff": -1},
+        "/alphaCutoff: -1, expected 0 or more; read as 0",
+        {"alpha_cutoff": 0.0},
+    ),
+    (
+        {"emissiveFactor": [-1, 0, 1e30]},
+        "/emissiveFactor: -1 0 1e+30, expected 0 to 1e+07; read as 0 0 1e+07",
+        {"emission": (0.0, 0.0, 1e7)},
+    ),
+    (
+        {"extensions": {"KHR_materials_emissive_strength": {"emissiveStrength": -4}}},
+        "/extensions/KHR_materials_emissive_strength/emissiveStrength: -4, expected 0 or more; read as 0",
+        {"emission": (0.0, 0.0, 0.0)},
+    ),
+    (
+        {"extensions": {"KHR_materials_ior": {"ior": 0.5}}},
+        "/extensions/KHR_materials_ior/ior: 0.5, expected 1 or more; read as 1",
+        {"specular": 0.0},
+    ),
+    (
+        {"extensions": {"KHR_materials_ior": {"ior": 0}}},
+        "/extensions/KHR_materials_ior: an ior of 0 is read as 1.5, the strongest reflection",
+        {"specular": 1.0},
+    ),
+    (
+        {"extensions": {"KHR_materials_specular": {"specularFactor": 5}}},
+        "/extensions/KHR_materials_specular/specularFactor: 5, expected 0 to 1; read as 1",
+        {"specular": 1.0},
+    ),
+    (
+        {"extensions": {"KHR_materials_pbrSpecularGlossiness": {"glossinessFactor": 9}}},
+        "/extensions/KHR_materials_pbrSpecularGlossiness/glossinessFactor: 9, expected 0 to 1; read as 1",
+        {"roughness": 0.0},
+    ),
+    (
+        {"normalTexture": {"index": 0, "scale": 1e30}, "occlusionTexture": {"index": 0, "strength": 4}},
+        "/occlusionTexture/strength: 4, expected 0 to 1; read as 1",
+        {"normal_scale": 1e6, "occlusion_strength": 1.0},
+    ),
+]
+
+
+@pytest.mark.parametrize(("entry", "said", "fields"), OUT_OF_RANGE)
+def test_a_number_out_of_its_range_is_read_as_the_nearest_in_it_and_told(
+    tmp_path: Path, entry: dict[str, Any], said: str, fields: dict[str, Any]
+) -> None:
+    made, primitive = square(TEXCOORD_0=UVS)
+    textured(made)
+    found, model = read(tmp_path, made, primitive, **entry)
+    assert {name: getattr(found, name) for name in fields} == fields
+    told = [text.removesuffix(": correct it in the model") for text in model.warnings]
+    assert f"{tmp_path / 'a.glb'}: /materials/0{said}" in told
+
+
+def test_a_rotation_that_is_no_unit_is_told(tmp_path: Path) -> None:
+    made, primitive = square()
+    model = read_model(shown(primitive, made, rotation=[0, 0, 0, 2]).glb(tmp_path / "a.glb"))
+    assert any("/nodes/0/rotation: a rotation of length 2, expected 1" in text for text in model.warnings)
+    assert model.mesh.positions.max() == 1.0
+
+
+def test_a_transform_of_texture_coordinates_beyond_float32_is_told(tmp_path: Path) -> None:
+    made, primitive = square(TEXCOORD_0=UVS)
+    moved = {"extensions": {"KHR_texture_transform": {"scale": [1e300, 1]}}, "index": textured(made)}
+    _, model = read(tmp_path, made, primitive, pbrMetallicRoughness={"baseColorTexture": moved})
+    assert any(
+        "texture coordinates that KHR_texture_transform moves are not finite" in t for t in model.warnings
+    )
+    assert model.mesh.uvs is not None and np.isfinite(model.mesh.uvs).all()

@@ -1,0 +1,134 @@
+"""The kinds of files: their names, what to do with them, and the bytes and suffixes that tell them."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+
+HEAD_BYTES = 1 << 16
+MODEL_SUFFIXES = (".obj", ".glb", ".gltf", ".ply", ".stl")
+GRID_SUFFIXES = (".hgt", ".raw", ".r16", ".r32")  # heights without a header
+_CHECK = "`paradize check {file}` takes it"
+_MAPS = "`paradize maps {file} -o {stem}-maps` takes it"
+_TERRAIN = "`paradize terrain {file} -o {stem}.glb --size 111000 111000 --height 1` takes it"
+_MESH = "`paradize mesh {file} -o {stem}.glb` or `paradize new {stem}-scene --from {file}` takes it"
+_EXPORT = "export it as glTF (.glb) from the program that made it, or open it in Blender and export it there"
+_UNPACK = "unpack it, and name the file that it holds"
+_TO_PNG = "save it as PNG, TIFF or OpenEXR"
+_TO_OGG = "save it as Ogg Vorbis, mono or stereo"
+_POINTER = "it stands for a file that was not fetched: `git lfs pull` in its repository fetches it"
+_PAGE = "a failed download leaves such a page in place of the file: download the file again"
+
+
+@dataclass(frozen=True)
+class Kind:
+    """name: with its article, "an OBJ model". mend: what to do with such a file; {file}, {name} and {stem}
+    are replaced by the file's own."""
+
+    name: str
+    mend: str = ""
+
+
+OBJ = Kind("an OBJ model", _MESH)
+GLTF = Kind("a glTF model", _MESH)
+PLY = Kind("a PLY model", _MESH)
+STL = Kind("an STL model", _MESH)
+GLB = Kind("a GLB model", f"{_MESH.replace('-o {stem}.glb', '-o {stem}-baked.glb')}; a baked one: {_CHECK}")
+MODEL = Kind("an OBJ, glTF, PLY or STL model")  # as it is wanted; a file is one of these
+PICTURE = Kind("a picture", _MAPS)
+HEIGHTS = Kind("a heightmap", _TERRAIN)
+SCENE = Kind("a scene TOML", "`paradize bake {file}` takes it")
+BAKED = Kind("a baked scene", _CHECK)
+TEXTURE = Kind("a KTX2 texture", _CHECK)
+SOUND = Kind("an Ogg sound", 'a scene takes it: write `file = "{name}"` under `[[sound]]`')
+MATERIALS = Kind("an MTL material file", "give the OBJ model that it belongs to")
+FOLDER = Kind("a folder", "name a file in it")
+EMPTY = Kind("an empty file", "save or export it again")
+UNKNOWN = Kind("a binary file of an unknown kind", "name another file")
+TEXT = Kind("text")  # of any kind; the reader's own message is more specific
+
+# Formats that are not read, so that a refusal can name them.
+_FBX = Kind("an FBX model", _EXPORT)
+_BLEND = Kind("a Blender file", "open it in Blender and export it as glTF (.glb)")
+_COLLADA = Kind("a COLLADA model", _EXPORT)
+_USD = Kind("a USD scene", _EXPORT)
+_X3D = Kind("an X3D or VRML scene", _EXPORT)
+_OFF = Kind("an OFF model", _EXPORT)
+
+MAGIC: tuple[tuple[bytes, Kind], ...] = (
+    (b"\x89PNG\r\n\x1a\n", Kind("a PNG picture", _MAPS)),
+    (b"\xff\xd8\xff", Kind("a JPEG picture", _MAPS)),
+    (b"GIF8", Kind("a GIF picture", _MAPS)),
+    (b"DDS ", Kind("a DDS picture", _MAPS)),
+    (b"\x76\x2f\x31\x01", Kind("an OpenEXR picture", _MAPS)),
+    (b"#?RADIANCE", Kind("a Radiance picture", _MAPS)),
+    (b"#?RGBE", Kind("a Radiance picture", _MAPS)),
+    (b"II*\0", Kind("a TIFF picture", _MAPS)),
+    (b"MM\0*", Kind("a TIFF picture", _MAPS)),
+    (b"8BPS", Kind("a PSD picture", _MAPS)),
+    (b"\xabKTX 20\xbb\r\n\x1a\n", TEXTURE),
+    (b"glTF", GLB),
+    (b"ply\n", PLY),
+    (b"ply\r", PLY),
+    (b"OggS", SOUND),
+    (b"Kaydara FBX Binary", _FBX),
+    (b"; FBX ", _FBX),
+    (b"BLENDER", _BLEND),
+    (b"PXR-USDC", _USD),
+    (b"#usda ", _USD),
+    (b"Ogawa", Kind("an Alembic scene", _EXPORT)),
+    (b"//Maya ASCII", Kind("a Maya scene", _EXPORT)),
+    (b"#VRML", _X3D),
+    (b"#X3D", _X3D),
+    (b"ISO-10303-21", Kind("a STEP model", _EXPORT)),
+    (b"VOX ", Kind("a MagicaVoxel model", _EXPORT)),
+    (b"OFF\n", _OFF),
+    (b"OFF\r", _OFF),
+    (b"xof ", Kind("a DirectX model", _EXPORT)),
+    (b"\xabKTX 11\xbb\r\n\x1a\n", Kind("a KTX 1 texture", _TO_PNG)),
+    (b"sB\x13\0", Kind("a Basis Universal texture", _TO_PNG)),
+    (b"%PDF", Kind("a PDF document", _TO_PNG)),
+    (b"fLaC", Kind("a FLAC sound", _TO_OGG)),
+    (b"ID3", Kind("an MP3 sound", _TO_OGG)),
+    (b"version https://git-lfs", Kind("a pointer of Git LFS", _POINTER)),
+    (b"\xff\xfe", TEXT),  # UTF-16
+    (b"\xfe\xff", TEXT),
+)
+# Packed files, of which the suffix says more.
+PACKED: tuple[tuple[bytes, Kind], ...] = (
+    (b"PK\x03\x04", Kind("a ZIP archive", _UNPACK)),
+    (b"Rar!", Kind("a RAR archive", _UNPACK)),
+    (b"7z\xbc\xaf\x27\x1c", Kind("a 7-Zip archive", _UNPACK)),
+    (b"\x1f\x8b", Kind("a file that gzip packed", _UNPACK)),
+    (b"\x28\xb5\x2f\xfd", Kind("a file that Zstandard packed", _UNPACK)),
+)
+RIFF = {b"WEBP": Kind("a WebP picture", _MAPS), b"WAVE": Kind("a WAV sound", _TO_OGG)}  # at byte 8
+SUFFIXES = dict.fromkeys((".tga", ".bmp", ".webp", ".pgm", ".ppm", ".pnm", ".pfm", ".jp2"), PICTURE)
+SUFFIXES |= dict.fromkeys(GRID_SUFFIXES, HEIGHTS) | {".ply": PLY, ".stl": STL}
+SUFFIXES |= dict.fromkeys((".usd", ".usdc", ".usda", ".usdz"), _USD) | {".blend": _BLEND, ".fbx": _FBX}
+SUFFIXES |= {
+    suffix: Kind(name, _EXPORT)
+    for suffix, name in (
+        (".3ds", "a 3DS model"),
+        (".3mf", "a 3MF model"),
+        (".abc", "an Alembic scene"),
+        (".c4d", "a Cinema 4D scene"),
+        (".lwo", "a LightWave model"),
+        (".max", "a 3ds Max scene"),
+        (".mb", "a Maya scene"),
+        (".skp", "a SketchUp model"),
+    )
+}
+# What text of some kinds holds near its beginning, the more particular first.
+TEXTS: tuple[tuple[re.Pattern[bytes], Kind], ...] = (
+    (re.compile(rb"\A\s*(?:<\?xml|<!--|<COLLADA).{0,4096}?<COLLADA[\s>]|\A\s*<COLLADA[\s>]", re.S), _COLLADA),
+    (re.compile(rb"\A\s*<\?xml.{0,4096}?<X3D[\s>]|\A\s*<X3D[\s>]", re.S), _X3D),
+    (re.compile(rb"\A\s*<(?:!DOCTYPE\s+html|html)\b", re.I), Kind("a web page", _PAGE)),
+)
+ASCII_GRID = re.compile(rb"\A(?:\xef\xbb\xbf)?\s*(?:[A-Za-z_]+[ \t]+\S+\s+){0,8}?ncols[ \t]+\S", re.I)
+STATEMENT = re.compile(rb"^[ \t]*(?:v|vn|vt|f)[ \t]+[-+.\d]|^[ \t]*mtllib[ \t]", re.M)
+MATERIAL = re.compile(rb"^[ \t]*newmtl[ \t]", re.M)
+TABLE = re.compile(
+    rb"^[ \t]*\[\[?[ \t]*[\w-]+(?:[ \t]*\.[ \t]*[\w\"' -]+)*[ \t]*\]\]?[ \t]*(?:#.*)?\r?$", re.M
+)
+CONTROLS = re.compile(rb"[\x00-\x08\x0e-\x1f\x7f]")
