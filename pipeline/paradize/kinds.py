@@ -138,10 +138,12 @@ def is_ply(path: Path) -> bool:
 def _kind_of_text(head: bytes) -> Kind:
     if STATEMENT.search(head):
         return OBJ
+    if head.lstrip()[:1] == b"{" and b'"asset"' in head and b'"paradize-scene"' not in head:
+        return GLTF
     if CONTROLS.search(head):
         return UNKNOWN
     if head.lstrip()[:1] == b"{":
-        return BAKED if b'"paradize-scene"' in head else GLTF if b'"asset"' in head else TEXT
+        return BAKED if b'"paradize-scene"' in head else TEXT
     if MATERIAL.search(head):
         return MATERIALS
     named = [kind for pattern, kind in TEXTS if pattern.search(head)]

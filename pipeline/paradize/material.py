@@ -23,6 +23,7 @@ OVERHANG = 0.1
 REPEATED: tuple[Wrap, Wrap] = ("repeat", "repeat")
 MAX_EMISSION = 1e7  # what the player takes
 MAX_NORMAL_SCALE = 1e6
+MAX_BUMP_M = 1e6
 # Maps that may lie on second texture coordinates: none decides what is cut out.
 SECOND_ROLES = ("normal", "roughness", "smoothness", "metalness", "emission", "occlusion")
 
@@ -67,7 +68,7 @@ class Material:
     reflection of what is no metal, 1: 4 % at normal incidence. emission: linear RGB, 0 to
     MAX_EMISSION. normal_scale: multiplies x and y of the normal map, up to +-MAX_NORMAL_SCALE. green_down:
     whether the normal map's green points down; None where the file does not say. occlusion_strength: 0..1.
-    bump_m: height of full white of `height`, metres; None where the file does not say.
+    bump_m: height of full white of `height`, metres, up to MAX_BUMP_M; None where the file does not say.
 
     maps: by role. Roles: "color" and "emission" (sRGB), "alpha", "normal", "height", "roughness",
     "smoothness", "specular", "metalness", "occlusion". second: the roles, of SECOND_ROLES, whose maps lie on

@@ -131,11 +131,11 @@ def color_values(
     image = read_image(path)
     if white:
         full: Any = np.full((*image.values.shape[:2], 3), 255, np.uint8)
-        image = Image(full, "srgb", 8)
+        image = Image(full, "srgb", 8, notes=image.notes)
     if opaque and image.values.shape[2] in (2, 4):
         seen: Any = np.ascontiguousarray(image.values[:, :, :-1])
         image = replace(image, values=seen)
-    warnings = []
+    warnings = [f"{path}: {note}" for note in image.notes]
     if image.values.dtype == np.float32 and float(image.values.max()) > 1.0:
         warnings.append(f"{path}: brighter than 1 in places; a colour texture holds 0..1")
     own = None

@@ -32,6 +32,7 @@ from paradize.readers.gltf.split import (
 )
 from paradize.readers.gltf.views import read_views
 from paradize.readers.model import read_model
+from paradize.readers.names import require_utf8_name
 from paradize.readers.record import Model as ReadModel
 from paradize.readers.record import Vec3, Views
 
@@ -118,6 +119,7 @@ def identifier(text: str, otherwise: str) -> str:
 def copy_model(source: Path, aside: Path) -> Model:
     """Copies the model and its files into aside/model, and measures it. Meshes that a glTF shows at many
     places are parts of their own, which Model.write_instances writes."""
+    require_utf8_name(source)
     model = Model()
     reads = _parts(source, model)
     split = any(one.mesh for one in reads)

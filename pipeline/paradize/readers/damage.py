@@ -33,8 +33,9 @@ def check_damage(path: Path, kind: str) -> None:
         check(path)
 
 
-def _cut(path: Path, what: str) -> SourceError:
-    return SourceError(f"damaged or cut: {what}", file=path)
+def damaged(what: str, path: Path) -> SourceError:
+    """The error for a picture whose texels are not all there or not sound."""
+    return SourceError(f"damaged or cut: {what}", file=path, mend="save or export it again")
 
 
 def _check_jpeg(path: Path) -> None:
@@ -46,7 +47,7 @@ def _check_jpeg(path: Path) -> None:
         while 0 <= position < size - 1 and data[position + 1] == 0xFF:
             position += 1
         if position < 0 or position + 1 >= size:
-            raise _cut(path, "the file ends before its picture does")
+            raise damaged("the file ends before its picture does", path)
         marker = data[position + 1]
         if marker == 0xD9:
             break
@@ -54,19 +55,19 @@ def _check_jpeg(path: Path) -> None:
         if marker == 0 or marker == 1 or 0xD0 <= marker <= 0xD8:  # no segment follows
             continue
         if position + 2 > size or position + int.from_bytes(data[position : position + 2], "big") > size:
-            raise _cut(path, f"its segment at byte {position - 2} extends beyond the end of the file")
+            raise damaged(f"its segment at byte {position - 2} extends beyond the end of the file", path)
         if marker == 0xDA:
             scans += 1
         position += max(2, int.from_bytes(data[position : position + 2], "big"))
     if not scans:
-        raise _cut(path, "it holds no scan")
+        raise damaged("it holds no scan", path)
 
 
 def _check_bmp(path: Path) -> None:
     """The rows of an uncompressed bitmap lie inside the file; palette indices are valid."""
     data = read_file(path)
     if len(data) < 26:
-        raise _cut(path, f"{len(data)} bytes; a bitmap's header has 26 or more")
+        raise damaged(f"{len(data)} bytes; a bitmap's header has 26 or more", path)
     start, header = struct.unpack_from("<II", data, 10)
     if header == 12:
         width, height, _, bits = struct.unpack_from("<HHHH", data, 18)
@@ -75,17 +76,19 @@ def _check_bmp(path: Path) -> None:
         width, height, _, bits, packing = struct.unpack_from("<iiHHI", data, 18)
         (colors,) = struct.unpack_from("<I", data, 46)
     else:
-        raise _cut(path, "its header is truncated")
+        raise damaged("its header is truncated", path)
     height = abs(height)
     if packing not in (0, 3, 6):
         return  # run-length coded: the decoder counts its texels
     stride = (width * bits + 31) // 32 * 4
     if start + stride * height > len(data):
-        raise _cut(path, f"{len(data)} bytes; its {width} x {height} texels end at {start + stride * height}")
+        raise damaged(
+            f"{len(data)} bytes; its {width} x {height} texels end at {start + stride * height}", path
+        )
     if bits == 8 and 0 < colors < 256:
         rows = np.frombuffer(data, np.uint8, stride * height, start).reshape(height, stride)[:, :width]
         if int(rows.max(initial=0)) >= colors:
-            raise _cut(path, f"texels of colour {int(rows.max())}; its palette has {colors}")
+            raise damaged(f"texels of colour {int(rows.max())}; its palette has {colors}", path)
 
 
 def _check_pnm(path: Path) -> None:
@@ -97,28 +100,28 @@ def _check_pnm(path: Path) -> None:
     bitmap = kind in b"14"
     numbers, position = header_numbers(data, 2 if bitmap else 3)
     if len(numbers) < (2 if bitmap else 3):
-        raise _cut(path, "its header is cut")
+        raise damaged("its header is cut", path)
     width, height = numbers[:2]
     top = 1 if bitmap else numbers[2]
     count = width * height * (3 if kind in b"36" else 1)
     if not 1 <= top <= 65535:
-        raise _cut(path, f"its maximum value is {top}; 1 to 65535 are allowed")
+        raise damaged(f"its maximum value is {top}; 1 to 65535 are allowed", path)
     if kind in b"123":
         text = b"\n".join(line.partition(b"#")[0] for line in data[position:].splitlines())
         tokens = list(text.translate(None, b" \t\r\n\v\f")) if kind == b"1" else text.split()
         if len(tokens) < count:
-            raise _cut(path, f"{len(tokens)} values; its header promises {count}")
+            raise damaged(f"{len(tokens)} values; its header promises {count}", path)
         if kind != b"1" and any(not word.isdigit() or int(word) > top for word in tokens[:count]):  # type: ignore[union-attr]
-            raise _cut(path, f"a value is not a number in 0..{top}")
+            raise damaged(f"a value is not a number in 0..{top}", path)
         return
     start = position + 1
     needed = (width + 7) // 8 * height if bitmap else count * (2 if top > 255 else 1)
     if start + needed > len(data):
-        raise _cut(path, f"{len(data) - start} bytes of texels; its header promises {needed}")
+        raise damaged(f"{len(data) - start} bytes of texels; its header promises {needed}", path)
     if not bitmap and top not in (255, 65535):
         values = np.frombuffer(data, ">u2" if top > 255 else "u1", count, start)
         if int(values.max(initial=0)) > top:
-            raise _cut(path, f"a value of {int(values.max())}; its header says {top} at most")
+            raise damaged(f"a value of {int(values.max())}; its header says {top} at most", path)
 
 
 _OFFSETS, _COUNTS = (273, 324), (279, 325)  # of strips and of tiles
@@ -131,13 +134,13 @@ def _check_tiff(path: Path) -> None:
             size = os.fstat(file.fileno()).st_size
             tags = first_directory(file, _OFFSETS + _COUNTS)
     except ValueError:
-        raise _cut(path, "its header is cut") from None
+        raise damaged("its header is cut", path) from None
     except struct.error:
-        raise _cut(path, "its directory extends beyond the end of the file") from None
+        raise damaged("its directory extends beyond the end of the file", path) from None
     for offsets, counts in zip(_OFFSETS, _COUNTS, strict=True):
         for offset, count in zip(tags.get(offsets, ()), tags.get(counts, ()), strict=False):
             if offset + count > size:
-                raise _cut(path, f"texels end at byte {offset + count} of {size}")
+                raise damaged(f"texels end at byte {offset + count} of {size}", path)
 
 
 _CHECKS: dict[str, Callable[[Path], None]] = {

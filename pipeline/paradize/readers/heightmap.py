@@ -94,6 +94,7 @@ def read_heightmap(
             f"holds {height:g} m; allowed: up to {HEIGHT_LIMIT_M:g} m ({bad} such)",
             file=path,
             place=f"pixel ({column}, {row})",
+            mend="save the heights in metres, or scale them less",
         )
     return Heightfield(heights, size_x_m, size_z_m, metres=image.top is None), warnings
 
@@ -211,7 +212,8 @@ def _fill(image: Image, holes: dict[Any, str], path: Path) -> tuple[Image, list[
     if values.dtype.kind == "f":
         count, place = _mark(values, np.isinf, np.zeros(values.shape, np.bool_), missing)
         if count:
-            raise SourceError("holds infinity", file=path, place=f"pixel {place}")
+            mend = "a height is a finite number; save the heights again"
+            raise SourceError("holds infinity", file=path, place=f"pixel {place}", mend=mend)
     if not warnings:
         return image, []
     filled = fill_nodata(_as_shares(image, slice(None)), ~missing).astype(np.float32)

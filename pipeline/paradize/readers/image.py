@@ -27,8 +27,9 @@ from paradize.data import Image
 from paradize.errors import BakeError, SourceError
 from paradize.files import library_path, open_file
 from paradize.kinds import PICTURE, expecting
-from paradize.readers.damage import check_damage
+from paradize.readers.damage import check_damage, damaged
 from paradize.readers.grids import read_grid
+from paradize.readers.names import require_utf8_name
 from paradize.readers.pnm import exact_shares
 
 if TYPE_CHECKING:
@@ -58,6 +59,7 @@ _STRAIGHT = {
     "heif",
     "sgi",
 }
+_LAYERED = ("psd",)  # the first picture of these is all layers together
 _PLAIN_NUMBERS = {"half": 16, "float": 32, "double": 32, "int8": 8, "int16": 16, "int": 32}  # bits
 _TYPES: dict[str, tuple[Any, Any, float]] = {  # type to ask for, type of the result, value of 1.0
     "uint8": (oiio.UINT8, np.uint8, 255.0),
@@ -134,10 +136,7 @@ def _require_file(path: Path) -> None:
         raise SourceError(f"cannot be read: {error.strerror}", file=path) from error
     if empty:
         raise SourceError("the file is empty", file=path, mend="save or export it again")
-    try:
-        str(path).encode()
-    except UnicodeEncodeError:
-        raise SourceError("the file's name is not UTF-8", file=path, mend="rename it") from None
+    require_utf8_name(path)
 
 
 _silence = threading.Lock()
@@ -205,7 +204,15 @@ def _read_open(source: Any, path: Path, color_space: str | None, finite: bool) -
         linear = name in _PLAIN_NUMBERS or declared.startswith("lin")
         color_space = "linear" if linear else "srgb"
     bits = _PLAIN_NUMBERS.get(name) or {"uint8": 8, "uint16": 16}.get(name, 32)
-    return Image(values, color_space, bits, top)
+    return Image(values, color_space, bits, top, notes=_notes(source, kind))
+
+
+def _notes(source: Any, kind: str) -> tuple[str, ...]:
+    """What a user should know of a picture that was read."""
+    with _silenced():
+        several = kind not in _LAYERED and source.seek_subimage(1, 0)
+    _message(source)  # of a seek that finds nothing
+    return ("holds several pictures; the first is read",) if several else ()
 
 
 def _types(spec: Any) -> list[str]:
@@ -219,6 +226,8 @@ def _require_shape(spec: Any, types: list[str], path: Path) -> None:
     width, height = spec.width, spec.height
     if spec.deep or spec.depth > 1:
         raise SourceError("deep and volume pictures are not maps", file=path)
+    if "LAB" in (coding := spec.get_string_attribute("tiff:ColorSpace")):
+        raise SourceError(f"its colours are {coding}, not RGB", file=path, mend="save it as RGB")
     if spec.get_string_attribute("textureformat") == "CubeFace Environment":  # the faces side by side
         mend = "save each face as a picture of its own"
         raise SourceError("the six faces of a cube map are not one picture", file=path, mend=mend)
@@ -278,7 +287,7 @@ def _decode(source: Any, spec: Any, name: str, path: Path, first: int, end: int)
         raw = source.read_image(0, 0, first, end, wanted)
     error = _message(source) or _message(oiio)
     if raw is None or error:
-        raise SourceError(f"damaged or cut: {error or 'the decoder gave no pixels'}", file=path)
+        raise damaged(error or "the decoder gave no pixels", path)
     values: npt.NDArray[Any] = np.asarray(raw, dtype=dtype)
     if values.size != spec.height * spec.width * (end - first):
         raise SourceError(f"{values.size} values came for {spec.width} x {spec.height} texels", file=path)

@@ -23,7 +23,8 @@ from paradize.kernels.obj import ParsedObj, parse_obj_file
 from paradize.kinds import MODEL, expecting
 from paradize.material import Material
 from paradize.readers.mtl import MAX_BYTES as MTL_BYTES
-from paradize.readers.mtl import inside, named_file, read_mtl
+from paradize.readers.mtl import read_mtl
+from paradize.readers.names import inside, named_file, require_utf8, spelled_otherwise
 from paradize.readers.record import DEFAULT_NAME, UNKNOWN_SMOOTHING, Model
 from paradize.readers.uv_transform import UvTransform, transformed_uvs
 
@@ -96,7 +97,9 @@ def read_obj(path: Path, root: Path | None = None, on_library: list[Path] | None
     missing = [name for name in used if name not in materials and name != DEFAULT_NAME]
     if missing:
         shown = ", ".join(repr(name[:120]) for name in missing[:8]) + (", ..." if len(missing) > 8 else "")
-        warnings.append(f"{path}: {len(missing)} materials are used but not defined: {shown}")
+        are = "1 material is" if len(missing) == 1 else f"{len(missing)} materials are"
+        mend = "drawn white, unless a scene says more; a `mtllib` line names the file that defines them"
+        warnings.append(f"{path}: {are} used but not defined: {shown}; {mend}")
     mesh = Mesh(
         positions=parsed.positions,
         triangles=parsed.triangles,
@@ -141,12 +144,12 @@ def _linear(colors: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
 def _parse(path: Path) -> ParsedObj:
     try:
         with open_file(path) as file:
-            if os.pread(file.fileno(), 2, 0) in (b"\xff\xfe", b"\xfe\xff"):
-                raise SourceError("the text is UTF-16", file=path, mend="save it as UTF-8")
+            require_utf8(os.pread(file.fileno(), 4, 0), path)
             return parse_obj_file(file.fileno())
     except (OSError, ValueError) as error:
-        mend = "split the model into several files" if getattr(error, "errno", None) == errno.EFBIG else None
-        what = getattr(error, "strerror", None) or str(error)
+        large = getattr(error, "errno", None) == errno.EFBIG
+        mend = "split the model into several files" if large else "name an OBJ file that can be read"
+        what = f"cannot be read: {getattr(error, 'strerror', None) or error}"
         raise SourceError(what, file=path, mend=mend) from error
 
 
@@ -204,6 +207,12 @@ def _libraries(path: Path, root: Path, statement: str, warnings: list[str], abse
         whole = existing(spelling)
         if whole is not None:
             return [whole]
+    if (exact := inside(root, path.parent, statement)) and (
+        other := spelled_otherwise(root, path.parent, statement)
+    ):
+        absent.append(exact)
+        warnings.append(f"{path}: material file {other[1]}")
+        return [other[0]]
     words = statement.replace("\\ ", " ").split(" ")[:MAX_WORDS]
     libraries = []
     index = 0
@@ -223,7 +232,12 @@ def _libraries(path: Path, root: Path, statement: str, warnings: list[str], abse
             reason = "lies outside the root folder" if library is None else "is missing"
             if library is not None:
                 absent.append(library)
-            warnings.append(f"{path}: material file {name[:120]!r} {reason}; ignored")
+            if other := spelled_otherwise(root, path.parent, name):
+                libraries.append(other[0])
+                warnings.append(f"{path}: material file {other[1]}")
+                continue
+            mend = "put it beside the model, or correct the mtllib line"
+            warnings.append(f"{path}: material file {name[:120]!r} {reason}; ignored: {mend}")
     return libraries
 
 

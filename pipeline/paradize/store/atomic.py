@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import hashlib
 import os
 from pathlib import Path
@@ -11,6 +12,10 @@ from paradize.errors import BakeError
 from paradize.files import read_parts
 
 PARTIAL = ".part-"  # in the name of a file that is being written; a killed writer leaves it behind
+
+_MENDS = dict.fromkeys((errno.ENOSPC, errno.EDQUOT), "free space there, or name another place with -o")
+_MENDS |= dict.fromkeys((errno.EROFS, errno.EACCES, errno.EPERM), "name another place with -o")
+_MEND = "remove what is there, or use -o"
 
 
 def write_whole(
@@ -60,7 +65,7 @@ def write_whole(
     except OSError as error:
         reason = error.strerror or str(error)
         raise BakeError(
-            f"cannot be written: {reason}", file=path, mend="remove what is there, or use -o"
+            f"cannot be written: {reason}", file=path, mend=_MENDS.get(error.errno or 0, _MEND)
         ) from None
 
 

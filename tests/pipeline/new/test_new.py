@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from math import asin, atan2, pi, sqrt
 from pathlib import Path
 
@@ -243,3 +244,11 @@ def test_maps_repeat_where_the_layout_is_wider_than_the_picture(tmp_path: Path) 
     for name, model, wrap in (("s", source, None), ("t", wide, REPEATED)):
         scene = new_scene(tmp_path / name, model).scene
         assert {one.wrap for one in find_map_sets(load_scene(scene), scene).maps.sets} == {wrap}
+
+
+def test_a_model_whose_name_is_no_text_is_refused(tmp_path: Path) -> None:
+    name = os.fsdecode(b"\xff.obj")
+    (tmp_path / name).write_text(QUAD + "f 1 2 3\n")
+    with pytest.raises(SourceError, match="the file's name is not UTF-8; rename it"):
+        new_scene(tmp_path / "mine", tmp_path / name)
+    assert not (tmp_path / "mine").exists()

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import OpenImageIO as oiio
+import PIL.Image
 import pytest
 
 from paradize.errors import BakeError, SourceError
@@ -412,3 +413,20 @@ def test_each_code_of_a_pgm_is_its_share_of_the_files_largest(tmp_path: Path, to
         image = read_image(path)
         assert np.array_equal(image.pixels[:, :, 0], (codes / top).astype(np.float32))
         assert image.source_bits == (16 if top > 255 else 8) and image.top == top
+
+
+def test_of_several_pictures_in_a_file_the_first_is_read_and_told(tmp_path: Path) -> None:
+    pages = [PIL.Image.new("RGB", (4, 4), color) for color in ("red", "green")]
+    pages[0].save(tmp_path / "two.tif", save_all=True, append_images=pages[1:])
+    pages[0].save(tmp_path / "one.tif")
+    two = read_image(tmp_path / "two.tif")
+    assert two.values[0, 0].tolist() == [255, 0, 0]
+    assert two.notes == ("holds several pictures; the first is read",)
+    assert read_image(tmp_path / "one.tif").notes == ()
+
+
+def test_colours_that_are_no_rgb_are_refused(tmp_path: Path) -> None:
+    """OpenImageIO hands L, a and b over as red, green and blue."""
+    PIL.Image.new("LAB", (4, 4)).save(tmp_path / "a.tif")
+    with pytest.raises(SourceError, match="its colours are CIELAB, not RGB; save it as RGB"):
+        read_image(tmp_path / "a.tif")

@@ -20,6 +20,7 @@ from paradize.readers.mtl.bump import bump_of
 from paradize.readers.mtl.phong import roughness_of, specular_of
 from paradize.readers.obj import read_obj
 from paradize.readers.record import Model
+from tests.pipeline.readers.gltf.made import PNG
 from tests.pipeline.readers.test_obj import TRIANGLE, read
 
 
@@ -432,11 +433,33 @@ def test_a_later_library_replaces_how_a_material_moves(tmp_path: Path) -> None:
         ("Tr -3", "Tr -3, expected 0 to 1; read as 0", "opacity", 1.0),
         ("Pr 7", "Pr 7, expected 0 to 1; read as 1", "roughness", 1.0),
         ("Pm -7", "Pm -7, expected 0 to 1; read as 0", "metalness", 0.0),
+        (
+            "norm -bm 1e300 a.png",
+            "norm: -bm 1e+300, expected -1e+06 to 1e+06; read as 1e+06",
+            "normal_scale",
+            1e6,
+        ),
+        (
+            "map_disp -bm -7e9 a.png",
+            "map_disp: -bm -7e+09, expected -1e+06 to 1e+06; read as -1e+06",
+            "bump_m",
+            1e6,
+        ),
     ],
 )
 def test_a_number_out_of_its_range_is_read_as_the_nearest_in_it_and_told(
     tmp_path: Path, line: str, said: str, field: str, value: object
 ) -> None:
+    (tmp_path / "a.png").write_bytes(PNG)
     found = model(tmp_path, "a.mtl", f"newmtl wood\n{line}\n")
     assert getattr(found.materials["wood"], field) == pytest.approx(value)
     assert found.warnings == [f"{tmp_path / 'a.mtl'}: line 2: {said}: correct it in the model"]
+
+
+def test_texture_coordinates_that_move_beyond_any_tile_stay_finite_and_are_told(tmp_path: Path) -> None:
+    (tmp_path / "a.png").write_bytes(PNG)
+    (tmp_path / "a.mtl").write_text("newmtl wood\nmap_Kd -s 1e300 1 a.png\n")
+    found = read(tmp_path, "mtllib a.mtl\n" + TRIANGLE + "vt 1 0\nusemtl wood\nf 1/1 2/1 3/1\n")
+    assert found.mesh.uvs is not None and np.isfinite(found.mesh.uvs).all()
+    said = "-s and -o 1e+300 1 0 0, expected -1e+06 to 1e+06; read as 1e+06 1 0 0"
+    assert any(said in text for text in found.warnings)

@@ -258,3 +258,21 @@ def test_a_second_holder_waits_for_the_lock(tmp_path: Path) -> None:
         seen.append("first")
     thread.join(timeout=10)
     assert seen == ["first", "second"]
+
+
+def test_a_full_place_and_one_that_may_not_be_written_have_mends_of_their_own(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for number, mend in (
+        (errno.ENOSPC, "free space there, or name another place with -o"),
+        (errno.EROFS, "name another place with -o"),
+        (errno.EIO, "remove what is there, or use -o"),
+    ):
+
+        def full(_: int, number: int = number) -> None:
+            raise OSError(number, os.strerror(number))
+
+        monkeypatch.setattr(os, "fsync", full)
+        with pytest.raises(BakeError) as caught:
+            write_whole(tmp_path / "a", b"x")
+        assert caught.value.mend == mend and list(tmp_path.iterdir()) == []

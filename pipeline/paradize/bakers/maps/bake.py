@@ -102,6 +102,7 @@ def map_rows(
         raise BakeError("is taken for colour, which has no number for no height", file=path, mend=mend)
     else:
         require_finite(image.values, path)
+        warnings += [f"{path}: {note}" for note in image.notes]
         warnings += [*_beyond(path, image), *_normals(path, image)]
     rows, columns = image.values.shape[:2]
     layout = (

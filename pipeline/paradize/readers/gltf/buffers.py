@@ -11,7 +11,7 @@ from paradize.errors import SourceError
 from paradize.files import is_there, read_file
 from paradize.readers.gltf.compression import unpacked_view
 from paradize.readers.gltf.document import Document
-from paradize.readers.mtl import inside
+from paradize.readers.names import inside, spelled_otherwise
 
 MESHOPT = ("EXT_meshopt_compression", "KHR_meshopt_compression", "MESHOPT_compression")
 
@@ -81,6 +81,9 @@ class Buffers:
         if path is None:
             mend = "copy it beside the model and export again"
             raise self.document.fault(f"{uri[:120]!r} is no file inside {self.root}", f"{place}/uri", mend)
+        if not _exists(path) and (other := spelled_otherwise(self.root, self.document.file.parent, uri)):
+            path, note = other
+            self.document.warn(note, place)
         if self._on_library is not None:
             self._on_library.append(path)
         try:

@@ -84,17 +84,17 @@ def default_material() -> PlacedMaterial:
 def read_materials(document: Document, pictures: Pictures, equal_sets: EqualSets) -> list[PlacedMaterial]:
     """All materials of a document, by their number. Names are made unique. equal_sets: whether two sets of
     texture coordinates, by number, are the same wherever a material is."""
-    taken = {DEFAULT_NAME}
+    taken = {DEFAULT_NAME: 1}  # and the next number behind each name
     found = []
     for index in range(len(document.table("materials"))):
         entry, place = document.item("materials", index, "/materials"), f"/materials/{index}"
         said = entry.get("name")
         name = one_line(said)[:_MAX_NAME].strip() if isinstance(said, str) else ""
         name = name or f"material_{index}"
-        base, k = name, 1
+        base, k = name, taken.get(name, 0)
         while name in taken:
             name, k = f"{base}_{k}", k + 1
-        taken.add(name)
+        taken[base], taken[name] = max(k, 1), 1
         reader = _Reader(document, pictures, entry, place, partial(equal_sets, index))
         found.append(reader.read(name))
     return found

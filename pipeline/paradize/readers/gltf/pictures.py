@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 from paradize.material import MapSource, Picture, Wrap
 from paradize.readers.gltf.buffers import Buffers, beside, data_of
 from paradize.readers.gltf.document import Document
-from paradize.readers.mtl import named_file
+from paradize.readers.names import named_file, spelled_otherwise
 
 _WRAPS: dict[int, Wrap] = {33071: "clamp", 33648: "mirror", 10497: "repeat"}
 _LINEAR = 9729
@@ -101,8 +101,13 @@ class Pictures:
             return None
         if not named_file(path, f"{place} of {document.file}"):
             self.absent.append(path)
-            document.warn(f"picture {uri[:120]!r} does not exist; left out", place)
-            return None
+            other = spelled_otherwise(root, document.file.parent, uri)
+            if other is None:
+                what = f"picture {uri[:120]!r} does not exist; left out: put it beside the model"
+                document.warn(what, place)
+                return None
+            path, note = other
+            document.warn(note, place)
         if path.suffix.lower() in (".ktx2", ".ktx", ".basis", ".avif"):
             kind = path.suffix[1:].upper()
             self.unread.append(path)

@@ -8,12 +8,10 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from pathlib import Path, PurePosixPath, PureWindowsPath
+from pathlib import Path, PureWindowsPath
 
-from paradize import files
-from paradize.errors import SourceError
-from paradize.files import is_there, resolved
 from paradize.material import Channel, Wrap
+from paradize.readers.names import inside, named_file, spelled_otherwise
 
 # Largest number of arguments of each option.
 OPTIONS = {"-mm": 2, "-o": 3, "-s": 3, "-t": 3} | dict.fromkeys(
@@ -52,31 +50,6 @@ class MapStatement:
         return (1.0 if self.bump is None else self.bump) * (1.0 if self.gain is None else self.gain)
 
 
-def inside(root: Path, folder: Path, name: str) -> Path | None:
-    """The path `name` relative to `folder`, with links followed; None where it is absolute or outside
-    `root`."""
-    if not name or "\0" in name or PureWindowsPath(name).drive or PureWindowsPath(name).root:
-        return None
-    name = name.replace("\\", "/")
-    if PurePosixPath(name).is_absolute():
-        return None
-    try:
-        path = resolved(folder / name)
-        return path if path.is_relative_to(resolved(root)) else None
-    except (OSError, RuntimeError, ValueError):
-        return None
-
-
-def named_file(path: Path, named_by: str, limit: int = files.MAX_BYTES) -> bool:
-    """Whether a file exists that another file names. Raises SourceError where it exists but cannot be read or
-    is larger than `limit` bytes. named_by: the naming place, for the message."""
-    try:
-        return is_there(path, limit)
-    except OSError as error:
-        what = f"cannot be read: {error.strerror or error}"
-        raise SourceError(what, file=path, mend=f"mend it, or take it out of {named_by}") from None
-
-
 def floats(text: str, count: int) -> tuple[float, ...] | None:
     """`count` finite numbers, or None. For a colour one number stands for all three."""
     words = text.split()[:count]
@@ -106,21 +79,25 @@ def read_map_statement(
         return "no file named"
     place, note = f"line {line} of {file}", ""
     path = inside(root, file.parent, name)
-    if path is None and (beside := _beside(root, file.parent, name, place)):
+    if (path is None or name.startswith("file:")) and (beside := _beside(root, file.parent, name, place)):
         note = f"{name[:120]!r} is a path of another machine; {beside.name!r} beside the file is read instead"
         path = beside
     if path is None:
-        return f"{name[:120]!r} lies outside {root}; ignored"
+        return f"{name[:120]!r} lies outside {root}; ignored: copy it beside the material file"
     if not named_file(path, place):
         # Maya writes options after the name.
         end = next((k for k in range(index + 1, len(words)) if words[k].lower() in OPTIONS), None)
         shorter = None if end is None else inside(root, file.parent, " ".join(words[index:end]))
-        if end is None or shorter is None or not named_file(shorter, place):
+        if end is not None and shorter is not None and named_file(shorter, place):
+            path = shorter
+            options |= _options(words, end, 0)[0]
+        else:
             if absent is not None:
                 absent.append(path)
-            return f"{name[:120]!r} does not exist; ignored"
-        path = shorter
-        options |= _options(words, end, 0)[0]
+            other = spelled_otherwise(root, file.parent, name)
+            if other is None:
+                return f"{name[:120]!r} does not exist; ignored: put it there, or correct the name"
+            path, note = other
     statement = MapStatement(keyword, path, line, note=note)
     for option, arguments in options.items():
         if not _apply(statement, option, arguments):
@@ -148,11 +125,14 @@ def _options(words: list[str], index: int, left: int) -> tuple[dict[str, list[st
 def _beside(root: Path, folder: Path, name: str, place: str) -> Path | None:
     """The file beside the material file that has the name of an absolute path, as exporters write those of
     the machine they run on. None where there is none."""
-    windows = PureWindowsPath(name)
+    windows = PureWindowsPath(name.removeprefix("file://"))
     if not (windows.drive or windows.root):
         return None
     path = inside(root, folder, windows.name)
-    return path if path is not None and named_file(path, place) else None
+    if path is not None and named_file(path, place):
+        return path
+    other = spelled_otherwise(root, folder, windows.name)
+    return None if other is None else other[0]
 
 
 def _apply(statement: MapStatement, option: str, arguments: list[str]) -> bool:

@@ -13,7 +13,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
-from paradize.material import Channel, MapSource, Material, Picture
+from paradize.material import MAX_BUMP_M, MAX_NORMAL_SCALE, Channel, MapSource, Material, Picture
 from paradize.readers.mtl.bump import bump_of_file
 from paradize.readers.mtl.maps import MapStatement
 from paradize.readers.mtl.phong import (
@@ -22,6 +22,7 @@ from paradize.readers.mtl.phong import (
     specular_of_blender,
     specular_of_reflectance,
 )
+from paradize.readers.ranges import beyond, within
 from paradize.readers.uv_transform import UvTransform
 
 # The role of each map statement's picture. Where two statements have one role, the first one here counts.
@@ -33,6 +34,8 @@ BLENDER_ROLES = ROLES | {"map_ns": "roughness", "map_refl": "metalness", "refl":
 _BUMPS = ("map_bump", "bump")
 _NORMAL_NAMES = ("_n", "_nrm", "_nor", "_nml", "_norm", "normal", "normals", "normalmap", "normal_map")
 _SCALARS = ("alpha", "height", "roughness", "smoothness", "metalness", "specular", "occlusion")
+
+_FARTHEST = 1e6  # scale and offset of texture coordinates, tiles
 
 Warn = Callable[[int, str], None]
 
@@ -70,6 +73,8 @@ def material_of(name: str, statements: Statements, warn: Warn) -> tuple[Material
     clear = 1.0 - statements.values["d"][0] if "d" in statements.values else number("tr") or 0.0
     opacity = 1.0 if "alpha" in roles else 1.0 - clear
     normal, height = roles.get("normal"), roles.get("height")
+    steepness = _limited(normal, normal.bump if normal else None, MAX_NORMAL_SCALE, warn)
+    bump = _limited(height, height.height if height else None, MAX_BUMP_M, warn)
     material = Material(
         name,
         color=(1.0, 1.0, 1.0) if "color" in roles else statements.color("kd", 1.0),
@@ -79,11 +84,21 @@ def material_of(name: str, statements: Statements, warn: Warn) -> tuple[Material
         metalness=None if "metalness" in roles else metalness,
         specular=None if "specular" in roles else specular,
         emission=(1.0, 1.0, 1.0) if "emission" in roles else statements.color("ke", 0.0),
-        normal_scale=1.0 if normal is None or normal.bump is None else normal.bump,
-        bump_m=None if height is None or height.height is None else abs(height.height),
+        normal_scale=1.0 if steepness is None else steepness,
+        bump_m=None if bump is None else abs(bump),
         maps={role: _source(role, one, roles) for role, one in roles.items()},
     )
     return material, _transform(name, roles, warn)
+
+
+def _limited(one: MapStatement | None, value: float | None, limit: float, warn: Warn) -> float | None:
+    """A factor of a map, at most `limit` either way, with a warning beyond; None where there is none."""
+    if one is None or value is None:
+        return None
+    (found,) = within((value,), -limit, limit)
+    if found != value:
+        warn(one.line, f"{one.keyword}: -bm {beyond((value,), -limit, limit, (found,))}")
+    return found
 
 
 def _specular(statements: Statements, *, colored: bool) -> float:
@@ -148,7 +163,11 @@ def _transform(name: str, roles: Mapping[str, MapStatement], warn: Warn) -> UvTr
         if (one.scale, one.offset) != (leading.scale, leading.offset):
             what = f"-s and -o differ from those of line {leading.line}, which all maps of {name[:120]!r} get"
             warn(one.line, f"{one.keyword}: {what}")
-    (sx, sy), (ox, oy) = leading.scale, leading.offset
+    said = (*leading.scale, *leading.offset)
+    sx, sy, ox, oy = within(said, -_FARTHEST, _FARTHEST)
+    if (sx, sy, ox, oy) != said:
+        taken = beyond(said, -_FARTHEST, _FARTHEST, (sx, sy, ox, oy))
+        warn(leading.line, f"{leading.keyword}: -s and -o {taken}")
     if (sx, sy, ox, oy) == (1.0, 1.0, 0.0, 0.0):
         return None
     # v' = sy v + oy upwards; w = 1 - v downwards: w' = 1 - sy (1 - w) - oy

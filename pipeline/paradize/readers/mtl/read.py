@@ -17,6 +17,7 @@ from paradize.files import read_file
 from paradize.material import MAX_EMISSION, Material
 from paradize.readers.mtl.maps import floats, read_map_statement
 from paradize.readers.mtl.material import BLENDER_ROLES, ROLES, Statements, material_of
+from paradize.readers.names import require_utf8
 from paradize.readers.ranges import beyond, within
 from paradize.readers.uv_transform import UvTransform
 
@@ -63,6 +64,7 @@ def read_mtl(path: Path, root: Path, absent: list[Path] | None = None) -> Librar
         raw = read_file(path, MAX_BYTES).removeprefix(b"\xef\xbb\xbf")
     except OSError as error:
         raise SourceError(f"cannot be read: {error.strerror or error}", file=path) from None
+    require_utf8(raw[:4], path)
     try:
         text = raw.decode("utf-8")
     except UnicodeDecodeError:
@@ -172,8 +174,9 @@ class _Reader:
             if into.values[key] != values:
                 self.warn(line, f"{word} {beyond(values, 0.0, high, into.values[key])}")
             return
-        what = f"{key} {rest[:40]!r}, expected {expected}"
-        self.errors.append(SourceError(what, file=self.path, place=f"line {line}"))
+        what = f"{word} {rest[:40]!r}, expected {expected}"
+        mend = "mend the file or export it again"
+        self.errors.append(SourceError(what, file=self.path, place=f"line {line}", mend=mend))
 
     def map(self, into: Statements, line: int, word: str, rest: str) -> None:
         self.maps += 1

@@ -1,0 +1,83 @@
+"""Names of pictures and libraries that lead nowhere lead to the file that was meant; a warning says so."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from paradize.errors import SourceError
+from paradize.readers.model import read_model
+from paradize.readers.names import spelled_otherwise
+from paradize.readers.obj import read_obj
+from tests.pipeline.readers.gltf.made import PNG, shown, square
+from tests.pipeline.readers.test_obj import TRIANGLE, read
+
+UVS = np.array([[0, 1], [1, 1], [1, 0], [0, 0]], np.float32)
+
+
+@pytest.mark.parametrize(
+    ("name", "file"),
+    [
+        ("BARK.PNG", "bark.png"),
+        ("Tex\\Bark.png", "tex/bark.PNG"),
+        ('"my bark.png"', "my bark.png"),
+        ("my%20bark.png", "my bark.png"),
+        ("My%20Bark.png", "my bark.png"),
+        ("file:///C:/tex/bark.png", "bark.png"),
+        ("C:\\tex\\BARK.png", "bark.png"),
+    ],
+)
+def test_a_map_is_found_where_its_name_is_spelled_otherwise(tmp_path: Path, name: str, file: str) -> None:
+    (tmp_path / file).parent.mkdir(exist_ok=True)
+    (tmp_path / file).write_bytes(PNG)
+    (tmp_path / "a.mtl").write_text(f"newmtl wood\nmap_Kd {name}\n")
+    result = read(tmp_path, "mtllib a.mtl\n" + TRIANGLE + "usemtl wood\nf 1 2 3\n")
+    assert result.materials["wood"].picture("color") == (tmp_path / file).resolve()
+    assert len(result.warnings) == 1 and f"{Path(file).name!r}" in result.warnings[0]
+    assert "is read instead" in result.warnings[0]
+
+
+def test_a_picture_and_a_buffer_of_a_gltf_are_found_in_other_letters(tmp_path: Path) -> None:
+    made, primitive = square(TEXCOORD_0=UVS)
+    made.add("images", uri="Red%20Wood.PNG")
+    texture = {"index": made.add("textures", source=0)}
+    primitive["material"] = made.add("materials", pbrMetallicRoughness={"baseColorTexture": texture})
+    (tmp_path / "red wood.png").write_bytes(PNG)
+    (tmp_path / "data.bin").write_bytes(made.data)
+    model = read_model(shown(primitive, made).gltf(tmp_path / "a.gltf", "DATA.bin"))
+    assert model.materials["material_0"].picture("color") == (tmp_path / "red wood.png").resolve()
+    told = [text.split(": ", 1)[1] for text in model.warnings]
+    assert told == [
+        "/images/0: 'Red%20Wood.PNG' does not exist; 'red wood.png' is read instead",
+        "/buffers/0: 'DATA.bin' does not exist; 'data.bin' is read instead",
+    ]
+
+
+def test_a_material_file_is_found_in_other_letters(tmp_path: Path) -> None:
+    (tmp_path / "my wood.mtl").write_text("newmtl wood\nKd 1 0 0\n")
+    result = read(tmp_path, "mtllib My Wood.mtl\n" + TRIANGLE + "usemtl wood\nf 1 2 3\n")
+    assert result.materials["wood"].color == (1.0, 0.0, 0.0)
+    said = "material file 'My Wood.mtl' does not exist; 'my wood.mtl' is read instead"
+    assert result.warnings[0].endswith(said)
+
+
+def test_no_other_spelling_leads_out_of_the_root_or_is_a_guess(tmp_path: Path) -> None:
+    root = tmp_path / "root"
+    root.mkdir()
+    (tmp_path / "out.png").write_bytes(PNG)
+    (root / "link.png").symlink_to(tmp_path / "out.png")
+    for name in ("a.png", "A.png"):
+        (root / name).write_bytes(PNG)
+    for name in ("../OUT.png", "LINK.png", "..%2Fout.png", "A.PNG", "none.png", "", "%00", '"'):
+        assert spelled_otherwise(root, root, name) is None, name
+
+
+def test_texts_of_models_in_utf_16_are_refused(tmp_path: Path) -> None:
+    (tmp_path / "a.mtl").write_bytes("newmtl wood\n".encode("utf-16"))
+    with pytest.raises(SourceError, match=r"a\.mtl: the text is UTF-16; save it as UTF-8"):
+        read(tmp_path, "mtllib a.mtl\n" + TRIANGLE + "f 1 2 3\n")
+    (tmp_path / "b.obj").write_bytes(TRIANGLE.encode("utf-32"))
+    with pytest.raises(SourceError, match=r"b\.obj: the text is UTF-32; save it as UTF-8"):
+        read_obj(tmp_path / "b.obj")
