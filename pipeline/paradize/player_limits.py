@@ -1,5 +1,6 @@
 """What the player takes in a scene, all objects or clouds together (player/assets/scene_objects.cpp)."""
 
+FARTHEST_UV = 1e7  # tiles from 0; payload.cpp there
 MOST_INSTANCES = 200_000
 MOST_PARTICLES = 1_000_000
 MOST_LIGHTS = 256  # lights.cpp there

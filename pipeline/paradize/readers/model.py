@@ -2,9 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
+import numpy as np
+
+from paradize.data import Mesh
 from paradize.kinds import MODEL, expecting, is_gltf, is_ply
+from paradize.player_limits import FARTHEST_UV
 from paradize.readers.obj import read_obj
 from paradize.readers.record import UNKNOWN_SMOOTHING, Model
 
@@ -16,8 +22,13 @@ def read_model(path: Path, root: Path | None = None, on_library: list[Path] | No
     on_library: a list to which each file beside the model is appended before it is read.
 
     Raises SourceError for a file that is missing, of another kind, damaged or without a surface. Missing
-    files of materials and maps are warnings.
+    files of materials and maps are warnings, and so are texture coordinates farther from 0 than the player
+    takes: they become (0, 0).
     """
+    return _with_near_uvs(_read(path, root, on_library), path)
+
+
+def _read(path: Path, root: Path | None, on_library: list[Path] | None) -> Model:
     if is_gltf(path):
         from paradize.readers.gltf.read import read_gltf  # here: an OBJ needs none of it
 
@@ -34,3 +45,21 @@ def read_model(path: Path, root: Path | None = None, on_library: list[Path] | No
         with expecting(MODEL, path):
             return read_stl(path)
     return read_obj(path, root, on_library)
+
+
+def _with_near_uvs(model: Model, path: Path) -> Model:
+    near: dict[str, Any] = {}
+    warnings: list[str] = []
+    for name in ("uvs", "uvs1"):
+        uvs = getattr(model.mesh, name)
+        if uvs is None or not (far := (np.abs(uvs) > FARTHEST_UV).any(axis=1)).any():
+            continue
+        u, v = uvs[int(far.argmax())].tolist()
+        of = f"{int(far.sum())} vertices" if far.sum() > 1 else "1 vertex"
+        what = f"texture coordinates of {of} lie farther than {FARTHEST_UV:g} tiles from 0"
+        warnings.append(f"{path}: {what} (first: {u:g} {v:g}); read as (0, 0): unwrap the model again")
+        near[name] = np.where(far[:, None], np.float32(0), uvs)
+    if not near:
+        return model
+    mesh: Mesh = replace(model.mesh, **near)
+    return replace(model, mesh=mesh, warnings=[*model.warnings, *warnings])

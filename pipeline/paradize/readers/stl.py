@@ -23,7 +23,9 @@ if TYPE_CHECKING:
     from paradize.data import F64
 
 _HEADER, _FACET = 84, 50  # bytes
-_VERTEX = re.compile(rb"\bvertex[ \t]+(\S+)[ \t]+(\S+)[ \t]+(\S+)")
+_VERTEX = re.compile(rb"\bvertex[ \t]+(\S+)[ \t]+(\S+)[ \t]+(\S+)", re.I)
+_HEAD = 4096  # a binary file holds a zero in as many bytes, a text none
+_BLANK = b"\xef\xbb\xbf \t\r\n"
 _LARGEST = 3.4e38  # float32
 _MEND = "export the model again"
 
@@ -37,8 +39,11 @@ def read_stl(path: Path) -> Model:
         raise SourceError(f"cannot be read: {error.strerror or error}", file=path) from None
     count = int.from_bytes(data[80:_HEADER], "little")
     needed = _HEADER + count * _FACET
-    if data[:5].lower() == b"solid" and len(data) != needed:
+    warnings = []
+    if data[:_HEAD].lstrip(_BLANK)[:5].lower() == b"solid" and b"\0" not in data[:_HEAD]:
         places = _text(data, path)
+        if b"endsolid" not in data[-_HEAD:].lower():
+            warnings.append(f"{path}: ends without endsolid: it may be cut; export the model again")
     elif len(data) < needed:
         raise SourceError(f"cut: {len(data)} bytes; its {count} facets need {needed}", file=path, mend=_MEND)
     else:
@@ -65,7 +70,7 @@ def read_stl(path: Path) -> Model:
     counts = {"faces": total, "triangles": total, "vertices": len(first)}
     counts |= {"positions_in_file": len(places), "positions_unused": 0}
     smoothing = np.full(total, UNKNOWN_SMOOTHING, np.uint32)
-    return Model(mesh, SourcePositions(places[first]), {}, [], counts, smoothing)
+    return Model(mesh, SourcePositions(places[first]), {}, warnings, counts, smoothing)
 
 
 def _text(data: bytes, path: Path) -> F64:

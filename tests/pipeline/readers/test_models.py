@@ -14,6 +14,7 @@ import pytest
 from paradize.bakers.mesh.bake import bake_mesh
 from paradize.errors import ParadizeError
 from paradize.formats.glb.reader import decode_glb
+from paradize.readers.model import read_model
 from paradize.readers.obj import read_obj
 from tests.sweeps import CORPUS_DEEP
 
@@ -110,3 +111,14 @@ def test_every_kit_model_is_baked(sources: Path) -> None:
     """Sound models: no refusal is right."""
     for path in few(models(sources, ("obj-kits",))):
         assert bake_or_refuse(path), path
+
+
+def test_texture_coordinates_that_no_player_takes_are_told_and_left_out(tmp_path: Path) -> None:
+    """The player refused the baked mesh."""
+    path = tmp_path / "a.obj"
+    path.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0.5 0\nvt 1e30 0\nvt 0 1e7\nf 1/1 2/2 3/3\n")
+    made = read_model(path)
+    assert made.mesh.uvs is not None
+    assert sorted(made.mesh.uvs.tolist()) == [[0.0, -1e7 + 1], [0.0, 0.0], [0.5, 1.0]]
+    said = "texture coordinates of 1 vertex lie farther than 1e+07 tiles from 0 (first: 1e+30 1)"
+    assert made.warnings == [f"{path}: {said}; read as (0, 0): unwrap the model again"]

@@ -60,3 +60,26 @@ def test_a_broken_stl_is_refused_in_one_line(tmp_path: Path) -> None:
         with pytest.raises(SourceError, match=words) as caught:
             read_model(tmp_path / "a.stl")
         assert "\n" not in str(caught.value)
+
+
+def test_text_in_capital_letters_and_binary_that_calls_itself_solid_are_read(tmp_path: Path) -> None:
+    text = BOX.export(file_type="stl_ascii")
+    binary = BOX.export(file_type="stl")
+    assert isinstance(text, str)
+    for data in (
+        text.upper().encode(),
+        b"\xef\xbb\xbf\r\n  " + text.encode(),
+        b"solid box".ljust(80) + binary[80:] + b"a trailer",
+    ):
+        (tmp_path / "a.stl").write_bytes(data)
+        model = read_model(tmp_path / "a.stl")
+        assert model.counts["triangles"] == 12 and not model.warnings
+
+
+def test_text_that_ends_between_two_facets_is_told(tmp_path: Path) -> None:
+    text = BOX.export(file_type="stl_ascii")
+    assert isinstance(text, str)
+    (tmp_path / "a.stl").write_text(text[: text.index("endfacet", len(text) // 2)])
+    assert read_model(tmp_path / "a.stl").warnings == [
+        f"{tmp_path / 'a.stl'}: ends without endsolid: it may be cut; export the model again"
+    ]
