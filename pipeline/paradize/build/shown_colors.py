@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from paradize.build.shown_texels import BEND, PLAIN, centres, owners_of, without_drawn
-from paradize.data import Mesh
+from paradize.data import Image, Mesh
 from paradize.errors import ParadizeError
 from paradize.kernels.reference.atlas import layout_raster
 from paradize.material import MapSource, Picture, Wrap, texels_within
@@ -39,6 +39,8 @@ def shown_colors(
     pictures that were read before. wrap: of their sampler. alpha_map: it is this picture of alpha, read as
     ColorSettings says."""
     pixels = _decoded(color, decoded)
+    if pixels is None and alpha_map is not None:  # so that the bake reads it, and says what is wrong
+        return False, 0, "mask"
     if pixels is None or mesh.uvs is None or not len(mesh.triangles):
         return False, 0, "opaque"
     rows, columns, channels = pixels.shape
@@ -202,13 +204,18 @@ def areas_of(mesh: Mesh) -> npt.NDArray[np.float64]:
 
 
 def _pixels(picture: Picture) -> npt.NDArray[np.float32] | None:
-    """The pixels (h, w, c) of a picture as floats; None where it cannot be read: its bake says so."""
+    """The pixels (h, w, c) of a picture, 0..1 as textures hold them; None where it cannot be read: its bake
+    says so."""
     try:
         if picture.data is None:
-            return read_image(picture.file).pixels
+            return _unit(read_image(picture.file))
         with tempfile.NamedTemporaryFile() as file:
             file.write(picture.data)
             file.flush()
-            return read_image(Path(file.name)).pixels
+            return _unit(read_image(Path(file.name)))
     except ParadizeError:
         return None
+
+
+def _unit(image: Image) -> npt.NDArray[np.float32]:
+    return image.pixels.clip(0.0, 1.0) if image.top is None else image.pixels

@@ -188,6 +188,13 @@ def test_gloss_is_specular_and_one_minus_roughness_with_their_factors(tmp_path: 
     assert made.errors["gloss_psnr_db"] > 90
 
 
+def test_floats_beyond_one_are_one_for_the_map_and_for_what_measures_it(tmp_path: Path) -> None:
+    """The error of gloss was the number of the file, up to more than a manifest holds."""
+    specular = np.where(np.arange(64) % 2, np.float32(1e37), np.float32(0.25)).reshape(8, 8)
+    made = bake_authored({"specular": write(tmp_path / "s.exr", specular)}, uncompressed=True)["gloss"]
+    assert made.errors["gloss_max"] < 0.01 and "runs from 0.25 to 1e+37" in made.warnings[0]
+
+
 def test_smoothness_is_inverted_roughness_and_an_inverted_role_counts_as_one_minus_it(tmp_path: Path) -> None:
     rough = noise(32, 48)
     r, s = write(tmp_path / "r.png", rough), write(tmp_path / "s.png", 255 - rough)

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from paradize.bakers.maps.bake import bake_maps
 from paradize.build.bake import bake
 from paradize.build.map_sets import find_map_sets
 from paradize.build.model_facts import read_model_facts
@@ -491,6 +492,26 @@ def test_a_picture_of_alpha_without_one_of_colour_is_drawn(tmp_path: Path) -> No
     assert np.array_equal(texels[:, :, 3] * 255, hole[:, :, 0])
     found = list(check_paths([tmp_path / "out"]))
     assert not found, found
+
+
+def test_a_picture_of_alpha_that_cannot_be_read_is_refused(tmp_path: Path) -> None:
+    """Beside a plain colour nothing read it, and the material was opaque without a word."""
+    scene = make_panels(tmp_path / "s")
+    (tmp_path / "s/hole.png").write_bytes(b"no picture")
+    edited(tmp_path / "s/panel.mtl", "map_Kd leaf.png", "Kd 0.1 0.6 0.1\nmap_d hole.png")
+    report = bake(scene, tmp_path / "out", BuildOptions(jobs=1))
+    assert [error.what for error in report.errors] == ["is text, not a picture"]
+
+
+@pytest.mark.filterwarnings("error")
+def test_floats_of_any_size_are_looked_at_without_overflow(tmp_path: Path) -> None:
+    """numpy's warnings reached the user."""
+    obj = make_panels(tmp_path / "s").with_name("panel.obj")
+    far = np.linspace(-3e38, 3e38, 8 * 8 * 3, dtype=np.float32).reshape(8, 8, 3)
+    write_image(tmp_path / "s/far.exr", far)
+    edited(tmp_path / "s/panel.mtl", "map_Kd leaf.png", "map_Kd far.exr\nmap_Bump far.exr")
+    assert read_model_facts(obj, obj.parent, {}, {})["facts"].materials
+    assert bake_maps(tmp_path / "s/far.exr", only=("height",))
 
 
 def test_the_table_that_a_warning_names_can_be_written_as_it_stands(tmp_path: Path) -> None:

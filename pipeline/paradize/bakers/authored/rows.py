@@ -94,7 +94,8 @@ class ValueRows:
                 own = np.clip(true_shares(self._whole(one.drawn, layouts)), 0.0, 1.0)
                 plane = true_resized(own, *self.size, self._wrap).astype(np.float32)
             for first, last in bands_of(*self.size):
-                out[first:last, :, k] = one.truth(true_shares(_filled(plane, self.layout, first, last)))
+                found = one.truth(true_shares(_filled(plane, self.layout, first, last)))
+                out[first:last, :, k] = np.clip(found, 0.0, 1.0)  # a map holds no more of floats
         return out
 
     def constant(self) -> tuple[float, ...] | None:

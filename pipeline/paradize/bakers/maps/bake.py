@@ -210,6 +210,7 @@ def _normals(path: Path, image: Image) -> list[str]:
         return []
     step = max(1, max(image.values.shape[:2]) // 256)  # a sample of the texels says enough
     colors = np.asarray(image.values[::step, ::step, :3], np.float32) / (image.top or 1.0)
+    colors = colors.clip(0.0, 1.0)  # floats may lie so far out that a square overflows
     red, green, blue = colors.mean(axis=(0, 1), dtype=np.float64)
     lengths = np.linalg.norm(2.0 * colors - 1.0, axis=2)
     if (

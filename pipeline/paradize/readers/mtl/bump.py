@@ -47,7 +47,7 @@ def bump_of(image: Image) -> Bump:
         return "height"
     steps = (-(-height // _SAMPLES), -(-width // _SAMPLES))
     sample = replace(image, values=image.values[:: steps[0], :: steps[1], :3])
-    texels = sample.pixels.reshape(-1, 3)
+    texels = sample.pixels.reshape(-1, 3).clip(-2.0, 2.0)  # floats beyond are no directions either
     colored = texels[np.ptp(texels, axis=1) > _GREY]
     if len(colored) < _LEAST * len(texels):
         return "height"
