@@ -86,7 +86,7 @@ def bake_color(
     rows, columns = values.shape[:2]
     if name == "emission" and (values == values[0, 0]).all():
         light = linear_light(values[:1, :1], encoded=encoded)[0, 0]
-        constant = tuple(float(value) for value in light)
+        constant = tuple(min(max(float(value), 0.0), 1.0) for value in light)  # as a texture holds it
         return constant_product(constant, columns, rows, tier, warnings)
     cutoff = used.alpha_cutoff if values.shape[2] == 4 and used.alpha_cutoff > 0.0 else None
 

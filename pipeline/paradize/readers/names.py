@@ -55,17 +55,27 @@ def require_utf8(head: bytes, path: Path) -> None:
 
 def spelled_otherwise(root: Path, folder: Path, name: str) -> tuple[Path, str] | None:
     """The file inside `root` that is meant by a name that leads to none, and a note for a warning: without
-    quotes, with %20 as a blank, or with other letters, small or capital, as Windows and macOS find it. None
-    where no file or several are meant."""
+    quotes, with %20 as a blank, with other letters, small or capital, as Windows and macOS find it, or beside
+    the file where exporters write a path of the machine they run on. None where no file or several are
+    meant."""
     plain = name.strip().strip("\"'").strip()
     for spelling in dict.fromkeys((name, plain, unquote(plain))):
-        path = inside(root, folder, spelling)
+        elsewhere = _name_of_absolute(spelling)
+        path = inside(root, folder, spelling if elsewhere is None else elsewhere)
         if path is None:
             continue
-        found = path if spelling != name and _is_file(path) else _in_other_case(root, path)
+        found = path if (elsewhere or spelling != name) and _is_file(path) else _in_other_case(root, path)
         if found is not None:
-            return found, f"{name[:120]!r} does not exist; {found.name!r} is read instead"
+            why = "does not exist" if elsewhere is None else "is a path of another machine"
+            beside = "" if elsewhere is None else " beside the file"
+            return found, f"{name[:120]!r} {why}; {found.name!r}{beside} is read instead"
     return None
+
+
+def _name_of_absolute(name: str) -> str | None:
+    """The last part of an absolute path or of a `file:` URI; None for another name."""
+    path = PureWindowsPath(name.removeprefix("file://"))
+    return path.name if path.drive or path.root else None
 
 
 def _is_file(path: Path) -> bool:

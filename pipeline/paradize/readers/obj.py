@@ -207,10 +207,9 @@ def _libraries(path: Path, root: Path, statement: str, warnings: list[str], abse
         whole = existing(spelling)
         if whole is not None:
             return [whole]
-    if (exact := inside(root, path.parent, statement)) and (
-        other := spelled_otherwise(root, path.parent, statement)
-    ):
-        absent.append(exact)
+    if other := spelled_otherwise(root, path.parent, statement):
+        exact = inside(root, path.parent, statement)
+        absent += [] if exact is None else [exact]
         warnings.append(f"{path}: material file {other[1]}")
         return [other[0]]
     words = statement.replace("\\ ", " ").split(" ")[:MAX_WORDS]

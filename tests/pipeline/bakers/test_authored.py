@@ -318,6 +318,8 @@ def test_emission_is_a_colour_without_alpha_and_a_constant_where_it_is_one(tmp_p
     assert made.data == plain.data and made.metric == "emission_psnr_db"
     one = bake_color(write(tmp_path / "b.png", np.full((4, 4, 3), 188, np.uint8)), product="emission")
     assert one.data == b"" and one.constant == pytest.approx([((188 / 255 + 0.055) / 1.055) ** 2.4] * 3)
+    bright = bake_color(write(tmp_path / "b.exr", np.full((4, 4, 3), 1e30, np.float32)), product="emission")
+    assert bright.constant == (1.0, 1.0, 1.0) and "holds 0..1" in bright.warnings[0]
 
 
 # Layouts, settings, bytes.

@@ -63,6 +63,23 @@ def test_a_material_file_is_found_in_other_letters(tmp_path: Path) -> None:
     assert result.warnings[0].endswith(said)
 
 
+def test_a_path_of_another_machine_leads_to_the_file_beside(tmp_path: Path) -> None:
+    (tmp_path / "wood.mtl").write_text("newmtl wood\nKd 1 0 0\n")
+    statement = "mtllib C:\\My Models\\Wood.mtl\n"
+    result = read(tmp_path, statement + TRIANGLE + "usemtl wood\nf 1 2 3\n")
+    assert result.materials["wood"].color == (1.0, 0.0, 0.0)
+    assert "is a path of another machine; 'wood.mtl' beside the file is read instead" in result.warnings[0]
+    made, primitive = square(TEXCOORD_0=UVS)
+    made.add("images", uri="file:///C:/tex/red.png")
+    texture = {"index": made.add("textures", source=0)}
+    primitive["material"] = made.add("materials", pbrMetallicRoughness={"baseColorTexture": texture})
+    (tmp_path / "red.png").write_bytes(PNG)
+    (tmp_path / "data.bin").write_bytes(made.data)
+    model = read_model(shown(primitive, made).gltf(tmp_path / "a.gltf", "/home/me/data.bin"))
+    assert model.materials["material_0"].picture("color") == (tmp_path / "red.png").resolve()
+    assert len(model.warnings) == 2
+
+
 def test_no_other_spelling_leads_out_of_the_root_or_is_a_guess(tmp_path: Path) -> None:
     root = tmp_path / "root"
     root.mkdir()
@@ -70,7 +87,20 @@ def test_no_other_spelling_leads_out_of_the_root_or_is_a_guess(tmp_path: Path) -
     (root / "link.png").symlink_to(tmp_path / "out.png")
     for name in ("a.png", "A.png"):
         (root / name).write_bytes(PNG)
-    for name in ("../OUT.png", "LINK.png", "..%2Fout.png", "A.PNG", "none.png", "", "%00", '"'):
+    for name in (
+        "../OUT.png",
+        "LINK.png",
+        "..%2Fout.png",
+        "A.PNG",
+        "none.png",
+        "",
+        "%00",
+        '"',
+        "/etc/passwd",
+        "C:",
+        "/",
+        "file://",
+    ):
         assert spelled_otherwise(root, root, name) is None, name
 
 

@@ -78,12 +78,14 @@ class Buffers:
 
     def _beside(self, uri: str, place: str) -> bytes:
         path = beside(self.root, self.document.file, uri)
+        if (path is None or not _exists(path)) and (
+            other := spelled_otherwise(self.root, self.document.file.parent, uri)
+        ):
+            path, note = other
+            self.document.warn(note, place)
         if path is None:
             mend = "copy it beside the model and export again"
             raise self.document.fault(f"{uri[:120]!r} is no file inside {self.root}", f"{place}/uri", mend)
-        if not _exists(path) and (other := spelled_otherwise(self.root, self.document.file.parent, uri)):
-            path, note = other
-            self.document.warn(note, place)
         if self._on_library is not None:
             self._on_library.append(path)
         try:

@@ -96,6 +96,9 @@ class Pictures:
     def _beside(self, uri: str, place: str) -> Picture | None:
         document, root = self.document, self.buffers.root
         path = beside(root, document.file, uri)
+        if path is None and (other := spelled_otherwise(root, document.file.parent, uri)):
+            path, note = other
+            document.warn(note, place)
         if path is None:
             document.warn(f"picture {uri[:120]!r} is no file inside {root}; left out", place)
             return None

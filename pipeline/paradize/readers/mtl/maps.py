@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from pathlib import Path, PureWindowsPath
+from pathlib import Path
 
 from paradize.material import Channel, Wrap
 from paradize.readers.names import inside, named_file, spelled_otherwise
@@ -79,12 +79,7 @@ def read_map_statement(
         return "no file named"
     place, note = f"line {line} of {file}", ""
     path = inside(root, file.parent, name)
-    if (path is None or name.startswith("file:")) and (beside := _beside(root, file.parent, name, place)):
-        note = f"{name[:120]!r} is a path of another machine; {beside.name!r} beside the file is read instead"
-        path = beside
-    if path is None:
-        return f"{name[:120]!r} lies outside {root}; ignored: copy it beside the material file"
-    if not named_file(path, place):
+    if path is None or not named_file(path, place):
         # Maya writes options after the name.
         end = next((k for k in range(index + 1, len(words)) if words[k].lower() in OPTIONS), None)
         shorter = None if end is None else inside(root, file.parent, " ".join(words[index:end]))
@@ -92,9 +87,11 @@ def read_map_statement(
             path = shorter
             options |= _options(words, end, 0)[0]
         else:
-            if absent is not None:
+            if absent is not None and path is not None:
                 absent.append(path)
             other = spelled_otherwise(root, file.parent, name)
+            if other is None and path is None:
+                return f"{name[:120]!r} lies outside {root}; ignored: copy it beside the material file"
             if other is None:
                 return f"{name[:120]!r} does not exist; ignored: put it there, or correct the name"
             path, note = other
@@ -120,19 +117,6 @@ def _options(words: list[str], index: int, left: int) -> tuple[dict[str, list[st
             taken.append(words[index])
             index += 1
     return options, index
-
-
-def _beside(root: Path, folder: Path, name: str, place: str) -> Path | None:
-    """The file beside the material file that has the name of an absolute path, as exporters write those of
-    the machine they run on. None where there is none."""
-    windows = PureWindowsPath(name.removeprefix("file://"))
-    if not (windows.drive or windows.root):
-        return None
-    path = inside(root, folder, windows.name)
-    if path is not None and named_file(path, place):
-        return path
-    other = spelled_otherwise(root, folder, windows.name)
-    return None if other is None else other[0]
 
 
 def _apply(statement: MapStatement, option: str, arguments: list[str]) -> bool:
