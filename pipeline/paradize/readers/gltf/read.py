@@ -87,6 +87,8 @@ class _Reader:
         self.buffers = Buffers(document, root, on_library)
         self.accessors = Accessors(document, self.buffers)
         self.pictures = Pictures(document, self.buffers)
+        self._used: dict[int, list[dict[str, Any]]] | None = None
+        self._equal: dict[tuple[int, int], bool] = {}
         self.nodes = Nodes(document)
         self.materials = read_materials(document, self.pictures, self._are_equal_sets)
         self._primitives: dict[tuple[int, int, tuple[float, ...]], Primitive | None] = {}
@@ -157,22 +159,34 @@ class _Reader:
         """Whether two sets of texture coordinates are the same wherever a material is, as exporters write
         them that fill both."""
         equal = False
-        for mesh in self.document.table("meshes"):
-            primitives = mesh.get("primitives") if isinstance(mesh, dict) else None
-            for one in primitives if isinstance(primitives, list) else ():
-                if not isinstance(one, dict) or one.get("material") != material:
-                    continue
-                attributes = one.get("attributes")
-                sets = attributes if isinstance(attributes, dict) else {}
-                first, second = (sets.get(f"TEXCOORD_{k}") for k in (a, b))
-                if not (isinstance(first, int) and isinstance(second, int)):
-                    return False
-                equal = first == second or ("extensions" not in one and self._are_equal(first, second))
-                if not equal:
-                    return False
+        for one in self._users().get(material, ()):
+            attributes = one.get("attributes")
+            sets = attributes if isinstance(attributes, dict) else {}
+            first, second = (sets.get(f"TEXCOORD_{k}") for k in (a, b))
+            if not (isinstance(first, int) and isinstance(second, int)):
+                return False
+            equal = first == second or ("extensions" not in one and self._are_equal(first, second))
+            if not equal:
+                return False
         return equal
 
+    def _users(self) -> dict[int, list[dict[str, Any]]]:
+        """The primitives of each material, by number."""
+        if self._used is None:
+            self._used = {}
+            for mesh in self.document.table("meshes"):
+                primitives = mesh.get("primitives") if isinstance(mesh, dict) else None
+                for one in primitives if isinstance(primitives, list) else ():
+                    if isinstance(one, dict) and isinstance(number := one.get("material"), int):
+                        self._used.setdefault(number, []).append(one)
+        return self._used
+
     def _are_equal(self, a: int, b: int) -> bool:
+        if (a, b) not in self._equal:
+            self._equal[a, b] = self._compare(a, b)
+        return self._equal[a, b]
+
+    def _compare(self, a: int, b: int) -> bool:
         try:
             first, second = (self.accessors.floats(number, f"/accessors/{number}", (2,)) for number in (a, b))
         except SourceError:  # whoever draws with it says so
