@@ -6,6 +6,7 @@
 #include "error.hpp"
 #include "gl/debug.hpp"
 #include "number_text.hpp"
+#include "passes/pass_meter.hpp"
 
 #include <epoxy/gl.h>
 
@@ -99,7 +100,8 @@ void Playback::record_frame_time(double ms) {
         scene_ms_.push_back(renderer_->scene_ms());
     }
     if (moments_.size() < moments_.capacity()) {
-        moments_.push_back({(now_ms() - started_ms_) / 1e3, scenes_.current().streamer.counts().worst_error});
+        moments_.push_back(
+            {(now_ms() - started_ms_) / 1e3, scenes_.current().streamer.counts().worst_error, stream_ms_});
     }
     if (rate_ && rate_->observe(ms)) {
         apply(rate_->quality());
@@ -147,7 +149,7 @@ Outlook Playback::flight_outlook(double elapsed_s, int width_px, int height_px) 
 Outlook Playback::steered_outlook(const Pose &pose, const Pose &before, double elapsed_s,
                                   double delta_s) const {
     Outlook out{
-        renderer_options_.settings, renderer_->width_px(), renderer_->height_px(), pose, {}, elapsed_s};
+        renderer_options_.settings, renderer_->width_px(), renderer_->height_px(), pose, {}, elapsed_s, true};
     for (std::size_t i = 0; i < horizons_s.size(); ++i) {
         const double steps = delta_s > 0.0 ? horizons_s[i] / delta_s : 0.0;
         out.soon[i] = pose;
@@ -167,8 +169,12 @@ void Playback::frame(double elapsed_s, const Outlook &outlook, gl::DebugLog &log
             ? UploadBudget{.bytes = upload_bytes_per_frame,
                            .not_ready = options_.file_order ? NotReady::wait : NotReady::wait_if_seen}
             : UploadBudget{upload_bytes_per_frame, upload_ms_per_frame, NotReady::skip};
-    if (LoadedScene *next = scenes_.upload(outlook, budget)) {
-        activate(*next, elapsed_s);
+    stream_ms_ = 0.0;
+    {
+        const CpuTimer timer(stream_ms_);
+        if (LoadedScene *next = scenes_.upload(outlook, budget)) {
+            activate(*next, elapsed_s);
+        }
     }
     warn_of_memory_limit(elapsed_s);
     if (samples_.empty()) {

@@ -82,7 +82,8 @@ class Playback {
     std::vector<Sample> samples_;             // of --reference, otherwise empty
     std::vector<double> frame_ms_, scene_ms_; // one entry per frame
     std::vector<StreamingMoment> moments_;
-    double panel_s_ = 0.0; // when the panel is written again
+    double stream_ms_ = 0.0; // of the last frame
+    double panel_s_ = 0.0;   // when the panel is written again
     std::vector<std::uint8_t> pixels_;
     std::vector<std::string> screenshots_;
     const Device device_;

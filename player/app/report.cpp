@@ -206,8 +206,8 @@ std::string to_json(const Report &report) {
     out += numbers;
     out += ", \"frames\": [";
     for (const StreamingMoment &moment : report.moments) {
-        std::snprintf(numbers, sizeof numbers, "%s[%.4f, %.3f]", out.back() == '[' ? "" : ", ", moment.s,
-                      static_cast<double>(moment.worst_error));
+        std::snprintf(numbers, sizeof numbers, "%s[%.4f, %.3f, %.3f]", out.back() == '[' ? "" : ", ",
+                      moment.s, static_cast<double>(moment.worst_error), moment.stream_ms);
         out += numbers;
     }
     out += "]}";

@@ -28,6 +28,7 @@ struct FrameRate {
 struct StreamingMoment {
     double s = 0.0;           // since the player was started
     float worst_error = 0.0F; // as in StreamingCounts
+    double stream_ms = 0.0;   // processor time of the thread that draws, for streaming in this frame
 };
 
 struct Report {

@@ -8,6 +8,7 @@
 #include "assets/watcher.hpp"
 #include "error.hpp"
 #include "gl/debug.hpp"
+#include "gl/device_memory.hpp"
 #include "gl/headless.hpp"
 #include "gl/uniform_check.hpp"
 
@@ -66,6 +67,7 @@ int run(const Options &options) {
             Window::Settings{printable(file.name), renderer_options.width_px, renderer_options.height_px,
                              options.screenshot.empty(), options.interactive, options.debug});
     }
+    gl::keep_deleted_memory();
     renderer_options.settings = chosen_settings(options, file);
     gl::DebugLog log;
     if (options.debug) {

@@ -1,5 +1,6 @@
 #include "assets/file_checker.hpp"
 
+#include "assets/thread_priority.hpp"
 #include "error.hpp"
 
 #include <algorithm>
@@ -21,8 +22,11 @@ FileChecker::FileChecker(std::vector<std::uint32_t> files, std::size_t count, Ch
         states_[files_[place]] = State::waiting;
         places_[files_[place]] = place;
     }
-    for (std::size_t i = 0; i < loader_threads(files_.size()); ++i) {
-        threads_.emplace_back([this](const std::stop_token &stop) { work(stop); });
+    const std::size_t threads = loader_threads(files_.size());
+    for (std::size_t i = 0; i < threads; ++i) {
+        // One thread is free for what is needed now. The others yield to it and to drawing.
+        const bool takes_rest = i != 0 || threads == 1;
+        threads_.emplace_back([this, takes_rest](const std::stop_token &stop) { work(takes_rest, stop); });
     }
 }
 
@@ -40,7 +44,7 @@ void FileChecker::order(std::span<const std::uint32_t> files) {
 }
 
 /// Returns the file to check next, or nullptr if there is none.
-const std::uint32_t *FileChecker::next() {
+const std::uint32_t *FileChecker::next(bool takes_rest) {
     const auto waits = [&](std::uint32_t file) {
         return states_[file] == State::waiting && places_[file] < first_error_;
     };
@@ -50,7 +54,7 @@ const std::uint32_t *FileChecker::next() {
     while (cursor_ < files_.size() && states_[files_[cursor_]] != State::waiting) {
         ++cursor_;
     }
-    return rest_ && cursor_ < first_error_ ? &files_[cursor_] : nullptr;
+    return ((rest_ && takes_rest) || all_waited_for_) && cursor_ < first_error_ ? &files_[cursor_] : nullptr;
 }
 
 std::optional<std::string> FileChecker::error_of(std::uint32_t file, const std::stop_token &stop) const {
@@ -62,12 +66,15 @@ std::optional<std::string> FileChecker::error_of(std::uint32_t file, const std::
     }
 }
 
-void FileChecker::work(const std::stop_token &stop) {
+void FileChecker::work(bool takes_rest, const std::stop_token &stop) {
+    if (takes_rest) {
+        yield_to_drawing();
+    }
     std::unique_lock lock(mutex_);
     while (true) {
         const std::uint32_t *found = nullptr;
         changed_.wait(lock, stop, [&] {
-            found = next();
+            found = next(takes_rest);
             return found != nullptr || cursor_ >= first_error_;
         });
         if (found == nullptr || stop.stop_requested()) {
@@ -81,7 +88,7 @@ void FileChecker::work(const std::stop_token &stop) {
         states_[file] = error ? State::wrong : State::checked;
         --left_;
         if (error) {
-            rest_ = true; // a file before it may be wrong, too
+            rest_ = all_waited_for_ = true; // a file before it may be wrong, too
             errors_[places_[file]] = *error;
             first_error_ = std::min(first_error_, places_[file]);
         }
@@ -128,8 +135,9 @@ void FileChecker::begin_rest() {
 }
 
 void FileChecker::finish() {
-    begin_rest();
     std::unique_lock lock(mutex_);
+    rest_ = all_waited_for_ = true;
+    changed_.notify_all();
     changed_.wait(lock, [&] { return left_ == 0 || error_known(); });
     throw_error();
 }

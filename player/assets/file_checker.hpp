@@ -33,7 +33,8 @@ class FileChecker {
 
     /// Replaces what is checked first. At most one entry per file counts.
     void order(std::span<const std::uint32_t> files);
-    /// Lets the threads check what is not ordered. wait() does so if a file is wrong, finish() always.
+    /// Lets the threads check what is not ordered; those that do have a lower priority. wait() does so if a
+    /// file is wrong, finish() always.
     void begin_rest();
     bool checked(std::uint32_t file) const;
     /// Waits until the file is checked. Throws Error if a file is wrong: the first of
@@ -46,8 +47,8 @@ class FileChecker {
 
   private:
     enum class State : std::uint8_t { waiting, running, checked, wrong };
-    void work(const std::stop_token &stop);
-    const std::uint32_t *next();
+    void work(bool takes_rest, const std::stop_token &stop);
+    const std::uint32_t *next(bool takes_rest);
     std::optional<std::string> error_of(std::uint32_t file, const std::stop_token &stop) const;
     bool error_known() const;
     void throw_error() const;
@@ -57,6 +58,7 @@ class FileChecker {
     mutable std::mutex mutex_; // guards all below but the threads
     std::condition_variable_any changed_;
     bool rest_ = false;                // files that are not ordered are checked, too
+    bool all_waited_for_ = false;      // all threads check them
     std::vector<State> states_;        // per number
     std::vector<std::size_t> places_;  // per number: its place in files_
     std::vector<std::string> errors_;  // per place

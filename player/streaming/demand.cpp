@@ -15,7 +15,7 @@ namespace paradize {
 
 namespace {
 
-// What a look ahead has seen fades with each further look, because a glimpse may fall between two looks.
+// What a look ahead of a steered camera has seen fades with each further look.
 constexpr float fading = 0.9F;
 constexpr float certain = 1e6F;                 // error of what must always be there: the terrain's roots
 const float drawn = std::nextafter(1.0F, 2.0F); // the least error of what is drawn, or replaces what is
@@ -87,9 +87,10 @@ Demand::Demand(const Scene &scene, const Streamer &streamer) : scene_(scene), st
         }
     }
     now_.resize(streamer.piece_count());
-    for (std::vector<float> &errors : soon_) {
-        errors.resize(now_.size());
+    for (std::vector<Sighting> &sightings : soon_) {
+        sightings.resize(now_.size());
     }
+    seen_.resize(now_.size());
     needs_.resize(now_.size());
 }
 
@@ -108,8 +109,7 @@ void Demand::update(const Outlook &outlook) {
     look(outlook.now, outlook.elapsed_s, outlook, now_);
     for (std::size_t i = 0; i < horizons_s.size(); ++i) {
         if (first_ || i == turn_) {
-            std::ranges::transform(soon_[i], soon_[i].begin(), [](float error) { return fading * error; });
-            look(outlook.soon[i], outlook.elapsed_s + horizons_s[i], outlook, soon_[i]);
+            look_ahead(i, outlook);
         }
     }
     first_ = false;
@@ -117,10 +117,32 @@ void Demand::update(const Outlook &outlook) {
     for (std::size_t piece = 0; piece < needs_.size(); ++piece) {
         needs_[piece] = {now_[piece], 0.0F};
         for (std::size_t i = 0; i < horizons_s.size(); ++i) {
-            if (soon_[i][piece] > 1.0F) { // what is accepted then is not needed; what is not, remains needed
-                const auto later = static_cast<float>(1.0 / (1.0 + horizons_s[i]));
-                raise(needs_[piece].soon, 1.0F + (soon_[i][piece] - 1.0F) * later);
+            const Sighting &then = soon_[i][piece];
+            if (then.error > 1.0F) { // what is accepted then is not needed; what is not, remains needed
+                const double after_s = outlook.steered
+                                           ? horizons_s[i]
+                                           : std::clamp(then.at_s - outlook.elapsed_s, 0.0, horizons_s[i]);
+                const auto later = static_cast<float>(1.0 / (1.0 + after_s));
+                raise(needs_[piece].soon, 1.0F + (then.error - 1.0F) * later);
             }
+        }
+    }
+}
+
+/// On a flight a sighting stays until its time has come, because a glimpse may fall between the horizons.
+void Demand::look_ahead(std::size_t horizon, const Outlook &outlook) {
+    const double at_s = outlook.elapsed_s + horizons_s[horizon];
+    std::ranges::fill(seen_, 0.0F);
+    look(outlook.soon[horizon], at_s, outlook, seen_);
+    for (std::size_t piece = 0; piece < seen_.size(); ++piece) {
+        Sighting &kept = soon_[horizon][piece];
+        if (outlook.steered) {
+            kept.error *= fading;
+        } else if (kept.at_s < outlook.elapsed_s || kept.at_s > at_s) {
+            kept.error = 0.0F; // past, or of a flight that began anew
+        }
+        if (seen_[piece] >= kept.error) {
+            kept = {seen_[piece], at_s};
         }
     }
 }

@@ -26,6 +26,7 @@ struct Outlook {
     Pose now{};
     std::array<Pose, horizons_s.size()> soon{}; // after horizons_s
     double elapsed_s = 0.0;                     // playback time of now
+    bool steered = false;                       // the later poses are guesses
 };
 
 class Demand {
@@ -52,8 +53,14 @@ class Demand {
         std::vector<MapUse> maps;
         std::vector<MapUse> holes; // colour maps whose alpha shapes the object's shadow
     };
+    /// The largest error that a look ahead has seen, and when that will be.
+    struct Sighting {
+        float error = 0.0F;
+        double at_s = 0.0;
+    };
     using Views = std::array<View, view_kinds>;
 
+    void look_ahead(std::size_t horizon, const Outlook &outlook);
     MapUse map_use(std::string_view artifact, float uv_per_m) const;
     /// Raises `errors` to those that the pose sees.
     void look(const Pose &pose, double elapsed_s, const Outlook &outlook, std::vector<float> &errors);
@@ -76,7 +83,8 @@ class Demand {
     std::vector<bool> fading_;                  // per diamond of the terrain, as in the cut
     std::vector<float> diamond_errors_;
     std::vector<float> now_;
-    std::array<std::vector<float>, horizons_s.size()> soon_;
+    std::array<std::vector<Sighting>, horizons_s.size()> soon_; // per horizon and piece
+    std::vector<float> seen_;                                   // of one look
     std::vector<Need> needs_;
     std::size_t turn_ = 0;
     bool first_ = true;

@@ -56,6 +56,8 @@ struct Streamer::Impl {
     std::vector<std::uint32_t> files_ahead;   // artifacts for the checker
     bool has_uploaded = false;                // upload() was called
     std::vector<bool> begun_files;            // per artifact: a piece of it was begun
+    std::uint64_t begun_bytes = 0;            // of the files that the last call began
+    std::vector<bool> ordered;                // per piece: planned at the end of the last call
     mutable std::vector<bool> known_checked;  // per artifact: what the checker said last
     std::atomic<std::uint64_t> waiting_bytes; // of checked files that stay in memory until they are uploaded
     std::uint64_t max_waiting_bytes = 0;
@@ -147,6 +149,7 @@ struct Streamer::Impl {
             }
         }
         needs.resize(pieces.size());
+        ordered.resize(pieces.size());
         queue.reserve(pieces.size());
         ahead.reserve(pieces.size());
         files_ahead.reserve(items.size());
@@ -215,13 +218,34 @@ struct Streamer::Impl {
     /// come first. `shows_something`: this call has uploaded what is needed now.
     std::optional<std::size_t> next_piece(NotReady not_ready, bool shows_something) const {
         for (std::size_t i = 0; i < queue.size(); ++i) {
-            const bool may_wait = not_ready != NotReady::wait_if_seen || !shows_something ||
-                                  is_seen(queue[i]) || begun_files[pieces[queue[i]].artifact];
+            const bool may_wait =
+                not_ready != NotReady::wait_if_seen || is_seen(queue[i]) ||
+                ((begun_files[pieces[queue[i]].artifact] || may_begin_file(shows_something)) &&
+                 had_time(queue[i]));
             if (may_wait && can_begin(queue[i], not_ready)) {
                 return i;
             }
         }
         return std::nullopt;
+    }
+
+    /// True if a call may begin a file of which nothing is seen: as long as it shows nothing, and does not
+    /// wait for the check of many bytes.
+    bool may_begin_file(bool shows_something) const { return !shows_something && begun_bytes < ahead_bytes; }
+
+    /// False if this frame would wait for a piece that is not seen yet, because no thread could read it while
+    /// the last frame was drawn.
+    bool had_time(std::uint32_t piece) const {
+        return !has_uploaded || ordered[piece] || (is_checked_of(piece) && !needs_staging(piece));
+    }
+
+    /// Lets the threads read while the frame is drawn.
+    void plan_next_frame() {
+        plan();
+        ordered.assign(pieces.size(), false);
+        for (const std::uint32_t piece : queue) {
+            ordered[piece] = true;
+        }
     }
 
     /// A plan makes room for its pieces one after another: one that begins while another is half uploaded
@@ -260,7 +284,10 @@ struct Streamer::Impl {
     void begin(std::size_t place) {
         Current next;
         next.piece = queue[place];
-        begun_files[pieces[next.piece].artifact] = true;
+        if (!begun_files[pieces[next.piece].artifact]) {
+            begun_files[pieces[next.piece].artifact] = true;
+            begun_bytes += scene.artifacts[pieces[next.piece].artifact].bytes;
+        }
         if (!known_checked[pieces[next.piece].artifact]) { // nor was the piece ordered
             checker->wait(pieces[next.piece].artifact);
             order_ahead();
@@ -441,6 +468,7 @@ bool Streamer::upload(const UploadBudget &budget) {
         return true;
     }
     impl_->plan();
+    impl_->begun_bytes = 0;
     std::size_t used = 0;
     bool shows_something = false;
     while (true) {
@@ -468,9 +496,11 @@ bool Streamer::upload(const UploadBudget &budget) {
         shows_something = shows_something || impl_->is_seen(impl_->current->piece);
         impl_->upload_next();
     }
-    impl_->count_needs();
     impl_->has_uploaded = true;
-    return !impl_->current && !impl_->paused && impl_->queue.empty();
+    const bool done = !impl_->current && !impl_->paused && impl_->queue.empty();
+    impl_->plan_next_frame();
+    impl_->count_needs();
+    return done;
 }
 
 void Streamer::finish_checks() {

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <cstdint>
 #include <mutex>
 #include <numeric>
@@ -102,4 +103,32 @@ TEST_CASE("file checker: its end cancels what is being checked") {
         begun.wait(0);
     }
     CHECK(begun.load() <= static_cast<int>(assets::loader_threads(count)));
+}
+
+TEST_CASE("file checker: a file that is ordered waits for none that is not") {
+    if (assets::loader_threads(count) == 1) {
+        return; // one thread checks both
+    }
+    std::atomic<bool> go{false};
+    std::atomic<unsigned> begun{0};
+    assets::FileChecker checker(all_files(), count, [&](std::uint32_t file, const std::stop_token &) {
+        ++begun;
+        if (file != 39) {
+            go.wait(false);
+        }
+    });
+    checker.begin_rest();
+    while (begun + 1 < assets::loader_threads(count)) { // all threads that take what is not ordered
+        std::this_thread::yield();
+    }
+    checker.order(std::vector<std::uint32_t>{39});
+    const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(5);
+    while (!checker.checked(39) && std::chrono::steady_clock::now() < end) {
+        std::this_thread::yield();
+    }
+    CHECK(checker.checked(39));
+    go.store(true);
+    go.notify_all();
+    checker.finish();
+    CHECK(begun == count);
 }

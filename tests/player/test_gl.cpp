@@ -2,6 +2,8 @@
 #include "error.hpp"
 #include "files.hpp"
 #include "gl/buffer.hpp"
+#include "gl/debug.hpp"
+#include "gl/device_memory.hpp"
 #include "gl/draw.hpp"
 #include "gl/framebuffer.hpp"
 #include "gl/program.hpp"
@@ -16,6 +18,7 @@
 
 #include <algorithm>
 #include <string>
+#include <sys/resource.h>
 #include <tuple>
 #include <utility>
 #include <vector>
@@ -309,4 +312,27 @@ TEST_CASE("pass meter: both clocks give each part its time, and nothing to parts
         CHECK(ms[meter.views()] == 0.0);
         CHECK(ms[meter.resolve()] == 0.0);
     }
+}
+
+TEST_CASE("gl: on a software rasteriser a texture takes the memory of one that was deleted") {
+    if (!test::have_context() || !gl::software_renderer()) {
+        return;
+    }
+    gl::keep_deleted_memory();
+    const auto faults = [] { // pages that the system had to give
+        rusage usage{};
+        getrusage(RUSAGE_SELF, &usage);
+        return usage.ru_minflt;
+    };
+    for (int i = 0; i < 3; ++i) { // larger than what malloc keeps by itself
+        gl::Texture first = gl::make_target(GL_RGBA8, 2048, 1500);
+        gl::Texture second = gl::make_target(GL_RGBA8, 2048, 1500);
+    }
+    const long before = faults();
+    for (int i = 0; i < 3; ++i) {
+        gl::Texture first = gl::make_target(GL_RGBA8, 2048, 1500);
+        gl::Texture second = gl::make_target(GL_RGBA8, 2048, 1500);
+    }
+    CHECK(faults() - before < 9000); // of 18,000 pages
+    test::throw_on_error();
 }

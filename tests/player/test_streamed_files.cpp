@@ -103,6 +103,32 @@ TEST_CASE(
     test::throw_on_error();
 }
 
+TEST_CASE(
+    "streamer: a headless frame waits for no piece that is not seen yet and was not planned before it") {
+    if (!test::have_context()) {
+        return;
+    }
+    const SmallScene scene;
+    Streamer streamer(scene.file, SceneLoad(scene.file, scene.folder.path(), nullptr,
+                                            {.vram_bytes = 100000000, .ram_bytes = 0}));
+    std::vector<Need> needs(streamer.piece_count());
+    const UploadBudget frame{.not_ready = NotReady::wait_if_seen};
+    const auto [first, pieces] = streamer.pieces_of("quad_color");
+    needs[first] = {2.0F, 0.0F};
+    streamer.set_needs(needs);
+    streamer.upload(frame); // checks the file
+    const std::uint64_t before = streamer.counts().uploads;
+    std::fill_n(needs.begin() + first, pieces, Need{2.0F, 2.0F});
+    needs[first + pieces - 1] = {0.0F, 2.0F}; // mip 0, which is read from its file
+    streamer.set_needs(needs);
+    streamer.upload(frame);
+    CHECK(streamer.counts().uploads == before + pieces - 2); // what is seen
+    CHECK_FALSE(streamer.texture("quad_color")->complete());
+    streamer.upload(frame);
+    CHECK(streamer.texture("quad_color")->complete());
+    test::throw_on_error();
+}
+
 TEST_CASE("streamer: a file that was changed before its first piece is read again is named, and nothing is "
           "drawn of it") {
     if (!test::have_context()) {

@@ -29,11 +29,12 @@ SIZE = ("--size", "320x180")
 BOXES, EDGE, SECONDS = 48, 2048, 24.0  # 1.07 GB of textures
 LIMIT_MB = 128  # an eighth of it, as 256 MB are of 2 GB
 LIKE_FLIP = 0.15  # a picture is recognisable up to this FLIP to the final one
+RUNS = 4  # of the flight, for its worst frame
 STEP = 15  # frames from one compared picture to the next
 
 
 def curve(report: dict[str, Any]) -> Curve:
-    return [(second, error) for second, error in report["streaming"]["frames"]]
+    return [(second, error) for second, error, _ in report["streaming"]["frames"]]
 
 
 def first_like(scene: Path, folder: Path) -> tuple[int, float]:
@@ -87,10 +88,11 @@ def bench_order(runs: int) -> Row:
     )  # fmt: skip
 
 
-def frame_ms(report: dict[str, Any]) -> float:
-    """The 99th percentile of the frames but the first, which compile shaders."""
-    seconds = [second for second, _ in curve(report)]
-    return float(np.percentile([(b - a) * 1e3 for a, b in pairwise(seconds[5:])], 99))
+def frame_ms(reports: list[dict[str, Any]]) -> float:
+    """The 99th percentile of the frames but the first, which compile shaders. Of each frame the least of the
+    runs: they draw the same frames, so what is more in one of them is other work on the machine."""
+    seconds = np.array([[second for second, _ in curve(report)] for report in reports])
+    return float(np.percentile(np.diff(seconds[:, 5:]).min(axis=0) * 1e3, 99))
 
 
 def bench_large(scene: Path, folder: Path) -> Iterator[Row]:
@@ -98,12 +100,17 @@ def bench_large(scene: Path, folder: Path) -> Iterator[Row]:
     folder.mkdir()
     frames = int(SECONDS * 30)
     flight = (*SIZE, "--frames", frames)
-    limited = play(scene, *flight, "--vram", LIMIT_MB)
-    whole = play(scene, *flight, "--wait-resident")
+    runs = [
+        (play(scene, *flight, "--vram", LIMIT_MB), play(scene, *flight, "--wait-resident"))
+        for _ in range(RUNS)
+    ]
+    limited = runs[0][0]
     yield Row(
-        "worst frame (99th percentile) while a scene streams under its limit", frame_ms(limited),
-        "the same flight, all resident", frame_ms(whole), "-", "-", 1 / 1.5,
-        inside=f"{frames} frames without the first", ours_on=on(CORES), peer_on=on(CORES),
+        "worst frame (99th percentile) while a scene streams under its limit",
+        frame_ms([run[0] for run in runs]), "the same flight, all resident",
+        frame_ms([run[1] for run in runs]), "-", "-", 1 / 1.5,
+        inside=f"{frames} frames without the first, of each the least of {RUNS} runs",
+        ours_on=on(CORES), peer_on=on(CORES),
     )  # fmt: skip
     play(scene, *flight, "--vram", LIMIT_MB, "--screenshot", folder / "limited.png")
     play(scene, *flight, "--wait-resident", "--screenshot", folder / "whole.png")

@@ -1,0 +1,57 @@
+#include "context.hpp"
+#include "files.hpp"
+#include "small_scene.hpp"
+#include "streaming/demand.hpp"
+#include "streaming/scene.hpp"
+#include "streaming/streamer.hpp"
+
+#include <doctest/doctest.h>
+
+#include <cstdint>
+
+using namespace paradize;
+using paradize::test::SmallScene;
+
+namespace {
+
+const Pose towards{{0.0, 1.0, 6.0}, {0.0, 0.0, 0.0}};
+const Pose away{{0.0, 1.0, 6.0}, {0.0, 1.0, 20.0}};
+
+} // namespace
+
+TEST_CASE("demand: what a look ahead glimpses is needed until its time has come, and ever more") {
+    if (!test::have_context()) {
+        return;
+    }
+    SmallScene small;
+    small.file.shadow.reset(); // casts one also while it is not seen
+    const Streamer streamer = small.streamer();
+    const Scene scene(small.file, streamer);
+    const std::uint32_t mesh = streamer.pieces_of("quad_mesh").first;
+    for (const bool steered : {false, true}) {
+        Demand demand(scene, streamer);
+        Outlook outlook{.settings = render_settings(small.file, all_at(Tier::balanced), Device()),
+                        .width_px = 160,
+                        .height_px = 90,
+                        .now = away,
+                        .soon = {away, towards, away, away}, // in two seconds
+                        .steered = steered};
+        demand.update(outlook);
+        float before = demand.needs()[mesh].soon;
+        CHECK(demand.needs()[mesh].now == 0.0F);
+        REQUIRE(before > 1.0F);
+        outlook.soon.fill(away);
+        for (int frame = 1; frame < 180; ++frame) {
+            outlook.elapsed_s = frame / 30.0;
+            demand.update(outlook);
+            const float soon = demand.needs()[mesh].soon;
+            if (steered) {
+                CHECK(soon <= before); // a guess that fades
+            } else {
+                CHECK((outlook.elapsed_s > 2.0 || soon >= before));
+            }
+            before = soon;
+        }
+        CHECK((steered || before == 0.0F)); // its time has passed
+    }
+}
