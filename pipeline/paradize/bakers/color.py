@@ -40,6 +40,7 @@ from paradize.stages.sweep import level_count
 from paradize.tiers import TIERS
 
 Values = npt.NDArray[Any]
+_COARSE_DB = 20.0  # a picture below is another one to the eye; photographs reach 30 and more
 _INDEX = {"r": 0, "g": 1, "b": 2}
 # How much an error of alpha may count beside one of a colour's channel in BC7.
 ALPHA_WEIGHTS = (1.0, 1.25, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 12.0, 16.0, 24.0, 32.0)
@@ -110,6 +111,12 @@ def bake_color(
     (texture, levels), reason = within_budget(kept, make, errors_of, used.budget)
     reason = reason or other
     errors = errors_of((texture, levels)) if measure else {}
+    psnr_db = errors.get(f"{name}_psnr_db", _COARSE_DB)
+    if psnr_db < _COARSE_DB:
+        what = (
+            f"{texture.format} keeps its colours at {psnr_db:.3g} dB alone: they change from texel to texel"
+        )
+        warnings = [*warnings, f"{path}: {what}; a budget of {name}_psnr_db = 30 takes a more exact format"]
     return texture_product(texture, tier, used.zstd, errors, levels, warnings, reason=reason)
 
 

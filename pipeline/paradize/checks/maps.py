@@ -229,28 +229,42 @@ def _light() -> F32:
 
 
 def _levels(one: Map, kind: str) -> Iterator[Finding]:
-    """Each level has, over areas of about 4 texels, the mean of level 0."""
-    texture = one.texture
+    """Each level has, over areas of about 4 texels, the mean of level 0; or that of level 1, whose blocks
+    hold fewer colours: in dithered pictures those of level 0 lie on no line, so that its mean moves."""
     wanted = list(_means(_content(one, 0, kind)))
-    for level in range(1, len(texture.levels)):
-        coarse = min(level + 1, len(wanted) - 1)
-        here = _content(one, level, kind)
-        if kind == "normal":  # weight each normal by how well the normals of level 0 below it agree
-            here[:, :, :3] *= np.sqrt(np.square(wanted[level][:, :, :3]).sum(axis=2, keepdims=True))
-        means = [*islice(_means(here), 2)][-1]
-        least = _WHOLE if kind == "dudv" else 0.25
-        seen = (wanted[coarse][:, :, -1] > least) & (means[:, :, -1] > least)
-        if kind == "normal":
-            seen &= np.square(wanted[coarse][:, :, :3]).sum(axis=2) > _AGREED * _AGREED
-        if not seen.any():
+    second: list[F32 | F64] = []
+    for level in range(1, len(one.texture.levels)):
+        apart = _beyond(one, level, kind, wanted)
+        if apart is None:
             continue
-        truth, shown = (_shown(values[seen], kind) for values in (wanted[coarse], means))
-        contrast = float(np.sqrt(np.square(truth - truth.mean(axis=0)).mean()))
-        apart = float(np.sqrt(np.square(truth - shown).mean()))
-        if apart > _APART + _CONTRAST * contrast + _block_error(wanted[level], texture.format):
-            what = f"differs from level 0 by {apart:.3f} (root mean square, linear)"
-            yield Finding("PZ213", one.file, what, f"level {level}")
-            return
+        if level > 1 and one.texture.format.startswith(("BC1", "BC3")):
+            second = second or [wanted[0], *_means(_content(one, 1, kind))]
+            if _beyond(one, level, kind, second) is None:
+                continue
+        what = f"differs from level 0 by {apart:.3f} (root mean square, linear)"
+        yield Finding("PZ213", one.file, what, f"level {level}")
+        return
+
+
+def _beyond(one: Map, level: int, kind: str, wanted: list[F32 | F64]) -> float | None:
+    """How far a level differs from the wanted means, by level, where that is more than a format leaves; else
+    None."""
+    coarse = min(level + 1, len(wanted) - 1)
+    here = _content(one, level, kind)
+    if kind == "normal":  # weight each normal by how well the normals of level 0 below it agree
+        here[:, :, :3] *= np.sqrt(np.square(wanted[level][:, :, :3]).sum(axis=2, keepdims=True))
+    means = [*islice(_means(here), 2)][-1]
+    least = _WHOLE if kind == "dudv" else 0.25
+    seen = (wanted[coarse][:, :, -1] > least) & (means[:, :, -1] > least)
+    if kind == "normal":
+        seen &= np.square(wanted[coarse][:, :, :3]).sum(axis=2) > _AGREED * _AGREED
+    if not seen.any():
+        return None
+    truth, shown = (_shown(values[seen], kind) for values in (wanted[coarse], means))
+    contrast = float(np.sqrt(np.square(truth - truth.mean(axis=0)).mean()))
+    apart = float(np.sqrt(np.square(truth - shown).mean()))
+    limit = _APART + _CONTRAST * contrast + _block_error(wanted[level], one.texture.format)
+    return apart if apart > limit else None
 
 
 def _block_error(wanted: F32 | F64, form: str) -> float:

@@ -185,6 +185,23 @@ def test_a_palette_whose_small_levels_no_block_can_hold_passes(tmp_path: Path, f
         assert codes(folder, {"color": with_level(chain, level, other.levels[level])}) == ["PZ213"]
 
 
+def test_dithered_colours_pass_and_their_bake_says_how_far_blocks_are_from_them(
+    tmp_path: Path, folder: Path
+) -> None:
+    """Level 0 in blocks has another mean than the smaller levels, which was an error of a sound bake."""
+    hues = np.array([[255, 0, 0], [0, 255, 0], [0, 0, 255], [255, 255, 0]], np.uint8)
+    path = save(tmp_path / "dithered.png", hues[np.random.default_rng(3).integers(0, 4, (64, 64))])
+    made = bake_color(path)
+    chain = decode_ktx2(made.data)
+    assert chain.format == "BC1_RGB_SRGB" and codes(folder, {"color": chain}) == []
+    (warning,) = made.warnings
+    assert "BC1_RGB_SRGB keeps its colours at 10.3 dB alone" in warning
+    kept = bake_color(path, budget={"color_psnr_db": 30.0})
+    assert kept.errors["color_psnr_db"] > 30.0 and not kept.warnings
+    turned = decode_ktx2(bake_color(save(tmp_path / "other.png", hues[::-1][np.zeros((64, 64), int)])).data)
+    assert codes(folder, {"color": with_level(chain, 3, turned.levels[3])}) == ["PZ213"]
+
+
 def test_gloss_of_rough_normals_passes_beside_them(tmp_path: Path, folder: Path) -> None:
     rough = maps_of(hills(tmp_path), strength=40.0)
     assert codes(folder, {kind: rough[kind] for kind in ("normal", "gloss")}) == []
