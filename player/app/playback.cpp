@@ -129,6 +129,12 @@ void Playback::show_panel(Window &window, double now_s) {
     }
 }
 
+/// Headless frames must not depend on timing.
+Horizons Playback::horizons_s() const {
+    return options_.headless ? near_horizons_s
+                             : horizons_for(scenes_.current().streamer.counts().read_bytes_per_s);
+}
+
 Outlook Playback::flight_outlook(double elapsed_s) const {
     return flight_outlook(elapsed_s, renderer_->width_px(), renderer_->height_px());
 }
@@ -139,19 +145,27 @@ Outlook Playback::flight_outlook(double elapsed_s, int width_px, int height_px) 
                 height_px,
                 flight_pose(file().flight, elapsed_s),
                 {},
-                elapsed_s};
-    for (std::size_t i = 0; i < horizons_s.size(); ++i) {
-        out.soon[i] = flight_pose(file().flight, elapsed_s + horizons_s[i]);
+                elapsed_s,
+                false,
+                horizons_s()};
+    for (std::size_t i = 0; i < out.soon.size(); ++i) {
+        out.soon[i] = flight_pose(file().flight, elapsed_s + out.horizons_s[i]);
     }
     return out;
 }
 
 Outlook Playback::steered_outlook(const Pose &pose, const Pose &before, double elapsed_s,
                                   double delta_s) const {
-    Outlook out{
-        renderer_options_.settings, renderer_->width_px(), renderer_->height_px(), pose, {}, elapsed_s, true};
-    for (std::size_t i = 0; i < horizons_s.size(); ++i) {
-        const double steps = delta_s > 0.0 ? horizons_s[i] / delta_s : 0.0;
+    Outlook out{renderer_options_.settings,
+                renderer_->width_px(),
+                renderer_->height_px(),
+                pose,
+                {},
+                elapsed_s,
+                true,
+                horizons_s()};
+    for (std::size_t i = 0; i < out.soon.size(); ++i) {
+        const double steps = delta_s > 0.0 ? out.horizons_s[i] / delta_s : 0.0;
         out.soon[i] = pose;
         out.soon[i].eye += (pose.eye - before.eye) * steps;
         out.soon[i].target += (pose.eye - before.eye) * steps;

@@ -63,6 +63,7 @@ class Playback {
     Report report() const;
 
   private:
+    Horizons horizons_s() const;
     Outlook flight_outlook(double elapsed_s, int width_px, int height_px) const;
     void apply(const Quality &quality);
     void warn_of_terrain_size() const;

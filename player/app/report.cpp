@@ -141,7 +141,8 @@ std::string panel_line(const std::string &scene, const StreamingCounts &counts) 
            std::to_string(counts.evictions) + " evictions, " +
            (counts.worst_error > 0.0F
                 ? "worst error " + fixed(static_cast<double>(counts.worst_error), 2) + " x the accepted one"
-                : "nothing missing");
+                : "nothing missing") +
+           ", " + fixed(counts.read_bytes_per_s / 1e6, 0) + " MB/s read";
 }
 
 std::string fps_line(const FrameRate &fps) {
@@ -195,14 +196,15 @@ std::string to_json(const Report &report) {
     std::snprintf(numbers, sizeof numbers,
                   ", \"streaming\": {\"needed_bytes\": %llu, \"peak_bytes\": %llu, \"uploads\": %llu, "
                   "\"uploaded_bytes\": %llu, \"evictions\": %llu, \"worst_error\": %.3f, \"open_ms\": %.3f, "
-                  "\"first_frame_s\": %.4f",
+                  "\"first_frame_s\": %.4f, \"read_mb_s\": %.1f",
                   static_cast<unsigned long long>(report.streaming.needed_bytes),
                   static_cast<unsigned long long>(report.streaming.peak_bytes),
                   static_cast<unsigned long long>(report.streaming.uploads),
                   static_cast<unsigned long long>(report.streaming.uploaded_bytes),
                   static_cast<unsigned long long>(report.streaming.evictions),
                   static_cast<double>(report.streaming.worst_error), report.streaming.open_ms,
-                  report.moments.empty() ? 0.0 : report.moments.front().s);
+                  report.moments.empty() ? 0.0 : report.moments.front().s,
+                  report.streaming.read_bytes_per_s / 1e6);
     out += numbers;
     out += ", \"frames\": [";
     for (const StreamingMoment &moment : report.moments) {

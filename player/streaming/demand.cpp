@@ -26,6 +26,16 @@ void raise(float &error, float to) {
 
 } // namespace
 
+Horizons horizons_for(double read_bytes_per_s) {
+    constexpr double fast_bytes_per_s = 1e8;
+    constexpr double most = 4.0;
+    Horizons out = near_horizons_s;
+    const double times =
+        read_bytes_per_s > 0.0 ? std::clamp(fast_bytes_per_s / read_bytes_per_s, 1.0, most) : 1.0;
+    std::ranges::transform(out, out.begin(), [&](double s) { return s * times; });
+    return out;
+}
+
 Demand::Demand(const Scene &scene, const Streamer &streamer) : scene_(scene), streamer_(streamer) {
     const assets::SceneFile &file = scene.file();
     const auto range = [&](std::string_view name) {
@@ -107,21 +117,21 @@ Demand::MapUse Demand::map_use(std::string_view artifact, float uv_per_m) const 
 void Demand::update(const Outlook &outlook) {
     std::ranges::fill(now_, 0.0F);
     look(outlook.now, outlook.elapsed_s, outlook, now_);
-    for (std::size_t i = 0; i < horizons_s.size(); ++i) {
+    for (std::size_t i = 0; i < outlook.horizons_s.size(); ++i) {
         if (first_ || i == turn_) {
             look_ahead(i, outlook);
         }
     }
     first_ = false;
-    turn_ = (turn_ + 1) % horizons_s.size();
+    turn_ = (turn_ + 1) % outlook.horizons_s.size();
     for (std::size_t piece = 0; piece < needs_.size(); ++piece) {
         needs_[piece] = {now_[piece], 0.0F};
-        for (std::size_t i = 0; i < horizons_s.size(); ++i) {
+        for (std::size_t i = 0; i < outlook.horizons_s.size(); ++i) {
             const Sighting &then = soon_[i][piece];
             if (then.error > 1.0F) { // what is accepted then is not needed; what is not, remains needed
-                const double after_s = outlook.steered
-                                           ? horizons_s[i]
-                                           : std::clamp(then.at_s - outlook.elapsed_s, 0.0, horizons_s[i]);
+                const double after_s =
+                    outlook.steered ? outlook.horizons_s[i]
+                                    : std::clamp(then.at_s - outlook.elapsed_s, 0.0, outlook.horizons_s[i]);
                 const auto later = static_cast<float>(1.0 / (1.0 + after_s));
                 raise(needs_[piece].soon, 1.0F + (then.error - 1.0F) * later);
             }
@@ -131,7 +141,7 @@ void Demand::update(const Outlook &outlook) {
 
 /// On a flight a sighting stays until its time has come, because a glimpse may fall between the horizons.
 void Demand::look_ahead(std::size_t horizon, const Outlook &outlook) {
-    const double at_s = outlook.elapsed_s + horizons_s[horizon];
+    const double at_s = outlook.elapsed_s + outlook.horizons_s[horizon];
     std::ranges::fill(seen_, 0.0F);
     look(outlook.soon[horizon], at_s, outlook, seen_);
     for (std::size_t piece = 0; piece < seen_.size(); ++piece) {

@@ -17,16 +17,21 @@
 namespace paradize {
 
 /// Seconds ahead that the demand looks at.
-inline constexpr std::array<double, 4> horizons_s{1.0, 2.0, 4.0, 8.0};
+using Horizons = std::array<double, 4>;
+inline constexpr Horizons near_horizons_s{1.0, 2.0, 4.0, 8.0};
+/// Looks further ahead where files are read slowly: up to four times as far as near_horizons_s, which are
+/// those of 100 MB/s and more, and of a rate that is not known yet (0).
+Horizons horizons_for(double read_bytes_per_s);
 
 /// Where the camera is and will be.
 struct Outlook {
     RenderSettings settings{};
     int width_px = 0, height_px = 0;
     Pose now{};
-    std::array<Pose, horizons_s.size()> soon{}; // after horizons_s
-    double elapsed_s = 0.0;                     // playback time of now
-    bool steered = false;                       // the later poses are guesses
+    std::array<Pose, near_horizons_s.size()> soon{}; // after horizons_s
+    double elapsed_s = 0.0;                          // playback time of now
+    bool steered = false;                            // the later poses are guesses
+    Horizons horizons_s = near_horizons_s;
 };
 
 class Demand {
@@ -83,8 +88,8 @@ class Demand {
     std::vector<bool> fading_;                  // per diamond of the terrain, as in the cut
     std::vector<float> diamond_errors_;
     std::vector<float> now_;
-    std::array<std::vector<Sighting>, horizons_s.size()> soon_; // per horizon and piece
-    std::vector<float> seen_;                                   // of one look
+    std::array<std::vector<Sighting>, near_horizons_s.size()> soon_; // per horizon and piece
+    std::vector<float> seen_;                                        // of one look
     std::vector<Need> needs_;
     std::size_t turn_ = 0;
     bool first_ = true;

@@ -26,6 +26,8 @@ struct ScenePiece {
     std::uint32_t index = 0;    // into the artifact's plan
 };
 
+using Clock = std::chrono::steady_clock;
+
 constexpr std::uint64_t ahead_bytes = std::uint64_t{16} << 20U; // staged ahead of the upload, or one piece
 
 } // namespace
@@ -61,6 +63,7 @@ struct Streamer::Impl {
     mutable std::vector<bool> known_checked;  // per artifact: what the checker said last
     std::atomic<std::uint64_t> waiting_bytes; // of checked files that stay in memory until they are uploaded
     std::uint64_t max_waiting_bytes = 0;
+    std::atomic<std::uint64_t> read_bytes, read_ns; // by the threads, and how long that took them
     // The last members: their threads use the others.
     std::unique_ptr<assets::FileChecker> checker;
     std::unique_ptr<assets::PieceLoader> loader;
@@ -105,12 +108,20 @@ struct Streamer::Impl {
     /// `max_waiting_bytes` its memory is freed.
     void check(std::uint32_t artifact, const std::stop_token &stop) {
         assets::LoadedArtifact &loaded = items[artifact]->loaded;
+        const Clock::time_point start = Clock::now();
         assets::check_artifact(scene.artifacts[artifact], loaded, stop);
+        count_read(scene.artifacts[artifact].bytes, start);
         const std::uint64_t bytes = loaded.file.bytes().size();
         if (waiting_bytes.fetch_add(bytes) + bytes > max_waiting_bytes) {
             waiting_bytes.fetch_sub(bytes);
             free_memory(loaded);
         }
+    }
+
+    void count_read(std::uint64_t bytes, Clock::time_point since) {
+        read_bytes += bytes;
+        read_ns += static_cast<std::uint64_t>(
+            std::chrono::duration_cast<std::chrono::nanoseconds>(Clock::now() - since).count());
     }
 
     /// Frees the memory of a file that is not needed any more.
@@ -208,6 +219,8 @@ struct Streamer::Impl {
 
     void count_needs() {
         schedule->count_needs(needs);
+        const auto ns = static_cast<double>(read_ns.load());
+        counts.read_bytes_per_s = ns > 0.0 ? static_cast<double>(read_bytes.load()) / ns * 1e9 : 0.0;
         counts.needed_bytes = schedule->needed_bytes();
         counts.worst_error = schedule->worst_error();
     }
@@ -405,7 +418,11 @@ Streamer::Streamer(const assets::SceneFile &file, SceneLoad load) : impl_(std::m
         });
     impl_->loader = std::make_unique<assets::PieceLoader>(
         impl_->pieces.size(), [impl = impl_.get()](std::uint32_t piece, assets::Inflater &inflater) {
-            return assets::stage(impl->item_of(piece).loaded, impl->plan_of(piece), inflater);
+            const Clock::time_point start = Clock::now();
+            assets::StagedPiece staged =
+                assets::stage(impl->item_of(piece).loaded, impl->plan_of(piece), inflater);
+            impl->count_read(impl->plan_of(piece).bytes, start);
+            return staged;
         });
 }
 
@@ -456,7 +473,6 @@ void Streamer::begin_reading() {
 }
 
 bool Streamer::upload(const UploadBudget &budget) {
-    using Clock = std::chrono::steady_clock;
     const auto start = Clock::now();
     if (impl_->has_uploaded) {
         impl_->checker->begin_rest();

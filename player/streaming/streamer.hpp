@@ -85,7 +85,8 @@ struct StreamingCounts {
     std::uint64_t peak_bytes = 0;             // largest so far, with the copies that uploads need
     std::uint64_t uploads = 0, evictions = 0; // pieces
     std::uint64_t uploaded_bytes = 0;
-    double open_ms = 0.0;     // processor time for opening all files and reading their headers
+    double open_ms = 0.0;          // processor time for opening all files and reading their headers
+    double read_bytes_per_s = 0.0; // of a thread that reads, checks and inflates; 0: nothing was read yet
     float worst_error = 0.0F; // on screen, relative to the accepted error; 0: all that is needed is there
 };
 

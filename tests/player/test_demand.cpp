@@ -19,6 +19,35 @@ const Pose away{{0.0, 1.0, 6.0}, {0.0, 1.0, 20.0}};
 
 } // namespace
 
+TEST_CASE("demand: where files are read slowly it looks further ahead, up to four times as far") {
+    CHECK(horizons_for(0.0) == near_horizons_s);
+    CHECK(horizons_for(2e9) == near_horizons_s);
+    CHECK(horizons_for(5e7) == Horizons{2.0, 4.0, 8.0, 16.0});
+    CHECK(horizons_for(1e5) == Horizons{4.0, 8.0, 16.0, 32.0});
+    if (!test::have_context()) {
+        return;
+    }
+    SmallScene small;
+    small.file.shadow.reset();
+    const Streamer streamer = small.streamer();
+    const Scene scene(small.file, streamer);
+    Demand demand(scene, streamer);
+    Outlook outlook{.settings = render_settings(small.file, all_at(Tier::balanced), Device()),
+                    .width_px = 160,
+                    .height_px = 90,
+                    .now = away,
+                    .soon = {away, away, away, towards},
+                    .horizons_s = horizons_for(1e5)};
+    demand.update(outlook); // in 32 s
+    outlook.soon.fill(away);
+    for (outlook.elapsed_s = 1.0; outlook.elapsed_s < 36.0; ++outlook.elapsed_s) {
+        demand.update(outlook);
+        const bool is_needed = demand.needs()[streamer.pieces_of("quad_mesh").first].soon > 1.0F;
+        CHECK((is_needed || outlook.elapsed_s > 32.0));
+        CHECK((!is_needed || outlook.elapsed_s < 36.0));
+    }
+}
+
 TEST_CASE("demand: what a look ahead glimpses is needed until its time has come, and ever more") {
     if (!test::have_context()) {
         return;

@@ -145,7 +145,8 @@ TEST_CASE("panel: the window's title says what is resident, needed and missing")
     counts.needed_bytes = 20'000'000;
     counts.evictions = 3;
     CHECK(panel_line("Isle", counts) ==
-          "Isle: 12.3 of 45.0 MB resident, 20.0 MB needed, 3 evictions, nothing missing");
+          "Isle: 12.3 of 45.0 MB resident, 20.0 MB needed, 3 evictions, nothing missing, 0 MB/s read");
     counts.worst_error = 2.5F;
-    CHECK(panel_line("Isle", counts).ends_with("worst error 2.50 x the accepted one"));
+    counts.read_bytes_per_s = 123.4e6;
+    CHECK(panel_line("Isle", counts).ends_with("worst error 2.50 x the accepted one, 123 MB/s read"));
 }

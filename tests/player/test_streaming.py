@@ -152,6 +152,7 @@ def test_json_tells_how_the_error_falls_while_the_scene_streams(player: Player, 
         assert streaming["first_frame_s"] == frames[0][0] > 0.0
         assert streaming["uploaded_bytes"] == output["resident_bytes"]
         assert streaming["uploads"] > BOXES
+        assert streaming["read_mb_s"] > 0.0
         errors[order] = [error for _, error, _ in frames]
         assert all(0.0 < stream_ms < 1e3 for _, _, stream_ms in frames)
     # The last box stands before the camera. Its map is the last of scene.json.
