@@ -33,7 +33,7 @@ EXTREMES = {
     "sliver": "a million times as long as wide",
     "largest": "57,000 triangles, a million texels",
 }
-DEEP = ("largest",)
+DEEP = ("many", "largest")
 ROOMS = (
     "loading_rows",
     "model_rows",

@@ -19,7 +19,7 @@ ROWS = [row.name for row in rows()]
 
 @pytest.fixture(scope="module")
 def cells() -> dict[tuple[str, str], Cell]:
-    """All but the largest."""
+    """All but the large sizes."""
     return {(cell.row, cell.extreme): cell for cell in measured(QUICK)}
 
 
@@ -35,7 +35,7 @@ def test_every_column_has_the_same_bytes_with_two_threads() -> None:
 
 @pytest.mark.deep
 @pytest.mark.parametrize("row", rows(), ids=lambda row: row.name)
-def test_is_near_the_truth_at_the_largest_size(row: object) -> None:
+def test_is_near_the_truth_at_large_sizes(row: object) -> None:
     for extreme in DEEP:
         cell = cell_of(row, extreme)  # type: ignore[arg-type]
         assert cell.verdict != "fails", f"{cell.said} error {cell.error}, limit {cell.limit} {cell.unit}"
@@ -81,14 +81,14 @@ def _shape(page: str) -> list[str]:
 
 
 def test_the_page_is_what_the_cells_say(cells: dict[tuple[str, str], Cell]) -> None:
-    """But for the largest sizes, which `make extremes` alone measures, and for digits of the errors."""
+    """But for the large sizes, which `make extremes` alone measures, and for digits of the errors."""
     page = TABLE.read_text()
-    largest = {
-        row.name: Cell(row.name, extreme, "holds", 0.0, row.limit, row.unit, "", "")
+    large = {
+        (row.name, extreme): Cell(row.name, extreme, "holds", 0.0, row.limit, row.unit, "", "")
         if extreme in row.inputs
         else Cell(row.name, extreme, "absent", None, row.limit, row.unit, row.absent[extreme], "")
         for row in rows()
         for extreme in DEEP
     }
-    result = [cells.get((row, extreme)) or largest[row] for row in ROWS for extreme in EXTREMES]
+    result = [cells.get((row, extreme)) or large[row, extreme] for row in ROWS for extreme in EXTREMES]
     assert _shape(as_markdown(result)) == _shape(page)

@@ -29,11 +29,16 @@ class Posed:
     source: Path
     player: Callable[..., Any]
     folder: Path
+    objects: frozenset[str] = frozenset()  # what stands in its scene: empty for all
     kept: dict[str, Picture] = field(default_factory=dict)
 
     def scene(self) -> dict[str, Any]:
         """A copy of its scene.json, for changes. Its light stands still, as at its poster's key."""
-        return copy.deepcopy(json.loads((self.source / "scene.json").read_text())) | {"daytime": None}
+        scene: dict[str, Any] = json.loads((self.source / "scene.json").read_text())
+        scene["daytime"] = None
+        if self.objects:
+            scene["objects"] = [item for item in scene["objects"] if item["name"] in self.objects]
+        return scene
 
     def render(
         self,
