@@ -18,6 +18,7 @@ namespace paradize::assets {
 
 namespace {
 
+constexpr std::size_t first_bytes = 4096; // that are read when memory is reserved
 constexpr std::size_t part_bytes = std::size_t{1} << 20U;
 
 // Time stamps come from a clock with steps of up to 10 ms. A file that was younger than this when it was read
@@ -134,6 +135,7 @@ FileBytes FileBytes::reserve(const std::filesystem::path &path, FileSize size) {
     out.name_ = path.string();
     const Descriptor file(path);
     out.memory_.emplace(static_cast<std::size_t>(size_of(file.number(), out.name_, size)));
+    out.read_front(file, first_bytes);
     return out;
 }
 
@@ -164,11 +166,13 @@ void FileBytes::read_all(const Descriptor &file, const OnBytes &on_bytes) {
 }
 
 void FileBytes::read_front(const std::filesystem::path &path, std::size_t bytes) {
-    const std::size_t end = std::min(bytes, memory_->bytes().size());
-    if (end <= front_) {
-        return;
+    if (front_ < std::min(bytes, memory_->bytes().size())) {
+        read_front(Descriptor(path), bytes);
     }
-    const Descriptor file(path);
+}
+
+void FileBytes::read_front(const Descriptor &file, std::size_t bytes) {
+    const std::size_t end = std::min(bytes, memory_->bytes().size());
     while (front_ < end) {
         front_ += file.read_some(front_, memory_->bytes().subspan(front_, end - front_), name_,
                                  memory_->bytes().size());

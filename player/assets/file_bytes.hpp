@@ -41,7 +41,8 @@ class FileBytes final : public ByteSource {
     /// missing, not a regular file, empty, of the wrong size, or truncated while it is read.
     explicit FileBytes(const std::filesystem::path &path, FileSize size = {}, const OnBytes &on_bytes = {});
 
-    /// Reserves memory for the file but reads nothing. Throws Error like the constructor.
+    /// Reserves memory for the file and reads its first 4 KiB, which hold most headers: opening a file again
+    /// takes longer. Throws Error like the constructor.
     static FileBytes reserve(const std::filesystem::path &path, FileSize size = {});
     /// Reads at least the first `bytes` bytes, unless it did before, and at most the whole file. bytes() is
     /// zero behind them. Throws Error.
@@ -68,6 +69,7 @@ class FileBytes final : public ByteSource {
 
   private:
     class Descriptor;
+    void read_front(const Descriptor &file, std::size_t bytes);
     void read_all(const Descriptor &file, const OnBytes &on_bytes);
 
     std::optional<ReservedMemory> memory_;
