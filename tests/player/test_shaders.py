@@ -9,6 +9,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.sweeps import sample
+
 SHADERS = Path(__file__).resolve().parents[2] / "shaders"
 BODIES = sorted(path.name for pattern in ("*.vert", "*.frag") for path in SHADERS.glob(pattern))
 PREAMBLES = {
@@ -79,7 +81,7 @@ def test_every_shader_compiles_for_desktop_and_web(name: str, version: str, tmp_
 
 
 @pytest.mark.parametrize("version", PREAMBLES)
-@pytest.mark.parametrize("switch", [*SHADOWS, *STEPS])
+@pytest.mark.parametrize("switch", sample([*SHADOWS, *STEPS], every=3))
 @pytest.mark.parametrize("name", ["object.frag", "terrain.frag", "water.frag"])
 def test_every_quality_compiles_for_desktop_and_web(
     name: str, version: str, switch: str, tmp_path: Path
@@ -91,7 +93,11 @@ def test_every_quality_compiles_for_desktop_and_web(
 
 
 @pytest.mark.parametrize("version", PREAMBLES)
-@pytest.mark.parametrize("variant", VARIANTS, ids=lambda variant: variant.replace("\n#define", ""))
+@pytest.mark.parametrize(
+    "variant",
+    [*sample(VARIANTS[:12], every=3), *VARIANTS[12:]],
+    ids=lambda variant: variant.replace("\n#define", ""),
+)
 @pytest.mark.parametrize("name", ["object.vert", "object.frag", "depth.vert", "depth.frag"])
 def test_every_kind_of_material_compiles_for_desktop_and_web(
     name: str, version: str, variant: str, tmp_path: Path
