@@ -178,8 +178,83 @@ def test_moon_and_stars_stand_in_the_night_sky_alone(picture: Callable[..., Pict
 
 def test_stars_turn_slowly_and_do_not_flicker(picture: Callable[..., Picture]) -> None:
     """Their light stays the same as they pass from pixel to pixel."""
-    sums = [float((picture(NIGHT_S + i / 30.0, ahead=(-0.7, 1.0, 0.2)) ** 2.2).sum()) for i in range(4)]
+    skies = [picture(NIGHT_S + i / 30.0, ahead=(-0.7, 1.0, 0.2)) for i in range(4)]
+    sums = [float((sky**2.2).sum()) for sky in skies]
     assert np.ptp(sums) < 0.05 * np.mean(sums)
+    assert differs(skies[0], skies[3], 20.0 / 255.0).mean() > 0.002
+
+
+def flat_sea(manifest: dict[str, Any]) -> None:
+    """A mirror without glitter."""
+    manifest["water"] |= {"specular": 0.0, "reflection_distortion": 0.0}
+
+
+@pytest.mark.parametrize(("second", "light"), [(DAY_S, "sun"), (NIGHT_S, "moon")])
+def test_the_sea_mirrors_no_disc_whose_glitter_it_draws(
+    picture: Callable[..., Picture], second: float, light: str
+) -> None:
+    """So a disc ten times as wide changes nothing in a sea that does not glitter."""
+
+    def low(width_rad: float) -> Callable[[dict[str, Any]], None]:
+        def change(manifest: dict[str, Any]) -> None:
+            flat_sea(manifest)
+            for one in manifest["daytime"]["keys"]:
+                one[light] |= {"azimuth_rad": np.pi, "elevation_rad": 0.3}  # over +Z
+            manifest["sun"]["angular_diameter_rad"] = width_rad
+            manifest["daytime"]["moon_diameter_rad"] = width_rad
+
+        return change
+
+    above, mirrored = (
+        [
+            picture(second, change=low(width), eye=(0.0, 2.0, 60.0), ahead=(0.0, side * np.tan(0.3), 1.0))
+            for width in (0.01, 0.1)
+        ]
+        for side in (1.0, -1.0)
+    )
+    assert differs(above[0], above[1]).mean() > 0.002
+    assert not differs(mirrored[0], mirrored[1]).any()
+
+
+def test_the_sea_mirrors_no_disc_of_a_sky_that_stands_still(
+    picture: Callable[..., Picture], scene: Path
+) -> None:
+    """A picture of a sky has its sun painted in."""
+    size = 256
+    s, t = np.meshgrid(*[(np.arange(size) + 0.5) / size * 2.0 - 1.0] * 2)
+    towards = np.stack([s, -t, np.ones_like(s)], axis=-1)  # of the face +Z
+    towards /= np.linalg.norm(towards, axis=-1, keepdims=True)
+    sun = np.array([0.0, np.sin(0.3), np.cos(0.3)])
+    cube = np.zeros((6, size, size, 4), np.float16)
+    cube[..., :3], cube[..., 3] = (0.2, 0.35, 0.7), 1.0
+    cube[4, towards @ sun > np.cos(np.radians(0.45)), :3] = 40.0
+    data = texture("RGBA16F", cube)
+    (scene / "painted.ktx2").write_bytes(data)
+
+    def painted(manifest: dict[str, Any]) -> None:
+        flat_sea(manifest)
+        entry = manifest["artifacts"]["sky"] | identity(data) | {"file": "painted.ktx2"}
+        manifest["artifacts"]["sky"] = entry
+        manifest |= {"daytime": None}
+        manifest["sun"]["direction"] = sun.tolist()
+
+    above, mirrored = (
+        picture(DAY_S, change=painted, eye=(0.0, 2.0, 60.0), ahead=(0.0, side * np.tan(0.3), 1.0)).max(axis=2)
+        for side in (1.0, -1.0)
+    )
+    here = np.s_[SIZE[1] // 2 - 2 : SIZE[1] // 2 + 2, SIZE[0] // 2 - 2 : SIZE[0] // 2 + 2]
+    beside = np.s_[SIZE[1] // 2 - 2 : SIZE[1] // 2 + 2, SIZE[0] // 2 + 25 : SIZE[0] // 2 + 30]
+    assert above[here].mean() > above[beside].mean() + 0.1
+    assert mirrored[here].mean() < mirrored[beside].mean() + 0.1
+
+
+def test_the_air_glows_around_the_sun(picture: Callable[..., Picture]) -> None:
+    elevation = np.radians(50.0)
+    azimuth = np.radians(100.0)
+    sun = [np.sin(azimuth) * np.cos(elevation), np.sin(elevation), -np.cos(azimuth) * np.cos(elevation)]
+    row = picture(DAY_S, "--disable", "post", ahead=sun)[SIZE[1] // 2].mean(axis=1)
+    near, far = row[SIZE[0] // 2 + 12], row[-10]  # 4 and 40 degrees beside it
+    assert near > far + 0.05
 
 
 def test_the_moon_draws_a_path_of_glitter_on_the_sea(picture: Callable[..., Picture]) -> None:
@@ -208,6 +283,26 @@ def test_clouds_cover_the_sky_and_drift_round_in_a_flight(picture: Callable[...,
     assert (covered[row] ^ differs(at(DAY_S + 2.5, lambda _: None), later)[row]).mean() > 0.3
     whole = [at(second, cloudy) for second in (0.0, 10.0)]
     assert np.array_equal(*whole)
+
+
+def test_clouds_are_bright_on_the_side_of_the_light(picture: Callable[..., Picture]) -> None:
+    """Their picture is twice as bright lit from the right as from the left."""
+
+    def cloudy(side: float) -> Callable[[dict[str, Any]], None]:
+        def change(manifest: dict[str, Any]) -> None:
+            clouds = {"color": "clouds_color", "high_rad": 0.4, "repeat": 8, "drift_repeats": 1}
+            manifest["daytime"]["clouds"] = clouds
+            manifest["daytime"]["keys"][0]["sun"] |= {"azimuth_rad": side * np.pi / 2, "elevation_rad": 0.2}
+
+        return change
+
+    right, left = (
+        picture(DAY_S, "--disable", "water,terrain,objects,post", change=cloudy(side), ahead=(0.0, 0.2, -1.0))
+        for side in (1.0, -1.0)
+    )
+    cloud = differs(right, left)
+    assert cloud.mean() > 0.1
+    assert right[cloud].mean() > 1.15 * left[cloud].mean()
 
 
 def test_the_loop_closes_and_a_moment_looks_the_same_however_it_is_reached(

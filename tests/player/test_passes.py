@@ -68,17 +68,6 @@ def test_the_water_mirrors_the_palm(posed: Posed) -> None:
     assert not around(differs(blind, blind_bare), *here, 10).any()
 
 
-def test_the_mirrored_sky_has_no_sun_whose_glitter_the_water_draws(posed: Posed) -> None:
-    scene = without(posed, "palm")
-    scene["water"] |= {"specular": 0.0, "reflection_distortion": 0.0}  # no glitter, a flat mirror
-    x, y, z = scene["sun"]["direction"]
-    eye: Vec = (20.0, 6.0, 60.0)
-    ahead = (eye[0] + x, eye[1] - y, eye[2] + z)
-    seen = posed.render(eye, ahead, scene=scene, disable="refraction").max(axis=2)
-    here, beside = around(seen, WIDTH / 2, HEIGHT / 2, 8), around(seen, WIDTH / 2, HEIGHT / 2, 20)
-    assert here.max() < np.percentile(beside, 90) + 0.3  # its halo remains; the disc was 0.5 brighter
-
-
 def test_waves_break_up_what_the_water_mirrors(posed: Posed) -> None:
     """So much that it is seen: with a strength of 0.02 it was 0.5 % of the pixels, with 0.12 it is 4.7 %."""
     seen = posed.render(JETTY_EYE, JETTY_TARGET)

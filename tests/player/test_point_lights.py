@@ -82,6 +82,24 @@ def test_a_glossy_wall_reflects_the_light_as_ggx_says(render: Render) -> None:
     assert shine == pytest.approx(expected, rel=0.05, abs=STEP)
 
 
+def test_light_from_behind_passes_through_a_leaf_and_is_yellower(render: Render) -> None:
+    leaf = WHITE | {"translucency": 0.5, "two_sided": True}
+    light = lamp([0.0, 0.0, -2.0], intensity=8.0, range_m=50.0)
+    expected = 8.0 / 2.0**2 / pi * 0.5 * (1.35 + 1.15 + 0.35) / 3.0
+    assert lit_wall(render, light, leaf) == pytest.approx(expected, rel=0.02)
+    assert lit_wall(render, light, WHITE | {"two_sided": True}) == 0.0
+
+
+def test_the_lights_of_a_set_add_up(render: Render) -> None:
+    wall = thing("wall", {"m": material(None, **WHITE)}, light_sets=[1])
+    lights = [lamp([x, 0.0, 2.0], intensity=2.0, range_m=50.0) for x in (-1.0, 0.0, 1.5)]
+    seen = []
+    for chosen in ([0], [1], [2], [0, 1, 2]):
+        sets = [ONE_SET[0], {"lights": chosen, "glow": None}]
+        seen.append(middle(render([wall], {"wall": quad()}, lights=lights, light_sets=sets)).mean())
+    assert seen[3] == pytest.approx(sum(seen[:3]), abs=2.0 * STEP)
+
+
 def test_an_instance_glows_as_bright_as_its_light_and_is_dark_when_that_is_off(render: Render) -> None:
     glowing = {"color": [0.0, 0.0, 0.0], "specular": 0.0, "emission": [0.6, 0.6, 0.6]}
     sets = [ONE_SET[0], {"lights": [], "glow": 0}]
@@ -184,6 +202,39 @@ def test_a_lamp_glitters_on_the_water(night: Posed) -> None:
         for one in (scene, dull)
     )
     assert differs(lit, bare).mean() > 0.002
+
+
+def test_the_water_itself_is_lit_by_every_lamp_above_it(night: Posed) -> None:
+    """Without glitter: what is left is the light that the water scatters."""
+    scene = night.scene()
+    scene["water"] |= {"specular": 0.0}
+    places = [(-2.0, 0.6, 0.0), (2.0, 0.6, 0.0)]
+    scene["lights"] = [one | {"position": list(p)} for one, p in zip(scene["lights"], places, strict=True)]
+    scene["water"]["light_set"] = len(scene["light_sets"])
+    scene["light_sets"].append({"lights": [0, 1], "glow": None})
+    eye, target = (0.0, 3.0, 6.0), (0.0, -0.4, 0.0)
+    lit = night.render(eye, target, time_s=4.0, scene=scene, disable="terrain,objects,reflection")
+    for x, _, z in places:
+        assert around(lit.max(axis=2), *pixel(eye, target, (x, -0.4, z)), 4).min() > 0.1
+
+
+def test_water_above_the_ground_takes_a_lamps_light_colour_by_colour(night: Posed) -> None:
+    """One metre of it, which lets less red through than blue, beside water that absorbs nothing."""
+    scene = night.scene()
+    scene["lights"][0]["position"][1] = 2.0
+    scene["water"] |= {"level_m": 1.0}
+    clear, tinted = (
+        night.render(
+            (1.5, 4.0, 6.0),
+            (1.5, 0.0, 2.0),
+            time_s=4.0,
+            scene=scene | {"water": scene["water"] | {"absorption_per_m": absorption}},
+            disable="water,objects,post",
+        ).mean(axis=(0, 1))
+        for absorption in ([0.0, 0.0, 0.0], [2.0, 0.1, 0.0])
+    )
+    assert tinted[0] < 0.25 * clear[0]
+    assert tinted[2] > 0.95 * clear[2]
 
 
 def test_a_beam_rises_above_a_lamp_while_it_is_on(night: Posed) -> None:
