@@ -1,4 +1,4 @@
-"""Five moments of the flight, and the contact sheet of the palm, look as a person last approved them.
+"""Seven moments of the flight, and the contact sheet of the palm, look as a person last approved them.
 
 To approve a wanted change, look at build/golden/*.png and copy them over tests/golden/.
 """
@@ -19,7 +19,8 @@ from PIL import Image
 from paradize.report.folder import draw_folder
 from tests.pictures import MAX_FLIP, MAX_OUTLIERS, MAX_TILE_FLIP, difference, load, require_like, save
 
-MOMENTS_S = (10, 62, 118, 165, 214)
+# Open sea, bar, beach by day, under the palm, lagoon, dusk, night.
+MOMENTS_S = (10, 40, 62, 85, 118, 165, 214)
 SIZE = "640x360"
 POSTER_SIZE = "1280x720"
 
