@@ -80,3 +80,14 @@ def test_shadows_beat_too(player: Callable[..., Any], tmp_path: Path) -> None:
     eye, target = (-4.0, 5.0, 6.0), (-1.0, 0.0, -1.0)
     shadows = [posed.render(eye, target, scene=scene | {"objects": [one]}) for one in (folded, straight)]
     assert differs(shadows[0], shadows[1]).mean() > 0.01
+
+
+def test_legs_swing_forwards_and_back(render: Render) -> None:
+    """At a phase of 0 both are in front, nearer to the eye."""
+    swing_rad = 0.9
+    surface = BLACK | {"emission": [1.0, 1.0, 1.0]}
+    shape = beating(swing_rad=swing_rad)
+    low, high, width = extent_m(render([wing(shape, surface)], {"wing": quad(size=2.0 * HALF_M)}))
+    scale = AWAY_M / (AWAY_M - HALF_M * sin(swing_rad))
+    assert (low, high) == pytest.approx((-scale * HALF_M, scale * HALF_M), abs=0.1)
+    assert width == pytest.approx(scale * 2.0 * HALF_M * cos(swing_rad), abs=0.1)
