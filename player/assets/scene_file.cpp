@@ -14,7 +14,7 @@ namespace paradize::assets {
 
 namespace {
 
-constexpr long long scene_version = 8;
+constexpr long long scene_version = 9;
 
 class SceneReader {
   public:
@@ -203,6 +203,18 @@ class SceneReader {
             value.blur_distance_m = real_or(*shadow, "blur_distance_m", 0.0, max_length_m, 50.0F);
             shadow->reject_unknown_keys();
             out_.shadow = value;
+        }
+        if (root_.has("light_shafts")) {
+            const JsonObject shafts = root_.object("light_shafts");
+            LightShafts value;
+            value.density_per_m = real(shafts, "density_per_m", 0.0, 1.0);
+            value.anisotropy = real(shafts, "anisotropy", -0.9, 0.9);
+            value.range_m = real(shafts, "range_m", 0.1, max_length_m);
+            shafts.reject_unknown_keys();
+            if (!out_.shadow) {
+                root_.fail("light_shafts", "stands without shadow, which it shows in the air");
+            }
+            out_.light_shafts = value;
         }
         if (const auto mirror = root_.object_or_none("reflection")) {
             out_.reflection_scale = real(*mirror, "scale", 1e-2, 4.0);

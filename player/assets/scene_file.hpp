@@ -116,6 +116,13 @@ struct Shadow {
     float blur_distance_m = 50.0F; // beyond this distance from the eye the shadow's edge is not blurred
 };
 
+/// What the air scatters of the light of sun and moon, beyond the haze: it shows shadows in the air.
+struct LightShafts {
+    float density_per_m = 0.03F; // share of the light scattered per metre
+    float anisotropy = 0.5F;     // above 0: brighter towards the light
+    float range_m = 40.0F;       // of this air, from the eye
+};
+
 /// Right triangles of several sizes that cover the terrain, coarse levels first. A table with one row per
 /// patch; all columns have the same length. Spheres are in world space.
 struct TerrainPatches {
@@ -353,6 +360,7 @@ struct SceneFile {
     std::vector<PointLight> lights;
     std::vector<LightSet> light_sets{{}}; // the first is empty: no light
     std::optional<Shadow> shadow;
+    std::optional<LightShafts> light_shafts;
     std::optional<float> reflection_scale; // relative to the picture's size
     std::optional<float> refraction_scale;
     std::optional<Terrain> terrain;

@@ -8,6 +8,7 @@
 #include "passes/pass.hpp"
 #include "passes/post_pass.hpp"
 #include "passes/shadow_pass.hpp"
+#include "passes/shafts_pass.hpp"
 #include "passes/sky_pass.hpp"
 #include "passes/terrain_pass.hpp"
 #include "passes/water_pass.hpp"
@@ -64,7 +65,7 @@ bool has_blended(const SceneFile &file) {
     });
 }
 
-constexpr std::array<Entry, 12> entries{{
+constexpr std::array<Entry, 13> entries{{
     {"environment", [](const SceneFile &f) { return !f.daytime.empty(); }, always, make<EnvironmentPass>},
     {"shadow", [](const SceneFile &f) { return f.shadow.has_value(); },
      [](const RenderSettings &a, const RenderSettings &b) {
@@ -88,6 +89,9 @@ constexpr std::array<Entry, 12> entries{{
     {"blended", has_blended, same_objects, make<BlendedPass>},
     {"beams", has_beams, always, make<BeamsPass>},
     {"particles", [](const SceneFile &f) { return !f.particles.empty(); }, always, make<ParticlesPass>},
+    {"shafts", [](const SceneFile &f) { return f.light_shafts.has_value(); },
+     [](const RenderSettings &a, const RenderSettings &b) { return a.shaft_steps == b.shaft_steps; },
+     make<ShaftsPass>},
     {"post", [](const SceneFile &) { return true; }, always, make<PostPass>},
 }};
 
@@ -110,10 +114,12 @@ std::vector<std::size_t> enabled_passes(const SceneFile &file, std::span<const s
     std::vector<std::size_t> needed;
     for (std::size_t i = 0; i < entries.size(); ++i) {
         const Entry &entry = entries[i];
-        // Only the water samples the first two. Blended materials are objects too.
+        // Only the water samples the first two. Shafts are shadows in the air. Blended materials are objects
+        // too.
         const bool unused =
             (is_disabled("water") && (entry.name == "reflection" || entry.name == "refraction")) ||
-            (is_disabled("objects") && entry.name == "blended");
+            (is_disabled("objects") && entry.name == "blended") ||
+            (is_disabled("shadow") && entry.name == "shafts");
         if (entry.needed(file) && !is_disabled(entry.name) && !unused) {
             needed.push_back(i);
         }

@@ -60,6 +60,23 @@ void Renderer::make_targets() {
     drawn_ = gl::make_framebuffer(color_, depth_);
 }
 
+Renderer::Picture Renderer::make_picture() const {
+    Picture picture;
+    picture.color = gl::make_target(GL_RGBA16F, width_px_, height_px_);
+    picture.framebuffer = gl::make_framebuffer(picture.color, {});
+    return picture;
+}
+
+/// Creates what filters need, where one of the passes filters and nothing is there yet.
+void Renderer::make_filter_targets() {
+    if (!has_filters() || pictures_[1].framebuffer) {
+        return;
+    }
+    pictures_[1] = make_picture();
+    resolved_depth_ = gl::make_target(GL_DEPTH_COMPONENT24, width_px_, height_px_);
+    depth_framebuffer_ = gl::make_framebuffer({}, resolved_depth_);
+}
+
 void Renderer::resize(int width_px, int height_px) {
     if (width_px == width_px_ && height_px == height_px_) {
         return;
@@ -68,16 +85,9 @@ void Renderer::resize(int width_px, int height_px) {
     height_px_ = height_px;
     make_targets();
     final_ = gl::make_target(GL_RGBA8, width_px, height_px);
-    const auto make_picture = [&](Picture &picture) {
-        picture.color = gl::make_target(GL_RGBA16F, width_px, height_px);
-        picture.framebuffer = gl::make_framebuffer(picture.color, {});
-    };
-    make_picture(pictures_[0]);
-    if (has_filters()) {
-        make_picture(pictures_[1]);
-        resolved_depth_ = gl::make_target(GL_DEPTH_COMPONENT24, width_px, height_px);
-        depth_framebuffer_ = gl::make_framebuffer({}, resolved_depth_);
-    }
+    pictures_[0] = make_picture();
+    pictures_[1] = {};
+    make_filter_targets();
     output_ = gl::make_framebuffer(final_, {});
     cached_passes_.clear(); // their size is wrong now
     for (const std::unique_ptr<Pass> &pass : passes_) {
@@ -111,6 +121,7 @@ void Renderer::change_settings(const RenderSettings &settings) {
     if (before.samples != settings.samples) {
         make_targets();
     }
+    make_filter_targets(); // another quality may filter where the one before did not
 }
 
 void Renderer::continue_from(const Renderer &before) {

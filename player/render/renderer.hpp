@@ -73,11 +73,19 @@ class Renderer {
     std::optional<BadPixel> find_bad_pixel() const;
 
   private:
+    /// The resolved picture; filters draw from one into the other.
+    struct Picture {
+        gl::Texture color;
+        gl::Framebuffer framebuffer;
+    };
+
     void begin_frame(double elapsed_s);
     void set_views(const Pose &pose, const Sample &sample);
     void draw_linear(const Pose &pose, const Sample &sample);
     void finish();
     void make_targets();
+    Picture make_picture() const;
+    void make_filter_targets();
     void filter();
     bool has_filters() const;
     void read_linear(std::vector<float> &pixels) const;
@@ -98,11 +106,6 @@ class Renderer {
     gl::Renderbuffer color_, depth_;
     gl::Texture final_;
     gl::Framebuffer drawn_, output_;
-    /// The resolved picture; filters draw from one into the other.
-    struct Picture {
-        gl::Texture color;
-        gl::Framebuffer framebuffer;
-    };
     Picture pictures_[2];
     std::size_t picture_ = 0; // the one that is shown
     gl::Texture resolved_depth_;

@@ -10,6 +10,8 @@ namespace paradize {
 namespace {
 
 constexpr int smallest_shadow_px = 64;
+constexpr int shaft_steps = 12;
+constexpr int exact_shaft_steps = 32;
 constexpr int exact_parallax_steps = 24;
 constexpr int reference_parallax_steps = 128;
 constexpr float graphics_anisotropy = 4.0F;
@@ -59,6 +61,8 @@ RenderSettings render_settings(const assets::SceneFile &file, const Quality &qua
     out.shadow_cascades = pick(quality, QualityFeature::shadow, 1, max_cascades, max_cascades);
     out.shadow_filter =
         pick(quality, QualityFeature::shadow, ShadowFilter::hard, ShadowFilter::disc, ShadowFilter::penumbra);
+    out.shaft_steps =
+        file.light_shafts ? pick(quality, QualityFeature::shadow, 0, shaft_steps, exact_shaft_steps) : 0;
     const auto scale = [&](QualityFeature feature, std::optional<float> scene_scale) {
         const float balanced = scene_scale.value_or(1.0F);
         return pick(quality, feature, 0.5F * balanced, balanced, std::max(balanced, 1.0F));

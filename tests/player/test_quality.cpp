@@ -18,6 +18,7 @@ namespace {
 assets::SceneFile island() {
     assets::SceneFile file;
     file.shadow = assets::Shadow();
+    file.light_shafts = assets::LightShafts();
     file.water = assets::Water();
     file.reflection_scale = 0.5F;
     file.refraction_scale = 0.25F;
@@ -58,6 +59,8 @@ TEST_CASE("quality: each feature changes its own setting only") {
                 settings.shadow_size_px = balanced.shadow_size_px;
                 settings.shadow_filter = balanced.shadow_filter;
                 settings.shadow_cascades = balanced.shadow_cascades;
+                CHECK((settings.shaft_steps == 0) == (tier == Tier::fast));
+                settings.shaft_steps = balanced.shaft_steps;
                 break;
             case QualityFeature::reflection:
                 settings.reflection_scale = balanced.reflection_scale;

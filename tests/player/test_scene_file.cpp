@@ -79,7 +79,7 @@ TEST_CASE("scene.json: another version is rejected with a remedy") {
     test::SceneText text;
     text.version = "3";
     check_refused(text,
-                  "scene.json: version: is 3, this player reads version 8; bake the scene again with the "
+                  "scene.json: version: is 3, this player reads version 9; bake the scene again with the "
                   "Paradize that came with the player");
 }
 
@@ -101,6 +101,9 @@ TEST_CASE("scene.json: numbers out of range, dangling references and missing mem
     text.shadow = R"({"size": 64, "center": [0, 0, 0]})";
     check_refused(text, "scene.json: shadow.extent_m: is missing");
     text.shadow = "null";
+    text.extra = R"("light_shafts": {"density_per_m": 0.02, "anisotropy": 0.5, "range_m": 40},)";
+    check_refused(text, "scene.json: light_shafts: stands without shadow, which it shows in the air");
+    text.extra = "";
     text.color = R"("sky")";
     check_refused(
         text, "scene.json: objects[0].materials.leaf.maps.color: names \"sky\", which is not an artifact of "

@@ -123,6 +123,7 @@ def build_manifest(
     lights, glow = light_entries(scene)
     optional: dict[str, Any] = {} if head.vram_mb is None else {"vram_mb": head.vram_mb}
     optional |= {"lights": lights, "light_sets": []} if lights else {}
+    optional |= {"light_shafts": _plain(scene.light_shafts)} if scene.light_shafts else {}
     manifest = optional | {
         "format": FORMAT,
         "version": VERSION,

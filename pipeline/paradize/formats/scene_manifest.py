@@ -36,7 +36,7 @@ from paradize.map_table import SECOND, maps_of
 from paradize.material import REPEATED, WRAPS
 
 FORMAT = "paradize-scene"
-VERSION = 8
+VERSION = 9
 VIEWS = ("camera", "shadow", "reflection", "refraction")
 KINDS = ("mesh", "texture", "cubemap", "sound")
 ALPHA_MODES = ("opaque", "mask", "blend")
@@ -207,6 +207,7 @@ check_artifact = table(  # the fields of paradize.artifact.PUBLISHED
 _manifest = table(
     {
         "vram_mb": number(1.0, 1e9),
+        "light_shafts": table(density_per_m=_positive, anisotropy=number(-0.9, 0.9), range_m=_positive),
         "lights": list_of(_light, min_size=1, max_size=player_limits.MOST_LIGHTS),
         "light_sets": list_of(_light_set, min_size=1, max_size=player_limits.MOST_LIGHT_SETS),
     },

@@ -47,6 +47,7 @@ EXAMPLES = {
     "moon": "[moon]\nangular_diameter_deg = 1.2",
     "clouds": '[clouds]\npicture = "clouds.png"\nhigh_deg = 24.0\nrepeat = 3\ndrift_repeats = 1',
     "shadow": "[shadow]\nextent_m = 60.0\ncenter = [0.0, 1.0, 0.0]",
+    "light_shafts": "[light_shafts]\ndensity_per_m = 0.02\nrange_m = 30.0",
     "reflection": "[reflection]\nscale = 0.5",
     "refraction": "[refraction]\nscale = 0.5",
     "terrain": '[terrain]\nheightmap = "ground.png"\nsize_m = [200.0, 200.0]\nheight_m = 20.0\n'

@@ -99,3 +99,11 @@ def test_keys_that_cannot_be_played_are_refused_with_their_place(load: Any) -> N
     assert "daytime[0].faces: is missing" in faults(load, one + "[[daytime]]\nat_s = 4.0\n", no_sky)
     own = "".join(f"[[daytime]]\nat_s = {second}.0\n{NIGHT}\n" for second in (1, 4))
     assert "sky: is shown by no key" in faults(load, own)
+
+
+def test_light_shafts_without_the_shadows_that_they_show_are_refused(load: Any) -> None:
+    shadow, shafts = "[shadow]\nsize = 256\nextent_m = 20.0\n", "[light_shafts]\nrange_m = 30.0\n"
+    assert load(shafts).light_shafts.range_m == 30.0
+    dark = SCENE.replace(shadow, "")
+    assert dark != SCENE
+    assert "light_shafts: stands without [shadow]" in faults(load, shafts, dark)

@@ -84,6 +84,22 @@ class Shadow:
 
 
 @dataclass(frozen=True, kw_only=True)
+class LightShafts:
+    density_per_m: float = number(
+        0.03, low=0.0, high=1.0, unit="1/m", meaning="share of the light scattered per metre of air"
+    )
+    anisotropy: float = number(
+        0.5,
+        low=-0.9,
+        high=0.9,
+        meaning="0: scattered alike to all sides; above: the air is brighter towards the light",
+    )
+    range_m: float = number(
+        40.0, low=0.1, high=FAR, unit="m", meaning="the air up to this distance from the camera scatters"
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
 class View:
     """A view rendered into a texture."""
 

@@ -114,6 +114,9 @@ def _check_daytime(scene: Scene, faults: Faults) -> None:
 
 def _cross_checks(scene: Scene, faults: Faults) -> None:
     """Adds the faults that concern more than one field."""
+    if scene.light_shafts and not scene.shadow:
+        what = "stands without [shadow], which it shows in the air"
+        faults.add("light_shafts", what, "write [shadow], or leave it out")
     first: dict[str, int] = {}
     for i, item in enumerate(scene.objects):
         name = item.name

@@ -27,7 +27,17 @@ from paradize.scene.schema import (
     words,
 )
 from paradize.scene.settings.daytime import MOST_KEYS, Clouds, DaytimeKey, Moon
-from paradize.scene.settings.environment import Ambient, Fog, Shadow, Sky, Sun, View, Water, Wind
+from paradize.scene.settings.environment import (
+    Ambient,
+    Fog,
+    LightShafts,
+    Shadow,
+    Sky,
+    Sun,
+    View,
+    Water,
+    Wind,
+)
 from paradize.scene.settings.flight import Flight, FreeCamera
 from paradize.scene.settings.lights import Light
 from paradize.scene.settings.objects import SceneObject
@@ -171,6 +181,11 @@ class Scene:
     clouds: Clouds | None = table(Clouds, None, meaning="Clouds that drift, in the light of [[daytime]].")
     shadow: Shadow | None = table(
         Shadow, None, meaning="Shadows of the sun. Without this table there are none."
+    )
+    light_shafts: LightShafts | None = table(
+        LightShafts,
+        None,
+        meaning="Light that the air scatters, with the shadows of [shadow] in it: god rays.",
     )
     reflection: View | None = table(View, None, meaning="The water's mirror image.")
     refraction: View | None = table(View, None, meaning="The view through the water.")
