@@ -265,9 +265,11 @@ def _free(folder: Path, stem: str, suffix: str) -> str:
 
 def _refuse_udim(source: Path, read: ReadModel) -> None:
     """Raises SourceError for a model whose pictures are UDIM tiles."""
+    if what := udim_fault({}, (), read.absent):  # no material has what does not exist
+        raise SourceError(what, file=source, mend=MEND)
     for name in dict.fromkeys(group.material for group in read.mesh.groups):
         maps = read.materials[name].maps if name in read.materials else {}
-        if what := udim_fault(maps, tiles_of(read.mesh.of_materials([name])), read.absent):
+        if what := udim_fault(maps, tiles_of(read.mesh.of_materials([name])), ()):
             raise SourceError(what, file=source, place=f"material {name!r}", mend=MEND)
 
 

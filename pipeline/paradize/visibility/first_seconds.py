@@ -31,8 +31,9 @@ def texels_by_run(views: Views, surface: Surface, places: Sequence[Placement], s
         for place in places:
             sphere = Sphere(place.at([float(value) for value in middle]), radius_m * place.scale)
             for covered in views.covered(sphere, query.runs).values():
-                texels = covered * (float(density.min()) / place.scale) - spread
-                np.minimum(least, np.maximum(texels, 0.0), out=least, where=covered < np.inf)
+                seen = covered < np.inf
+                texels = np.where(seen, covered, 0.0) * (float(density.min()) / place.scale) - spread
+                np.minimum(least, np.maximum(texels, 0.0), out=least, where=seen)
     return least
 
 
