@@ -3,10 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import os
-import subprocess
-import sys
-import tempfile
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -15,9 +11,7 @@ import numpy as np
 import pytest
 
 from paradize.formats.glb.reader import decode_glb
-from tests.conftest import RENDER_ENVIRONMENT
 from tests.pictures import flip_map
-from tests.places import ROOT
 from tests.player.posed import FOV_RAD, HEIGHT, WIDTH, Posed, Vec, pixel
 
 Player = Callable[..., Any]
@@ -83,13 +77,6 @@ def switch_flip(posed: Posed, name: str, level: int, directions: tuple[Vec, ...]
     return found
 
 
-def headless_player(*arguments: object, **_: object) -> subprocess.CompletedProcess[str]:
-    """As the fixture `player`, for the command line."""
-    command = [str(ROOT / "build/bin/paradize-player"), "--headless", *map(str, arguments)]
-    environment = {**os.environ, **RENDER_ENVIRONMENT}
-    return subprocess.run(command, capture_output=True, text=True, timeout=300, env=environment, check=False)
-
-
 def require_quiet(posed: Posed, name: str, directions: tuple[Vec, ...]) -> None:
     item = next(one for one in posed.scene()["objects"] if one["name"] == name)
     assert len(item["lods"]) > 1
@@ -102,28 +89,3 @@ def require_quiet(posed: Posed, name: str, directions: tuple[Vec, ...]) -> None:
 @pytest.mark.parametrize("name", ["palm", "jetty"])
 def test_on_the_island_a_switch_is_not_seen(island: Path, player: Player, tmp_path: Path, name: str) -> None:
     require_quiet(Posed(island, player, tmp_path), name, DIRECTIONS)
-
-
-def print_switches(folder: Path, player: Player, scratch: Path) -> None:
-    """Prints each switch of a baked scene whose objects stand still: the bake's FLIP, and the player's."""
-    posed = Posed(folder, player, scratch)
-    scene = posed.scene()
-    for item in scene["objects"]:
-        levels = scene["artifacts"][item["mesh"]]["levels"]
-        for level, facts in enumerate(levels[1:], start=1):
-            words = f"{item['name']} {level}: {facts['triangles']} triangles at {facts['seen_px']:.3g} pixels"
-            if item["lods"][level]["error_m"] >= 1.999 * item["radius_m"] * scene["lod_error_px"]:
-                print(f"{words}: not drawn, {facts['seen_flip']:.4f}")
-                continue
-            try:
-                found = switch_flip(posed, item["name"], level, DIRECTIONS)
-            except AssertionError as error:
-                print(f"{words}: {error}")
-                continue
-            print(f"{words}: {facts['seen_flip']:.4f}, drawn {np.mean(found):.4f}, at most {max(found):.4f}")
-
-
-if __name__ == "__main__":
-    with tempfile.TemporaryDirectory() as scratch:
-        for path in sys.argv[1:]:
-            print_switches(Path(path), headless_player, Path(scratch))

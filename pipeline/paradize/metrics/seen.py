@@ -5,8 +5,8 @@ Per pixel the mean normal is compared, because that is what light sees of the su
 coverage, which is the silhouette. Two levels whose normals differ everywhere by much may look the same once a
 pixel holds many of them. The kernel is not imported by any stage (`reference/seen.hpp`).
 
-Colour and light of its own are compared by `metrics/switch.py`; gloss is not compared. How far a texture
-slides on a level is measured on its own (`mapped_normal.uv_shift`).
+Colour, gloss and light of its own are not compared: levels that differ in these alone count as equal. How far
+a texture slides on a level is measured on its own (`mapped_normal.uv_shift`).
 
     finest = seen_mesh(lod0, {"bark": SeenMaterial(normals=mips)})
     seen = seen_difference(finest, seen_mesh(lod1, ...), size_px=120.0)
@@ -17,7 +17,7 @@ The materials of the two may differ: a level may have a normal map of its own.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from math import ceil, inf
 
@@ -95,7 +95,7 @@ def seen_mesh(mesh: Mesh, materials: Mapping[str, SeenMaterial]) -> SeenMesh:
     for group in mesh.groups:
         rows[group.first : group.first + group.count] = names.index(group.material)
     used = [materials.get(name, SeenMaterial()) for name in names]
-    attributes = {"normals": mesh.normals, "tangents": mesh.tangents, "uvs": mesh.uvs, "colors": mesh.colors}
+    attributes = {"normals": mesh.normals, "tangents": mesh.tangents, "uvs": mesh.uvs}
     return SeenMesh(mesh.positions, mesh.triangles, used, rows, **attributes)
 
 
@@ -117,7 +117,7 @@ def _seen(finest: SeenMesh, level: SeenMesh, size_px: float, limits: Limits) -> 
         level,
         directions(),
         size / size_px,
-        samples=samples_of(size_px),
+        samples=max(_LEAST_SAMPLES, min(_MOST_SAMPLES, ceil(_SAMPLES / size_px))),
         most_tiles=_MOST_TILES,
         p99_deg=limits.normal_deg,
         changed=limits.silhouette,
@@ -135,38 +135,21 @@ def _seen(finest: SeenMesh, level: SeenMesh, size_px: float, limits: Limits) -> 
     return seen if seen.inside(limits) else None
 
 
-def samples_of(size_px: float) -> int:
-    """Samples along the side of a pixel, of a mesh of this size."""
-    return max(_LEAST_SAMPLES, min(_MOST_SAMPLES, ceil(_SAMPLES / size_px)))
-
-
 def _silhouette(difference: SeenDifference) -> float:
     return difference.changed_px / difference.box_px if difference.box_px > 0 else 0.0
 
 
-def largest_size(
-    finest: SeenMesh,
-    level: SeenMesh,
-    limits: Limits,
-    most_px: float,
-    also: Callable[[float], bool] = lambda _: True,
-) -> Seen | None:
+def largest_size(finest: SeenMesh, level: SeenMesh, limits: Limits, most_px: float) -> Seen | None:
     """The difference at the largest size, at most `most_px`, at which the level may take over; None if there
-    is none. Sizes are halved until one is inside the limits, then bisected. also: whether it may be taken at
-    a size that is inside."""
-
-    def inside(size_px: float) -> Seen | None:
-        seen = _seen(finest, level, size_px, limits)
-        return seen if seen is not None and also(size_px) else None
-
+    is none. Sizes are halved until one is inside the limits, then bisected."""
     above = size = min(max(most_px, SMALLEST_PX), LARGEST_PX)
-    while (found := inside(size)) is None:
+    while (found := _seen(finest, level, size, limits)) is None:
         if size <= SMALLEST_PX:
             return None
         above, size = size, max(0.5 * size, SMALLEST_PX)
     for _ in range(_BISECTIONS if size < above else 0):
         between = float(np.sqrt(found.size_px * above))
-        tried = inside(between)
+        tried = _seen(finest, level, between, limits)
         above = between if tried is None else above
         found = tried or found
     return found

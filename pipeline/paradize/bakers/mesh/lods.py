@@ -124,7 +124,7 @@ def _refined(
         report_step(f"refining level {at} of {len(levels) - 1}")
         mesh, errors = refine_level(reference, before, level.mesh, level.errors, level.seams_kept, _SAMPLES)
         before = level.mesh
-        if screen_size is None or not screen_size.judge(reference.mesh, level.number, found[-1].mesh)(mesh):
+        if screen_size is None or not screen_size.judge(reference.mesh, level.number)(mesh):
             level = replace(level, mesh=mesh, errors=errors)
         notes += _append_better(found, level)
     return found, notes
@@ -174,7 +174,7 @@ def _chain(reference: Original, plan: Plan) -> tuple[list[MeasuredLevel], list[s
             bound = min(plan.errors[at - 1], plan.limit)
             found, note = _coarsest(reference, last.mesh, bound, plan.simplifier)
         elif plan.screen_size is not None:
-            judge = plan.screen_size.judge(mesh, at, last.mesh)
+            judge = plan.screen_size.judge(mesh, at)
             found, note = _coarsest(reference, last.mesh, plan.limit, plan.simplifier, judge)
         else:
             target = max(LEAST_TRIANGLES, int(first * plan.ratio**at))

@@ -2,10 +2,8 @@
 // goes in.
 #include "reference/bind_seen.hpp"
 
-#include <nanobind/stl/array.h>
 #include <nanobind/stl/vector.h>
 
-#include <array>
 #include <cstdint>
 #include <utility>
 #include <vector>
@@ -31,12 +29,9 @@ std::vector<reference::Mip> chain(const std::vector<Texels> &levels) {
 }
 
 reference::SeenMaterial material(const std::vector<Texels> &normals, const std::vector<Texels> &alpha,
-                                 const std::vector<Texels> &colors, const std::vector<Texels> &glow,
                                  double cutoff, unsigned across, unsigned down, bool two_sided) {
     return {chain(normals),
             chain(alpha),
-            chain(colors),
-            chain(glow),
             cutoff,
             static_cast<reference::Wrap>(across),
             static_cast<reference::Wrap>(down),
@@ -53,13 +48,12 @@ std::span<const T> rows_or_none(const nb::object &rows) {
 
 reference::SeenMesh mesh(Rows<float> positions, Rows<std::uint32_t> triangles, const nb::object &normals,
                          const nb::object &tangents, const nb::object &uvs, Column<std::uint32_t> by_triangle,
-                         std::vector<reference::SeenMaterial> materials, const nb::object &colors) {
+                         std::vector<reference::SeenMaterial> materials) {
     return {{flat(positions), flat(triangles)},
             {flat(triangles), rows_or_none<float>(normals), rows_or_none<float>(tangents),
              rows_or_none<float>(uvs)},
             flat(by_triangle),
-            std::move(materials),
-            rows_or_none<float>(colors)};
+            std::move(materials)};
 }
 
 nb::list seen_differences(const reference::SeenMesh &a, const reference::SeenMesh &b, Rows<double> directions,
@@ -78,19 +72,6 @@ nb::list seen_differences(const reference::SeenMesh &a, const reference::SeenMes
     return out;
 }
 
-nb::tuple lit_pictures(const reference::SeenMesh &a, const reference::SeenMesh &b,
-                       std::array<double, 3> toward, double pixel, std::size_t samples, std::size_t margin,
-                       std::array<double, 3> to_light, double direct, double around, int threads) {
-    std::array<reference::LitPicture, 2> found;
-    {
-        nb::gil_scoped_release unlocked;
-        found = reference::lit_pictures(a, b, toward, pixel, samples, margin, {to_light, direct, around},
-                                        threads);
-    }
-    auto &[first, second] = found;
-    return nb::make_tuple(give(std::move(first.pixels), 4), give(std::move(second.pixels), 4), first.columns);
-}
-
 } // namespace
 
 void bind_reference_seen(nb::module_ &m) {
@@ -98,8 +79,6 @@ void bind_reference_seen(nb::module_ &m) {
     m.def("seen_material", &material);
     nb::class_<reference::SeenMesh>(m, "SeenMesh");
     m.def("seen_mesh", &mesh, nb::arg("positions"), nb::arg("triangles"), nb::arg("normals").none(),
-          nb::arg("tangents").none(), nb::arg("uvs").none(), nb::arg("by_triangle"), nb::arg("materials"),
-          nb::arg("colors").none());
+          nb::arg("tangents").none(), nb::arg("uvs").none(), nb::arg("by_triangle"), nb::arg("materials"));
     m.def("seen_differences", &seen_differences);
-    m.def("lit_pictures", &lit_pictures);
 }
