@@ -1,6 +1,7 @@
 """Ctrl-C and SIGTERM: a command ends with one line and never with a traceback.
 
 The first signal of a running command raises KeyboardInterrupt, so that the command removes unfinished files.
+While a native module loads, it waits: libraries abort the process where Python's code fails there.
 Any other signal ends the process at once: before or after the command, a second signal, or one that arrives
 where Python drops exceptions."""
 
@@ -10,16 +11,19 @@ import os
 import signal
 import sys
 from contextlib import suppress
+from importlib.machinery import ExtensionFileLoader
 from typing import TYPE_CHECKING, Any, NoReturn
 
 if TYPE_CHECKING:
     from collections.abc import Callable
+    from types import FrameType
 
 WHAT = "interrupted; nothing half-written stays"
 AT_ONCE = "ended at once; files that were being written aside may stay"
 EXIT_CODE = 130  # as in shells: 128 + SIGINT
 _SIGNALS = (signal.SIGINT, signal.SIGTERM)
 _PATIENCE_S = 10  # the command may take this long to end cleanly
+_AGAIN_S = 0.01  # a signal that has to wait is looked at again
 
 _came = False
 
@@ -38,8 +42,23 @@ def _write(stream: int, text: str) -> None:
         os.write(stream, text.encode())
 
 
-def _raise(*_: object) -> NoReturn:
+def _loads_native(frame: FrameType | None) -> bool:
+    """Whether a native module is being loaded."""
+    while frame is not None:
+        if frame.f_code.co_name in ("create_module", "exec_module") and isinstance(
+            frame.f_locals.get("self"), ExtensionFileLoader
+        ):
+            return True
+        frame = frame.f_back
+    return False
+
+
+def _raise(_number: int, frame: FrameType | None) -> None:
     global _came
+    if _loads_native(frame):
+        signal.signal(signal.SIGALRM, _raise)
+        signal.setitimer(signal.ITIMER_REAL, _AGAIN_S)
+        return
     _came = True
     _handle(_leave)
     signal.signal(signal.SIGALRM, _leave)

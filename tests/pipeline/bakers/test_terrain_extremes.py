@@ -123,7 +123,7 @@ def test_the_true_error_falls_with_the_asked_one_on_whole_heightmaps(sources: Pa
 
 @pytest.mark.parametrize("tier", ["fast", "balanced"])
 def test_every_heightmap_bakes_or_says_why_not(sources: Path, tier: str) -> None:
-    """Greys bake, colours that encode heights are refused as such, text grids as no picture."""
+    """Greys and text grids bake, colours that encode heights are refused as such."""
     result = {"baked": 0, "refused": 0}
     for path in sorted((sources / "height").rglob("*")):
         if path.is_dir():
@@ -138,4 +138,4 @@ def test_every_heightmap_bakes_or_says_why_not(sources: Path, tier: str) -> None
         else:
             assert made.max_error_m <= 2.0 and made.tier == tier
             result["baked"] += 1
-    assert result["baked"] >= 6 and 2 <= result["refused"] <= 4
+    assert result["baked"] >= 6 and 1 <= result["refused"] <= 4

@@ -130,6 +130,25 @@ def test_an_interrupt_counts_where_python_or_a_library_drops_it(what: str) -> No
     assert (ran.returncode, ran.stderr.splitlines()) == (130, [line])
 
 
+def test_an_interrupt_waits_until_a_native_module_is_loaded() -> None:
+    """nanobind aborts where Python's enum, which it calls meanwhile, raises."""
+    meanwhile = """
+from enum import EnumType
+def profile(frame, event, argument):
+    if frame.f_code is EnumType.__prepare__.__func__.__code__ and frame.f_back.f_code.co_name != "call":
+        sys.setprofile(None)
+        os.kill(os.getpid(), signal.SIGTERM)
+def call():
+    sys.setprofile(profile)
+    import OpenImageIO
+    sys.setprofile(None)
+    signal.pause()
+"""
+    program = AFTERWARDS.format(meanwhile=meanwhile)
+    ran = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=60)
+    assert (ran.returncode, ran.stderr.splitlines()) == (130, [LINE])
+
+
 def test_an_interrupt_counts_while_the_options_are_loaded_where_python_makes_another_error_of_it() -> None:
     """Python 3.11 raises RuntimeError for what __set_name__ raises, as in the class body of a dataclass."""
     program = """
