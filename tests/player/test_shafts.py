@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from scipy.ndimage import maximum_filter
 
 from tests.pictures import load
 from tests.player.posed import differs
@@ -25,11 +26,11 @@ def render(island: Path, player: Callable[..., Any], tmp_path_factory: pytest.Te
     folder = tmp_path_factory.mktemp("shafts")
     kept: dict[str, NDArray[Any]] = {}
 
-    def picture(*options: object) -> NDArray[Any]:
+    def picture(*options: object, size: str = "160x90") -> NDArray[Any]:
         out = folder / f"{len(kept)}.png"
-        key = repr(options)
+        key = repr((options, size))
         if key not in kept:
-            given = ["--size", "160x90", "--check-finite", "--debug", "--screenshot", out]
+            given = ["--size", size, "--check-finite", "--debug", "--screenshot", out]
             result = player(island, *given, "--time", *options)
             assert result.returncode == 0, result.stderr
             kept[key] = load(out)[..., :3].astype(np.float32)
@@ -47,6 +48,16 @@ def test_fronds_cast_shadows_into_air_that_is_bright_towards_the_sun(render: Ren
     assert (right < -4 / 255).mean() > 0.1
     # No dither is left: what the air adds to open sky differs little from pixel to pixel.
     assert np.percentile(np.abs(np.diff(change[:20, :40], 2, axis=1)), 90) < 4 / 255
+
+
+def test_edges_of_leaves_before_bright_air_have_no_dark_line(render: Render) -> None:
+    """Half of a pixel on an edge is sky, which gets its share of the light."""
+    plain = render(FRONDS_S, "--disable", "shafts", size="320x180")[:90, :160]
+    change = (render(FRONDS_S, size="320x180")[:90, :160] - plain).mean(axis=2)
+    sky = plain[..., 2] > 1.02 * plain[..., 1]
+    around = maximum_filter(change, 3)
+    dark = sky & (around > 15 / 255) & (change < 0.2 * around)
+    assert dark.sum() < 0.004 * sky.sum()
 
 
 def test_the_air_glows_towards_a_low_sun_and_nowhere_else(render: Render) -> None:
