@@ -27,11 +27,11 @@ KEPT = (
 )
 REPORTED = (
     "name", "file", "sha256", "bytes", "tier", "errors", "status", "seconds", "levels", "format", "reason",
-    "filter", "tried", "over", "left_out",
+    "filter", "tried", "over", "left_out", "also",
 )  # fmt: skip
 PUBLISHED = (
     "levels", "file", "kind", "sha256", "bytes", "tier", "errors", "first_needed_s", "max_level",
-    "required_detail", "gutter",
+    "required_detail", "gutter", "also",
 )  # fmt: skip
 
 
@@ -50,6 +50,7 @@ class Artifact:
     asks for. first_needed_s: the second of the flight. max_level: the last level whose gutters are wide
     enough; None: any. required_detail: what the flight asks of it, {"left_out", "saved_bytes", "texels",
     "second_s", "view", "levels_s"}. gutter: what was measured of its gutters, as FORMAT.md says.
+    also: names of equal textures that this file stands for (paradize/build/shared_textures.py).
     """
 
     name: str
@@ -74,6 +75,7 @@ class Artifact:
     max_level: int | None = None
     required_detail: dict[str, Any] | None = None
     gutter: dict[str, Any] | None = None
+    also: list[str] = field(default_factory=list)
 
     @property
     def file(self) -> str | None:

@@ -146,7 +146,7 @@ class SceneReader {
                 detail->ignore({"saved_bytes", "texels", "second_s", "view", "levels_s"});
                 detail->reject_unknown_keys();
             }
-            entry.ignore({"tier", "errors", "levels", "gutter"}); // for `paradize check`
+            entry.ignore({"tier", "errors", "levels", "gutter", "also"}); // for `paradize check`
             entry.reject_unknown_keys();
             out_.artifacts.push_back(std::move(artifact));
         }

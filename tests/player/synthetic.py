@@ -109,6 +109,7 @@ def write_scene(folder: Path, *, bare: bool = False, terrain: Tiled | None = Non
             "max_level": None,
             "required_detail": None,
             "gutter": None,
+            "also": [],
             "first_needed_s": 0.0,
         }
     manifest = _manifest(artifacts, bare, ground) | changes

@@ -74,9 +74,16 @@ class TaskRunner:
                 task.status, task.seconds = "baked", self.baked_s[task.key]
 
     def bake(self, tasks: Iterable[Task]) -> None:
+        """Bakes tasks; of those with one key the first, whose products the others take."""
         batch = list(tasks)
-        run_tasks(self.context.store, self.context.scratch, batch, self.stamps, self.context.options)
-        self.baked_s.update({task.key: task.seconds for task in batch if not task.error})
+        firsts = {task.key: task for task in reversed(batch)}
+        self._run([task for task in batch if firsts[task.key] is task])
+        others = [task for task in batch if firsts[task.key] is not task]
+        self._run([task for task in others if not take_from_store(self.context.store, task)])
+        self.baked_s.update({task.key: task.seconds for task in firsts.values() if not task.error})
+
+    def _run(self, tasks: list[Task]) -> None:
+        run_tasks(self.context.store, self.context.scratch, tasks, self.stamps, self.context.options)
 
 
 @dataclass

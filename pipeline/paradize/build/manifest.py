@@ -114,11 +114,12 @@ def build_manifest(
     standing = standing_light(scene)
     entries = {}
     for name, one in artifacts.items():
-        users = owners.get(name, ())
+        users = [user for each in (name, *one.also) for user in owners.get(each, ())]
         first_s = min((sightings[user].first_s for user in users), default=begins_s.get(name, 0.0))
         seen = [user for user in users if name in facts and user in pixels]
         levels = _with_pixel_errors(one.levels, facts[name], pixels[seen[0]]) if seen else one.levels
         entries[name] = replace(one, first_needed_s=first_s, levels=levels).to_json(PUBLISHED)
+    named = {each: name for name, one in artifacts.items() for each in (name, *one.also)}
     head = scene.head
     lights, glow = light_entries(scene)
     optional: dict[str, Any] = {} if head.vram_mb is None else {"vram_mb": head.vram_mb}
@@ -137,7 +138,7 @@ def build_manifest(
         "artifacts": entries,
         "streaming": sorted(entries, key=lambda name: _rank(name, entries)),
         "budget": _plain(scene.budget),
-        "check": {"severity": scene.check, "waivers": [_waiver(item) for item in scene.waivers]}
+        "check": {"severity": scene.check, "waivers": [_waiver(item, named) for item in scene.waivers]}
         | {"tried": {name: one.tried for name, one in artifacts.items() if one.tried}},
         "sun": {
             "direction": sun_direction(standing.sun.azimuth_deg, standing.sun.elevation_deg),
@@ -153,10 +154,10 @@ def build_manifest(
         "shadow": _plain(scene.shadow) if scene.shadow else None,
         "reflection": _plain(scene.reflection) if scene.reflection else None,
         "refraction": _plain(scene.refraction) if scene.refraction else None,
-        "terrain": _terrain(scene, entries, terrain_tables),
+        "terrain": _terrain(scene, named, terrain_tables),
         "water": _water(scene),
         "objects": [
-            _object(item, maps, entries, facts[f"{item.name}_mesh"], gutters, constants)
+            _object(item, maps, named, facts[f"{item.name}_mesh"], gutters, constants)
             for item in scene.objects
         ],
         "particles": [_plain(item) for item in scene.particles],
@@ -180,8 +181,10 @@ def _with_pixel_errors(
     ]
 
 
-def _waiver(waiver: Waiver) -> dict[str, Any]:
-    return _plain(waiver) | {"until": waiver.until.isoformat()}
+def _waiver(waiver: Waiver, named: dict[str, str]) -> dict[str, Any]:
+    """named: by the name of an artifact, that of the equal one that is published."""
+    artifact = named.get(waiver.artifact, waiver.artifact) if waiver.artifact else None
+    return _plain(waiver) | {"artifact": artifact, "until": waiver.until.isoformat()}
 
 
 def _plain(settings: Any) -> dict[str, Any]:
@@ -246,10 +249,6 @@ def _sky_light(light: Sun | KeyMoon) -> dict[str, Any]:
     }
 
 
-def _present(name: str, entries: dict[str, Any]) -> str | None:
-    return name if name in entries else None
-
-
 def _tiles(terrain_tables: dict[str, Any] | None) -> dict[str, float]:
     """Returns the terrain's tiles in order, and when each is first needed, seconds."""
     seconds = terrain_tables["first_s"] if terrain_tables else []
@@ -257,7 +256,7 @@ def _tiles(terrain_tables: dict[str, Any] | None) -> dict[str, float]:
 
 
 def _terrain(
-    scene: Scene, entries: dict[str, Any], terrain_tables: dict[str, Any] | None
+    scene: Scene, named: dict[str, str], terrain_tables: dict[str, Any] | None
 ) -> dict[str, Any] | None:
     terrain = scene.terrain
     if terrain is None or terrain_tables is None:
@@ -266,7 +265,7 @@ def _terrain(
     return {
         "tiles": list(_tiles(terrain_tables)),
         **{
-            f"{stem}_{key}": _present(f"{stem}_{key}", entries)
+            f"{stem}_{key}": named.get(f"{stem}_{key}")
             for stem in ("sand", "effect")
             for key in maps_of("ground")
         },
@@ -296,7 +295,7 @@ def _water(scene: Scene) -> dict[str, Any] | None:
 def _object(
     item: SceneObject,
     maps: SceneMaps,
-    entries: dict[str, Any],
+    named: dict[str, str],
     facts: MeshFacts,
     gutters: dict[tuple[str, str], dict[str, Any]],
     constants: dict[str, list[float]],
@@ -313,7 +312,7 @@ def _object(
             for (node, _), error_m in zip(facts.lods, facts.switch_m, strict=True)
         ],
         "materials": {
-            name: _material(item, name, known, entries, gutters, constants) for name in facts.materials
+            name: _material(item, name, known, named, gutters, constants) for name in facts.materials
         },
         "sway": _sway(item),
         "motion": motion_json(item.motion),
@@ -358,7 +357,7 @@ def _material(
     item: SceneObject,
     name: str,
     known: ObjectMaps,
-    entries: dict[str, Any],
+    named: dict[str, str],
     gutters: dict[tuple[str, str], dict[str, Any]],
     constants: dict[str, list[float]],
 ) -> dict[str, Any]:
@@ -370,13 +369,13 @@ def _material(
         drawn = _with_constants(drawn, {key: constants.get(f"{made.name}_{key}") for key in MATERIAL_MAPS})
     second: dict[str, Any] = {}
     if other and other.wrap:
-        found = {key: _present(f"{other.name}_{key}", entries) for key in SECOND}
+        found = {key: named.get(f"{other.name}_{key}") for key in SECOND}
         second = {"second": {"maps": found, "wrap": list(other.wrap)}} if any(found.values()) else {}
     return (
         _plain(drawn)
         | second
         | {
-            "maps": {key: _present(f"{one.name}_{key}", entries) if one else None for key in MATERIAL_MAPS},
+            "maps": {key: named.get(f"{one.name}_{key}") if one else None for key in MATERIAL_MAPS},
             "wrap": _wrap(one, measured),
             "parallax_limit": measured["limits"][name] if measured else None,
         }

@@ -3,7 +3,8 @@
 Artifacts carry their hash in the name, so the old scene.json and its files stay whole until the new one is in
 place; files that it no longer names are then deleted. If anything fails, the old scene.json stays.
 
-`publish` in order: collect, compare with the scene, measure, note late errors, trim, check totals, write.
+`publish` in order: collect, compare with the scene, measure, note late errors, trim, share, check totals,
+write.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ from paradize.build.nearest_view import stored_pixels, stored_sightings
 from paradize.build.object_measurements import measure_objects
 from paradize.build.options import BuildContext
 from paradize.build.provenance import BakeReport, strays
+from paradize.build.shared_textures import equal_textures, shared, with_equal_detail
 from paradize.build.switches import with_levels_seen
 from paradize.build.tasks import Task
 from paradize.build.trim import find_required_detail, trimmed
@@ -116,7 +118,10 @@ def publish(
             baked.hashes,
             force=context.options.force,
         )
-        _trim(context, maps, baked)
+        equal = equal_textures(maps, baked.artifacts)
+        _trim(context, maps, baked, equal)
+        baked.artifacts = shared(baked.artifacts, equal)
+        baked.data = {name: data for name, data in baked.data.items() if name in baked.artifacts}
         _check_totals(context, baked, report)
         if report.errors:
             return True
@@ -284,23 +289,23 @@ def _note_late_errors(scene: Scene, baked: _Baked, meshes: list[str], late_error
     return is_new
 
 
-def _trim(context: BuildContext, maps: SceneMaps, baked: _Baked) -> None:
-    """Leaves out of every artifact the levels that no view needs."""
+def _trim(context: BuildContext, maps: SceneMaps, baked: _Baked, equal: list[list[str]]) -> None:
+    """Leaves out of every artifact the levels that no view needs. equal: names of equal textures."""
     if context.options.whole:
         return
     data = Artifacts(baked.data, baked.tiles)
-    detail = find_required_detail(
+    needed = find_required_detail(
         context.store, context.scene, maps, data, baked.hashes, baked.meshes, context.options
     )
+    detail = with_equal_detail(needed, baked.palettes, equal)
     for name, required in detail.items():
         one = baked.artifacts[name]
         if one.kind == "mesh" and name not in baked.meshes:
             continue
-        level = max(required["level"], baked.palettes.get(name, 0))
-        baked.artifacts[name], rest = trimmed(one, {**required, "level": level}, baked.data[name])
+        baked.artifacts[name], rest = trimmed(one, required, baked.data[name])
         if rest is None:
             continue
-        if baked.artifacts[name].left_out > required["level"]:  # finer than views need, so they see the loss
+        if baked.artifacts[name].left_out > needed[name]["level"]:  # views see the loss
             metric, errors = f"{name.rpartition('_')[2]}_psnr_db", dict(baked.artifacts[name].errors)
             if metric in errors:
                 errors[metric] = min(errors[metric], baked.palettes_psnr_db[name])

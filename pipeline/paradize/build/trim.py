@@ -96,12 +96,16 @@ def find_required_detail(
             detail[names[key]] = with_flat_colors(detail[names[key]], level)
     found: RequiredDetail = dict(of_scene)
     for name, one_detail in (part for detail in of_objects for part in detail.items()):
-        other = found.get(name)
-        if other is not None:
-            levels_s = _earlier(other["levels_s"], one_detail["levels_s"])
-            one_detail = min(other, one_detail, key=_fineness) | {"levels_s": levels_s}
-        found[name] = one_detail
+        found[name] = finest_of([found[name], one_detail]) if name in found else one_detail
     return found
+
+
+def finest_of(details: Sequence[dict[str, Any]]) -> dict[str, Any]:
+    """Returns the required detail of a texture with several users: the most that any of them needs."""
+    most = min(details, key=_fineness)
+    for one in details:
+        most = most | {"levels_s": _earlier(most["levels_s"], one["levels_s"])}
+    return most
 
 
 def _earlier(a: Sequence[float | None], b: Sequence[float | None]) -> list[float | None]:

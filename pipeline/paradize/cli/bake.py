@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from paradize.build.options import BuildOptions
 
 
+SHOWN = 5  # equal textures that are named
 MANY = 200  # artifacts; a longer table leaves out those that did not change
 
 
@@ -164,6 +165,10 @@ def show_bake(report: Any, stream: Any) -> None:
     ]
     if rows:
         show(table(rows, head_of(report.budget)), stream)
+    equal = [f"{name} is {one.name}" for one in report.artifacts for name in one.also]
+    if equal:
+        more = f" and {len(equal) - SHOWN} more" if len(equal) > SHOWN else ""
+        show(f"equal textures are published once: {', '.join(equal[:SHOWN])}{more}", stream)
     fetched = f" ({report.fetched} fetched)" if report.fetched else ""
     pushed = f", {report.pushed} shared" if report.pushed else ""
     counts = f"{report.count('baked')} baked, {report.count('reused')} reused{fetched}, "

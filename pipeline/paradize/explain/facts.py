@@ -111,6 +111,7 @@ class _Known:
         self.manifest, self.inputs = manifest, inputs
         self.textures = textures_by_owner(manifest)
         self.bounds = bounds_of(manifest, folder)
+        self.same_as = {also: name for name, entry in manifest["artifacts"].items() for also in entry["also"]}
         self.owners: dict[str, dict[str, Any]] = {}  # materials that read a texture, by the texture
         for item in manifest["objects"]:
             for name, material in item["materials"].items():
@@ -137,10 +138,12 @@ def _facts(scene: Scene, job: BakeJob, output: Output, known: _Known | None, fol
         "stale": None,
         "bound": None,
         "constant": None,
+        "same_as": None,
     }
     if known is None:
         return facts
     if entry is None:
+        facts["same_as"] = known.same_as.get(output.artifact)
         facts["constant"] = constant_of(known.inputs, job, output.artifact)
         return facts
     facts |= {key: entry[key] for key in ("first_needed_s", "file", "bytes", "tier", "errors", "levels")}

@@ -28,6 +28,8 @@ def overview(explanation: Explanation) -> list[Sequence[str]]:
         bound = bound_short(facts["bound"])
         if facts["constant"] is not None:
             when, bound = "no file", f"all texels {_values(facts)}"
+        if facts["same_as"] is not None:
+            when, bound = "no file", f"is {facts['same_as']}"
         rows.append((facts["name"], facts["reason"], when, bound, _bytes(facts)))
     return rows
 
@@ -74,6 +76,8 @@ def words_of(facts: dict[str, Any], details: bool = False) -> list[str]:
         lines.append(
             f"  no file: all its texels are equal ({_values(facts)}); the material says it in a factor"
         )
+    if facts["same_as"] is not None:
+        lines.append(f"  no file of its own: its bytes are those of {facts['same_as']}, which stands for it")
     if details:
         lines += [f"  {role}: {path}" for role, path in facts["sources"].items()]
         given = {key: value for key, value in facts["settings"].items() if value is not None}

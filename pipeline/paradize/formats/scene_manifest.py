@@ -202,6 +202,7 @@ check_artifact = table(  # the fields of paradize.artifact.PUBLISHED
     max_level=or_null(_level),
     required_detail=or_null(_required_detail),
     gutter=or_null(_gutter),
+    also=list_of(text),
 )
 
 _manifest = table(
