@@ -96,6 +96,9 @@ void main() {
 #if EMISSION_MAP
     emission *= material.has_emission > 0.5 ? FETCH(u_emission).rgb : vec3(1.0);
 #endif
+#if VERTEX_COLORS == 2
+    emission *= clamp(v_color.rgb, 0.0, 1.0);
+#endif
 #if POINT_LIGHTS
     emission *= light_state.y;
 #endif

@@ -1,5 +1,5 @@
-// Macros: VERTEX_COLORS 1 if the mesh's colours multiply the material's; SWAY 1 if wind moves it; BEAT 1 if it
-// has wings or legs that move; SECOND_UV 1 if maps lie on second texture coordinates; default 0.
+// Macros: VERTEX_COLORS 1 if the mesh's colours multiply the material's, 2 if what it gives off too;
+// SWAY 1 if wind moves it; BEAT 1 if it has wings or legs that move; SECOND_UV 1 if maps lie on second texture coordinates; default 0.
 #include "lib/guard.glsl"
 #include "lib/model.glsl"
 #include "lib/position.glsl"

@@ -8,7 +8,6 @@ appendix B.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Literal
@@ -72,8 +71,8 @@ class Material:
 
     maps: by role. Roles: "color" and "emission" (sRGB), "alpha", "normal", "height", "roughness",
     "smoothness", "specular", "metalness", "occlusion". second: the roles, of SECOND_ROLES, whose maps lie on
-    the mesh's second texture coordinates (data.Mesh.uvs1). vertex_colors: whether the mesh's vertex colours
-    multiply the colour.
+    the mesh's second texture coordinates (data.Mesh.uvs1). unlit: whether no light
+    changes it: it gives off its colour, which stands in `emission`.
     """
 
     name: str
@@ -92,7 +91,7 @@ class Material:
     bump_m: float | None = None
     maps: dict[str, MapSource] = field(default_factory=dict)
     second: tuple[str, ...] = ()
-    vertex_colors: bool = True
+    unlit: bool = False
 
     @property
     def leading(self) -> MapSource | None:
@@ -137,8 +136,3 @@ def texels_within(index: Any, size: int, wrap: Wrap) -> Any:
         turned = index % (2 * size)
         found = turned - (turned >= size) * (2 * (turned - size) + 1)
     return found.astype("int64")
-
-
-def base_colors_of(materials: Mapping[str, Material]) -> dict[str, tuple[float, float, float]]:
-    """Linear RGB by name: the colour of the materials without a colour map."""
-    return {name: material.color for name, material in materials.items() if "color" not in material.maps}

@@ -94,6 +94,7 @@ Material material(const SceneFile &scene, const JsonObject &from, const std::str
     value.alpha_mode = alpha_mode(from);
     value.alpha_cutoff = real_or(from, "alpha_cutoff", 0.0, 1.0, value.alpha_cutoff);
     value.vertex_colors = from.boolean_or("vertex_colors", value.vertex_colors);
+    value.unlit = from.boolean_or("unlit", value.unlit);
     from.reject_unknown_keys();
     return value;
 }

@@ -49,8 +49,9 @@ std::string joined(std::initializer_list<std::string> defines) {
 }
 
 std::string depth_defines(const assets::Material &material) {
+    const int tinted = material.unlit ? 2 : 1;
     return joined({define("INSTANCED", 1), define("ALPHA_MODE", static_cast<int>(material.alpha_mode)),
-                   define("VERTEX_COLORS", material.vertex_colors ? 1 : 0),
+                   define("VERTEX_COLORS", material.vertex_colors ? tinted : 0),
                    define("SWAY", material.sways() ? 1 : 0), define("BEAT", material.beats ? 1 : 0)});
 }
 

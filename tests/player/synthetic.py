@@ -150,6 +150,7 @@ def material(picture: str | None = None, /, **changes: Any) -> dict[str, Any]:
         "alpha_mode": "opaque",
         "alpha_cutoff": 0.5,
         "vertex_colors": False,
+        "unlit": False,
     } | changes
 
 

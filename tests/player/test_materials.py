@@ -312,6 +312,13 @@ def test_vertex_colours_multiply_colour_and_alpha_where_the_material_says_so(ren
     assert without == pytest.approx([0.8] * 3, abs=STEP)
 
 
+def test_vertex_colours_multiply_what_an_unlit_material_gives_off(render: Render) -> None:
+    one = glow(0.8, 0.8, 0.8, vertex_colors=True)
+    for unlit, seen in ((True, [0.4, 0.2, 0.8]), (False, [0.8] * 3)):
+        shown = middle(render([thing("a", {"m": one | {"unlit": unlit}})], {"a": quad()}))
+        assert shown == pytest.approx(seen, abs=STEP)
+
+
 def test_a_two_sided_surface_is_lit_from_behind_as_from_the_front(render: Render) -> None:
     one = material(**WHITE, color=[0.6] * 3, two_sided=True)
     back = thing("a", {"m": one}, instance([0.0, 0.0, 0.0], pi))

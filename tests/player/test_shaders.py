@@ -36,7 +36,7 @@ LEAST = (
     "DRY 1",
     "MATTE 1",
 )
-VARIANTS += ["\n#define ".join(LEAST), "SECOND_UV 1"]
+VARIANTS += ["\n#define ".join(LEAST), "SECOND_UV 1", "VERTEX_COLORS 2"]
 VARIANTS.append("ALPHA_MODE 1\n#define VERTEX_COLORS 1\n#define SWAY 1\n#define BEAT 1")
 # Of the terrain's shader: patches that fade, and those wholly above or below the water.
 VARIANTS += ["FADE 1", "DRY 1", "SUNKEN 1\n#define MATTE 1"]

@@ -40,6 +40,8 @@ def joined(item: SceneObject, name: str, facts: MaterialFacts | None) -> Materia
     if "color" in given:
         maps.pop("alpha", None)
         material = replace(material, color=(1.0, 1.0, 1.0))
+    if "color" in given or "emission" in given:
+        material = replace(material, unlit=False)
     if "roughness" in given or "smoothness" in given:
         maps = {role: source for role, source in maps.items() if role not in ("roughness", "smoothness")}
         material = replace(material, roughness=None)
@@ -69,14 +71,6 @@ _COLORED = ("color", "normal", "emission")
 def is_authored(material: Material) -> bool:
     """Whether a material brings maps that somebody drew, so that none are made of its colour."""
     return bool({"normal", "roughness", "smoothness"} & material.maps.keys())
-
-
-def is_unlit(material: Material) -> bool:
-    """Whether a material gives off its colour map and reflects none of it."""
-    given_off = material.picture("emission")
-    return (
-        given_off is not None and given_off == material.picture("color") and material.color == (0.0, 0.0, 0.0)
-    )
 
 
 def drawn(
@@ -113,6 +107,7 @@ def drawn(
         alpha_mode=mode,
         alpha_cutoff=cutoff,
         nearest=_is_nearest(material) if table.filter == "auto" else table.filter == "nearest",
+        unlit=material.unlit,
     )
 
 
@@ -189,7 +184,7 @@ def cast_fields(
     materials of the object that hold back no light."""
     if item.occlusion != "mesh" or facts is None or facts.uvs is None:
         return {}
-    if "occlusion" in material.maps or is_unlit(material):
+    if "occlusion" in material.maps or material.unlit:
         return {}
     cast = asdict(CastSettings.of(item, see_through=see_through))
     return {"occlusion_cast": True, **cast}

@@ -19,7 +19,6 @@ from paradize.build.drawn_materials import (
     drawn,
     is_authored,
     is_guessed,
-    is_unlit,
     joined,
     wrap_of,
 )
@@ -140,12 +139,8 @@ class _Finder:
             table = item.materials.get(name, ObjectMaterial())
             gloss = bool(material.maps.keys() & set(GLOSS_ROLES))
             one = drawn(material, table, known.get(name), gloss=gloss)
-            one = replace(one, vertex_colors=material.vertex_colors and facts is not None and facts.colors)
+            one = replace(one, vertex_colors=facts is not None and facts.colors)
             drawn_materials[name] = one
-            if facts and facts.colors and not material.vertex_colors:
-                self.warnings.append(
-                    f"{item.mesh}: material {name!r} is unlit; vertex colours do not change it"
-                )
             if one.alpha_mode != "opaque" and material.maps and is_guessed(material, table):
                 self._warn_of_alpha(item, name, one)
             if one.translucency > 0.0 and table.translucency is None:
@@ -224,7 +219,7 @@ class _Finder:
     ) -> None:
         """Warns of materials that get no occlusion cast from the mesh."""
         for name, material in materials.items():
-            if not known or "occlusion" in material.maps or is_unlit(material):
+            if not known or "occlusion" in material.maps or material.unlit:
                 continue
             if name in keys and self.sets[keys[name]].casts_occlusion:
                 continue
@@ -274,7 +269,7 @@ class _Finder:
         """Returns the set of a material without its name and users, and what tells it from others. authored:
         no bumps are made of its colour unless the scene gives their strength. cast: of cast_fields."""
         given = item.wrap != "auto" or table.wrap != "auto"
-        flat = material.maps.keys() <= _FLAT or is_unlit(material)
+        flat = material.maps.keys() <= _FLAT or material.unlit
         palette = bool(facts and facts.palette and not given and flat)
         said = wrap_of(item, table, material)
         wrap: tuple[Wrap, Wrap] | None = said or REPEATED
@@ -290,14 +285,14 @@ class _Finder:
         strength = (0.0 if authored else 1.0) if item.strength is None else item.strength
         derived = [key for key in MADE_OF_COLOR if key != "gloss" or table.specular is not None]
         asked = {"strength": item.strength, "specular": table.specular}
-        if palette and any(asked.values()) and not is_unlit(material):
+        if palette and any(asked.values()) and not material.unlit:
             named = " and ".join(f"{key} = {value:g}" for key, value in asked.items() if value)
             self.warnings.append(
                 f"{item.mesh}: material {material.name!r}: no map is made of the colour ({named}): "
                 "its triangles show swatches or gradients of a palette "
                 '(wrap = "clamp" or "repeat" says that it is none)'
             )
-        if palette or is_unlit(material):
+        if palette or material.unlit:
             derived = []
         bump_m, width_m = material.bump_m, facts.width_m if facts else None
         one = MapSet(

@@ -385,6 +385,8 @@ class _Export:
         else:
             look["roughnessFactor"] = 1.0 - material["smoothness"]
         parts["extensions"] = {_SPECULAR: shine} | _emission(parts, material["emission"], pictures)
+        if material.get("unlit") and max(material["emission"]) <= 1.0:
+            parts = _unlit(material, pictures)
         if material.get("two_sided"):
             parts["doubleSided"] = True
         if material["alpha_mode"] == "mask":
@@ -433,6 +435,14 @@ def _emission(
     if "emission" in pictures:
         parts["emissiveTexture"] = pictures["emission"]
     return {_EMISSIVE: {"emissiveStrength": strongest}} if strongest > 1.0 else {}
+
+
+def _unlit(material: dict[str, Any], pictures: Mapping[str, dict[str, int]]) -> dict[str, Any]:
+    """The parts of a material that gives off its colour, which vertex colours multiply."""
+    look: dict[str, Any] = {"baseColorFactor": [*material["emission"], material["opacity"]]}
+    if picture := pictures.get("color") or pictures.get("emission"):  # only that of the colour has alpha
+        look["baseColorTexture"] = picture
+    return {"pbrMetallicRoughness": look, "extensions": {_UNLIT: {}}}
 
 
 @contextmanager

@@ -118,6 +118,7 @@ _material = table(
     alpha_mode=one_of(*ALPHA_MODES),
     alpha_cutoff=_share,
     vertex_colors=flag,
+    unlit=flag,
 )
 GUTTER: dict[str, Check] = {
     "islands": whole(1, 1 << 31),

@@ -44,7 +44,7 @@ class MeshSettings(BakerSettings):
     as stages/tangents names them.
     quantise: vertices as codes inside these limits (metric -> worst value; none: as stages/quantise.py has
     it); None: as floats.
-    base_colors: linear RGB by material, instead of the Kd of materials without a colour map. attributes: of
+    base_colors: linear RGB by material, instead of all factors of the model's materials. attributes: of
     the mesh (glTF's names), those that the GLB holds; None: all.
     """
 

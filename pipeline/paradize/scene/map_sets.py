@@ -42,6 +42,7 @@ class DrawnMaterial:
     alpha_cutoff: float = 0.0
     vertex_colors: bool = False
     nearest: bool = False
+    unlit: bool = False
 
 
 @dataclass(frozen=True)

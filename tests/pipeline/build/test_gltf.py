@@ -229,7 +229,7 @@ def test_explain_and_measure_name_a_picture_inside_a_model_by_the_model(
     assert caught.value.file == name
 
 
-def test_an_unlit_material_has_no_maps_made_of_its_colour_and_its_lost_vertex_colours_are_said(
+def test_an_unlit_material_has_no_maps_made_of_its_colour_and_keeps_its_vertex_colours(
     tmp_path: Path,
 ) -> None:
     made = panel()
@@ -241,7 +241,18 @@ def test_an_unlit_material_has_no_maps_made_of_its_colour_and_its_lost_vertex_co
     scene.write_text(scene.read_text().replace("[[object]]", "[[object]]\nstrength = 1.0", 1))
     found = find_map_sets(load_scene(scene), scene)
     assert [one.derived for one in found.maps.sets] == [()]
-    assert any("'paint' is unlit; vertex colours" in text for text in found.warnings)
+    assert not found.warnings
+    (drawn,) = found.maps.objects["panel"].drawn.values()
+    assert drawn.unlit and drawn.vertex_colors
+    report = bake(scene, tmp_path / "out", BuildOptions(jobs=1))
+    assert not report.errors
+    export(tmp_path / "out", tmp_path / "all.glb")
+    tree, _ = glb_document((tmp_path / "all.glb").read_bytes(), "all.glb")
+    paint = next(one for one in tree["materials"] if one["name"].endswith("paint"))
+    assert paint["extensions"] == {"KHR_materials_unlit": {}}
+    assert paint["pbrMetallicRoughness"]["baseColorTexture"] and "emissiveTexture" not in paint
+    (mesh,) = (one for one in tree["meshes"] if one["name"] == "panel")
+    assert "COLOR_0" in mesh["primitives"][0]["attributes"]
 
 
 def test_a_changed_buffer_or_picture_beside_bakes_what_is_made_of_it(tmp_path: Path) -> None:

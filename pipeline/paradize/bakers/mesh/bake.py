@@ -17,9 +17,9 @@ from paradize.bakers.quantise import direction_deg_of, quantised_levels
 from paradize.data import Lod, Mesh, rounded_down, rounded_up
 from paradize.errors import BakeError, GroupedError, ParadizeError, SourceError
 from paradize.formats.glb.encode import encode_glb
+from paradize.formats.glb.materials import left_out
 from paradize.formats.glb.reader import verify_glb
 from paradize.jobs.progress import report_step
-from paradize.material import base_colors_of
 from paradize.metrics.draw import draw_costs
 from paradize.metrics.loading import LoadingError
 from paradize.metrics.tangent import frame_errors, frame_faults, sample_of, true_tangents
@@ -111,7 +111,7 @@ def _bake(
     mesh, found = prepare_mesh(path, settings, tier, root)
     by_settings = Plan.of(settings)
     used, frames, notes = _methods_of(settings, tier, mesh)
-    levels, left_out = make_levels(mesh, by_settings if plan is None else plan(mesh, by_settings), used)
+    levels, fewer = make_levels(mesh, by_settings if plan is None else plan(mesh, by_settings), used)
     report_step("tangent frames")
     tiers = _tangent_tiers(levels[0].mesh) if tangent_tiers else {}
     if settings.attributes is not None and "_SWAY" in settings.attributes:
@@ -123,8 +123,14 @@ def _bake(
     if settings.quantise is not None:
         lods = quantised_levels(lods, direction_deg=direction_deg_of(settings.quantise))
     report_step("writing")
-    own = base_colors_of(found.materials) if settings.base_colors is None else settings.base_colors
-    glb = encode_glb(lods, path.stem, base_colors=own)
+    alone = settings.base_colors is None
+    described = found.materials if alone else None
+    glb = encode_glb(lods, path.stem, base_colors=settings.base_colors, described=described)
+    if alone and (without := left_out(found.materials, [group.material for group in levels[0].mesh.groups])):
+        notes.append(
+            f"a mesh alone holds no pictures; left out: {without} (`paradize maps` bakes one, "
+            f"`paradize new DIR --from {path.name}` makes a scene with all)"
+        )
     verify_glb(glb, path.with_suffix(".glb"))
     first = levels[0].mesh
     report: dict[str, Any] = {
@@ -151,7 +157,7 @@ def _bake(
             _level_report(*level, found.loading) for level in zip(levels, lods, costs_before, strict=True)
         ],
         "seconds": round(time.monotonic() - started, 3),
-        "warnings": found.warnings + [f"{path}: {note}" for note in (*notes, *left_out)],
+        "warnings": found.warnings + [f"{path}: {note}" for note in (*notes, *fewer)],
     }
     return MeshProduct(glb, report, lods)
 

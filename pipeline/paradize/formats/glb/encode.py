@@ -14,22 +14,18 @@ import numpy as np
 from paradize.data import Group, Lod, Mesh, rounded
 from paradize.errors import BakeError
 from paradize.formats.glb.layout import ATTRIBUTES, QUANTIZATION, SHAPES, SHARES
+from paradize.formats.glb.materials import extensions_of, material_entry, plain_material
 from paradize.formats.glb.reader import decode_glb, verify_glb
 from paradize.formats.glb.writer import Writer, join_chunks, node_transform
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
+    from paradize.material import Material
+
 __all__ = ["decode_glb", "encode_glb", "verify_glb"]
 
 _MAX_BYTES = (1 << 32) - 128  # minus headers and padding
-
-
-def _material(name: str, base_color: Sequence[float] | None) -> dict[str, Any]:
-    if base_color is None:
-        return {"name": name}
-    factor = [min(max(float(value), 0.0), 1.0) for value in base_color]
-    return {"name": name, "pbrMetallicRoughness": {"baseColorFactor": [*factor, 1.0], "metallicFactor": 0.0}}
 
 
 def encode_glb(
@@ -37,6 +33,7 @@ def encode_glb(
     name: str,
     extras: Mapping[str, object] | None = None,
     base_colors: Mapping[str, Sequence[float]] | None = None,
+    described: Mapping[str, Material] | None = None,
 ) -> bytes:
     """Writes levels of detail. In `lods` the finest level is first; in the binary chunk the coarsest.
 
@@ -45,6 +42,7 @@ def encode_glb(
     largest error_max or uv_shift_p99 of this level and all finer ones) and the level's other errors. All
     levels are quantized on one grid, or none is; all have one origin, the translation of the nodes. extras:
     stored in the asset. base_colors: linear RGB by material name, clamped to 0..1; default white.
+    described: materials by name, whose factors are written instead; pictures are none.
 
     Raises BakeError for arrays that do not fit each other, values that are not finite, and more than 4 GiB.
     """
@@ -78,9 +76,16 @@ def encode_glb(
     document: dict[str, Any] = {"asset": {"version": "2.0", "generator": "paradize"}}
     if extras:
         document["asset"]["extras"] = dict(extras)
+    entries = [
+        material_entry(material, described[material])
+        if described and material in described
+        else plain_material(material, (base_colors or {}).get(material))
+        for material in materials
+    ]
     extensions = [QUANTIZATION] if lods[0].quantized is not None else []
     if extensions:
         document["extensionsRequired"] = extensions
+    extensions = extensions + extensions_of(entries)
     if len(lods) > 1:
         extensions = [*extensions, "MSFT_lod"]
         nodes[0]["extensions"] = {"MSFT_lod": {"ids": list(range(1, len(lods)))}}
@@ -91,7 +96,7 @@ def encode_glb(
         "scenes": [{"name": name, "nodes": [0]}],
         "nodes": nodes,
         "meshes": meshes,
-        "materials": [_material(material, (base_colors or {}).get(material)) for material in materials],
+        "materials": entries,
         "accessors": writer.accessors,
         "bufferViews": writer.views,
         "buffers": [{"byteLength": len(writer.binary)}],

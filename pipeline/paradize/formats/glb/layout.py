@@ -24,6 +24,9 @@ ATTRIBUTES = (
 # Of objects only: a terrain has none of them. All lie in 0 to 1.
 SHARES = ("COLOR_0", "_SWAY")
 QUANTIZATION = "KHR_mesh_quantization"
+UNLIT, SPECULAR = "KHR_materials_unlit", "KHR_materials_specular"
+STRENGTH = "KHR_materials_emissive_strength"
+MATERIAL_EXTENSIONS = (UNLIT, SPECULAR, STRENGTH)
 # Allowed component types of quantized attributes, and whether they are normalized.
 QUANTIZED_TYPES = {
     "POSITION": ((U16,), False),

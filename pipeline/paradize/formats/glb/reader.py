@@ -21,6 +21,7 @@ from paradize.formats.glb.layout import (
     HEADER,
     JSON,
     MAGIC,
+    MATERIAL_EXTENSIONS,
     QUANTIZATION,
     QUANTIZED_TYPES,
     SHAPES,
@@ -181,7 +182,7 @@ def _levels(reader: Reader) -> Iterator[Lod]:
         )
     for key, names in (
         ("extensionsRequired", (QUANTIZATION,)),
-        ("extensionsUsed", (QUANTIZATION, "MSFT_lod")),
+        ("extensionsUsed", (QUANTIZATION, "MSFT_lod", *MATERIAL_EXTENSIONS)),
     ):
         listed = reader.get(reader.document, "", key, list, [])
         if any(name not in names for name in listed):

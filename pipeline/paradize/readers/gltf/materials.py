@@ -182,7 +182,7 @@ class _Reader:
             specular=0.0,
             metalness=0.0,
             roughness=1.0,
-            vertex_colors=False,
+            unlit=True,
         )
 
     def _metallic(self, material: Material, base: dict[str, Any]) -> Material:
