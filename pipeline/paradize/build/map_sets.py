@@ -8,7 +8,7 @@ layout are shared between objects, too; pictures are compared by their bytes.
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -31,7 +31,16 @@ from paradize.errors import GroupedError, ParadizeError, SceneError
 from paradize.files import resolved
 from paradize.kinds import is_gltf
 from paradize.material import REPEATED, Material, Wrap, repeating, uv_width
-from paradize.scene.map_sets import GLOSS_ROLES, MADE_OF_COLOR, DrawnMaterial, MapSet, ObjectMaps, SceneMaps
+from paradize.scene.map_sets import (
+    GLOSS_ROLES,
+    KIT,
+    MADE_OF_COLOR,
+    PALETTE,
+    DrawnMaterial,
+    MapSet,
+    ObjectMaps,
+    SceneMaps,
+)
 from paradize.scene.settings import ObjectMaterial, Scene, SceneObject
 from paradize.store.file_hashes import FileHashCache
 
@@ -68,10 +77,12 @@ def find_map_sets(
     found = FoundMaps(SceneMaps((), {}))
     hash_cache = hash_cache or FileHashCache()
     models = ModelReader(resolved(scene_path).parent, hash_cache, options or BuildOptions(jobs=1))
-    finder = _Finder(hash_cache, scene_path)
+    read_models = models.read(scene.objects)
+    facts_of = [(item, read.facts) for item, read in zip(scene.objects, read_models, strict=True)]
+    finder = _Finder(hash_cache, scene_path, _kits(facts_of, hash_cache))
     errors: list[ParadizeError] = []
     beside: dict[Path, tuple[Path, ...]] = {}
-    for i, (item, read) in enumerate(zip(scene.objects, models.read(scene.objects), strict=True)):
+    for i, (item, read) in enumerate(zip(scene.objects, read_models, strict=True)):
         if tried_libraries is not None:
             tried_libraries += read.tried
         if read.facts is None and item.color is None and read.error:
@@ -106,13 +117,25 @@ def find_map_sets(
     return found
 
 
-class _Finder:
-    """sets: by key, without their names, which stand in `names`. objects: by name, how their materials are
-    drawn, and the keys of their sets by material; second: the keys of those on second texture coordinates.
-    shrinks: how often a palette can be halved, by key."""
+def _kits(models: Iterable[tuple[SceneObject, ModelFacts | None]], hash_cache: FileHashCache) -> set[str]:
+    """Returns the SHA-256 of the colour maps of kits: pictures of which several models show little but
+    swatches."""
+    users: dict[str, set[Path]] = {}
+    for item, facts in models:
+        for name, one in facts.materials.items() if facts else ():
+            picture = joined(item, name, one).picture("color")
+            if picture is not None and one.palette >= KIT:
+                users.setdefault(hash_cache.sha256(picture), set()).add(item.mesh)
+    return {sha256 for sha256, meshes in users.items() if len(meshes) > 1}
 
-    def __init__(self, hash_cache: FileHashCache, scene_path: Path) -> None:
-        self.hash_cache, self.scene_path = hash_cache, scene_path
+
+class _Finder:
+    """kits: of _kits. sets: by key, without their names, which stand in `names`. objects: by name, how their
+    materials are drawn, and the keys of their sets by material; second: the keys of those on second texture
+    coordinates. shrinks: how often a palette can be halved, by key."""
+
+    def __init__(self, hash_cache: FileHashCache, scene_path: Path, kits: Collection[str]) -> None:
+        self.hash_cache, self.scene_path, self.kits = hash_cache, scene_path, kits
         self.sets: dict[Any, MapSet] = {}
         self.names: dict[Any, str] = {}
         self.shrinks: dict[Any, int] = {}
@@ -270,7 +293,7 @@ class _Finder:
         no bumps are made of its colour unless the scene gives their strength. cast: of cast_fields."""
         given = item.wrap != "auto" or table.wrap != "auto"
         flat = material.maps.keys() <= _FLAT or material.unlit
-        palette = bool(facts and facts.palette and not given and flat)
+        palette = facts is not None and not given and flat and self._is_palette(material, facts)
         said = wrap_of(item, table, material)
         wrap: tuple[Wrap, Wrap] | None = said or REPEATED
         if not (given and wrap == REPEATED):
@@ -311,6 +334,12 @@ class _Finder:
             authored=authored_fields(material) + (tuple(cast.items()) if layout else ()),
         )
         return one, self._key(one, material, item.name if layout else "")
+
+    def _is_palette(self, material: Material, facts: MaterialFacts) -> bool:
+        picture = material.picture("color")
+        if picture is None or facts.palette < KIT:
+            return False
+        return facts.palette >= PALETTE or self.hash_cache.sha256(picture) in self.kits
 
     def _second_set(self, material: Material) -> tuple[MapSet, Any]:
         """Returns the set of a material's maps on second texture coordinates, as _set does. They follow no

@@ -27,16 +27,16 @@ _MOST_TILES = 100
 class MaterialFacts:
     """A material of a model. material: without bytes of pictures. uvs: the least and the largest of its
     texture coordinates (u, v, u, v), in tiles; None without any. width_m: metres that a tile covers. tiles:
-    those of its triangles, if each lies in one; else none. palette: whether its triangles show swatches of
-    the colour map; shrink: how often that can be halved without a change of their colours. alpha: "mask" or
-    "blend", guessed of the alpha that its triangles show; "opaque" where they show none. green: whether
-    they show alpha and mostly green."""
+    those of its triangles, if each lies in one; else none. palette: the share of its surface that shows
+    swatches of the colour map, 0 below scene.map_sets.KIT; shrink: how often that can be halved without a
+    change of their colours. alpha: "mask" or "blend", guessed of the alpha that its triangles show; "opaque"
+    where they show none. green: whether they show alpha and mostly green."""
 
     material: Material
     uvs: tuple[float, float, float, float] | None
     width_m: float | None
     tiles: tuple[tuple[int, int], ...]
-    palette: bool
+    palette: float
     shrink: int
     alpha: str
     green: bool = False
@@ -98,7 +98,7 @@ def read_model_facts(
         if "color" in given:
             own.pop("alpha", None)
         own |= {role: Picture(file) for role, file in given.items()}
-        palette, shrink, alpha = False, 0, "opaque"
+        palette, shrink, alpha = 0.0, 0, "opaque"
         wrap = (material.leading.wrap if material.leading else None) or REPEATED
         if "color" in own:
             palette, shrink, alpha = shown_colors(mesh, own["color"], decoded, wrap)

@@ -18,8 +18,8 @@ from paradize.errors import ParadizeError
 from paradize.kernels.reference.atlas import layout_raster
 from paradize.material import MapSource, Picture, Wrap, texels_within
 from paradize.readers.image import read_image
+from paradize.scene.map_sets import KIT, PALETTE
 
-_PALETTE = 0.99  # of the surface is plain, where the picture is a palette
 _SHARED = 0.1  # of the texels shows on several places, where gradients are a palette's
 _SIDE = 1024  # texels a side of the raster in which these are counted
 _SAME = 1.0 / 255.0
@@ -34,15 +34,15 @@ def shown_colors(
     wrap: tuple[Wrap, Wrap],
     *,
     alpha_map: MapSource | None = None,
-) -> tuple[bool, int, str]:
+) -> tuple[float, int, str]:
     """Returns what triangles show of a colour map: MaterialFacts' palette, shrink and alpha. decoded:
     pictures that were read before. wrap: of their sampler. alpha_map: it is this picture of alpha, read as
     ColorSettings says."""
     pixels = _decoded(color, decoded)
     if pixels is None and alpha_map is not None:  # so that the bake reads it, and says what is wrong
-        return False, 0, "mask"
+        return 0.0, 0, "mask"
     if pixels is None or mesh.uvs is None or not len(mesh.triangles):
-        return False, 0, "opaque"
+        return 0.0, 0, "opaque"
     rows, columns, channels = pixels.shape
     corners = mesh.uvs[mesh.triangles].astype(np.float64)
     seen, middle, weights, texels = [], [], [], []
@@ -57,15 +57,15 @@ def shown_colors(
     colors = np.stack(seen)  # (places, triangles, channels)
     places = np.concatenate(middle)
     area = areas_of(mesh)
-    palette = False
+    palette = 0.0
     p, q = (corners[:, k] - corners[:, 0] for k in (1, 2))
     sides = np.array([columns, rows])
     p, q = p * sides, q * sides
     longest = np.sqrt(np.maximum.reduce([(edge * edge).sum(axis=1) for edge in (p, q, q - p)]))
     flat = np.abs(p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0]) <= 1e-3 * longest
     plain = flat | (np.ptp(colors[:, :, :3], axis=0).max(axis=1) <= PLAIN)
-    enough = _PALETTE * area.sum()
-    if area[plain].sum() < enough:
+    enough = KIT * area.sum()
+    if area[plain].sum() < PALETTE * area.sum():
         gradient = ~plain & (_off_gradient(colors[:, :, :3], weights) <= PLAIN)
         if area[plain | gradient].sum() >= enough:
             gradient &= _bend(pixels, texels) <= BEND
@@ -76,7 +76,8 @@ def shown_colors(
         solid = ~flat
         share = enough - area[plain & flat].sum()
         kept = without_drawn(mesh, pixels[:, :, :3], wrap, plain & solid, area, share)
-        palette = bool(area[kept].sum() >= share)
+        if area[kept].sum() >= share:
+            palette = float(area[kept | (plain & flat)].sum() / area.sum())
     shrink = _shrink(mesh, pixels[:, :, :3], places, wrap) if palette else 0
     own = channels in (2, 4) and bool((pixels[:, :, -1] < 1.0).any())
     if alpha_map is None and not own:

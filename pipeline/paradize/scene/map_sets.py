@@ -15,6 +15,8 @@ from paradize.material import AlphaMode, Wrap
 from paradize.scene.settings import Relief
 
 Vec3 = tuple[float, float, float]
+PALETTE = 0.99  # of the surface shows swatches, where the picture is a palette
+KIT = 0.95  # the same where several models show one picture: the sheet of a kit, with something drawn on it
 # What the gloss map and the occlusion map are made of.
 GLOSS_ROLES = ("roughness", "smoothness", "specular")
 OCCLUSION_ROLES = ("occlusion", "metalness")

@@ -21,6 +21,7 @@ from paradize.formats.glb.encode import encode_glb
 from paradize.formats.ktx2.encode import encode_ktx2
 from paradize.formats.ktx2.reader import decode_ktx2
 from paradize.metrics.texels import decode_texels
+from paradize.readers.image import read_image
 from paradize.scene.settings import load_scene
 from tests.pipeline.material_scene import noise
 from tests.pipeline.readers.gltf.made import Made, shown
@@ -182,6 +183,37 @@ def test_gradients_are_no_palette_where_each_has_one_place_or_grain(tmp_path: Pa
     for name, picture, times in (("once", gradients(), 1), ("grain", rough, 2)):
         path = make_kit(tmp_path / name, picture, spread=0.8, times=times)
         assert not any(one.palette for one in find_map_sets(load_scene(path), path).maps.sets), name
+
+
+def make_signs(folder: Path, count: int) -> Path:
+    """A kit of gradients, of which each piece shows a drawn sign on 2.6 % of its surface."""
+    picture = gradients()
+    step = SIDE // SWATCHES
+    picture[-step:, -step:] = noise(3, size=step)
+    path = make_kit(folder, picture, spread=0.8, times=2, count=count)
+    for obj in folder.glob("*.obj"):
+        corners = "".join(
+            f"v {0.4 * x:g} {3 + 0.4 * y:g} 0\nvt {(SWATCHES - 1 + x) / SWATCHES:g} {y / SWATCHES:g}\n"
+            for x, y in ((0, 0), (1, 0), (1, 1), (0, 1))
+        )
+        lines = obj.read_text()
+        first = lines.count("v ") + 1
+        face = " ".join(f"{first + i}/{first + i}" for i in range(4))
+        obj.write_text(f"{lines}{corners}f {face}\n")
+    return path
+
+
+def test_something_drawn_on_the_sheet_of_a_kit_leaves_it_one_sheet_as_it_was_drawn(tmp_path: Path) -> None:
+    path = make_signs(tmp_path / "s", 3)
+    textures, manifest = baked(path, tmp_path / "out")
+    assert textures == {"piece0_color"}
+    entry = manifest["artifacts"]["piece0_color"]
+    texture = decode_ktx2((tmp_path / "out" / entry["file"]).read_bytes())
+    assert texture.width == SIDE and entry["gutter"] is None
+    error = decode_texels(texture)[:, :, :3] - read_image(tmp_path / "s/colors.png").pixels
+    assert 10.0 * math.log10(1.0 / (error**2).mean()) > 36.0
+    alone = make_signs(tmp_path / "alone", 1)  # a model of its own, with gutters and bumps
+    assert not any(one.palette for one in find_map_sets(load_scene(alone), alone).maps.sets)
 
 
 SHARED = "PZ232"  # faces share texels of a picture that is drawn
