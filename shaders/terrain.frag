@@ -1,4 +1,5 @@
-// Macros: FADE 1 leaves out pixels by u_fade; SUNKEN as in lib/light.glsl; default 0.
+// Macros: FADE 1 leaves out pixels by u_fade; SWASH 1 has waves run up the beach; DRY, SUNKEN as in
+// lib/light.glsl; default 0.
 #include "lib/clip_frag.glsl"
 #include "lib/color.glsl"
 #include "lib/fog.glsl"
@@ -8,6 +9,17 @@
 
 #ifndef FADE
 #define FADE 0
+#endif
+#ifndef SWASH
+#define SWASH 0
+#endif
+#if SWASH && !DRY && !SUNKEN
+#define WAVES_RUN_UP 1
+#include "lib/swash.glsl"
+uniform sampler2D u_reflection;
+uniform float u_has_reflection; // 1 if there is one of this view
+#else
+#define WAVES_RUN_UP 0
 #endif
 
 uniform sampler2D u_sand_color;
@@ -152,6 +164,23 @@ void main() {
 
     // Where the last wave ran, a film of water levels the grains and mirrors the sky.
     float film = (1.0 - safe_smoothstep(0.15 * u_wet.x, 0.6 * u_wet.x, above)) * ashore;
+#if WAVES_RUN_UP
+    float above_water = height - water.w;
+    float pixel_m = sqrt(max(dot(dFdx(v_position), dFdx(v_position)), dot(dFdy(v_position), dFdy(v_position))));
+    float height_per_pixel = fwidth(height);
+    Swash swash = Swash(-1.0, 0.0, 0.0);
+    // A loop, because software rasterisers leave one out where no pixel needs it, but not a branch.
+    int reached = above_water < 1.2 * u_swash.x && above_water > -0.4 ? 1 : 0;
+    for (int i = 0; i < reached; ++i) {
+        swash = swash_at(world, above_water, height_per_pixel, pixel_m);
+    }
+    float sheet = safe_smoothstep(0.0, 0.12 * u_swash.x, swash.sheet) * ashore;
+    film = max(0.7 * film, swash.film * ashore);
+    albedo *= 1.0 - 0.22 * swash.film * ashore;
+    albedo = mix(albedo, vec3(0.85), swash.foam);
+    film *= 1.0 - swash.foam;
+    wet *= 1.0 - swash.foam;
+#endif
     float wet_smoothness = 1.0 - (1.0 - u_wet.z) * (1.0 - 0.55 * film);
 #endif
     local_normal = safe_normalize(mix(local_normal, vec3(0.0, 0.0, 1.0), 0.9 * film), vec3(0.0, 0.0, 1.0));
@@ -162,6 +191,15 @@ void main() {
     s.reflector = dielectric_reflector(mix(0.04 * u_sand_mix.z, 0.02, wet));
     s.alpha = filtered_alpha(s.normal, alpha_of_smoothness(mix(u_sand_mix.w, wet_smoothness, wet)));
     vec3 color = shade(s);
+#if WAVES_RUN_UP
+    // The sheet mirrors what the sea mirrors beside it.
+    vec3 v = safe_normalize(eye.xyz - v_position, vec3(0.0, 1.0, 0.0));
+    float mirror = u_has_reflection * max(sheet, 0.6 * swash.film * ashore) * (1.0 - swash.foam);
+    vec2 ripple = wave_tilt(0, v_position.xz) + wave_tilt(1, v_position.xz);
+    vec2 screen = gl_FragCoord.xy * viewport.zw + vec2(0.0, 0.06 * ripple.y);
+    vec3 mirrored = texture(u_reflection, clamp(screen, viewport.zw, 1.0 - viewport.zw)).rgb;
+    color = mix(color, mirrored, mirror * fresnel_schlick(0.02, max(v.y, 0.0)));
+#endif
 
     if (u_refracting > 0.5) {
         // The floor fades out towards the terrain's border, so that the border is not visible.

@@ -1,7 +1,13 @@
+// Macro: SWASH 1 has waves run up the beach; default 0.
 #include "lib/color.glsl"
 #include "lib/fog.glsl"
 #include "lib/hash.glsl"
 #include "lib/light.glsl"
+#include "lib/swash.glsl"
+
+#ifndef SWASH
+#define SWASH 0
+#endif
 
 uniform sampler2D u_reflection;
 uniform sampler2D u_refraction;
@@ -13,7 +19,6 @@ uniform vec3 u_shallow_color;
 uniform vec2 u_specular_smoothness; // specular, smoothness
 uniform vec3 u_wave_length_m;       // per layer
 uniform float u_fade_distance_m;    // distance at which the sea disappears in haze
-uniform float u_swash;              // phase of the waves that run up the beach, [0,1)
 
 in vec3 v_position;
 
@@ -143,24 +148,23 @@ void main() {
     }
 #endif
 
-    // Foam at the shore, in a broken line that moves with the swash. Deep water and water without a
-    // refraction texture are opaque.
+    // Foam of waves that break at the shore. Deep water and water without a refraction texture are opaque.
     float opaque = 1.0;
-    if (u_has_textures.y > 0.5 && depth_straight < 0.2) {
+    float pixel_m = sqrt(max(dot(dFdx(xz), dFdx(xz)), dot(dFdy(xz), dFdy(xz))));
+    float depth_per_pixel = fwidth(depth_straight);
+    // A loop, because software rasterisers leave one out where no pixel needs it, but not a branch.
+    int at_shore = u_has_textures.y > 0.5 && depth_straight < 0.4 ? 1 : 0;
+    for (int i = 0; i < at_shore; ++i) {
         vec2 world = xz + anchor.xz;
-        float foam_noise = value_noise(world * 1.1 + 3.0 * fine_tilt) * 0.6 +
-                           value_noise(world * 3.7 - 5.0 * fine_tilt) * 0.4;
-        float swash = 0.5 + 0.5 * sin(6.2831853 * (u_swash + value_noise(world * 0.06)));
-        // The shoreline moves by a few centimetres of depth. Noise hides the terrain's triangles.
-        float foam_depth = depth_straight - 0.012 - 0.02 * (1.0 - swash) - 0.022 * foam_noise;
-        float reach = 0.015 + 0.03 * swash;
-        float foam_mask = smoothstep(0.3, 0.75, foam_noise);
-        float foam = smoothstep(0.0, 0.008, foam_depth) * (1.0 - smoothstep(reach, reach + 0.02, foam_depth)) *
-                     foam_mask;
-        foam *= 0.55 / (1.0 + 0.0004 * distance_m * distance_m);
-        color = mix(color, vec3(0.8) * light, foam);
-        // Soft transition to the sand.
-        opaque = clamp(max(smoothstep(0.0, 0.05, foam_depth), foam), 0.0, 1.0);
+        // Noise hides the terrain's triangles.
+        float shore_depth = depth_straight - 0.022 * value_noise(world * 1.1 + 3.0 * fine_tilt);
+        // Soft transition to the sand, which draws the waves that run up on it.
+        opaque = smoothstep(0.0, 0.05, shore_depth);
+#if SWASH
+        Swash swash = swash_at(world, -depth_straight, depth_per_pixel, pixel_m);
+        color = mix(color, vec3(0.85) * light, swash.foam);
+        opaque = max(opaque, swash.foam * smoothstep(-0.005, 0.005, depth_straight));
+#endif
     }
 
     color = apply_haze(color, v_position);

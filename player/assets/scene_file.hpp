@@ -180,6 +180,8 @@ struct Water {
     glm::vec3 absorption_per_m{0.0F};
     float specular = 1.0F;
     float smoothness = 0.9F;
+    float swash_height_m = 0.0F; // up to which waves run up the beach; 0: none
+    int swash_waves = 1;         // in a flight
     std::uint32_t light_set = 0;
 };
 

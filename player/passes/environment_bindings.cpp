@@ -1,6 +1,7 @@
 #include "passes/environment_bindings.hpp"
 
 #include "gl/texture.hpp"
+#include "scene/flight.hpp"
 
 #include <epoxy/gl.h>
 #include <glm/geometric.hpp>
@@ -56,6 +57,14 @@ Waves waves_at(const assets::Water &water, double elapsed_s, const glm::dvec3 &a
     return waves;
 }
 
+glm::vec4 swash_at(const assets::SceneFile &file, double elapsed_s) {
+    const assets::Water &water = *file.water;
+    const double duration_s = file.flight.duration_s;
+    const double wave = flight_second(elapsed_s, duration_s) / duration_s * water.swash_waves;
+    const double number = std::floor(wave);
+    return {water.swash_height_m, number, wave - number, water.swash_waves};
+}
+
 float water_scatter(const assets::Water &water) {
     const glm::vec3 &a = water.absorption_per_m;
     return 1.2F * (a.x + a.y + a.z) / 3.0F;
@@ -100,6 +109,7 @@ EnvironmentBindings::EnvironmentBindings(const PassSetup &setup, const gl::Progr
     clip_plane_location_ = program.location("u_clip_plane");
     refraction_index_location_ = program.location("u_refraction_index");
     refracting_location_ = program.location("u_refracting");
+    swash_location_ = program.location("u_swash");
     if (const StreamedTexture *sky = setup.scene.texture(setup.scene.file().sky)) {
         sky_blur_ = std::max(0.0F, static_cast<float>(sky->levels()) - coarser_than_all);
         const assets::SceneFile &file = setup.scene.file();
@@ -157,6 +167,9 @@ void EnvironmentBindings::apply(const Frame &frame, const View &view) const {
     if (wave_offsets_location_ >= 0) {
         glUniform2fv(wave_offsets_location_, Waves::layers, glm::value_ptr(waves.offsets[0]));
     }
+    if (swash_location_ >= 0) {
+        gl::Program::set(swash_location_, swash_at(file, frame.clock.elapsed_s));
+    }
     gl::Program::set(caustics_location_, file.water ? 1.0F : 0.0F);
     gl::Program::set(water_glow_location_, water_glow(file, frame.daylight));
     gl::Program::set(water_scatter_location_, water_scatter(water));
@@ -177,6 +190,11 @@ std::string shadow_define(const RenderSettings &settings) {
 
 std::string cascades_define(const RenderSettings &settings) {
     return "SHADOW_CASCADES " + std::to_string(settings.shadow_cascades);
+}
+
+std::string swash_define(const PassSetup &setup) {
+    const assets::SceneFile &file = setup.scene.file();
+    return file.water && file.water->swash_height_m > 0.0F ? "SWASH 1" : "SWASH 0";
 }
 
 void depth_bias(bool on) {

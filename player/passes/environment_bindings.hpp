@@ -44,6 +44,9 @@ struct Waves {
 /// a week of playback.
 Waves waves_at(const assets::Water &water, double elapsed_s, const glm::dvec3 &anchor = glm::dvec3(0.0));
 
+/// Returns u_swash of shaders/lib/swash.glsl: the waves that run up the beach. They repeat with the flight.
+glm::vec4 swash_at(const assets::SceneFile &file, double elapsed_s);
+
 /// Sets the shared uniforms and textures of one program that includes lib/light.glsl.
 class EnvironmentBindings {
   public:
@@ -62,7 +65,7 @@ class EnvironmentBindings {
     int wave_rows_location_ = -1, wave_offsets_location_ = -1, caustics_location_ = -1;
     int sun_refracted_location_ = -1, water_glow_location_ = -1, water_scatter_location_ = -1;
     int clip_plane_location_ = -1, refraction_index_location_ = -1, refracting_location_ = -1;
-    int sky_trimmed_mips_location_ = -1;
+    int sky_trimmed_mips_location_ = -1, swash_location_ = -1;
     float sky_trimmed_mips_ = 0.0F; // finer mips that the bake left out
 };
 
@@ -74,6 +77,8 @@ float water_scatter(const assets::Water &water);
 /// Return the defines SHADOW_FILTER and SHADOW_CASCADES for programs that include lib/shadow.glsl.
 std::string shadow_define(const RenderSettings &settings);
 std::string cascades_define(const RenderSettings &settings);
+/// Returns the define SWASH for programs that include lib/swash.glsl.
+std::string swash_define(const PassSetup &setup);
 
 /// Switches the polygon offset against self-shadowing on or off.
 void depth_bias(bool on);

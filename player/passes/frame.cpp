@@ -34,7 +34,9 @@ Frame::Frame(Scene &drawn_scene, std::span<const std::unique_ptr<Pass>> passes)
     empty_vertex_array_ = gl::VertexArray::create();
     if (const assets::SceneFile &file = scene.file(); file.terrain) {
         terrain_ = std::make_unique<TerrainTiles>(*file.terrain, scene.streamer());
-        terrain_->set_water(file.water ? file.water->level_m : no_water);
+        if (file.water) {
+            terrain_->set_water(*file.water);
+        }
     }
     for (std::vector<DrawItem> &items : visible_) {
         items.reserve(scene.instance_count());

@@ -10,7 +10,13 @@
 namespace paradize {
 
 namespace {
-enum Unit : unsigned { unit_sand_color, unit_sand_normal, unit_effect_color, unit_effect_normal };
+enum Unit : unsigned {
+    unit_sand_color,
+    unit_sand_normal,
+    unit_effect_color,
+    unit_effect_normal,
+    unit_reflection
+};
 // displacement of the effect map by grains at a slope of one, close to the eye
 constexpr float grain_shift_m = 0.12F;
 
@@ -19,7 +25,8 @@ std::string defines_of(const PassSetup &setup, PatchKind kind, bool point_lights
     return shadow_define(setup.settings) + "\n#define " + cascades_define(setup.settings) +
            "\n#define FADE " + (kind == PatchKind::fading ? "1" : "0") + "\n#define DRY " +
            (kind == PatchKind::dry ? "1" : "0") + "\n#define SUNKEN " + (matte ? "1" : "0") +
-           "\n#define MATTE " + (matte ? "1" : "0") + "\n#define " + point_lights_define(point_lights);
+           "\n#define MATTE " + (matte ? "1" : "0") + "\n#define " + point_lights_define(point_lights) +
+           "\n#define " + swash_define(setup);
 }
 
 /// The kinds of patches that the terrain has.
@@ -30,7 +37,7 @@ std::array<bool, patch_kinds> kinds_of(const Scene &scene) {
         out[static_cast<std::size_t>(PatchKind::dry)] = true;
         return out;
     }
-    for (const PatchKind kind : patch_heights(*file.terrain, scene.streamer(), file.water->level_m)) {
+    for (const PatchKind kind : patch_heights(*file.terrain, scene.streamer(), *file.water)) {
         out[static_cast<std::size_t>(kind)] = true;
     }
     const std::vector<bool> fading = shore_diamonds(*file.terrain, scene.streamer(), file.water->level_m);
@@ -45,7 +52,7 @@ TerrainPass::Lit::Lit(const PassSetup &setup, PatchKind drawn_kind, bool point_l
       environment(setup, program), has_sand_normal(program.location("u_has_sand_normal")),
       has_effect(program.location("u_has_effect")), sand_reference(program.location("u_sand_reference_m")),
       grain_offset(program.location("u_grain_offset_uv")), mix(program.location("u_sand_mix")),
-      wet(program.location("u_wet")),
+      wet(program.location("u_wet")), has_reflection(program.location("u_has_reflection")),
       clip(program.location("u_clip_plane")), uniforms{program.location("u_model"),
                                                        program.location("u_normal_matrix"),
                                                        program.location("u_fade")} {
@@ -53,6 +60,7 @@ TerrainPass::Lit::Lit(const PassSetup &setup, PatchKind drawn_kind, bool point_l
     program.set_unit("u_sand_normal", unit_sand_normal);
     program.set_unit("u_effect_color", unit_effect_color);
     program.set_unit("u_effect_normal", unit_effect_normal);
+    program.set_unit("u_reflection", unit_reflection);
 }
 
 TerrainPass::TerrainPass(const PassSetup &setup)
@@ -60,6 +68,7 @@ TerrainPass::TerrainPass(const PassSetup &setup)
       repeat_sampler_(gl::make_sampler(gl::Wrap::repeat, gl::Filter::mipmapped, setup.settings.anisotropy,
                                        std::nullopt, setup.settings.mip_bias)),
       clamp_sampler_(gl::make_sampler(gl::Wrap::clamp, gl::Filter::mipmapped, setup.settings.anisotropy)),
+      reflection_sampler_(gl::make_sampler(gl::Wrap::clamp, gl::Filter::linear)),
       depth_model_location_(depth_.location("u_model")) {
     const assets::Terrain &terrain = *setup.scene.file().terrain;
     has_sand_normal_ = !terrain.sand_normal.empty();
@@ -106,6 +115,11 @@ void TerrainPass::draw(const Frame &frame, const View &view) {
     bind(terrain.effect_color, unit_effect_color, clamp_sampler_);
     bind(terrain.effect_normal, unit_effect_normal, clamp_sampler_);
 
+    // Water on the sand mirrors what the sea mirrors.
+    const gl::Texture *reflection = view.kind == ViewKind::main ? frame.shared.reflection : nullptr;
+    gl::bind_texture(unit_reflection, GL_TEXTURE_2D, reflection != nullptr ? reflection->name() : 0,
+                     reflection_sampler_.name());
+
     // The refraction texture shows the sea floor, so the main view does not draw it again.
     const bool clipped_at_water = view.kind == ViewKind::main && frame.shared.refraction != nullptr &&
                                   file.water && view.eye.y > frame.water_m();
@@ -126,6 +140,7 @@ void TerrainPass::draw(const Frame &frame, const View &view) {
         lit.program.use();
         lit.environment.apply(frame, view);
         set_uniforms(lit, terrain);
+        gl::Program::set(lit.has_reflection, reflection != nullptr ? 1.0F : 0.0F);
         gl::Program::set(lit.clip, plane);
         const PatchLights chosen{lights.lit(), lit.by_lights,
                                  [&lights](std::uint32_t set) { lights.bind(set); }};

@@ -26,7 +26,7 @@ class TerrainPass : public Pass {
         bool by_lights; // for patches that point lights reach
         gl::Program program;
         EnvironmentBindings environment;
-        int has_sand_normal, has_effect, sand_reference, grain_offset, mix, wet, clip;
+        int has_sand_normal, has_effect, sand_reference, grain_offset, mix, wet, has_reflection, clip;
         TerrainUniforms uniforms;
     };
     void set_uniforms(const Lit &lit, const assets::Terrain &terrain) const;
@@ -37,6 +37,7 @@ class TerrainPass : public Pass {
     // Clamps, because the effect map covers the terrain once. It has no mip bias: its coarse mips are used
     // for sharpening.
     gl::Sampler clamp_sampler_;
+    gl::Sampler reflection_sampler_;
     int depth_model_location_ = -1;
     bool has_sand_normal_, has_effect_;
 };

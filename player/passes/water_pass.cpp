@@ -18,8 +18,7 @@ namespace {
 
 enum Unit : unsigned { unit_reflection, unit_refraction };
 
-constexpr int grid_steps = 24;       // quads per edge
-constexpr double swash_period_s = 7; // period of the waves that run up the beach
+constexpr int grid_steps = 24; // quads per edge
 
 /// Returns a grid line's distance from the eye in metres. Lines are dense near the eye; the last one is at
 /// `reach_m`.
@@ -33,12 +32,12 @@ float grid_line(int index, float reach_m) {
 WaterPass::Lit::Lit(const PassSetup &setup, bool point_lights)
     : program(setup.shaders, "water.vert", "water.frag",
               {shadow_define(setup.settings), cascades_define(setup.settings),
-               point_lights_define(point_lights)}),
+               point_lights_define(point_lights), swash_define(setup)}),
       environment(setup, program), half_size(program.location("u_half_size_m")),
       has_textures(program.location("u_has_textures")), distortion(program.location("u_distortion")),
       deep(program.location("u_deep_color")), shallow(program.location("u_shallow_color")),
       shine(program.location("u_specular_smoothness")), wave_length(program.location("u_wave_length_m")),
-      fade_distance(program.location("u_fade_distance_m")), swash(program.location("u_swash")) {
+      fade_distance(program.location("u_fade_distance_m")) {
     program.set_unit("u_reflection", unit_reflection);
     program.set_unit("u_refraction", unit_refraction);
 }
@@ -106,8 +105,6 @@ void WaterPass::draw(const Frame &frame, const View &view) {
     gl::Program::set(lit.shallow, water.shallow_color);
     gl::Program::set(lit.shine, glm::vec2(water.specular, water.smoothness));
     gl::Program::set(lit.wave_length, waves_at(water, 0.0).lengths_m);
-    const double phase = frame.clock.elapsed_s / swash_period_s;
-    gl::Program::set(lit.swash, static_cast<float>(phase - std::floor(phase)));
 
     glEnable(GL_BLEND);
     glBlendFuncSeparate(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA, GL_ZERO, GL_ONE);

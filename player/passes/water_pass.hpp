@@ -22,7 +22,7 @@ class WaterPass : public Pass {
 
         gl::Program program;
         EnvironmentBindings environment;
-        int half_size, has_textures, distortion, deep, shallow, shine, wave_length, fade_distance, swash;
+        int half_size, has_textures, distortion, deep, shallow, shine, wave_length, fade_distance;
     };
 
     Lit lit_;

@@ -22,8 +22,9 @@ float above(const glm::vec4 &plane, const glm::vec3 &point) {
     return glm::dot(glm::vec3(plane), point) + plane.w;
 }
 
-constexpr double film_depth_m = 0.16; // shaders/terrain.frag and lib/light.glsl: nothing is wet below it
-constexpr double rounding_m = 0.01;   // of heights, far from the origin
+constexpr double film_depth_m = 0.16;  // shaders/terrain.frag and lib/light.glsl: nothing is wet below it
+constexpr double highest_run_up = 1.2; // shaders/lib/swash.glsl: of swash_height_m
+constexpr double rounding_m = 0.01;    // of heights, far from the origin
 
 /// Calls use(patch, range) for each patch.
 void for_each_range(const assets::TerrainPatches &patches, const Streamer &streamer, auto use) {
@@ -37,10 +38,12 @@ void for_each_range(const assets::TerrainPatches &patches, const Streamer &strea
 } // namespace
 
 std::vector<PatchKind> patch_heights(const assets::Terrain &terrain, const Streamer &streamer,
-                                     double water_m) {
+                                     const assets::Water &water) {
+    const double water_m = water.level_m;
+    const double dry_m = water_m + highest_run_up * static_cast<double>(water.swash_height_m);
     std::vector<PatchKind> out(terrain.patches.size(), PatchKind::shore);
     for_each_range(terrain.patches, streamer, [&](std::uint32_t patch, const PatchRange &range) {
-        if (static_cast<double>(range.low_m) > water_m + rounding_m) {
+        if (static_cast<double>(range.low_m) > dry_m + rounding_m) {
             out[patch] = PatchKind::dry;
         } else if (static_cast<double>(range.high_m) < water_m - film_depth_m - rounding_m) {
             out[patch] = PatchKind::sunken;
@@ -85,10 +88,10 @@ TerrainTiles::TerrainTiles(const assets::Terrain &terrain, const Streamer &strea
     offsets_.resize(terrain.patches.size());
 }
 
-void TerrainTiles::set_water(double level_m) {
-    water_m_ = level_m;
-    heights_ = patch_heights(terrain_, streamer_, level_m);
-    cut_.set_fading(shore_diamonds(terrain_, streamer_, level_m));
+void TerrainTiles::set_water(const assets::Water &water) {
+    water_m_ = water.level_m;
+    heights_ = patch_heights(terrain_, streamer_, water);
+    cut_.set_fading(shore_diamonds(terrain_, streamer_, water_m_));
 }
 
 void TerrainTiles::update(const View &main, float error_px) {

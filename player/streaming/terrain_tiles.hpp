@@ -43,10 +43,11 @@ inline constexpr std::size_t patch_kinds = 4;
 using PatchKinds = std::uint8_t;
 inline constexpr PatchKinds all_patches = (1U << patch_kinds) - 1;
 
-/// Returns the kind of each patch while it does not fade: `dry`, wholly above the water; `sunken`, wholly so
-/// far below it that it is neither wet sand nor reflects; else `shore`.
+/// Returns the kind of each patch while it does not fade: `dry`, wholly above the water and the waves that
+/// run up on the beach; `sunken`, wholly so far below it that it is neither wet sand nor reflects; else
+/// `shore`.
 std::vector<PatchKind> patch_heights(const assets::Terrain &terrain, const Streamer &streamer,
-                                     double water_m);
+                                     const assets::Water &water);
 
 /// The patches to draw, by the lights that reach them. `lit`: by light set, as in PointLights. Draws those
 /// whose set is lit, or the others. `bind` is called with each set that is lit before its patches.
@@ -75,7 +76,7 @@ class TerrainTiles {
     bool sees(const View &view, const glm::vec4 &plane, std::uint32_t patch) const;
     /// Sets the water level. The refraction view draws what is below the water between its true height and
     /// this level.
-    void set_water(double level_m);
+    void set_water(const assets::Water &water);
     /// Draws the patches of some kinds that sees() accepts, with the program in use. Leaves a vertex array
     /// bound. The light sees no patch fade. lights: only some of them; nullptr: all, without lights.
     void draw(const View &view, const glm::vec4 &plane, const TerrainUniforms &uniforms,

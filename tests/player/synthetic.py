@@ -268,6 +268,8 @@ def _manifest(artifacts: dict[str, Any], bare: bool, ground: Tiled) -> dict[str,
                 "absorption_per_m": [0.4, 0.08, 0.06],
                 "specular": 1.0,
                 "smoothness": 0.95,
+                "swash_height_m": 0.0,
+                "swash_waves": 30,
             },
             "particles": [
                 {

@@ -81,7 +81,7 @@ def test_every_shader_compiles_for_desktop_and_web(name: str, version: str, tmp_
 
 
 @pytest.mark.parametrize("version", PREAMBLES)
-@pytest.mark.parametrize("switch", sample([*SHADOWS, *STEPS], every=3))
+@pytest.mark.parametrize("switch", ["SWASH 1", *sample([*SHADOWS, *STEPS], every=3)])
 @pytest.mark.parametrize("name", ["object.frag", "terrain.frag", "water.frag"])
 def test_every_quality_compiles_for_desktop_and_web(
     name: str, version: str, switch: str, tmp_path: Path

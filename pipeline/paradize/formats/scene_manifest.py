@@ -304,6 +304,8 @@ _manifest = table(
             absorption_per_m=_vec3,
             specular=_positive,
             smoothness=_share,
+            swash_height_m=_positive,
+            swash_waves=whole(1, 4096),
         )
     ),
     objects=list_of(

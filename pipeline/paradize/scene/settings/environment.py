@@ -160,3 +160,11 @@ class Water:
     )
     specular: float = number(1.0, low=0.0, high=10.0, meaning="intensity of highlights")
     smoothness: float = number(0.95, low=0.0, high=1.0, meaning="0: rough, 1: mirror")
+    swash_height_m: float = number(
+        0.1,
+        low=0.0,
+        high=100.0,
+        unit="m",
+        meaning="waves run up the beach to about this height above the water; 0: none, and no foam",
+    )
+    swash_waves: int = whole(30, low=1, high=4096, meaning="waves that run up the beach in a flight")
