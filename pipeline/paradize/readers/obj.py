@@ -26,7 +26,7 @@ from paradize.readers.mtl import MAX_BYTES as MTL_BYTES
 from paradize.readers.mtl import read_mtl
 from paradize.readers.names import inside, named_file, require_utf8, spelled_otherwise
 from paradize.readers.record import DEFAULT_NAME, UNKNOWN_SMOOTHING, Model
-from paradize.readers.uv_transform import UvTransform, transformed_uvs
+from paradize.readers.uv_transform import UvTransforms, transformed_uvs
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -72,7 +72,7 @@ def read_obj(path: Path, root: Path | None = None, on_library: list[Path] | None
             raise _without_faces(path, warnings)
     root = path.parent if root is None else root
     materials: dict[str, Material] = {}
-    transforms: dict[str, UvTransform] = {}
+    transforms: dict[str, UvTransforms] = {}
     libraries: list[Path] = []
     absent: list[Path] = []
     statements = list(dict.fromkeys(parsed.libraries))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -15,13 +15,23 @@ if TYPE_CHECKING:
 
 # Rows of an affine map of (u, v), top-left origin: u' = a u + b v + c, v' = d u + e v + f.
 UvTransform = tuple[tuple[float, float, float], tuple[float, float, float]]
+UNMOVED: UvTransform = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
+
+
+class UvTransforms(NamedTuple):
+    """Of a material's first texture coordinates, and of its second ones, which are made of the first; None:
+    it has none."""
+
+    first: UvTransform = UNMOVED
+    second: UvTransform | None = None
 
 
 def transformed_uvs(
-    mesh: Mesh, source: SourcePositions, transforms: Mapping[str, UvTransform]
+    mesh: Mesh, source: SourcePositions, transforms: Mapping[str, UvTransforms]
 ) -> tuple[Mesh, SourcePositions]:
-    """The mesh with the texture coordinates of each material's triangles moved. A vertex that materials with
-    different transforms share becomes one for each; others keep their order. transforms: by material."""
+    """The mesh with the texture coordinates of each material's triangles moved, and with second ones where a
+    material has some, (0, 0) elsewhere. A vertex that materials with different transforms share becomes one
+    for each; others keep their order. transforms: by material."""
     used = list(dict.fromkeys(transforms[g.material] for g in mesh.groups if g.material in transforms))
     if mesh.uvs is None or not used:
         return mesh, source
@@ -38,10 +48,12 @@ def transformed_uvs(
     place[order] = np.arange(len(order), dtype=np.uint32)
     vertices, transform = found[order] % count, found[order] // count
     uvs = mesh.uvs[vertices].astype(np.float64)
-    for index, (row_u, row_v) in enumerate(used, 1):
+    uvs1 = np.zeros_like(uvs) if any(one.second for one in used) else None
+    for index, (of_first, of_second) in enumerate(used, 1):
         here = transform == index
-        u, v = uvs[here].T
-        uvs[here] = np.stack([row[0] * u + row[1] * v + row[2] for row in (row_u, row_v)], axis=1)
+        if uvs1 is not None and of_second is not None:
+            uvs1[here] = _moved(uvs[here], of_second)
+        uvs[here] = _moved(uvs[here], of_first)
 
     def taken(values: npt.NDArray[np.float32] | None) -> npt.NDArray[np.float32] | None:
         return None if values is None else values[vertices]
@@ -52,8 +64,13 @@ def transformed_uvs(
         normals=taken(mesh.normals),
         tangents=taken(mesh.tangents),
         uvs=uvs.astype(np.float32),
-        uvs1=taken(mesh.uvs1),
+        uvs1=taken(mesh.uvs1) if uvs1 is None else uvs1.astype(np.float32),
         colors=taken(mesh.colors),
         triangles=place[inverse].reshape(mesh.triangles.shape),
     )
     return moved, replace(source, positions=source.positions[vertices])
+
+
+def _moved(uvs: npt.NDArray[np.float64], rows: UvTransform) -> npt.NDArray[np.float64]:
+    u, v = uvs.T
+    return np.stack([row[0] * u + row[1] * v + row[2] for row in rows], axis=1)

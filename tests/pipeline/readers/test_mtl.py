@@ -316,12 +316,18 @@ def test_options_reach_the_map(tmp_path: Path) -> None:
 
 def test_what_is_not_used_is_one_warning_that_names_it(tmp_path: Path) -> None:
     text = "Ka 0.2 0.2 0.2\nNi 1.3\nillum 4\nPs 0.5\nwobble 3\nmap_Ka b.png\nrefl -type sphere s.png\n"
-    text += "map_Kd -cc on -mm 0.5 1 a.png\nnewmtl b\nKa 0.5 0 0\n"
+    text += "map_Kd -cc on -boost 2 a.png\nnewmtl b\nKa 0.5 0 0\n"
     _, warnings = one(tmp_path, f"newmtl a\n{text}", "a.png", "b.png", "s.png")
     assert len(warnings) == 1
     for part in (
         *("Ka (2 times, first in line 2: ambient light", "Ni (line 3: ", "illum (line 4: ", "Ps (line 5: "),
-        *("wobble (line 6: unknown)", "map_Ka (line 7: ", "refl (line 8: ", "-cc (line 9: ", "-mm (line 9: "),
+        *(
+            "wobble (line 6: unknown)",
+            "map_Ka (line 7: ",
+            "refl (line 8: ",
+            "-cc (line 9: ",
+            "-boost (line 9: ",
+        ),
     ):
         assert part in warnings[0]
 
@@ -405,9 +411,71 @@ def test_scale_and_offset_move_the_texture_coordinates_of_their_material_alone(t
     assert len(moved.mesh.positions) == len(plain.mesh.positions) + 2  # where the materials meet
 
 
-def test_a_map_that_moves_otherwise_than_the_colour_is_told(tmp_path: Path) -> None:
-    library = "map_Kd -s 2 2 a.png\nmap_Pr -s 3 3 b.png"
-    assert "map_pr: -s and -o differ from those of line 2" in one(tmp_path, library, "a.png", "b.png")[1][0]
+@pytest.mark.parametrize(
+    ("maps", "second", "told"),
+    [
+        ("map_Pr -s 3 3 b.png", ("roughness",), []),
+        (
+            "map_Pr -s 3 3 b.png\nmap_Pm -s 3 3 b.png\nmap_Ke -o 0.5 0 b.png",
+            ("roughness", "metalness"),
+            ["map_ke"],
+        ),
+        ("norm -s 4 1 b.png", ("normal",), []),
+        ("norm -s -4 1 b.png", (), ["norm"]),  # its frame would be another
+        ("map_d -s 3 3 b.png\nmap_Bump -imfchan l -s 3 3 b.png", (), ["map_d", "map_bump"]),
+        ("map_Pr -s 3 3 b.png\nmap_Ks -s 2 2 b.png", (), ["map_pr"]),  # gloss lies in one place
+        ("map_Pr -s 2 2 b.png", (), []),
+    ],
+)
+def test_a_map_that_moves_otherwise_than_the_colour_lies_on_second_coordinates_or_is_told(
+    maps: str, second: tuple[str, ...], told: list[str], tmp_path: Path
+) -> None:
+    found, warnings = one(tmp_path, f"newmtl a\nmap_Kd -s 2 2 a.png\n{maps}", "a.png", "b.png")
+    assert set(found.second) == set(second)
+    said = [text for text in warnings if "-s and -o differ from those of line 2" in text]
+    assert len(said) == len(told)
+    assert all(any(f"{keyword}: " in text for text in said) for keyword in told)
+
+
+def test_second_coordinates_are_those_of_their_maps(tmp_path: Path) -> None:
+    for name in ("a.png", "b.png"):
+        (tmp_path / name).write_bytes(PNG)
+    text = "newmtl a\nmap_Kd -o 0.25 0 a.png\nmap_Ke -s 2 4 -o 0 0.5 b.png\nnewmtl b\nmap_Kd a.png\n"
+    (tmp_path / "m.mtl").write_text(text)
+    corners = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\n"
+    faces = "usemtl a\nf 1/1 2/2 3/3\nusemtl b\nf 3/3 2/2 1/1\n"
+    (tmp_path / "m.obj").write_text(f"mtllib m.mtl\n{corners}{faces}")
+    mesh = read_obj(tmp_path / "m.obj").mesh
+    assert mesh.uvs is not None and mesh.uvs1 is not None
+    first, second = mesh.triangles
+    assert mesh.uvs[first].tolist() == [[0.25, 1.0], [1.25, 1.0], [0.25, 0.0]]
+    assert mesh.uvs1[first].tolist() == [[0.0, 0.5], [2.0, 0.5], [0.0, -3.5]]  # 1 - 4 v - 0.5 of v upwards
+    assert mesh.uvs[second].tolist() == [[0.0, 0.0], [1.0, 1.0], [0.0, 1.0]]
+    assert not mesh.uvs1[second].any()
+
+
+@pytest.mark.parametrize(
+    ("statement", "key", "value"),
+    [
+        ("map_Pr -mm 0 0.5 b.png", "roughness", 0.5),
+        ("map_Pm -mm 0 0.25 b.png", "metalness", 0.25),
+        ("map_Ks -mm 0 0.5 b.png", "specular", 0.5),
+        ("map_d -mm 0 0.5 b.png", "opacity", 0.5),
+        ("map_AO -mm 0.25 0.75 b.png", "occlusion_strength", 0.75),
+    ],
+)
+def test_the_gain_of_a_map_is_its_factor(statement: str, key: str, value: float, tmp_path: Path) -> None:
+    found, warnings = one(tmp_path, f"newmtl a\n{statement}", "b.png")
+    assert getattr(found, key) == value and not warnings
+
+
+@pytest.mark.parametrize(
+    "statement", ["map_Kd -mm 0 0.5", "map_Pr -mm 0.5 0.5", "map_Pr -mm 0 2", "norm -mm 0 2"]
+)
+def test_a_gain_that_no_factor_stands_for_is_told_with_its_map(statement: str, tmp_path: Path) -> None:
+    _, (text,) = one(tmp_path, f"newmtl a\n{statement} b.png", "b.png")
+    keyword, _, rest = statement.partition(" ")
+    assert f"line 2: {keyword.lower()}: {rest} of a map of " in text and "has no effect" in text
 
 
 def test_a_later_library_replaces_how_a_material_moves(tmp_path: Path) -> None:

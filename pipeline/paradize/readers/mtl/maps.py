@@ -26,8 +26,9 @@ _NEUTRAL = {"-blendu": "on", "-blendv": "on", "-boost": "0", "-cc": "off"}
 @dataclass
 class MapStatement:
     """keyword: in small letters. file: of the picture. channel: None where the statement does not say.
-    scale, offset: of u and v with v upwards: u * scale + offset. bump: -bm. gain: -mm. unused: options that
-    have no effect here. note: what the user should know."""
+    scale, offset: of u and v with v upwards: u * scale + offset. bump: -bm. base, gain: -mm, by
+    which a value becomes base + gain * value. unused: options that have no effect here. note: what the user
+    should know."""
 
     keyword: str
     file: Path
@@ -37,6 +38,7 @@ class MapStatement:
     scale: tuple[float, float] = (1.0, 1.0)
     offset: tuple[float, float] = (0.0, 0.0)
     bump: float | None = None
+    base: float = 0.0
     gain: float | None = None
     unused: list[str] = field(default_factory=list)
     note: str = ""
@@ -133,8 +135,8 @@ def _apply(statement: MapStatement, option: str, arguments: list[str]) -> bool:
         statement.offset = (numbers[0], numbers[1] if len(numbers) > 1 else 0.0)
     elif option == "-bm" and numbers:
         statement.bump = numbers[0]
-    elif option == "-mm" and len(numbers) == 2 and numbers[0] == 0.0:
-        statement.gain = numbers[1]
+    elif option == "-mm" and len(numbers) == 2:
+        statement.base, statement.gain = numbers
     elif option == "-t":
         return not any(numbers)
     else:

@@ -10,10 +10,18 @@ and Ka beside illum 3 or 6 is the metalness.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
 
-from paradize.material import MAX_BUMP_M, MAX_NORMAL_SCALE, Channel, MapSource, Material, Picture
+from paradize.material import (
+    MAX_BUMP_M,
+    MAX_NORMAL_SCALE,
+    SECOND_ROLES,
+    Channel,
+    MapSource,
+    Material,
+    Picture,
+)
 from paradize.readers.mtl.bump import bump_of_file
 from paradize.readers.mtl.maps import MapStatement
 from paradize.readers.mtl.phong import (
@@ -23,7 +31,7 @@ from paradize.readers.mtl.phong import (
     specular_of_reflectance,
 )
 from paradize.readers.ranges import beyond, within
-from paradize.readers.uv_transform import UvTransform
+from paradize.readers.uv_transform import UNMOVED, UvTransform, UvTransforms
 
 # The role of each map statement's picture. Where two statements have one role, the first one here counts.
 ROLES = {"map_kd": "color", "map_d": "alpha", "map_tr": "alpha", "norm": "normal", "map_kn": "normal"}
@@ -35,6 +43,8 @@ _BUMPS = ("map_bump", "bump")
 _NORMAL_NAMES = ("_n", "_nrm", "_nor", "_nml", "_norm", "normal", "normals", "normalmap", "normal_map")
 _SCALARS = ("alpha", "height", "roughness", "smoothness", "metalness", "specular", "occlusion")
 
+# Maps that a gain of at most 1 scales as a factor does. A colour's gain would scale sRGB codes.
+_SCALED = ("alpha", "roughness", "metalness", "specular")
 _FARTHEST = 1e6  # scale and offset of texture coordinates, tiles
 
 Warn = Callable[[int, str], None]
@@ -56,7 +66,7 @@ class Statements:
         return red, green, blue
 
 
-def material_of(name: str, statements: Statements, warn: Warn) -> tuple[Material, UvTransform | None]:
+def material_of(name: str, statements: Statements, warn: Warn) -> tuple[Material, UvTransforms | None]:
     """Returns the material, and how its texture coordinates move. warn: takes a line and a text."""
     number, blender = statements.number, statements.blender
     roles = _roles(statements, warn)
@@ -71,7 +81,9 @@ def material_of(name: str, statements: Statements, warn: Warn) -> tuple[Material
     if metalness is None and blender and illum in (3.0, 6.0):
         metalness = number("ka")
     clear = 1.0 - statements.values["d"][0] if "d" in statements.values else number("tr") or 0.0
-    opacity = 1.0 if "alpha" in roles else 1.0 - clear
+    gains = {role: gain for role, one in roles.items() if (gain := _gain(role, one, warn)) is not None}
+    opacity = gains.get("alpha", 1.0) if "alpha" in roles else 1.0 - clear
+    transforms, second = _transforms(name, roles, warn)
     normal, height = roles.get("normal"), roles.get("height")
     steepness = _limited(normal, normal.bump if normal else None, MAX_NORMAL_SCALE, warn)
     bump = _limited(height, height.height if height else None, MAX_BUMP_M, warn)
@@ -80,15 +92,31 @@ def material_of(name: str, statements: Statements, warn: Warn) -> tuple[Material
         color=(1.0, 1.0, 1.0) if "color" in roles else statements.color("kd", 1.0),
         opacity=opacity,
         alpha_mode="blend" if opacity < 1.0 else None,
-        roughness=None if {"roughness", "smoothness"} & roles.keys() else roughness,
-        metalness=None if "metalness" in roles else metalness,
-        specular=None if "specular" in roles else specular,
+        roughness=gains.get("roughness") if {"roughness", "smoothness"} & roles.keys() else roughness,
+        metalness=gains.get("metalness") if "metalness" in roles else metalness,
+        specular=gains.get("specular") if "specular" in roles else specular,
         emission=(1.0, 1.0, 1.0) if "emission" in roles else statements.color("ke", 0.0),
         normal_scale=1.0 if steepness is None else steepness,
         bump_m=None if bump is None else abs(bump),
         maps={role: _source(role, one, roles) for role, one in roles.items()},
+        occlusion_strength=gains.get("occlusion", 1.0),
+        second=second,
     )
-    return material, _transform(name, roles, warn)
+    return material, transforms
+
+
+def _gain(role: str, one: MapStatement, warn: Warn) -> float | None:
+    """The factor that stands for -mm of a map; None without one."""
+    if one.gain is None or role == "height":  # a base moves all heights alike, which no light shows
+        return None
+    in_range = 0.0 <= one.gain <= 1.0
+    if role == "occlusion" and in_range and one.base == 1.0 - one.gain:
+        return one.gain  # the strength: 1 stays 1
+    if role in _SCALED and in_range and one.base == 0.0:
+        return one.gain
+    if (one.base, one.gain) != (0.0, 1.0):
+        warn(one.line, f"{one.keyword}: -mm {one.base:g} {one.gain:g} of a map of {role} has no effect")
+    return None
 
 
 def _limited(one: MapStatement | None, value: float | None, limit: float, warn: Warn) -> float | None:
@@ -154,21 +182,49 @@ def _source(role: str, one: MapStatement, roles: Mapping[str, MapStatement]) -> 
     return MapSource(Picture(one.file, name=one.file.name), channel, one.wrap, inverted=inverted)
 
 
-def _transform(name: str, roles: Mapping[str, MapStatement], warn: Warn) -> UvTransform | None:
-    """How the texture coordinates move: as the colour map says, or the first map without one."""
+def _transforms(
+    name: str, roles: Mapping[str, MapStatement], warn: Warn
+) -> tuple[UvTransforms | None, tuple[str, ...]]:
+    """How the texture coordinates move, and the roles whose maps lie on second ones: the first ones as the
+    colour map says, or the first map without one; the second as the first map that says otherwise and may."""
     if not roles:
-        return None
+        return None, ()
     leading = roles.get("color") or next(iter(roles.values()))
-    for one in roles.values():
-        if (one.scale, one.offset) != (leading.scale, leading.offset):
-            what = f"-s and -o differ from those of line {leading.line}, which all maps of {name[:120]!r} get"
-            warn(one.line, f"{one.keyword}: {what}")
-    said = (*leading.scale, *leading.offset)
+    others = [role for role, one in roles.items() if _placed(one) != _placed(leading)]
+    able = [role for role in others if _may_lie_elsewhere(role, roles, leading, others)]
+    at = roles[able[0]] if able else None
+    second = tuple(role for role in able if at is not None and _placed(roles[role]) == _placed(at))
+    for role in others:
+        if role not in second:
+            which = f"differ from those of line {leading.line}, which this map of {name[:120]!r} gets"
+            warn(roles[role].line, f"{roles[role].keyword}: -s and -o {which}")
+    first = _transform(leading, warn)
+    if first == UNMOVED and at is None:
+        return None, ()
+    return UvTransforms(first, None if at is None else _transform(at, warn)), second
+
+
+def _placed(one: MapStatement) -> tuple[tuple[float, float], tuple[float, float]]:
+    return one.scale, one.offset
+
+
+def _may_lie_elsewhere(
+    role: str, roles: Mapping[str, MapStatement], leading: MapStatement, others: Collection[str]
+) -> bool:
+    """Whether a map may lie on second texture coordinates: a normal map where the frame of the first is its
+    own. What gloss is made of lies in one place."""
+    if role == "normal":
+        pairs = zip(roles[role].scale, leading.scale, strict=True)
+        return all(own * other > 0.0 for own, other in pairs)
+    split = role in ("roughness", "smoothness") and "specular" in roles and "specular" not in others
+    return role in SECOND_ROLES and not split
+
+
+def _transform(one: MapStatement, warn: Warn) -> UvTransform:
+    """How a map's -s and -o move texture coordinates."""
+    said = (*one.scale, *one.offset)
     sx, sy, ox, oy = within(said, -_FARTHEST, _FARTHEST)
     if (sx, sy, ox, oy) != said:
-        taken = beyond(said, -_FARTHEST, _FARTHEST, (sx, sy, ox, oy))
-        warn(leading.line, f"{leading.keyword}: -s and -o {taken}")
-    if (sx, sy, ox, oy) == (1.0, 1.0, 0.0, 0.0):
-        return None
+        warn(one.line, f"{one.keyword}: -s and -o {beyond(said, -_FARTHEST, _FARTHEST, (sx, sy, ox, oy))}")
     # v' = sy v + oy upwards; w = 1 - v downwards: w' = 1 - sy (1 - w) - oy
     return ((sx, 0.0, ox), (0.0, sy, 1.0 - sy - oy))

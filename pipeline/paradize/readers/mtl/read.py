@@ -19,7 +19,7 @@ from paradize.readers.mtl.maps import floats, read_map_statement
 from paradize.readers.mtl.material import BLENDER_ROLES, ROLES, Statements, material_of
 from paradize.readers.names import require_utf8
 from paradize.readers.ranges import beyond, within
-from paradize.readers.uv_transform import UvTransform
+from paradize.readers.uv_transform import UvTransforms
 
 MAX_BYTES = 16 << 20
 MAX_MAPS = 10_000  # map statements that are followed; each opens a file
@@ -53,7 +53,7 @@ class Library:
 
     materials: dict[str, Material]
     warnings: list[str]
-    transforms: dict[str, UvTransform]
+    transforms: dict[str, UvTransforms]
 
 
 def read_mtl(path: Path, root: Path, absent: list[Path] | None = None) -> Library:
