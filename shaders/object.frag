@@ -24,7 +24,7 @@ uniform sampler2D u_height;
 uniform sampler2D u_gloss;     // R specular intensity, G smoothness
 uniform sampler2D u_occlusion; // R share of the light from all around, G metalness
 uniform sampler2D u_emission;
-uniform float u_multisampled; // 1: alpha becomes coverage; 0: discards fragments below the cutoff
+uniform int u_alpha_taps; // 0: discards fragments below the cutoff; more: alpha becomes coverage, by 1 or 4 lookups
 
 in vec3 v_position;
 in vec3 v_normal;
@@ -58,6 +58,30 @@ layout(location = 0) out vec4 fragment;
 #define EMISSION_MAP 1
 #endif
 
+#if ALPHA_MODE == 1
+// Sharpens alpha to an edge at any distance. edge: how much alpha changes from pixel to pixel. B. Golus, "Anti-aliased
+// Alpha Test", 2017.
+float covered(float alpha, float edge) {
+    return clamp((alpha - material.alpha_cutoff) / edge + 0.5, 0.0, 1.0);
+}
+
+// The share of the pixel that is covered, looked up at four places in mips two levels finer. Where holes are as small as
+// pixels, a lookup for the whole pixel merges them: what is half covered becomes a plate that steps. B. Golus, "Sharper
+// Mipmapping using Shader Based Supersampling", 2018.
+float tapped_coverage(vec2 uv, float factor, float edge) {
+    const vec2 places[4] = vec2[4](vec2(-0.125, -0.375), vec2(0.375, -0.125), vec2(0.125, 0.375), vec2(-0.375, 0.125));
+    vec2 x = dFdx(v_uv);
+    vec2 y = dFdy(v_uv);
+    float sum = 0.0;
+    for (int i = 0; i < u_alpha_taps; ++i) {
+        vec2 place = uv + places[i & 3].x * x + places[i & 3].y * y;
+        float alpha = material.has_color > 0.5 ? textureGrad(u_color, place, 0.25 * x, 0.25 * y).a : 1.0;
+        sum += covered(alpha * factor, 0.5 * edge);
+    }
+    return sum / float(u_alpha_taps);
+}
+#endif
+
 void main() {
     apply_clip();
     vec3 to_eye = eye.xyz - v_position;
@@ -73,10 +97,11 @@ void main() {
     }
 
     vec4 base = material.has_color > 0.5 ? FETCH(u_color) : vec4(1.0);
-    base *= material.base_color;
+    vec4 factor = material.base_color;
 #if VERTEX_COLORS
-    base *= clamp(v_color, 0.0, 1.0);
+    factor *= clamp(v_color, 0.0, 1.0);
 #endif
+    base *= factor;
     // Sample all maps before the discard, because derivatives are undefined after it.
     vec3 local_normal = vec3(0.0, 0.0, 1.0);
 #if NORMAL_MAP
@@ -121,10 +146,9 @@ void main() {
 
     float coverage = 1.0;
 #if ALPHA_MODE == 1
-    float alpha_step = fwidth(base.a);
-    if (u_multisampled > 0.5) {
-        // Sharpens alpha to an edge of one pixel at any distance: B. Golus, "Anti-aliased Alpha Test", 2017.
-        coverage = clamp((base.a - material.alpha_cutoff) / max(alpha_step, 1e-3) + 0.5, 0.0, 1.0);
+    float edge = max(fwidth(base.a), 1e-3);
+    if (u_alpha_taps > 0) {
+        coverage = u_alpha_taps > 1 ? tapped_coverage(uv, factor.a, edge) : covered(base.a, edge);
         if (coverage <= 0.0) {
             discard;
         }

@@ -66,6 +66,16 @@ Framebuffer make_framebuffer(const Renderbuffer &color, const Renderbuffer &dept
     return framebuffer;
 }
 
+Framebuffer make_multisample_framebuffer(const Texture &samples, const Renderbuffer &depth) {
+    Framebuffer framebuffer = Framebuffer::create();
+    glBindFramebuffer(GL_FRAMEBUFFER, framebuffer.name());
+    glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D_MULTISAMPLE, samples.name(),
+                           0);
+    glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_RENDERBUFFER, depth.name());
+    check_complete();
+    return framebuffer;
+}
+
 void bind_framebuffer(unsigned framebuffer, int width_px, int height_px) {
     glBindFramebuffer(GL_FRAMEBUFFER, framebuffer);
     glViewport(0, 0, width_px, height_px);

@@ -15,6 +15,9 @@ Framebuffer make_face_framebuffer(const Texture &cube, int face);
 /// Creates a framebuffer with renderbuffers, which may be multisampled.
 Framebuffer make_framebuffer(const Renderbuffer &color, const Renderbuffer &depth);
 
+/// Creates a framebuffer with a multisampled texture and a renderbuffer of as many samples.
+Framebuffer make_multisample_framebuffer(const Texture &samples, const Renderbuffer &depth);
+
 /// Binds the framebuffer for drawing and sets the viewport to its whole size. Name 0 is the window.
 void bind_framebuffer(unsigned framebuffer, int width_px, int height_px);
 

@@ -70,6 +70,15 @@ Texture make_target(unsigned internal_format, int width_px, int height_px) {
     return texture;
 }
 
+Texture make_multisample_target(unsigned internal_format, int width_px, int height_px, int samples) {
+    Texture texture = Texture::create();
+    glBindTexture(GL_TEXTURE_2D_MULTISAMPLE, texture.name());
+    // Fixed places of the samples: a framebuffer that also has a renderbuffer requires them.
+    glTexImage2DMultisample(GL_TEXTURE_2D_MULTISAMPLE, samples, internal_format, width_px, height_px,
+                            GL_TRUE);
+    return texture;
+}
+
 Texture make_depth_comparison_layers(int size_px, int layers) {
     Texture texture = Texture::create();
     glBindTexture(GL_TEXTURE_2D_ARRAY, texture.name());

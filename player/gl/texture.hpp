@@ -12,6 +12,9 @@ namespace paradize::gl {
 /// sized format: GL_RGBA16F, GL_RGBA8, GL_DEPTH_COMPONENT24, GL_RG16F and so on.
 Texture make_target(unsigned internal_format, int width_px, int height_px);
 
+/// Creates a multisampled render target for sampler2DMS. The driver may give more samples than asked for.
+Texture make_multisample_target(unsigned internal_format, int width_px, int height_px, int samples);
+
 /// Creates an array of depth textures for sampler2DArrayShadow: GL_COMPARE_REF_TO_TEXTURE, GL_LEQUAL, linear
 /// filter.
 Texture make_depth_comparison_layers(int size_px, int layers);

@@ -115,7 +115,7 @@ gl::MaterialUniforms uniforms_of(const Material &material) {
 
 ObjectsPass::Lit::Lit(const PassSetup &setup, const std::string &defines)
     : program(setup.shaders, "object.vert", "object.frag", {defines}), environment(setup, program),
-      multisampled(program.location("u_multisampled")) {
+      alpha_taps(program.location("u_alpha_taps")) {
     assets::for_each_map([&](ObjectMap map, std::string_view name) {
         program.set_unit(("u_" + std::string(name)).c_str(), static_cast<int>(unit_of(map)));
     });
@@ -236,7 +236,7 @@ void ObjectsPass::use_lit(const Frame &frame, const View &view, const DrawComman
         lit.program.use();
         lit.environment.apply(frame, view);
         const bool multisampled = view.kind == ViewKind::main && frame.settings.samples > 1;
-        gl::Program::set(lit.multisampled, multisampled ? 1.0F : 0.0F);
+        gl::Program::set(lit.alpha_taps, multisampled ? frame.settings.alpha_taps : 0);
     }
     if (material_ == material.id) {
         return;

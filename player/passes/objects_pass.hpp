@@ -35,7 +35,7 @@ class ObjectsPass : public Pass {
 
         gl::Program program;
         EnvironmentBindings environment;
-        int multisampled;
+        int alpha_taps;
     };
     struct Depth {
         Depth(const PassSetup &setup, const std::string &defines);

@@ -43,22 +43,13 @@ Renderer::Renderer(Scene &scene, const gl::ShaderLibrary &shaders, const Rendere
     : scene_(scene), shaders_(shaders), pass_indices_(enabled_passes(scene.file(), options.disabled)),
       passes_(make_passes(pass_indices_, {scene, shaders, options.settings})),
       has_post_(std::ranges::find(options.disabled, "post") == options.disabled.end()),
-      frame_(scene, passes_) {
+      main_(shaders, has_post_), frame_(scene, passes_) {
     frame_.settings = options.settings;
     set_default_state();
     resize(options.width_px, options.height_px);
 }
 
 Renderer::~Renderer() = default;
-
-void Renderer::make_targets() {
-    GLint most = 1;
-    glGetIntegerv(GL_MAX_SAMPLES, &most);
-    const int samples = std::min(frame_.settings.samples, most);
-    color_ = gl::make_renderbuffer(GL_RGBA16F, width_px_, height_px_, samples);
-    depth_ = gl::make_renderbuffer(GL_DEPTH_COMPONENT24, width_px_, height_px_, samples);
-    drawn_ = gl::make_framebuffer(color_, depth_);
-}
 
 Renderer::Picture Renderer::make_picture() const {
     Picture picture;
@@ -83,7 +74,7 @@ void Renderer::resize(int width_px, int height_px) {
     }
     width_px_ = width_px;
     height_px_ = height_px;
-    make_targets();
+    main_.make(width_px, height_px, frame_.settings.samples);
     final_ = gl::make_target(GL_RGBA8, width_px, height_px);
     pictures_[0] = make_picture();
     pictures_[1] = {};
@@ -119,7 +110,7 @@ void Renderer::change_settings(const RenderSettings &settings) {
         cached_passes_.push_back({index, before, std::exchange(passes_[i], std::move(pass))});
     }
     if (before.samples != settings.samples) {
-        make_targets();
+        main_.make(width_px_, height_px_, settings.samples);
     }
     make_filter_targets(); // another quality may filter where the one before did not
 }
@@ -196,13 +187,12 @@ void Renderer::draw_linear(const Pose &pose, const Sample &sample) {
             frame_.meter->stop(i);
         }
     }
-    frame_.draw_view(frame_.view(ViewKind::main), drawn_.name());
+    frame_.draw_view(frame_.view(ViewKind::main), main_.framebuffer());
     picture_ = 0;
-    const unsigned resolved = pictures_[picture_].framebuffer.name();
-    gl::blit_color(drawn_.name(), width_px_, height_px_, resolved, width_px_, height_px_);
+    main_.resolve(frame_, pictures_[picture_].framebuffer.name());
     frame_.shared.picture = &pictures_[picture_].color;
     if (has_filters()) {
-        gl::blit_depth(drawn_.name(), depth_framebuffer_.name(), width_px_, height_px_);
+        main_.resolve_depth(depth_framebuffer_.name());
         frame_.shared.depth = &resolved_depth_;
     }
     if (frame_.meter != nullptr) {

@@ -4,6 +4,7 @@
 #include "passes/frame.hpp"
 #include "passes/pass.hpp"
 #include "passes/pass_meter.hpp"
+#include "render/main_target.hpp"
 #include "render/samples.hpp"
 #include "scene/flight.hpp"
 #include "scene/quality.hpp"
@@ -83,7 +84,6 @@ class Renderer {
     void set_views(const Pose &pose, const Sample &sample);
     void draw_linear(const Pose &pose, const Sample &sample);
     void finish();
-    void make_targets();
     Picture make_picture() const;
     void make_filter_targets();
     void filter();
@@ -102,10 +102,10 @@ class Renderer {
     };
     std::vector<CachedPass> cached_passes_; // built for settings that were used before
     bool has_post_ = false;
+    MainTarget main_;
     Frame frame_;
-    gl::Renderbuffer color_, depth_;
     gl::Texture final_;
-    gl::Framebuffer drawn_, output_;
+    gl::Framebuffer output_;
     Picture pictures_[2];
     std::size_t picture_ = 0; // the one that is shown
     gl::Texture resolved_depth_;

@@ -12,3 +12,22 @@ vec3 tone_map(vec3 color) {
     vec3 high = step(vec3(TONE_SHOULDER), x);
     return clamp(toe * low + x * (1.0 - low - high) + shoulder * high, 0.0, 1.0);
 }
+
+// The tone map without its toe, and beyond TONE_END, where it is nearly white, with a logarithm in place of the end of
+// the shoulder: so no two colours become one, and it can be reversed.
+const float TONE_END = 2.5;
+const float TONE_END_VALUE = 1.0 - (1.0 - TONE_SHOULDER) * exp((TONE_SHOULDER - TONE_END) / (1.0 - TONE_SHOULDER));
+const float TONE_END_SLOPE = TONE_END * (1.0 - TONE_END_VALUE) / (1.0 - TONE_SHOULDER); // over the logarithm
+
+vec3 reversible_tone_map(vec3 color) {
+    vec3 shoulder = clamp(color, TONE_SHOULDER, TONE_END) - TONE_SHOULDER;
+    return clamp(color, 0.0, TONE_SHOULDER) +
+           (1.0 - TONE_SHOULDER) * (1.0 - exp(-shoulder / (1.0 - TONE_SHOULDER))) +
+           TONE_END_SLOPE * log(max(color, TONE_END) / TONE_END);
+}
+
+vec3 reversed_tone_map(vec3 mapped) {
+    vec3 shoulder = (clamp(mapped, TONE_SHOULDER, TONE_END_VALUE) - TONE_SHOULDER) / (1.0 - TONE_SHOULDER);
+    vec3 beyond = max(mapped - TONE_END_VALUE, 0.0) / TONE_END_SLOPE;
+    return min(mapped, TONE_SHOULDER) - (1.0 - TONE_SHOULDER) * log(1.0 - shoulder) + TONE_END * (exp(beyond) - 1.0);
+}

@@ -98,6 +98,7 @@ def render(player: Callable[..., Any], tmp_path: Path) -> Render:
         sun: tuple[list[float], float] = ([0.0, 0.0, 1.0], 0.0),
         ambient: float = 0.0,
         report: dict[str, Any] | None = None,
+        options: tuple[str, ...] = ("--disable", "post"),
         **changes: Any,
     ) -> F64:
         folder = write_scene(tmp_path / "scene", bare=True)
@@ -122,8 +123,8 @@ def render(player: Callable[..., Any], tmp_path: Path) -> Render:
         (folder / "scene.json").write_text(json.dumps(scene))
         out = tmp_path / "a.png"
         result = player(
-            folder, "--size", f"{WIDTH}x{HEIGHT}", "--screenshot", out, "--disable", "post", "--check-finite",
-            "--debug", "--json",
+            folder, "--size", f"{WIDTH}x{HEIGHT}", "--screenshot", out, *options, "--check-finite", "--debug",
+            "--json",
         )  # fmt: skip
         assert result.returncode == 0, result.stderr
         if report is not None:

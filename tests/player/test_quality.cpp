@@ -76,6 +76,8 @@ TEST_CASE("quality: each feature changes its own setting only") {
                 break;
             case QualityFeature::lod:
                 settings.lod_error_px = balanced.lod_error_px;
+                CHECK(settings.alpha_taps == (tier == Tier::fast ? 1 : 4));
+                settings.alpha_taps = balanced.alpha_taps;
                 break;
             }
             CHECK(settings == balanced);
