@@ -82,11 +82,22 @@ def _options(value: object, expected: type, function: str) -> None:
         raise _wrong(f"{function}: options", value, f"paradize.{expected.__name__}")
 
 
-def _wrong(what: str, value: object, expected: str) -> TypeError:
+def _settings(value: Any, expected: type[Any], function: str) -> Any:
+    """The settings, those of None by default. Raises TypeError for other values than an `expected`."""
+    if value is None:
+        return expected()
+    if isinstance(value, expected):
+        return value
+    name = f"paradize.{expected.__name__}"
+    mend = f"; write {name}(**settings)" if isinstance(value, Mapping) else ""
+    raise _wrong(f"{function}: settings", value, name, mend)
+
+
+def _wrong(what: str, value: object, expected: str, mend: str = "") -> TypeError:
     came = f"{type(value).__name__} {reprlib.repr(value)}"
     if shape := getattr(value, "shape", None):
         came = f"{type(value).__name__} of shape {tuple(shape)}"
-    return TypeError(f"paradize.{what}: expected {expected}, got {came}")
+    return TypeError(f"paradize.{what}: expected {expected}, got {came}{mend}")
 
 
 class BakedMesh(BakedFiles):
@@ -154,7 +165,7 @@ def mesh(
     budget: metric -> worst value (scene/FIELDS.md lists the metrics); errors beyond it are warnings in the
     report, of "auto" a BakeError.
     """
-    used = MeshSettings() if settings is None else settings
+    used = _settings(settings, MeshSettings, "mesh")
     made = bake_single("mesh", _path(source, "mesh: source"), used, tier=tier, budget=_budget(budget, "mesh"))
     return BakedMesh(made.files, made.report, made.rows, made.errors)
 
@@ -169,7 +180,7 @@ def maps(
 ) -> BakedMaps:
     """Makes normal, height, gloss and du/dv maps of a colour picture or a heightmap. tier, budget: as of
     `mesh`. uv: the model whose UV layout they follow."""
-    used = MapSettings() if settings is None else settings
+    used = _settings(settings, MapSettings, "maps")
     layout = None if uv is None else _path(uv, "maps: uv")
     made = bake_single(
         "maps", _path(source, "maps: source"), used, tier=tier, budget=_budget(budget, "maps"), uv=layout
@@ -186,7 +197,7 @@ def occlusion(
 ) -> BakedMaps:
     """Casts a map of ambient occlusion from a model, in its UV layout. tier: as of `mesh`: 64, 256 or 1024
     rays of each texel."""
-    used = OcclusionSettings() if settings is None else settings
+    used = _settings(settings, OcclusionSettings, "occlusion")
     made = bake_single(
         "occlusion", _path(source, "occlusion: source"), used, tier=tier, budget=_budget(budget, "occlusion")
     )
@@ -205,8 +216,9 @@ def terrain(
     if settings is None:
         expected = "paradize.TerrainSettings(size_m=(x, z), height_m=h), metres: no picture says its size"
         raise _wrong("terrain: settings", settings, expected)
+    used = _settings(settings, TerrainSettings, "terrain")
     made = bake_single(
-        "terrain", _path(source, "terrain: source"), settings, tier=tier, budget=_budget(budget, "terrain")
+        "terrain", _path(source, "terrain: source"), used, tier=tier, budget=_budget(budget, "terrain")
     )
     return BakedTerrain(made.files, made.report, made.rows, made.errors)
 

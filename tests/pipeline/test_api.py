@@ -108,7 +108,7 @@ def test_errors_are_exceptions_with_file_and_mend(folder: Path, tmp_path: Path) 
 def test_arguments_that_cannot_be_meant_are_errors_that_name_the_right_ones(folder: Path) -> None:
     settings: Any
     for settings in ({"lods": 3}, {}, api.MapSettings()):
-        with pytest.raises(TypeError, match=f"{type(settings).__name__}, expected MeshSettings"):
+        with pytest.raises(TypeError, match=f"expected paradize.MeshSettings, got {type(settings).__name__}"):
             api.mesh(folder / "rock.obj", settings)
     with pytest.raises(BakeError, match=r"rock\.obj: tier 'bogus'.*fast, balanced, exact, auto"):
         api.mesh(folder / "rock.obj", tier="bogus")
@@ -143,6 +143,15 @@ def test_dir_lists_what_the_library_gives() -> None:
         (
             lambda: paradize.terrain("dunes.png"),
             "paradize.terrain: settings: expected paradize.TerrainSettings(size_m=(x, z), height_m=h)",
+        ),
+        (
+            lambda: paradize.mesh("rock.obj", {"lods": 3}),  # type: ignore[arg-type]
+            "paradize.mesh: settings: expected paradize.MeshSettings, got dict {'lods': 3}; write "
+            "paradize.MeshSettings(**settings)",
+        ),
+        (
+            lambda: paradize.terrain("dunes.png", paradize.MeshSettings()),  # type: ignore[arg-type]
+            "paradize.terrain: settings: expected paradize.TerrainSettings, got MeshSettings",
         ),
         (
             lambda: paradize.mesh("rock.obj", budget=4),  # type: ignore[arg-type]

@@ -72,6 +72,8 @@ class Ply:
 
 def read_elements(data: bytes, path: Path) -> Ply:
     """Returns all elements. Raises SourceError for a broken header and for a file that is cut."""
+    if not data.startswith(b"ply"):
+        raise SourceError(f"is no PLY: it begins with {data[:16]!r}, not with 'ply'", file=path, mend=_MEND)
     end = _END.search(data[:_MOST_HEADER])
     if end is None:
         raise SourceError("its header has no end", file=path, mend=_MEND)

@@ -11,8 +11,14 @@ from paradize.scene.settings import VIEWS, Scene, SceneObject
 BLACK = (0.0, 0.0, 0.0)
 
 
-def listed(*what: str) -> str:
-    """Joins texts as a list in English: one, two and three."""
+_NAMED = 4  # objects, and materials of one, that a reason names
+
+
+def listed(*what: str, most: int | None = None) -> str:
+    """Joins texts as a list in English: one, two and three. most: of them that are named, and then how many
+    more there are."""
+    if most is not None and len(what) > most + 1:
+        what = (*what[:most], f"{len(what) - most} more")
     return " and ".join(part for part in (", ".join(what[:-1]), *what[-1:]) if part)
 
 
@@ -65,7 +71,8 @@ def map_inputs(
             name: [key for key in names if has_any(maps.objects[name].drawn[key])]
             for name, names in shaded.items()
         }
-        return listed(*(f"{name}'s {', '.join(keys)}" for name, keys in found.items() if keys))
+        owners = (f"{name}'s {_few(keys)}" for name, keys in found.items() if keys)
+        return listed(*owners, most=_NAMED)
 
     derived = one.derived if "color" in has else ()
     if {"normal", "height"} & has or ("normal" in derived and one.strength > 0.0):
@@ -126,9 +133,16 @@ def _shades(views: Sequence[str]) -> bool:
 
 def _owners(one: MapSet, users: Iterable[str]) -> str:
     """The objects that use a set, in words; with the materials where an object has other sets."""
-    if one.name in one.materials:
-        return listed(*users)
-    return listed(*(f"{name} ({', '.join(one.materials[name])})" for name in users))
+    whole = one.name in one.materials
+    return listed(
+        *(name if whole else f"{name} ({_few(one.materials[name])})" for name in users), most=_NAMED
+    )
+
+
+def _few(names: Sequence[str]) -> str:
+    """The first of some names, and how many more there are."""
+    more = len(names) - _NAMED
+    return ", ".join(names) if more <= 1 else f"{', '.join(names[:_NAMED])} and {more} more"
 
 
 def mesh_inputs(

@@ -326,3 +326,9 @@ def test_the_palette_of_an_unlit_kit_is_one_small_texture_of_its_light(tmp_path:
     assert {one["materials"]["material_0"]["maps"]["emission"] for one in manifest["objects"]} == {name}
     assert texture.format == "RGBA8_SRGB" and max(texture.width, texture.height) <= 4 * SWATCHES
     assert entry["max_level"] is not None and entry["gutter"] is None
+
+
+def test_a_reason_names_a_few_users_and_counts_the_others(tmp_path: Path) -> None:
+    path = make_kit(tmp_path / "s", swatches(), count=12)
+    rows = {facts["name"]: facts["reason"] for facts in explain(path, out=tmp_path / "no").artifacts}
+    assert rows["piece0_color"] == ("the swatches of a palette on piece0, piece1, piece2, piece3 and 8 more")
