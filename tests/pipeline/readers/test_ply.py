@@ -132,7 +132,7 @@ def test_a_broken_ply_is_refused_in_one_line(tmp_path: Path) -> None:
         (ply("ascii", vertex, [[0, 1]]), "holds no faces"),
         (b"", "is an empty file"),
         (b"ply\n", "its header has no end"),
-        (b"junk\nis no model\n" * 9, r"is no PLY: it begins with b'junk\nis no mode', not with 'ply'"),
+        (b"junk, is no model " * 9, "is no PLY: it begins with b'junk, is no mode', not with 'ply'"),
     ):
         (tmp_path / "a.ply").write_bytes(data)
         with pytest.raises(SourceError, match=words) as caught:
