@@ -469,6 +469,13 @@ def test_the_gain_of_a_map_is_its_factor(statement: str, key: str, value: float,
     assert getattr(found, key) == value and not warnings
 
 
+@pytest.mark.parametrize("option", ["-o nan 0", "-s inf 2", "-o wide", "-mm x 0.5", "-t nan"])
+def test_an_option_of_numbers_that_are_none_is_named(option: str, tmp_path: Path) -> None:
+    found, (text,) = one(tmp_path, f"newmtl a\nmap_Pr {option} b.png", "b.png")
+    assert f"not used: {option.split()[0]} (line 2: the option has no effect)" in text
+    assert found.roughness is None
+
+
 @pytest.mark.parametrize(
     "statement", ["map_Kd -mm 0 0.5", "map_Pr -mm 0.5 0.5", "map_Pr -mm 0 2", "norm -mm 0 2"]
 )
