@@ -48,7 +48,7 @@ std::string checked_text(const JsonTree &tree, const JsonNode &node) {
     if (node.kind != JsonKind::string) {
         throw Error(tree.path(node) + ": must be a string, is " + name_of(node.kind));
     }
-    return std::string(node.text);
+    return std::string(node.text());
 }
 
 } // namespace
@@ -206,7 +206,7 @@ std::vector<JsonObject> JsonObject::objects(std::string_view key, std::size_t mo
 std::vector<std::string> JsonObject::names() const {
     std::vector<std::string> out;
     for (const JsonNode &member : tree_->children(*node_)) {
-        out.emplace_back(member.key);
+        out.emplace_back(member.key());
         member.was_read = true;
     }
     std::ranges::sort(out);
@@ -222,7 +222,7 @@ void JsonObject::ignore(std::initializer_list<std::string_view> keys) const {
 void JsonObject::reject_unknown_keys() const {
     for (const JsonNode &member : tree_->children(*node_)) {
         if (!member.was_read) {
-            fail(member.key, "is unknown to this player; bake the scene with the same version of Paradize");
+            fail(member.key(), "is unknown to this player; bake the scene with the same version of Paradize");
         }
     }
 }

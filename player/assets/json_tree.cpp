@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <array>
+#include <optional>
 #include <utility>
 
 namespace paradize::assets {
@@ -15,22 +16,39 @@ namespace {
 
 namespace dom = simdjson::dom;
 
+static_assert(sizeof(JsonNode) == 24 && max_json_bytes <= JsonNode::most_bytes);
+
 constexpr std::size_t max_depth = 256;
 constexpr std::size_t few_members = 16; // up to this number members are searched one after another
 
-/// Sorts many members. Returns the key that two of them have, or nullptr.
-const std::string_view *sort_members(std::span<JsonNode> members) {
+/// Sorts many members. Returns the key that two of them have.
+std::optional<std::string_view> sort_members(std::span<JsonNode> members) {
     if (members.size() > few_members) {
         std::ranges::sort(members, {}, &JsonNode::key);
         const auto twice = std::ranges::adjacent_find(members, {}, &JsonNode::key);
-        return twice == members.end() ? nullptr : &twice->key;
+        return twice == members.end() ? std::nullopt : std::optional(twice->key());
     }
     for (std::size_t i = 1; i < members.size(); ++i) {
-        if (std::ranges::count(members.first(i), members[i].key, &JsonNode::key) > 0) {
-            return &members[i].key;
+        if (std::ranges::count(members.first(i), members[i].key(), &JsonNode::key) > 0) {
+            return members[i].key();
         }
     }
-    return nullptr;
+    return std::nullopt;
+}
+
+/// No document has more nodes, so that their array never moves. Counted in bytes, of which compilers take
+/// many at once.
+std::size_t most_nodes(std::string_view text) {
+    constexpr std::size_t block = 240; // at most 255
+    std::size_t sum = 0;
+    for (; !text.empty(); text.remove_prefix(std::min(block, text.size()))) {
+        unsigned char count = 0;
+        for (const char c : text.substr(0, block)) {
+            count = static_cast<unsigned char>(count + (c == ',') + (c == '[') + (c == '{'));
+        }
+        sum += count;
+    }
+    return sum;
 }
 
 /// Copies a parsed document into the nodes of a tree.
@@ -47,12 +65,12 @@ class Copier {
         case dom::element_type::OBJECT:
             return container(JsonKind::object, dom::object(element), [&](const dom::key_value_pair &member) {
                 JsonNode child = node(member.value);
-                child.key = member.key;
+                child.set_key(member.key);
                 return child;
             });
         case dom::element_type::STRING:
             out.kind = JsonKind::string;
-            out.text = std::string_view(element);
+            out.set_text(std::string_view(element));
             return out;
         case dom::element_type::BOOL:
             out.kind = JsonKind::boolean;
@@ -71,12 +89,11 @@ class Copier {
     JsonNode container(JsonKind kind, const auto &entries, const auto &node_of) {
         const std::size_t start = open_.size();
         for (auto entry : entries) {
-            JsonNode child = node_of(entry);
-            open_.push_back(child);
+            open_.push_back(node_of(entry));
         }
         const auto first = open_.begin() + static_cast<std::ptrdiff_t>(start);
         if (kind == JsonKind::object) {
-            if (const std::string_view *twice = sort_members({first, open_.end()})) {
+            if (const std::optional<std::string_view> twice = sort_members({first, open_.end()})) {
                 throw Error(file_ + ": key \"" + std::string(*twice) + "\" appears twice in one object");
             }
         }
@@ -115,9 +132,7 @@ JsonTree::JsonTree(std::string_view text, const std::string &file)
     if (error != simdjson::SUCCESS) {
         throw Error(file + ": is not valid JSON: " + simdjson::error_message(error));
     }
-    // No more than these, so that the array of nodes never moves.
-    nodes_.reserve(static_cast<std::size_t>(
-        std::ranges::count_if(text, [](char c) { return c == ',' || c == '[' || c == '{'; })));
+    nodes_.reserve(most_nodes(text));
     root_ = Copier(nodes_, file_).node(root);
 }
 
@@ -128,7 +143,7 @@ const JsonNode *JsonTree::find(const JsonNode &object, std::string_view key) con
     const auto found = members.size() > few_members
                            ? std::ranges::lower_bound(members, key, {}, &JsonNode::key)
                            : std::ranges::find(members, key, &JsonNode::key);
-    return found == members.end() || found->key != key ? nullptr : &*found;
+    return found == members.end() || found->key() != key ? nullptr : &*found;
 }
 
 std::string JsonTree::path(const JsonNode &node) const {
@@ -142,7 +157,7 @@ std::string JsonTree::path(const JsonNode &node) const {
     const auto found = std::ranges::find_if(nodes_, holds);
     const JsonNode &parent = found == nodes_.end() ? root_ : *found;
     return parent.kind == JsonKind::object
-               ? path(parent, node.key)
+               ? path(parent, node.key())
                : path(parent) + "[" + std::to_string(at - parent.children.first) + "]";
 }
 

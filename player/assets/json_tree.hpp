@@ -16,6 +16,7 @@ enum class JsonKind : std::uint8_t { null, boolean, number, string, array, objec
 /// The kind's name in messages.
 const char *name_of(JsonKind kind);
 
+/// 24 bytes: a large document has so many nodes that getting memory for them takes longer than parsing.
 struct JsonNode {
     /// The entries of an array or the members of an object: nodes that follow one another.
     struct Range {
@@ -24,15 +25,28 @@ struct JsonNode {
 
     JsonNode() : number(0.0) {}
 
-    std::string_view key; // of a member
+    std::string_view key() const { return {key_bytes == 0 ? "" : key_start, key_bytes}; } // of a member
+    std::string_view text() const { return {text_start, text_bytes}; }                    // of a string
+    void set_key(std::string_view key) {
+        key_start = key.data();
+        key_bytes = key.size() & most_bytes;
+    }
+    void set_text(std::string_view text) {
+        text_start = text.data();
+        text_bytes = text.size() & most_bytes;
+    }
+
+    static constexpr std::uint64_t most_bytes = (1U << 30U) - 1; // documents are shorter: max_json_bytes
+    const char *key_start = nullptr;
     union {
         double number;
-        std::string_view text;
+        const char *text_start;
         Range children;
         bool truth;
     };
-    JsonKind kind = JsonKind::null;
-    mutable bool was_read = false; // of a member: somebody has looked it up
+    std::uint64_t key_bytes : 30 = 0, text_bytes : 30 = 0;
+    JsonKind kind : 3 = JsonKind::null;
+    mutable bool was_read : 1 = false; // of a member: somebody has looked it up
 };
 
 /// A document of JSON, parsed by simdjson. Nothing is allocated per value, because a scene with many

@@ -30,7 +30,7 @@ std::string error_of(const std::string &text) {
 std::string text_of(const std::string &json) {
     const JsonTree tree(json, "f");
     REQUIRE(tree.root().kind == JsonKind::string);
-    return std::string(tree.root().text);
+    return std::string(tree.root().text());
 }
 
 double number_of(const std::string &json) {
