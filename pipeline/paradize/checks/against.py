@@ -44,16 +44,21 @@ def check_against(manifest: dict[str, Any], path: Path, file: str, worse_by: flo
     except FormatError as error:
         yield Finding("PZ102", str(path), error.what, error.place or "", mend=_MEND)
         return
-    now, was = manifest["artifacts"], earlier["artifacts"]
-    for name, artifact in now.items():
+    now, was = _named(manifest), _named(earlier)
+    for name, artifact in manifest["artifacts"].items():
         if name not in was:
             yield Finding("PZ422", file, "is new", f"artifacts.{name}", artifact=name)
             continue
         yield from isolated(_grown(was[name], artifact, file, name, worse_by), file)
-    for name in was:
+    for name in earlier["artifacts"]:
         if name not in now:
             yield Finding("PZ422", file, "is gone", f"artifacts.{name}", artifact=name)
     yield from _worse(earlier["flight"]["errors"], manifest["flight"]["errors"], file, "flight", worse_by)
+
+
+def _named(manifest: Mapping[str, Any]) -> dict[str, Any]:
+    """The artifacts by each name for which one stands."""
+    return {each: one for name, one in manifest["artifacts"].items() for each in (name, *one["also"])}
 
 
 def _grown(

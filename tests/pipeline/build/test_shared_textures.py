@@ -15,7 +15,7 @@ from paradize.build.bake import bake
 from paradize.build.options import BuildOptions
 from paradize.build.provenance import BakeReport
 from paradize.build.shared_textures import equal_textures
-from paradize.checks import check_paths
+from paradize.checks import CheckOptions, check_paths
 from paradize.explain.facts import explain
 from paradize.explain.words import overview
 from paradize.export.scene import export
@@ -96,6 +96,24 @@ def test_equal_textures_of_two_layouts_are_one_file_as_fine_as_the_nearest_needs
     assert export(out, tmp_path / "all.glb") is not None
     again, _ = baked(two_of_one_layout, out)
     assert [one.also for one in again.artifacts] == [one.also for one in report.artifacts]
+
+
+def test_a_texture_that_became_shared_is_neither_gone_nor_new(
+    two_of_one_layout: Path, tmp_path: Path
+) -> None:
+    mtl = two_of_one_layout.with_name("wall.mtl")
+    near = two_of_one_layout.with_name("near.obj")
+    whole = mtl.read_text()
+    write_image(mtl.with_name("other.png"), noise(8, size=256))
+    mtl.with_name("other.mtl").write_text(whole.replace("tiles", "other"))
+    own = near.read_text()
+    near.write_text(own.replace("wall.mtl", "other.mtl"))
+    baked(two_of_one_layout, tmp_path / "apart")
+    near.write_text(own)
+    baked(two_of_one_layout, tmp_path / "shared")
+    for now, was in (("shared", "apart"), ("apart", "shared")):
+        found = check_paths([tmp_path / now], CheckOptions(against=tmp_path / was))
+        assert not [finding for finding in found if finding.code == "PZ422"]
 
 
 def test_a_waiver_of_a_shared_texture_names_the_file_that_stands_for_it(
