@@ -9,6 +9,7 @@ import numpy as np
 
 from paradize.data import Heightfield, Lod, Mesh
 from paradize.formats.glb.encode import encode_glb
+from paradize.kernels.reference.seen import SeenMaterial
 from paradize.metrics.atlas import atlas_quality
 from paradize.metrics.draw import draw_costs
 from paradize.metrics.filters import taps
@@ -18,6 +19,7 @@ from paradize.metrics.occlusion import cast_errors
 from paradize.metrics.quantised import quantised_errors
 from paradize.metrics.seen import seen_difference, seen_mesh
 from paradize.metrics.surface import diagonal, surface_distance
+from paradize.metrics.switch import switch_flip
 from paradize.metrics.tangent import frame_errors, frame_faults
 from paradize.metrics.terrain import TerrainError, terrain_error
 from paradize.scene.flight import Flight
@@ -114,6 +116,23 @@ def _seen(mesh: Mesh) -> dict[str, float]:
     )
     found = seen_difference(one, other, 40.0)
     return {"p99": found.p99_deg, "mean": found.mean_deg, "silhouette": _TILT + found.silhouette}
+
+
+def _switched(mesh: Mesh) -> dict[str, float]:
+    """Of a mesh and itself, the same in another order; 1 where that to a brighter one is no share."""
+    clean = sound(mesh)
+    black, white = np.zeros((1, 1, 3), np.float32), np.ones((1, 1, 3), np.float32)
+    other = replace(clean, triangles=np.ascontiguousarray(clean.triangles[::-1]), groups=())
+    dim, turned, bright = (
+        seen_mesh(replace(one, groups=()), {"": SeenMaterial(colors=[black], glow=[glow])})
+        for one, glow in ((clean, 0.2 * white), (other, 0.2 * white), (clean, white))
+    )
+    change = switch_flip(dim, bright, 40.0)
+    return {
+        "same": switch_flip(dim, dim, 40.0),
+        "order": switch_flip(dim, turned, 40.0),
+        "brighter": 0.0 if 0.0 <= change <= 1.0 else 1.0,
+    }
 
 
 def _slid(mesh: Mesh) -> dict[str, float]:
@@ -288,6 +307,7 @@ ROWS = [
         1e-4,
         refused=GUARDED,
     ),
+    _row("switch", _switched, lambda mesh, made: max(made.values()), "FLIP", 1e-6, refused=GUARDED),
     _row(
         "mapped_normal",
         _slid,

@@ -80,6 +80,8 @@ TEST_CASE("any mesh at any size stays inside its arrays") {
             }
             model->materials = {{{{vectors, 4, 2}, {std::span(vectors).first(6), 1, 2}},
                                  {{alpha, 3, 5}},
+                                 {{vectors, 4, 2}},
+                                 {},
                                  0.5,
                                  Wrap::repeat,
                                  Wrap::mirror,

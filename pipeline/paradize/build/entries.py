@@ -53,6 +53,7 @@ LODS_SEEN = table(
             seen_p99_deg=_positive,
             seen_mean_deg=_positive,
             seen_silhouette=_positive,
+            seen_flip=_positive,
             switch_m=or_null(_positive),
         )
     )

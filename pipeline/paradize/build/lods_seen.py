@@ -1,5 +1,6 @@
 """Measures at which size each level of detail may take over, from the published bytes: the GLB's levels with
-the maps that decide their normals and their holes. Runs in a worker.
+the maps that decide their normals, their holes, their colours and the light that they give off. Runs in a
+worker.
 
 The player takes a level where its error covers few enough pixels. A level may be near the surface and still
 be lit differently, so that its error in metres is raised until it also looks like the finest level there.
@@ -14,7 +15,7 @@ import numpy as np
 
 from paradize.formats.glb.reader import decode_glb
 from paradize.formats.ktx2.reader import decode_ktx2
-from paradize.kernels.reference.seen import SeenMaterial
+from paradize.kernels.reference.seen import SeenMaterial, SeenMesh
 from paradize.metrics.seen import (
     LARGEST_PX,
     SMALLEST_PX,
@@ -24,6 +25,8 @@ from paradize.metrics.seen import (
     seen_difference,
     seen_mesh,
 )
+from paradize.metrics.source import linear_light
+from paradize.metrics.switch import ROOM, switch_flip
 from paradize.metrics.texels import decode_texels
 
 if TYPE_CHECKING:
@@ -31,8 +34,9 @@ if TYPE_CHECKING:
 
     from paradize.data import Texture
 
-SEEN = ("seen_px", "seen_p99_deg", "seen_mean_deg", "seen_silhouette")
+SEEN = ("seen_px", "seen_p99_deg", "seen_mean_deg", "seen_silhouette", "seen_flip")
 _FINEST_TEXELS = 2048  # along a side: finer mips are not read, because no picture here is so large
+_COLOR_TEXELS = 512  # the same of colours: metrics/switch.py draws no picture that is larger
 _BLENDED = 0.5  # of alpha: what has less counts as a hole
 
 
@@ -45,21 +49,29 @@ def measure_lods_seen(
     errors_m: Sequence[float],
     error_px: float,
     limits: Mapping[str, float],
+    flip: float,
 ) -> list[dict[str, float | None]]:
     """Returns of each level, the finest (0) first: `seen_px`, the size in pixels along the diagonal at which
     it takes over; `seen_p99_deg`, `seen_mean_deg` and `seen_silhouette`, how it differs there from the finest
-    level (metrics/seen.py); and `switch_m`, the error in metres by which a player selects it. A level that
-    differs too much at any size has the values of the smallest, and `switch_m` is None.
+    level (metrics/seen.py); `seen_flip`, from the level before it (metrics/switch.py); and `switch_m`, the
+    error in metres by which a player selects it. A level that differs too much at any size has the values of
+    the smallest, and `switch_m` is None.
 
-    textures: KTX2 by the names that `materials` use. materials: by name, "normal" and "alpha" (a texture or
-    None), "cutoff" (None: blended), "wrap", "two_sided". errors_m: by which a player would select each
-    level for its distance and its texture alone. error_px: the error that it accepts. limits: fields of
-    Limits. name: for messages. Raises FormatError for bytes that Paradize did not write.
+    textures: KTX2 by the names that `materials` use. materials: by name, "normal", "alpha", "color" and
+    "emission" (a texture or None), "color_factor", "emission_factor" (linear), "cutoff" (None: blended),
+    "wrap", "two_sided". errors_m: by which a player would select each level for its distance and its texture
+    alone. error_px: the error that it accepts. limits: fields of Limits. flip: what a switch may change of a
+    player's picture, 0..1; 1: anything. name: for messages. Raises FormatError for bytes that Paradize did
+    not write.
     """
     finest, *coarser = [lod.mesh for lod in decode_glb(glb, name)]
     decoded = {key: decode_ktx2(data, key) for key, data in textures.items()}
     normals = {one["normal"]: _normals(decoded[one["normal"]]) for one in materials.values() if one["normal"]}
     alphas = {one["alpha"]: _alphas(decoded[one["alpha"]]) for one in materials.values() if one["alpha"]}
+    lights = {
+        key: _linear_colors(decoded[key])
+        for key in {one[role] for one in materials.values() for role in ("color", "emission")} - {None}
+    }
     drawn = {
         material: SeenMaterial(
             normals.get(one["normal"], ()),
@@ -67,6 +79,8 @@ def measure_lods_seen(
             _BLENDED if one["cutoff"] is None else one["cutoff"],
             one["wrap"] or ("clamp", "clamp"),
             one["two_sided"],
+            _times(lights.get(one["color"]), one["color_factor"]),
+            _times(lights.get(one["emission"]), one["emission_factor"]),
         )
         for material, one in materials.items()
     }
@@ -74,6 +88,7 @@ def measure_lods_seen(
     reference = seen_mesh(finest, drawn)
     diagonal_m = diagonal_of(reference)
     levels: list[dict[str, float | None]] = [{**dict.fromkeys(SEEN, 0.0), "switch_m": 0.0}]
+    before = reference
     before_px: float | None = (
         LARGEST_PX  # a coarser level takes over no earlier, and never where one never does
     )
@@ -81,14 +96,28 @@ def measure_lods_seen(
         level = seen_mesh(mesh, drawn)
         near_px = error_px * diagonal_m / error_m if error_m > 0 else LARGEST_PX
         most_px = None if before_px is None else min(near_px, before_px)
-        found = None if most_px is None else largest_size(reference, level, allowed, most_px)
+        changes: dict[float, float] = {}  # by size
+
+        def quiet(
+            size_px: float,
+            before: SeenMesh = before,
+            level: SeenMesh = level,
+            found: dict[float, float] = changes,
+        ) -> bool:
+            found[size_px] = switch_flip(before, level, size_px)
+            return flip >= 1.0 or found[size_px] <= ROOM * flip
+
+        found = None if most_px is None else largest_size(reference, level, allowed, most_px, quiet)
         seen = found or seen_difference(reference, level, SMALLEST_PX)
+        if seen.size_px not in changes:
+            quiet(seen.size_px)
+        before = level
         before_px = switch_m = None
         if found is not None:
             before_px, switch_m = found.size_px, error_m
             if found.size_px < min(near_px, LARGEST_PX):
                 switch_m = max(error_m, _six_digits(error_px * diagonal_m / found.size_px))
-        values = (seen.size_px, seen.p99_deg, seen.mean_deg, seen.silhouette)
+        values = (seen.size_px, seen.p99_deg, seen.mean_deg, seen.silhouette, changes[seen.size_px])
         levels.append({**dict(zip(SEEN, map(_six_digits, values), strict=True)), "switch_m": switch_m})
     return levels
 
@@ -97,9 +126,9 @@ def _six_digits(value: float) -> float:
     return float(f"{value:.6g}")
 
 
-def _mips(texture: Texture) -> list[npt.NDArray[np.float32]]:
+def _mips(texture: Texture, texels: int = _FINEST_TEXELS) -> list[npt.NDArray[np.float32]]:
     sides = [max(texture.width >> k, texture.height >> k) for k in range(len(texture.levels))]
-    first = next((k for k, side in enumerate(sides) if side <= _FINEST_TEXELS), len(sides) - 1)
+    first = next((k for k, side in enumerate(sides) if side <= texels), len(sides) - 1)
     return [decode_texels(texture, k) for k in range(first, len(sides))]
 
 
@@ -118,3 +147,19 @@ def _alphas(texture: Texture) -> list[npt.NDArray[np.float32]]:
     """The alpha (h, w) of each mip; none where it has no such channel."""
     mips = _mips(texture)
     return [np.ascontiguousarray(texels[:, :, 3]) for texels in mips] if mips[0].shape[2] == 4 else []
+
+
+def _linear_colors(texture: Texture) -> list[npt.NDArray[np.float32]]:
+    """The linear colours (h, w, 3) of each mip."""
+    return [
+        linear_light(texels[:, :, :3], encoded=True).astype(np.float32)
+        for texels in _mips(texture, _COLOR_TEXELS)
+    ]
+
+
+def _times(
+    mips: list[npt.NDArray[np.float32]] | None, factor: Sequence[float]
+) -> list[npt.NDArray[np.float32]]:
+    """The mips times a factor; the factor alone where there are none."""
+    color = np.asarray(factor, np.float32)
+    return [color.reshape(1, 1, 3)] if mips is None else [texels * color for texels in mips]

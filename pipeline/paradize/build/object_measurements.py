@@ -157,23 +157,36 @@ def _as_seen(
     for one, of_set in maps.of_object(item.name):
         if one.second:  # of normals that lie elsewhere only the surface's are compared
             continue
-        known = {key: f"{one.name}_{key}" for key in ("normal", "color") if f"{one.name}_{key}" in data}
+        kinds = ("normal", "color", "emission")
+        known = {key: f"{one.name}_{key}" for key in kinds if f"{one.name}_{key}" in data}
         for material in of_set:
             drawn = maps.objects[item.name].drawn[material]
-            shown = [known.get("normal"), known.get("color") if drawn.alpha_mode != "opaque" else None]
-            names |= {name: name for name in shown if name}
+            names |= {name: name for name in known.values()}
             materials[material] = {
-                "normal": shown[0],
-                "alpha": shown[1],
+                "normal": known.get("normal"),
+                "alpha": known.get("color") if drawn.alpha_mode != "opaque" else None,
+                "color": known.get("color"),
+                "color_factor": list(drawn.color),
+                "emission": known.get("emission"),
+                "emission_factor": list(drawn.emission),
                 "cutoff": None if drawn.alpha_mode == "blend" else drawn.alpha_cutoff,
                 "wrap": one.wrap or ("clamp", "clamp"),
                 "two_sided": drawn.two_sided,
             }
     for material, drawn in maps.objects[item.name].drawn.items():
-        bare = {"normal": None, "alpha": None, "cutoff": 0.0, "wrap": None, "two_sided": drawn.two_sided}
+        bare: dict[str, Any] = {
+            "normal": None,
+            "alpha": None,
+            "cutoff": 0.0,
+            "wrap": None,
+            "two_sided": drawn.two_sided,
+        }
+        bare |= {"color": None, "color_factor": list(drawn.color)}
+        bare |= {"emission": None, "emission_factor": list(drawn.emission)}
         materials.setdefault(material, bare)
     limits = {"normal_deg": scene.head.lod_error_deg, "silhouette": scene.head.lod_silhouette}
-    return {"materials": materials, "error_px": scene.head.lod_error_px, "limits": limits}, names
+    settings = {"materials": materials, "error_px": scene.head.lod_error_px, "limits": limits}
+    return settings | {"flip": scene.head.lod_flip}, names
 
 
 _FUNCTIONS: dict[str, tuple[str, Callable[..., dict[str, Any]]]] = {

@@ -15,7 +15,7 @@ from paradize.artifact import Artifact
 from paradize.build.manifest import MeshFacts
 from paradize.scene.settings import Scene
 
-MEASURED = ("seen_px", "seen_p99_deg", "seen_mean_deg", "seen_silhouette")
+MEASURED = ("seen_px", "seen_p99_deg", "seen_mean_deg", "seen_silhouette", "seen_flip")
 _BUDGETED = MEASURED[1:]
 
 

@@ -15,7 +15,7 @@ from paradize.formats.ktx2.size import SIZE_BYTES, ktx2_size
 from paradize.formats.scene_manifest import maps_of_material
 from paradize.map_table import DERIVED, MAPS
 
-SEEN = ("seen_px", "seen_p99_deg", "seen_mean_deg", "seen_silhouette")
+SEEN = ("seen_px", "seen_p99_deg", "seen_mean_deg", "seen_silhouette", "seen_flip")
 
 
 def textures_by_owner(manifest: dict[str, Any]) -> dict[str, list[str]]:
@@ -160,8 +160,9 @@ def economy_words(facts: dict[str, Any], kind: str) -> list[str]:
     for k, level in enumerate(facts["seen"], start=1):
         words.append(
             f"level {k} is drawn where the object is up to {level['size_px']:.3g} pixels large, which turns "
-            f"normals by {level['seen_p99_deg']:.2g} degrees "
-            f"and changes the silhouette on {level['seen_silhouette']:.2%} of its box"
+            f"normals by {level['seen_p99_deg']:.2g} degrees, "
+            f"changes the silhouette on {level['seen_silhouette']:.2%} "
+            f"and the picture by {level['seen_flip']:.2g} of FLIP over its box"
         )
         if level["size_px"] < 0.5 * level["seen_px"]:  # it differs too much at any size
             words[-1] += (

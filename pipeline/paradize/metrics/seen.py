@@ -5,8 +5,8 @@ Per pixel the mean normal is compared, because that is what light sees of the su
 coverage, which is the silhouette. Two levels whose normals differ everywhere by much may look the same once a
 pixel holds many of them. The kernel is not imported by any stage (`reference/seen.hpp`).
 
-Colour, gloss and light of its own are not compared: levels that differ in these alone count as equal. How far
-a texture slides on a level is measured on its own (`mapped_normal.uv_shift`).
+Colour and light of its own are compared by `metrics/switch.py`; gloss is not compared. How far a texture
+slides on a level is measured on its own (`mapped_normal.uv_shift`).
 
     finest = seen_mesh(lod0, {"bark": SeenMaterial(normals=mips)})
     seen = seen_difference(finest, seen_mesh(lod1, ...), size_px=120.0)
@@ -17,7 +17,7 @@ The materials of the two may differ: a level may have a normal map of its own.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from math import ceil, inf
 
@@ -95,20 +95,20 @@ def seen_mesh(mesh: Mesh, materials: Mapping[str, SeenMaterial]) -> SeenMesh:
     for group in mesh.groups:
         rows[group.first : group.first + group.count] = names.index(group.material)
     used = [materials.get(name, SeenMaterial()) for name in names]
-    attributes = {"normals": mesh.normals, "tangents": mesh.tangents, "uvs": mesh.uvs}
+    attributes = {"normals": mesh.normals, "tangents": mesh.tangents, "uvs": mesh.uvs, "colors": mesh.colors}
     return SeenMesh(mesh.positions, mesh.triangles, used, rows, **attributes)
 
 
 def seen_difference(finest: SeenMesh, level: SeenMesh, size_px: float) -> Seen:
     """Compares pictures in which the finest level's diagonal has `size_px` pixels, 1 to LARGEST_PX. All 0
     where the mesh is a point."""
-    found = _seen(finest, level, size_px, Limits(inf, inf))
+    found = seen_within(finest, level, size_px, Limits(inf, inf))
     assert found is not None
     return found
 
 
-def _seen(finest: SeenMesh, level: SeenMesh, size_px: float, limits: Limits) -> Seen | None:
-    """As seen_difference; None where it is beyond the limits."""
+def seen_within(finest: SeenMesh, level: SeenMesh, size_px: float, limits: Limits) -> Seen | None:
+    """As seen_difference; None where it is beyond the limits, which mostly takes less time."""
     size = diagonal_of(finest)
     if not size > 0:
         return Seen(size_px, 0.0, 0.0, 0.0, 0.0)
@@ -139,17 +139,28 @@ def _silhouette(difference: SeenDifference) -> float:
     return difference.changed_px / difference.box_px if difference.box_px > 0 else 0.0
 
 
-def largest_size(finest: SeenMesh, level: SeenMesh, limits: Limits, most_px: float) -> Seen | None:
+def largest_size(
+    finest: SeenMesh,
+    level: SeenMesh,
+    limits: Limits,
+    most_px: float,
+    also: Callable[[float], bool] = lambda _: True,
+) -> Seen | None:
     """The difference at the largest size, at most `most_px`, at which the level may take over; None if there
-    is none. Sizes are halved until one is inside the limits, then bisected."""
+    is none. Sizes are halved until one is inside the limits, then bisected. also: what else must hold of a
+    size; it is asked first."""
+
+    def inside(size_px: float) -> Seen | None:
+        return seen_within(finest, level, size_px, limits) if also(size_px) else None
+
     above = size = min(max(most_px, SMALLEST_PX), LARGEST_PX)
-    while (found := _seen(finest, level, size, limits)) is None:
+    while (found := inside(size)) is None:
         if size <= SMALLEST_PX:
             return None
         above, size = size, max(0.5 * size, SMALLEST_PX)
     for _ in range(_BISECTIONS if size < above else 0):
         between = float(np.sqrt(found.size_px * above))
-        tried = _seen(finest, level, between, limits)
+        tried = inside(between)
         above = between if tried is None else above
         found = tried or found
     return found

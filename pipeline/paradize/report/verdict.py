@@ -24,6 +24,7 @@ EYE = (
     ("occlusion_cast_mean", 0.02, "the eye hardly sees 2 % of soft shade"),
     ("occlusion_cast_p99", 0.05, "the eye hardly sees 5 % of soft shade on 1 % of the texels"),
     ("lod_seen_silhouette", 0.01, "a level may be off by 1 % of its pixels before its switch shows"),
+    ("lod_seen_flip", 0.01, "a change that nobody looks for is not seen below 1 % of FLIP"),
     ("path_time_s", 0.016, "a frame at 60 Hz"),
     ("path_jump_m_per_u", 1e-6, "what rounding leaves"),
     ("path_jump_m_per_u2", 1e-6, "what rounding leaves"),

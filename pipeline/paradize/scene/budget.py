@@ -53,6 +53,9 @@ METRICS = {
     "lod_seen_silhouette": Limit(
         "of its box", True, 1.0, "pixels that only one of a level and the finest covers, where it takes over"
     ),
+    "lod_seen_flip": Limit(
+        "FLIP", True, 1.0, "what the switch to a level changes of its box, where the level takes over"
+    ),
     "quantise_max": Limit("of the diagonal", True, 1.0, "how far 16-bit positions moved a vertex"),
     "quantise_max_m": Limit("m", True, FAR, "how far 16-bit positions moved a vertex"),
     "quantise_normal_max_deg": Limit("degrees", True, 180.0, "how far quantization turned a vertex normal"),

@@ -65,7 +65,7 @@ def add_object(
 
 def screen_size(head: Head, item: SceneObject) -> dict[str, float]:
     """Returns the screen size of MeshSettings."""
-    limits = {"normal_deg": head.lod_error_deg, "silhouette": head.lod_silhouette}
+    limits = {"normal_deg": head.lod_error_deg, "silhouette": head.lod_silhouette, "flip": head.lod_flip}
     return {"size_px": _LOD_SIZE_PX if item.lod_size_px is None else item.lod_size_px, **limits}
 
 

@@ -65,11 +65,15 @@ def test_by_error_the_bisection_ends_at_the_coarsest_that_is_inside(monkeypatch:
     """Of meshes that are off by 10 / triangles: 200 triangles are just inside one twentieth."""
     ball = sphere(20)
 
-    def made(judge: Original, before: Mesh, target: int, *_: object) -> tuple[MeasuredLevel, str]:
+    def made(judge: Original, before: Mesh, target: int, *_: object) -> tuple[MeasuredLevel, str, None]:
         mesh = replace(ball, triangles=ball.triangles[:target], groups=())
-        return MeasuredLevel(
-            mesh, NO_ERROR | {"error_max": 10 / target, "uv_shift_p99": 0.0, "uv_shift_max": 0.0}
-        ), ""
+        return (
+            MeasuredLevel(
+                mesh, NO_ERROR | {"error_max": 10 / target, "uv_shift_p99": 0.0, "uv_shift_max": 0.0}
+            ),
+            "",
+            None,
+        )
 
     monkeypatch.setattr("paradize.bakers.mesh.lods._simplified", made)
     steps, _ = make_levels(ball, Plan(errors=(0.05,)), "balanced")

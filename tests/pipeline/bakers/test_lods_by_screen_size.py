@@ -34,7 +34,7 @@ def alike(mesh: Mesh, level: Mesh, size_px: float, limits: Limits) -> bool:
 
 def test_each_level_looks_alike_at_its_size_and_one_of_fewer_triangles_does_not() -> None:
     ball, limits = sphere(10), Limits(normal_deg=5.0, silhouette=0.02)
-    size = ScreenSize(32.0, limits.normal_deg, limits.silhouette)
+    size = ScreenSize(32.0, limits.normal_deg, limits.silhouette, flip=1.0)
     levels = levels_of(ball, Plan(count=3, screen_size=size))
     assert len(levels) == 3
     for before, level, size_px in zip(levels, levels[1:], (32.0, 16.0), strict=False):
@@ -49,7 +49,7 @@ def test_a_model_whose_half_is_drawn_nowhere_gets_a_level_that_is_drawn() -> Non
     finest = seen_mesh(ball, {})
     half = levels_of(ball, Plan(count=2))[1]
     assert largest_size(finest, seen_mesh(half, {}), limits, 64.0) is None
-    lax = ScreenSize(16.0, 180.0, 0.02)
+    lax = ScreenSize(16.0, 180.0, 0.02, flip=1.0)
     found = levels_of(ball, Plan(count=2, screen_size=lax))
     assert len(half.triangles) < len(found[1].triangles) < len(ball.triangles)
     assert alike(ball, found[1], 16.0, Limits(180.0, 0.02))
@@ -60,7 +60,7 @@ def test_a_refined_level_that_no_longer_looks_alike_stays_as_it_was(monkeypatch:
         return simplify(level, len(level.triangles) // 2, original=judge.mesh).mesh, errors
 
     monkeypatch.setattr("paradize.bakers.mesh.lods.refine_level", halved)
-    plan = Plan(count=2, screen_size=ScreenSize(16.0, 180.0, 0.02))
+    plan = Plan(count=2, screen_size=ScreenSize(16.0, 180.0, 0.02, flip=1.0))
     balanced, exact = (make_levels(sphere(5), plan, tier)[0][1] for tier in ("balanced", "exact"))
     assert len(exact.mesh.triangles) == len(balanced.mesh.triangles)
 
@@ -98,14 +98,28 @@ def test_a_sheet_that_lost_a_part_was_bent_or_turned_over_looks_unlike() -> None
         np.tile(np.float32([0, 0, 1]), (4, 1)),
         groups=(Group("leaf", "leaf", 0, 2),),
     )
-    judge = ScreenSize(32.0, 10.0, 0.01).judge(leaf, 1)
-    assert judge(leaf) == ""
+    judge = ScreenSize(32.0, 10.0, 0.01, flip=1.0).judge(leaf, 1, leaf)
+    assert judge.accepts(leaf) and judge.fault(leaf) == ""
     half = replace(leaf, triangles=leaf.triangles[:1], groups=(Group("leaf", "leaf", 0, 1),))
-    assert "silhouette" in judge(half)
+    assert "silhouette" in judge.fault(half)
     over = replace(leaf, triangles=np.ascontiguousarray(leaf.triangles[:, ::-1]))
-    assert "silhouette" in judge(over)
+    assert "silhouette" in judge.fault(over)
     bent = replace(leaf, normals=np.tile(np.float32([0.6, 0, 0.8]), (4, 1)))
-    assert judge(bent).endswith(": normals by 36.9 degrees, limit 10")
+    assert judge.fault(bent).endswith(": normals by 36.9 degrees, limit 10")
+
+
+def test_a_level_whose_switch_shows_more_than_the_limit_is_refused() -> None:
+    """A leaf turned by 8 degrees towards the light: within the limits of normals and silhouette."""
+    leaf = Mesh(
+        np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], np.float32),
+        np.array([[0, 1, 2], [0, 2, 3]], np.uint32),
+        np.tile(np.float32([0, 0, 1]), (4, 1)),
+        groups=(Group("leaf", "leaf", 0, 2),),
+    )
+    lit = replace(leaf, normals=np.tile(np.float32([0, 0.139173, 0.990268]), (4, 1)))
+    assert ScreenSize(32.0, 10.0, 0.01, flip=1.0).judge(leaf, 1, leaf).accepts(lit)
+    strict = ScreenSize(32.0, 10.0, 0.01).judge(leaf, 1, leaf)
+    assert not strict.accepts(lit) and "of FLIP, limit 0.0056" in strict.fault(lit)
 
 
 def test_sizes_are_halved_and_never_smaller_than_what_can_be_told_apart() -> None:
@@ -134,9 +148,9 @@ def test_a_scene_passes_its_limits_to_the_levels_that_ask_for_them(tmp_path: Pat
 
     assert settings_of("") is None
     assert settings_of('lods_by = "screen_size"') == {
-        "size_px": 256.0, "normal_deg": 10.0, "silhouette": 0.004,
+        "size_px": 256.0, "normal_deg": 10.0, "silhouette": 0.004, "flip": 0.01,
     }  # fmt: skip
-    head = "lod_error_deg = 5\nlod_silhouette = 0.01\n"
+    head = "lod_error_deg = 5\nlod_silhouette = 0.01\nlod_flip = 0.02\n"
     assert settings_of('lods_by = "screen_size"\nlod_size_px = 64', head) == {
-        "size_px": 64.0, "normal_deg": 5.0, "silhouette": 0.01,
+        "size_px": 64.0, "normal_deg": 5.0, "silhouette": 0.01, "flip": 0.02,
     }  # fmt: skip

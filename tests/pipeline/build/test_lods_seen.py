@@ -13,23 +13,38 @@ import pytest
 from paradize.build.bake import bake
 from paradize.build.lods_seen import measure_lods_seen
 from paradize.build.options import BuildOptions
-from paradize.data import Lod, Mesh
+from paradize.data import Lod, Mesh, Texture
 from paradize.formats.glb.encode import encode_glb
+from paradize.formats.ktx2.encode import encode_ktx2
 from tests.pipeline.scenes import make_cove
 from tests.pipeline.shapes import sphere
 
 LIMITS = {"normal_deg": 5.0, "silhouette": 0.05}
 BARE = {"normal": None, "alpha": None, "cutoff": 0.0, "wrap": None, "two_sided": False}
+BARE |= {"color": None, "color_factor": [0.5, 0.5, 0.5], "emission": None, "emission_factor": [0.0, 0.0, 0.0]}
 
 
 def ball(*meshes: Mesh) -> bytes:
     return encode_glb([Lod(mesh, 1e-3 * k, 0.0) for k, mesh in enumerate(meshes)], "ball")
 
 
-def measured(glb: bytes, errors_m: list[float], **limits: float) -> list[dict[str, Any]]:
-    materials = {"skin": BARE}
+def measured(
+    glb: bytes,
+    errors_m: list[float],
+    flip: float = 1.0,
+    skin: dict[str, Any] = BARE,
+    textures: dict[str, bytes] | None = None,
+    **limits: float,
+) -> list[dict[str, Any]]:
     return measure_lods_seen(
-        glb, {}, name="ball", materials=materials, errors_m=errors_m, error_px=1.0, limits=LIMITS | limits
+        glb,
+        textures or {},
+        name="ball",
+        materials={"skin": skin},
+        errors_m=errors_m,
+        error_px=1.0,
+        limits=LIMITS | limits,
+        flip=flip,
     )
 
 
@@ -66,6 +81,26 @@ def test_a_level_that_looks_alike_from_afar_takes_over_there_and_no_coarser_one_
     assert levels[0] == dict.fromkeys(levels[0], 0.0)
 
 
+@pytest.mark.parametrize("role", ["painted", "glows"])
+def test_a_level_that_shows_another_colour_takes_over_nowhere(role: str) -> None:
+    """Its surface and normals are those of the finest; its texture lies the other way round."""
+    fine = sphere(12)
+    assert fine.uvs is not None
+    slid = replace(fine, uvs=1.0 - fine.uvs)
+    texels = np.zeros((16, 16, 4), np.uint8)
+    texels[:, :, 3], texels[:8, :, 0], texels[8:, :, 2] = 255, 200, 200
+    map_of = {"painted": "color", "glows": "emission"}[role]
+    black = {"color_factor": [0.0, 0.0, 0.0], "emission_factor": [1.0, 1.0, 1.0]} if role == "glows" else {}
+    skin = BARE | black | {map_of: "skin_map"}
+    textures = {"skin_map": encode_ktx2(Texture("RGBA8_SRGB", 16, 16, (texels.tobytes(),)))}
+    alike = measured(ball(fine, fine), [0.0, 0.05], 0.01, skin, textures)[1]
+    other = measured(ball(fine, slid), [0.0, 0.05], 0.01, skin, textures)[1]
+    assert alike["switch_m"] == 0.05 and alike["seen_flip"] == 0
+    assert other["switch_m"] is None and other["seen_flip"] > 0.05
+    assert (other["seen_p99_deg"], other["seen_silhouette"]) == (0, 0)
+    assert measured(ball(fine, slid), [0.0, 0.05], 1.0, skin, textures)[1]["switch_m"] == 0.05
+
+
 def baked(top: Path, **head: float) -> dict[str, Any]:
     scene = make_cove(top / "scene")
     words = "".join(f"{key} = {value}\n" for key, value in head.items())
@@ -80,7 +115,7 @@ def test_a_scene_draws_its_levels_where_they_look_alike(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("PARADIZE_STORE", str(tmp_path / "store"))
-    any_of_them = baked(tmp_path / "any", lod_error_deg=180.0, lod_silhouette=1.0)
+    any_of_them = baked(tmp_path / "any", lod_error_deg=180.0, lod_silhouette=1.0, lod_flip=1.0)
     strict = baked(tmp_path / "strict", lod_error_deg=3.0, lod_silhouette=0.02)
     item, other = any_of_them["objects"][0], strict["objects"][0]
     mesh, less = (found["artifacts"]["post_mesh"] for found in (any_of_them, strict))

@@ -41,7 +41,8 @@ def baked(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFacto
     scene = make_cove(top / "scene")
     text = scene.read_text().replace("lods = 3\n", "lods = 3\nquantise = true\n")
     text = text.replace(
-        'name = "cove"\n', 'name = "cove"\nviewport = [640, 360]\nlod_error_deg = 180\nlod_silhouette = 1\n'
+        'name = "cove"\n',
+        'name = "cove"\nviewport = [640, 360]\nlod_error_deg = 180\nlod_silhouette = 1\nlod_flip = 1\n',
     )
     if request.param == "free camera":
         text += FREE

@@ -121,13 +121,23 @@ def test_the_words_of_a_gutter_follow_from_its_numbers(facts: dict[str, Any], wo
 
 
 def test_a_level_that_looks_alike_at_no_size_is_told_with_a_mend() -> None:
-    level = {"size_px": 40.0, "seen_px": 40.0, "seen_p99_deg": 9.0, "seen_silhouette": 0.002}
+    level = {
+        "size_px": 40.0,
+        "seen_px": 40.0,
+        "seen_p99_deg": 9.0,
+        "seen_silhouette": 0.002,
+        "seen_flip": 0.004,
+    }
     never = {"size_px": 1.0, "seen_px": 4.0, "seen_p99_deg": 24.0, "seen_silhouette": 0.037}
+    never |= {"seen_flip": 0.021}
     facts = {"view": None, "limit": None, "maps": {}, "left_out": 0, "seen": [level, never], "levels_s": []}
     _, drawn, not_drawn = economy_words(facts, "mesh")
     assert "level 1 is drawn where the object is up to 40 pixels" in drawn and "already" not in drawn
     assert "level 2 is drawn where the object is up to 1 pixels" in not_drawn
-    assert "3.70% of its box at 4 pixels already, more than the scene allows" in not_drawn
+    changes = (
+        "3.70% and the picture by 0.021 of FLIP over its box at 4 pixels already, more than the scene allows"
+    )
+    assert changes in not_drawn
     assert 'lods_by = "screen_size"' in not_drawn
 
 

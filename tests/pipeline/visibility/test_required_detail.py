@@ -333,7 +333,10 @@ def far(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
         write_image(scene.parent / f"{name}.png", rng.integers(40, 220, (512, 512, 3), np.uint8))
     text = scene.read_text()
     for old, new in (
-        ('name = "cove"\n', 'name = "cove"\nviewport = [64, 36]\nlod_error_deg = 180\nlod_silhouette = 1\n'),
+        (
+            'name = "cove"\n',
+            'name = "cove"\nviewport = [64, 36]\nlod_error_deg = 180\nlod_silhouette = 1\nlod_flip = 1\n',
+        ),
         ('effect_color = "sand.png"', 'effect_color = "effect.png"'),
         ("parallax_scale = 0.01\n", ""),
         ("lods = 3\n", "lods = 3\nbleed = 0.9\n"),

@@ -8,11 +8,10 @@ not the simplifier's own estimate.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from math import isqrt
 
-from paradize.bakers.mesh.lods_by_screen_size import ScreenSize
+from paradize.bakers.mesh.lods_by_screen_size import Judge, ScreenSize
 from paradize.bakers.mesh.refine import refine_level
 from paradize.data import Mesh
 from paradize.errors import SourceError
@@ -124,7 +123,9 @@ def _refined(
         report_step(f"refining level {at} of {len(levels) - 1}")
         mesh, errors = refine_level(reference, before, level.mesh, level.errors, level.seams_kept, _SAMPLES)
         before = level.mesh
-        if screen_size is None or not screen_size.judge(reference.mesh, level.number)(mesh):
+        if screen_size is None or screen_size.judge(reference.mesh, level.number, found[-1].mesh).accepts(
+            mesh
+        ):
             level = replace(level, mesh=mesh, errors=errors)
         notes += _append_better(found, level)
     return found, notes
@@ -174,7 +175,7 @@ def _chain(reference: Original, plan: Plan) -> tuple[list[MeasuredLevel], list[s
             bound = min(plan.errors[at - 1], plan.limit)
             found, note = _coarsest(reference, last.mesh, bound, plan.simplifier)
         elif plan.screen_size is not None:
-            judge = plan.screen_size.judge(mesh, at)
+            judge = plan.screen_size.judge(mesh, at, last.mesh)
             found, note = _coarsest(reference, last.mesh, plan.limit, plan.simplifier, judge)
         else:
             target = max(LEAST_TRIANGLES, int(first * plan.ratio**at))
@@ -243,18 +244,28 @@ def _uv_shift_notes(levels: list[MeasuredLevel], simplifier: str) -> list[str]:
 
 
 def _simplified(
-    reference: Original, before: Mesh, target: int, limit: float, simplifier: str
-) -> tuple[MeasuredLevel | None, str]:
-    """Returns a measured level of about `target` triangles, or None if nothing would be left; and why it
-    has more. If its texture slid, it is made again with more weight on UVs, and the least slid one inside
-    `limit` is taken."""
+    reference: Original,
+    before: Mesh,
+    target: int,
+    limit: float,
+    simplifier: str,
+    judge: Judge | None = None,
+) -> tuple[MeasuredLevel | None, str, Mesh | None]:
+    """Returns a measured level of about `target` triangles, or None if nothing would be left or the judge
+    does not accept it; why it has more; and the mesh that was not accepted. If its texture slid, it is made
+    again with more weight on UVs, and the least slid one inside `limit` is taken."""
     made = simplify(before, target, method=simplifier, original=reference.mesh)
     try:
         mesh, _ = validate_mesh(made.mesh)
     except SourceError:
-        return None, "nothing would be left"
+        return None, "nothing would be left", None
+    if judge is not None and not judge.accepts(mesh):  # before it is measured, which takes longer
+        return None, made.note, mesh
     level = MeasuredLevel(mesh, reference.distance(mesh, _SAMPLES), made.seams_kept)
-    return _with_less_uv_shift(reference, level, before, target, limit, simplifier), made.note
+    level = _with_less_uv_shift(reference, level, before, target, limit, simplifier)
+    if judge is not None and level.mesh is not mesh and not judge.accepts(level.mesh):
+        return None, made.note, level.mesh
+    return level, made.note, None
 
 
 def _with_less_uv_shift(
@@ -290,7 +301,7 @@ def _nearest(
     most = int(len(before.triangles) * (1 - _WORTH))
     least, best, note = target, None, ""
     for _ in range(_BISECTIONS):
-        level, reason = _simplified(reference, before, target, limit, simplifier)
+        level, reason, _ = _simplified(reference, before, target, limit, simplifier)
         if level is None:
             return best, note or reason
         count = len(level.mesh.triangles)
@@ -313,35 +324,31 @@ def _nearest(
 
 
 def _coarsest(
-    reference: Original,
-    before: Mesh,
-    bound: float,
-    simplifier: str,
-    judge: Callable[[Mesh], str] = lambda mesh: "",
+    reference: Original, before: Mesh, bound: float, simplifier: str, judge: Judge | None = None
 ) -> tuple[MeasuredLevel | None, str]:
-    """Returns the mesh of the fewest triangles with a measured error inside `bound` and without a fault, by
-    bisection of the count on a logarithmic scale; None if no level saves enough triangles, and why. judge:
-    says the fault of a mesh."""
+    """Returns the mesh of the fewest triangles with a measured error inside `bound` that the judge accepts,
+    by bisection of the count on a logarithmic scale; None if no level saves enough triangles, and why."""
     whole = len(before.triangles)
     low, high = LEAST_TRIANGLES, int(whole * (1 - _WORTH))
     best: MeasuredLevel | None = None
     note = f"{whole} triangles are the least"
+    refused: Mesh | None = None  # the last fault, where the judge found it
     for _ in range(2 * _BISECTIONS):
         if low > high:
             break
         target = max(low, min(high, isqrt(low * high)))
-        level, reason = _simplified(reference, before, target, bound, simplifier)
+        level, reason, unlike = _simplified(reference, before, target, bound, simplifier, judge)
         if level is None:
+            refused = unlike or refused
             low = target + 1
             continue
         count, off = len(level.mesh.triangles), level.errors["error_max"]
-        fault = f"are {off:.3g} of the diagonal off, limit {bound:g}" if off > bound else judge(level.mesh)
-        if fault:
-            note = f"{count} triangles {fault}"
+        if off > bound:
+            note, refused = f"{count} triangles are {off:.3g} of the diagonal off, limit {bound:g}", None
             low = target + 1
             continue
         if count > int(whole * (1 - _WORTH)):
-            note = reason or note
+            note, refused = reason or note, None if reason else refused
             low = target + 1
             continue
         if best is None or count < len(best.mesh.triangles):
@@ -351,4 +358,6 @@ def _coarsest(
         high = min(target, count) - 1
         if low * 1.02 > high:
             break
+    if best is None and judge is not None and refused is not None:
+        note = f"{len(refused.triangles)} triangles {judge.fault(refused)}"
     return best, note

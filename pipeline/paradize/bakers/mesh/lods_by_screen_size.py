@@ -3,54 +3,95 @@ over.
 
 A level by ratio may have so few triangles that it looks unlike the source at any size, and is never drawn.
 Here the size comes first: level 1 takes over where the mesh has `size_px` pixels along its diagonal, and each
-next level where it has half as many. Compared are the normals of the vertices and the silhouette of
-front faces, without maps (metrics/seen.py); the published levels are measured with maps (build/lods_seen.py).
+next level where it has half as many. Compared are the normals of the vertices, the silhouette of front faces
+and the light on them, without maps (metrics/seen.py, metrics/switch.py); the published levels are measured
+with maps (build/lods_seen.py).
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
+import numpy as np
+
 from paradize.data import Mesh
-from paradize.metrics.seen import LARGEST_PX, SMALLEST_PX, Limits, seen_difference, seen_mesh
+from paradize.kernels.reference.seen import SeenMaterial, SeenMesh
+from paradize.metrics.seen import (
+    LARGEST_PX,
+    SMALLEST_PX,
+    Limits,
+    seen_difference,
+    seen_mesh,
+    seen_within,
+)
+from paradize.metrics.switch import ROOM, switch_flip
+
+_ROOM = 0.7 * ROOM  # of the limit: maps, which are not compared here, change the picture too
 
 
 @dataclass(frozen=True)
 class ScreenSize:
     """size_px: at which level 1 takes over, 4 to 4096. normal_deg, silhouette: how much a level may differ
-    there, as Limits."""
+    there, as Limits. flip: how much the switch to it may change the picture; 1: anything."""
 
     size_px: float
     normal_deg: float = Limits.normal_deg
     silhouette: float = Limits.silhouette
+    flip: float = 0.01
 
     def in_range(self) -> bool:
         """Whether all numbers mean something."""
-        limits = 0.0 <= self.normal_deg <= 180.0 and 0.0 <= self.silhouette <= 1.0
+        limits = 0.0 <= self.normal_deg <= 180.0 and 0.0 <= self.silhouette <= 1.0 and 0.0 < self.flip <= 1.0
         return limits and SMALLEST_PX <= self.size_px <= LARGEST_PX
 
     def of_level(self, level: int) -> float:
         """The size in pixels at which a level, 1 or more, takes over."""
         return max(SMALLEST_PX, self.size_px * 0.5 ** (level - 1))
 
-    def judge(self, source: Mesh, level: int) -> Callable[[Mesh], str]:
-        """Returns a function that says why a mesh may not be this level; an empty string where it may."""
-        finest, limits, size = (
-            seen_mesh(source, {}),
-            Limits(self.normal_deg, self.silhouette),
-            self.of_level(level),
+    def judge(self, source: Mesh, level: int, before: Mesh) -> Judge:
+        """Returns the judge of meshes that may be this level, after the level `before`."""
+        limits = Limits(self.normal_deg, self.silhouette)
+        return Judge(_plain(source), _plain(before), self.of_level(level), limits, self.flip)
+
+
+@dataclass(frozen=True)
+class Judge:
+    """Says of a mesh whether it may take over from the level `before` at `size_px`: as ScreenSize."""
+
+    finest: SeenMesh
+    before: SeenMesh
+    size_px: float
+    limits: Limits
+    flip: float
+
+    def accepts(self, mesh: Mesh) -> bool:
+        """Whether it may."""
+        level = _plain(mesh)
+        if seen_within(self.finest, level, self.size_px, self.limits) is None:
+            return False
+        return self.flip >= 1.0 or switch_flip(self.before, level, self.size_px) <= _ROOM * self.flip
+
+    def fault(self, mesh: Mesh) -> str:
+        """What the mesh exceeds, in words; an empty string where it may."""
+        level = _plain(mesh)
+        found = seen_difference(self.finest, level, self.size_px)
+        over = []
+        if found.p99_deg > self.limits.normal_deg:
+            over.append(f"normals by {found.p99_deg:.3g} degrees, limit {self.limits.normal_deg:g}")
+        if found.silhouette > self.limits.silhouette:
+            over.append(f"silhouette by {found.silhouette:.2g}, limit {self.limits.silhouette:g}")
+        if over:
+            return f"look unlike the source at {self.size_px:g} pixels: {', '.join(over)}"
+        change = 0.0 if self.flip >= 1.0 else switch_flip(self.before, level, self.size_px)
+        if change <= _ROOM * self.flip:
+            return ""
+        return (
+            f"look unlike the level before at {self.size_px:g} pixels: the picture by {change:.2g} of FLIP, "
+            f"limit {_ROOM * self.flip:.2g}"
         )
 
-        def fault(mesh: Mesh) -> str:
-            found = seen_difference(finest, seen_mesh(mesh, {}), size)
-            if found.inside(limits):
-                return ""
-            over = []
-            if found.p99_deg > limits.normal_deg:
-                over.append(f"normals by {found.p99_deg:.3g} degrees, limit {limits.normal_deg:g}")
-            if found.silhouette > limits.silhouette:
-                over.append(f"silhouette by {found.silhouette:.2g}, limit {limits.silhouette:g}")
-            return f"look unlike the source at {size:g} pixels: {', '.join(over)}"
 
-        return fault
+def _plain(mesh: Mesh) -> SeenMesh:
+    """The mesh without maps, half white."""
+    grey = SeenMaterial(colors=(np.full((1, 1, 3), 0.5, np.float32),))
+    return seen_mesh(mesh, dict.fromkeys(["", *(group.material for group in mesh.groups)], grey))

@@ -2,14 +2,18 @@
 // goes in.
 #include "reference/bind_seen.hpp"
 
+#include <nanobind/stl/array.h>
 #include <nanobind/stl/vector.h>
 
+#include <array>
 #include <cstdint>
 #include <utility>
 #include <vector>
 
 #include "bind.hpp"
+#include "reference/flip.hpp"
 #include "reference/seen.hpp"
+#include "reference/switch.hpp"
 
 namespace nb = nanobind;
 using namespace paradize;
@@ -29,9 +33,12 @@ std::vector<reference::Mip> chain(const std::vector<Texels> &levels) {
 }
 
 reference::SeenMaterial material(const std::vector<Texels> &normals, const std::vector<Texels> &alpha,
+                                 const std::vector<Texels> &colors, const std::vector<Texels> &glow,
                                  double cutoff, unsigned across, unsigned down, bool two_sided) {
     return {chain(normals),
             chain(alpha),
+            chain(colors),
+            chain(glow),
             cutoff,
             static_cast<reference::Wrap>(across),
             static_cast<reference::Wrap>(down),
@@ -48,12 +55,13 @@ std::span<const T> rows_or_none(const nb::object &rows) {
 
 reference::SeenMesh mesh(Rows<float> positions, Rows<std::uint32_t> triangles, const nb::object &normals,
                          const nb::object &tangents, const nb::object &uvs, Column<std::uint32_t> by_triangle,
-                         std::vector<reference::SeenMaterial> materials) {
+                         std::vector<reference::SeenMaterial> materials, const nb::object &colors) {
     return {{flat(positions), flat(triangles)},
             {flat(triangles), rows_or_none<float>(normals), rows_or_none<float>(tangents),
              rows_or_none<float>(uvs)},
             flat(by_triangle),
-            std::move(materials)};
+            std::move(materials),
+            rows_or_none<float>(colors)};
 }
 
 nb::list seen_differences(const reference::SeenMesh &a, const reference::SeenMesh &b, Rows<double> directions,
@@ -72,6 +80,30 @@ nb::list seen_differences(const reference::SeenMesh &a, const reference::SeenMes
     return out;
 }
 
+nb::object switch_flips(const reference::SeenMesh &before, const reference::SeenMesh &after,
+                        Rows<double> directions, double pixel, std::size_t samples, unsigned background,
+                        std::array<double, 3> to_light, double direct, double around, int threads) {
+    std::vector<double> found;
+    {
+        nb::gil_scoped_release unlocked;
+        const reference::SwitchPictures how{
+            {to_light, direct, around}, static_cast<std::uint8_t>(background), samples};
+        found = reference::switch_flips(before, after, flat(directions), pixel, how, threads);
+    }
+    return give(std::move(found));
+}
+
+using Codes = nb::ndarray<const std::uint8_t, nb::ndim<3>, nb::c_contig, nb::device::cpu>;
+
+nb::object flip(const Codes &a, const Codes &b) {
+    std::vector<float> found;
+    {
+        nb::gil_scoped_release unlocked;
+        found = reference::flip(flat(a), flat(b), a.shape(0), a.shape(1));
+    }
+    return give(std::move(found), a.shape(1));
+}
+
 } // namespace
 
 void bind_reference_seen(nb::module_ &m) {
@@ -79,6 +111,9 @@ void bind_reference_seen(nb::module_ &m) {
     m.def("seen_material", &material);
     nb::class_<reference::SeenMesh>(m, "SeenMesh");
     m.def("seen_mesh", &mesh, nb::arg("positions"), nb::arg("triangles"), nb::arg("normals").none(),
-          nb::arg("tangents").none(), nb::arg("uvs").none(), nb::arg("by_triangle"), nb::arg("materials"));
+          nb::arg("tangents").none(), nb::arg("uvs").none(), nb::arg("by_triangle"), nb::arg("materials"),
+          nb::arg("colors").none());
     m.def("seen_differences", &seen_differences);
+    m.def("switch_flips", &switch_flips);
+    m.def("flip", &flip);
 }

@@ -154,6 +154,41 @@ struct Placed {
         return chain[k];
     }
 
+    // A map of three channels at shares of a triangle. Without texture coordinates: its coarsest level's
+    // first.
+    Point shown(std::size_t t, const Triangle &shape, const Pair &shares, const std::vector<Mip> &chain,
+                double without) const {
+        if (chain.empty()) {
+            return {without, without, without};
+        }
+        if (mesh.shading.uvs.empty()) {
+            const auto first = chain.back().texels;
+            return {first[0], first[1], first[2]};
+        }
+        return sampled<3>(level(t, shape, chain), mesh.materials[mesh.material[t]], uv(t, shares));
+    }
+
+    // What a sample sends to the viewer.
+    Point lit(std::size_t t, const Triangle &shape, const Pair &shares, const Point &normal,
+              const SeenLight &light) const {
+        const SeenMaterial &material = mesh.materials[mesh.material[t]];
+        const Point color = shown(t, shape, shares, material.colors, 1);
+        const Point glow = shown(t, shape, shares, material.glow, 0);
+        const double received =
+            light.direct * std::max(0.0, dot(normal, light.toward)) + light.around * (0.5 + 0.5 * normal[1]);
+        const std::uint32_t *corner = &mesh.surface.triangles[t * 3];
+        const std::array<double, 3> weights{1 - shares[0] - shares[1], shares[0], shares[1]};
+        Point out{};
+        for (std::size_t c = 0; c < 3; ++c) {
+            double painted = mesh.colors.empty() ? 1 : 0;
+            for (std::size_t k = 0; k < 3 && !mesh.colors.empty(); ++k) {
+                painted += weights[k] * mesh.colors[corner[k] * std::size_t{4} + c];
+            }
+            out[c] = color[c] * painted * received + glow[c];
+        }
+        return out;
+    }
+
     Point normal(std::size_t t, const Triangle &shape, const Mip *map, const Pair &shares) const {
         const std::uint32_t *corner = &mesh.surface.triangles[t * 3];
         const std::array<double, 3> weights{1 - shares[0] - shares[1], shares[0], shares[1]};
@@ -286,15 +321,15 @@ class Bins {
     double side_; // samples
 };
 
-// The pixels of a tile: the sum of the normals of their samples, and how many are covered.
+// The pixels of a tile: the sums of the normals and of the light of their samples, and how many are covered.
 struct Pixels {
-    std::array<Point, tile * tile> normal{};
+    std::array<Point, tile * tile> normal{}, light{};
     std::array<std::uint32_t, tile * tile> covered{};
 };
 
-// left, bottom: first sample of the tile.
+// left, bottom: first sample of the tile. light: null where nobody asks for it.
 void draw(const Placed &placed, std::span<const std::uint32_t> triangles, std::size_t left,
-          std::size_t bottom, std::size_t samples, Pixels &out) {
+          std::size_t bottom, std::size_t samples, const SeenLight *light, Pixels &out) {
     const std::size_t side = tile * samples;
     std::vector<double> nearest(side * side, -std::numeric_limits<double>::infinity());
     std::vector<std::uint32_t> shown(side * side, nothing);
@@ -351,7 +386,11 @@ void draw(const Placed &placed, std::span<const std::uint32_t> triangles, std::s
             }
             const Pair s = shape.shares(x0 + static_cast<double>(x) + 0.5, y0 + static_cast<double>(y) + 0.5);
             const std::size_t pixel = y / samples * tile + x / samples;
-            out.normal[pixel] = along(out.normal[pixel], 1, placed.normal(t, shape, map, s));
+            const Point normal = placed.normal(t, shape, map, s);
+            out.normal[pixel] = along(out.normal[pixel], 1, normal);
+            if (light != nullptr) {
+                out.light[pixel] = along(out.light[pixel], 1, placed.lit(t, shape, s, normal, *light));
+            }
             ++out.covered[pixel];
         }
     }
@@ -439,6 +478,20 @@ Picture picture(const SeenMesh &a, const SeenMesh &b, const Point &toward, doubl
     return {view, {high[0] - low[0], high[1] - low[1]}};
 }
 
+// The bounding box of a mesh's triangles.
+std::pair<std::array<float, 3>, std::array<float, 3>> box_of(const SeenMesh &mesh) {
+    constexpr float far = std::numeric_limits<float>::infinity();
+    std::array<float, 3> low{far, far, far}, high{-far, -far, -far};
+    for (const std::uint32_t corner : mesh.surface.triangles) {
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            const float at = mesh.surface.positions[corner * std::size_t{3} + axis];
+            low[axis] = std::min(low[axis], at);
+            high[axis] = std::max(high[axis], at);
+        }
+    }
+    return {low, high};
+}
+
 Found compare(const SeenMesh &a, const SeenMesh &b, const Picture &picture, std::size_t samples,
               std::size_t most_tiles, int threads) {
     const auto &[view, sides] = picture;
@@ -467,8 +520,8 @@ Found compare(const SeenMesh &a, const SeenMesh &b, const Picture &picture, std:
         const auto own = [&](const Bins &bins) {
             return std::span(bins.triangles).subspan(bins.first[k], bins.first[k + 1] - bins.first[k]);
         };
-        draw(first, own(of_first), left, bottom, samples, one);
-        draw(second, own(of_second), left, bottom, samples, other);
+        draw(first, own(of_first), left, bottom, samples, nullptr, one);
+        draw(second, own(of_second), left, bottom, samples, nullptr, other);
         const double whole = static_cast<double>(samples * samples);
         Found &found = by_tile[k];
         for (std::size_t p = 0; p < tile * tile; ++p) {
@@ -531,6 +584,62 @@ std::vector<SeenDifference> seen_differences(const SeenMesh &a, const SeenMesh &
         }
     }
     out.push_back(difference_of(all));
+    return out;
+}
+
+LitPair lit_pictures(const SeenMesh &a, const SeenMesh &b, const Point &toward, double pixel,
+                     std::size_t samples, std::size_t margin, const SeenLight &light) {
+    auto [view, sides] = picture(a, b, unit(toward), pixel, samples);
+    view.left += static_cast<double>(margin * samples);
+    view.bottom += static_cast<double>(margin * samples);
+    const auto pixels = [&, &sides = sides](std::size_t axis) {
+        return static_cast<std::size_t>(sides[axis] / static_cast<double>(samples)) + 2 + 2 * margin;
+    };
+    const std::size_t width = pixels(0), height = pixels(1);
+    const std::size_t columns = (width + tile - 1) / tile, rows = (height + tile - 1) / tile;
+    LitPair out;
+    for (const bool is_first : {true, false}) {
+        const Placed placed = place(is_first ? a : b, view, 1);
+        Bins bins(placed, columns, rows, static_cast<double>(tile * samples));
+        std::vector<std::uint32_t> counts(columns * rows, 0);
+        bins.count(counts);
+        const std::vector<std::size_t> chosen = some(counts, 1);
+        bins.fill(chosen);
+        LitPicture &shown = is_first ? out.first : out.second;
+        shown = {std::vector<float>(width * height * 4, 0), height, width};
+        const auto whole = static_cast<double>(samples * samples);
+        for (std::size_t k = 0; k < chosen.size(); ++k) {
+            const std::size_t left = chosen[k] % columns * tile, bottom = chosen[k] / columns * tile;
+            Pixels drawn;
+            draw(placed, std::span(bins.triangles).subspan(bins.first[k], bins.first[k + 1] - bins.first[k]),
+                 left * samples, bottom * samples, samples, &light, drawn);
+            for (std::size_t y = 0; y < std::min(tile, height - bottom); ++y) {
+                for (std::size_t x = 0; x < std::min(tile, width - left); ++x) {
+                    const std::size_t from = y * tile + x;
+                    float *to = &shown.pixels[((bottom + y) * width + left + x) * 4];
+                    for (std::size_t c = 0; c < 3; ++c) {
+                        to[c] = static_cast<float>(drawn.light[from][c] / whole);
+                    }
+                    to[3] = static_cast<float>(drawn.covered[from] / whole);
+                }
+            }
+        }
+    }
+    const auto [low, high] = box_of(a);
+    out.low.fill(std::numeric_limits<double>::infinity());
+    out.high.fill(-std::numeric_limits<double>::infinity());
+    for (unsigned corner = 0; corner < 8; ++corner) {
+        std::array<float, 3> at{};
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            at[axis] = corner >> axis & 1U ? high[axis] : low[axis];
+        }
+        const Point p = view.of(at.data());
+        for (std::size_t axis = 0; axis < 2; ++axis) {
+            const double pixel_of = p[axis] / static_cast<double>(samples);
+            out.low[axis] = std::min(out.low[axis], std::floor(pixel_of));
+            out.high[axis] = std::max(out.high[axis], std::floor(pixel_of) + 1);
+        }
+    }
     return out;
 }
 

@@ -1,8 +1,9 @@
-// What two meshes show in pictures of the same size: the mean normal and the coverage of each pixel. For
-// metrics only: no stage uses this kernel. Source: M. Olano and D. Baker, "LEAN mapping", 2010, for why a
-// pixel's mean normal is what light sees of the surfaces under it.
+// What two meshes show in pictures of the same size: the mean normal and the coverage of each pixel, or its
+// light. For metrics only: no stage uses this kernel. Source: M. Olano and D. Baker, "LEAN mapping", 2010,
+// for why a pixel's mean normal is what light sees of the surfaces under it.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -20,10 +21,12 @@ struct Mip {
     std::size_t rows = 0, columns = 0;
 };
 
-// What decides the normal and the coverage of a material. Chains start with the finest level.
+// What decides how a material looks. Chains start with the finest level.
 struct SeenMaterial {
     std::vector<Mip> normals;                        // unit vectors, green up; none: as if flat
     std::vector<Mip> alpha;                          // one channel; none: no holes
+    std::vector<Mip> colors;                         // linear; none: white
+    std::vector<Mip> glow;                           // light of its own, linear; none: black
     double cutoff = 0;                               // what has less alpha is a hole
     Wrap across = Wrap::repeat, down = Wrap::repeat; // of its maps, beyond their edges
     bool two_sided = false;
@@ -35,6 +38,7 @@ struct SeenMesh {
     Shading shading;
     std::span<const std::uint32_t> material;
     std::vector<SeenMaterial> materials;
+    std::span<const float> colors = {}; // (n, 4) linear, times those of the material, or empty
 };
 
 // Pixels are counted by how much of them is covered. Angles: degrees between the mean normals of what is
@@ -68,5 +72,29 @@ std::vector<SeenDifference> seen_differences(const SeenMesh &a, const SeenMesh &
                                              std::span<const double> directions, double pixel,
                                              std::size_t samples, std::size_t most_tiles,
                                              const SeenLimits &limits, int threads);
+
+// One direction of light, and light from all around that is strongest from above.
+struct SeenLight {
+    Point toward{}; // unit, towards the light
+    double direct = 0, around = 0;
+};
+
+// (rows, columns, 4): red, green and blue, linear, of what is covered of a pixel, and how much of it is.
+struct LitPicture {
+    std::vector<float> pixels;
+    std::size_t rows = 0, columns = 0;
+};
+
+// low, high: the pixels around the bounding box of the first mesh, by column and row, whole numbers; they may
+// lie beyond the pictures.
+struct LitPair {
+    LitPicture first, second;
+    std::array<double, 2> low{}, high{};
+};
+
+// The pictures of two meshes along `toward` (unit), laid out as those above with `margin` pixels more on all
+// sides, the lowest row first. A surface is its color times the light on it, and its glow.
+LitPair lit_pictures(const SeenMesh &a, const SeenMesh &b, const Point &toward, double pixel,
+                     std::size_t samples, std::size_t margin, const SeenLight &light);
 
 } // namespace paradize::reference

@@ -20,16 +20,19 @@ MOST_PIXELS = 16384  # along a side of a picture
 
 @dataclass(frozen=True)
 class SeenMaterial:
-    """What decides the normal and the coverage of a material. normals: (h, w, 3) unit vectors of each mip of
-    its normal map, green up, the finest first; none: flat. alpha: (h, w) of each mip; none: no holes. cutoff:
-    what has less alpha is a hole. wrap: "repeat", "clamp" or "mirror" beyond the edges of its maps, along u
-    and v. two_sided: whether back faces are drawn, with their normal turned round."""
+    """What decides how a material looks. normals: (h, w, 3) unit vectors of each mip of its normal map, green
+    up, the finest first; none: flat. alpha: (h, w) of each mip; none: no holes. colors, glow: (h, w, 3)
+    linear of each mip, what it reflects and what it gives off; none: white, and black. cutoff: what has less
+    alpha is a hole. wrap: "repeat", "clamp" or "mirror" beyond the edges of its maps, along u and v.
+    two_sided: whether back faces are drawn, with their normal turned round."""
 
     normals: Sequence[F32] = ()
     alpha: Sequence[F32] = ()
     cutoff: float = 0.0
     wrap: tuple[str, str] = ("repeat", "repeat")
     two_sided: bool = False
+    colors: Sequence[F32] = ()
+    glow: Sequence[F32] = ()
 
 
 @dataclass(frozen=True)
@@ -71,8 +74,8 @@ def _chain(levels: Sequence[F32], channels: int) -> list[F32]:
 
 class SeenMesh:
     """A mesh as it is drawn. positions: (n, 3), any unit. triangles: (m, 3), m > 0. normals: (n, 3) unit;
-    None: those of the triangles. tangents: (n, 4), uvs: (n, 2), or None; normal maps need both. by_triangle:
-    (m,) rows of `materials`."""
+    None: those of the triangles. tangents: (n, 4), uvs: (n, 2), or None; normal maps need both. colors: (n,
+    4) linear, times those of the material, or None. by_triangle: (m,) rows of `materials`."""
 
     def __init__(
         self,
@@ -84,6 +87,7 @@ class SeenMesh:
         normals: npt.ArrayLike | None = None,
         tangents: npt.ArrayLike | None = None,
         uvs: npt.ArrayLike | None = None,
+        colors: npt.ArrayLike | None = None,
     ) -> None:
         points = _rows(positions, 3)
         assert points is not None
@@ -97,16 +101,18 @@ class SeenMesh:
         self.positions, self.triangles = points, faces
         count = len(points)
         columns = _rows(normals, 3, count), _rows(tangents, 4, count), _rows(uvs, 2, count)
+        painted = _rows(colors, 4, count)
         native, chains = [], []
         for one in materials:
             if not 0.0 <= one.cutoff < float("inf"):
                 raise ValueError(f"an alpha cutoff of {one.cutoff}")
             vectors, alpha = _chain(one.normals, 3), _chain(one.alpha, 1)
-            chains += [vectors, alpha]
+            maps = [vectors, alpha, _chain(one.colors, 3), _chain(one.glow, 3)]
+            chains += maps
             ways = (_WRAPS.index(way) for way in one.wrap)
-            native.append(_reference.seen_material(vectors, alpha, one.cutoff, *ways, one.two_sided))
-        self._held = (points, faces, columns, rows, chains)  # the native mesh looks at them
-        self.native = _reference.seen_mesh(points, faces, *columns, rows, native)
+            native.append(_reference.seen_material(*maps, one.cutoff, *ways, one.two_sided))
+        self._held = (points, faces, columns, rows, painted, chains)  # the native mesh looks at them
+        self.native = _reference.seen_mesh(points, faces, *columns, rows, native, painted)
 
 
 def seen_differences(
@@ -150,3 +156,52 @@ def seen_differences(
         return None
     *each, together = (SeenDifference(*map(float, one)) for one in found)
     return each, together
+
+
+@dataclass(frozen=True)
+class SeenLight:
+    """One direction of light, and light from all around. toward: unit, to the light. direct, around: how much
+    of a white surface's light comes from either, linear; what comes from around falls to 0 on what looks
+    down."""
+
+    toward: tuple[float, float, float]
+    direct: float
+    around: float
+
+
+def switch_flips(
+    before: SeenMesh,
+    after: SeenMesh,
+    directions: npt.ArrayLike,
+    pixel: float,
+    light: SeenLight,
+    *,
+    samples: int,
+    background: int,
+    threads: int | None = None,
+) -> npt.NDArray[np.float64]:
+    """Returns the mean of FLIP over the bounding box of `before`, 0..1, of orthographic pictures of two
+    meshes along each direction, as defined in reference/switch.hpp.
+
+    directions: (k, 3) unit, towards the viewer. pixel: > 0, in the unit of the positions. samples: along a
+    side of a pixel, 1 to 16. background: the grey behind them, a code of sRGB, 0 to 255.
+    """
+    towards = np.ascontiguousarray(directions, np.float64)
+    if towards.ndim != 2 or towards.shape[1] != 3 or not np.isfinite(towards).all():
+        raise ValueError(f"expected (k, 3) finite directions, got {towards.shape}")
+    if not pixel > 0 or not 1 <= samples <= 16 or not 0 <= background <= 255:
+        raise ValueError(f"a pixel of {pixel:g}, {samples} samples or a background of {background}")
+    workers = default_threads(8) if threads is None else max(1, threads)
+    lit = list(light.toward), light.direct, light.around
+    found = _reference.switch_flips(
+        before.native, after.native, towards, pixel, samples, background, *lit, workers
+    )
+    return np.asarray(found)
+
+
+def flip(a: npt.NDArray[np.uint8], b: npt.NDArray[np.uint8]) -> F32:
+    """FLIP (h, w), 0..1, of two pictures (h, w, 3) in codes of sRGB, at 67 pixels per degree; without libm
+    (reference/flip.hpp)."""
+    if a.shape != b.shape or a.ndim != 3 or a.shape[2] != 3 or not a.size:
+        raise ValueError(f"pictures of {a.shape} and {b.shape} cannot be compared")
+    return np.asarray(_reference.flip(np.ascontiguousarray(a), np.ascontiguousarray(b)))

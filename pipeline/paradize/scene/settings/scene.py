@@ -92,6 +92,13 @@ class Head:
         unit="of its box",
         meaning="share of the pixels around it that only a level of detail or only the finest covers; 1: any",
     )
+    lod_flip: float = number(
+        0.01,
+        low=0.0001,
+        high=1.0,
+        unit="FLIP",
+        meaning="change of the picture over the object's box by the switch to a level of detail; 1: any",
+    )
     vram_mb: float | None = number(
         None,
         low=1.0,
