@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import json
 import os
 import subprocess
 import sys
@@ -14,7 +15,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from paradize.data import Mesh
 from paradize.formats.glb.reader import decode_glb
+from paradize.kernels.mesh import number_rows, topology
 from tests.conftest import RENDER_ENVIRONMENT
 from tests.pictures import flip_map
 from tests.places import ROOT
@@ -115,6 +118,29 @@ def test_on_the_island_a_switch_is_not_seen(island: Path, player: Player, tmp_pa
     posed = Posed(island, player, tmp_path)
     assert set(SWITCHES[name]) <= set(drawn_levels(posed.scene(), name))
     require_quiet(posed, name, SWITCHES[name], DIRECTIONS)
+
+
+def parts(mesh: Mesh) -> np.ndarray[Any, Any]:
+    """(n, 2, 3): the boxes of the connected parts of a mesh."""
+    place, first = number_rows(mesh.positions)
+    found = topology(place[mesh.triangles].astype(np.uint32), len(first))
+    corners = [
+        mesh.positions[mesh.triangles[found.component == k].reshape(-1)] for k in range(found.components)
+    ]
+    return np.array([[one.min(axis=0), one.max(axis=0)] for one in corners])
+
+
+@pytest.mark.deep
+def test_on_the_island_a_drawn_level_keeps_every_part_to_a_pixel(island: Path) -> None:
+    scene = json.loads((island / "scene.json").read_text())
+    for item in scene["objects"]:
+        entry = scene["artifacts"][item["mesh"]]
+        lods = [one.mesh for one in decode_glb((island / entry["file"]).read_bytes())]
+        finest = parts(lods[0])
+        diagonal = np.linalg.norm(finest[:, 1].max(axis=0) - finest[:, 0].min(axis=0))
+        for level in drawn_levels(scene, item["name"]):
+            off = np.abs(finest[:, None] - parts(lods[level])[None]).max(axis=(2, 3)).min(axis=1)
+            assert off.max() * entry["levels"][level]["seen_px"] / diagonal <= 1.0, (item["name"], level)
 
 
 def print_switches(folder: Path, player: Player, scratch: Path) -> None:

@@ -62,6 +62,11 @@ def test_a_switch_to_the_same_level_changes_nothing_and_to_a_brighter_one_much(s
     assert switch_flip(plate(0.2, 0.2), plate(0.9, 0.9), size_px) > 0.02
 
 
+def test_at_sizes_where_chance_decides_a_switch_counts_as_at_24_pixels() -> None:
+    dim, bright = plate(0.2, 0.2), plate(0.2, 0.4)
+    assert switch_flip(dim, bright, 4.0) == switch_flip(dim, bright, 24.0) != switch_flip(dim, bright, 48.0)
+
+
 def test_what_cannot_be_compared_is_refused() -> None:
     picture = np.zeros((2, 2, 3), np.uint8)
     with pytest.raises(ValueError, match="cannot be compared"):
