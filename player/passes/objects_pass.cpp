@@ -236,7 +236,7 @@ void ObjectsPass::use_lit(const Frame &frame, const View &view, const DrawComman
         lit.program.use();
         lit.environment.apply(frame, view);
         const bool multisampled = view.kind == ViewKind::main && frame.settings.samples > 1;
-        gl::Program::set(lit.alpha_taps, multisampled ? frame.settings.alpha_taps : 0);
+        gl::Program::set(lit.alpha_taps, !multisampled ? 0 : frame.settings.fine_edges ? 4 : 1);
     }
     if (material_ == material.id) {
         return;

@@ -21,14 +21,14 @@ int limit(unsigned name) {
 
 } // namespace
 
-void MainTarget::make(int width_px, int height_px, int samples) {
+void MainTarget::make(int width_px, int height_px, int samples, bool tone_mapped) {
     width_px_ = width_px;
     height_px_ = height_px;
     samples_ = {};
     color_ = {};
     program_ = {};
     samples = std::min(samples, limit(GL_MAX_SAMPLES));
-    if (tone_mapped_ && samples > 1) {
+    if (tone_mapped && samples > 1) {
         samples = std::min(samples, limit(GL_MAX_COLOR_TEXTURE_SAMPLES));
         samples_ = gl::make_multisample_target(GL_RGBA16F, width_px, height_px, samples);
         program_ =

@@ -13,14 +13,11 @@ class Frame;
 
 class MainTarget {
   public:
-    /// `tone_mapped`: a tone map follows, so samples are resolved with weights that fall with brightness.
-    /// Else the driver takes their mean.
-    MainTarget(const gl::ShaderLibrary &shaders, bool tone_mapped)
-        : shaders_(&shaders), tone_mapped_(tone_mapped) {}
+    explicit MainTarget(const gl::ShaderLibrary &shaders) : shaders_(&shaders) {}
 
-    /// Creates RGBA16F with depth. `samples` is limited to what the device has; 0: no multisampling. Throws
-    /// Error.
-    void make(int width_px, int height_px, int samples);
+    /// Creates RGBA16F with depth. `samples` is limited to what the device has; 0: no multisampling.
+    /// `tone_mapped`: samples are resolved after a tone map. Else the driver takes their mean. Throws Error.
+    void make(int width_px, int height_px, int samples, bool tone_mapped);
     unsigned framebuffer() const { return framebuffer_.name(); }
 
     /// Draws the picture into a framebuffer of the same size. The main view's FrameUniforms are bound.
@@ -30,7 +27,6 @@ class MainTarget {
 
   private:
     const gl::ShaderLibrary *shaders_;
-    bool tone_mapped_;
     int width_px_ = 0, height_px_ = 0;
     gl::Texture samples_;    // colour, if resolved by the program
     gl::Renderbuffer color_; // else

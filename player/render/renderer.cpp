@@ -42,8 +42,8 @@ void set_default_state() {
 Renderer::Renderer(Scene &scene, const gl::ShaderLibrary &shaders, const RendererOptions &options)
     : scene_(scene), shaders_(shaders), pass_indices_(enabled_passes(scene.file(), options.disabled)),
       passes_(make_passes(pass_indices_, {scene, shaders, options.settings})),
-      has_post_(std::ranges::find(options.disabled, "post") == options.disabled.end()),
-      main_(shaders, has_post_), frame_(scene, passes_) {
+      has_post_(std::ranges::find(options.disabled, "post") == options.disabled.end()), main_(shaders),
+      frame_(scene, passes_) {
     frame_.settings = options.settings;
     set_default_state();
     resize(options.width_px, options.height_px);
@@ -68,13 +68,18 @@ void Renderer::make_filter_targets() {
     depth_framebuffer_ = gl::make_framebuffer({}, resolved_depth_);
 }
 
+void Renderer::make_main() {
+    const RenderSettings &settings = frame_.settings;
+    main_.make(width_px_, height_px_, settings.samples, has_post_ && settings.fine_edges);
+}
+
 void Renderer::resize(int width_px, int height_px) {
     if (width_px == width_px_ && height_px == height_px_) {
         return;
     }
     width_px_ = width_px;
     height_px_ = height_px;
-    main_.make(width_px, height_px, frame_.settings.samples);
+    make_main();
     final_ = gl::make_target(GL_RGBA8, width_px, height_px);
     pictures_[0] = make_picture();
     pictures_[1] = {};
@@ -109,8 +114,8 @@ void Renderer::change_settings(const RenderSettings &settings) {
         }
         cached_passes_.push_back({index, before, std::exchange(passes_[i], std::move(pass))});
     }
-    if (before.samples != settings.samples) {
-        main_.make(width_px_, height_px_, settings.samples);
+    if (before.samples != settings.samples || before.fine_edges != settings.fine_edges) {
+        make_main();
     }
     make_filter_targets(); // another quality may filter where the one before did not
 }

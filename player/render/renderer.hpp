@@ -84,6 +84,7 @@ class Renderer {
     void set_views(const Pose &pose, const Sample &sample);
     void draw_linear(const Pose &pose, const Sample &sample);
     void finish();
+    void make_main();
     Picture make_picture() const;
     void make_filter_targets();
     void filter();

@@ -75,7 +75,7 @@ RenderSettings render_settings(const assets::SceneFile &file, const Quality &qua
     }
     out.lod_error_px = pick(quality, QualityFeature::lod, 3.0F * file.lod_error_px, file.lod_error_px,
                             0.25F * file.lod_error_px);
-    out.alpha_taps = pick(quality, QualityFeature::lod, 1, 4, 4);
+    out.fine_edges = pick(quality, QualityFeature::lod, false, true, true);
     return out;
 }
 

@@ -42,10 +42,11 @@ struct RenderSettings {
     int parallax_steps = 2;
     float anisotropy = 1.0F;
     float lod_error_px = 1.0F; // 0: always the finest level
-    int alpha_taps = 4;        // lookups of alpha at the edges of holes: 1 or 4
-    int samples = 4;           // multisampling; 0: off
-    float mip_bias = 0.0F;     // mip levels added when maps are sampled by distance
-    float footprint = 1.0F;    // edge length of the area that one shaded sample represents, in pixels
+    // alpha is looked up at four places of a pixel, and samples are resolved after a tone map
+    bool fine_edges = true;
+    int samples = 4;        // multisampling; 0: off
+    float mip_bias = 0.0F;  // mip levels added when maps are sampled by distance
+    float footprint = 1.0F; // edge length of the area that one shaded sample represents, in pixels
 
     bool operator==(const RenderSettings &) const = default;
 };

@@ -76,8 +76,8 @@ TEST_CASE("quality: each feature changes its own setting only") {
                 break;
             case QualityFeature::lod:
                 settings.lod_error_px = balanced.lod_error_px;
-                CHECK(settings.alpha_taps == (tier == Tier::fast ? 1 : 4));
-                settings.alpha_taps = balanced.alpha_taps;
+                CHECK(settings.fine_edges == (tier != Tier::fast));
+                settings.fine_edges = balanced.fine_edges;
                 break;
             }
             CHECK(settings == balanced);
