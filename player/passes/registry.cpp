@@ -74,7 +74,7 @@ constexpr std::array<Entry, 13> entries{{
      make<ShadowPass>},
     {"reflection", [](const SceneFile &f) { return f.water && f.reflection_scale; },
      [](const RenderSettings &a, const RenderSettings &b) {
-         return a.reflection_scale == b.reflection_scale;
+         return a.reflection_scale == b.reflection_scale && a.samples == b.samples;
      },
      make<ReflectionPass>},
     {"refraction", [](const SceneFile &f) { return f.water && f.refraction_scale; },

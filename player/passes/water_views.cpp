@@ -18,22 +18,39 @@ void WaterView::resize(int width_px, int height_px) {
     framebuffer_ = gl::make_framebuffer(color_, depth_);
 }
 
-void WaterView::draw_into(Frame &frame) {
+void WaterView::draw_into(Frame &frame, unsigned framebuffer) {
     View view = frame.view(kind_);
     view.width_px = width_px_;
     view.height_px = height_px_;
-    frame.draw_view(view, framebuffer_.name());
+    frame.draw_view(view, framebuffer != 0 ? framebuffer : framebuffer_.name());
 }
 
 ReflectionPass::ReflectionPass(const PassSetup &setup)
-    : WaterView(ViewKind::mirror, setup.settings.reflection_scale) {}
+    : WaterView(ViewKind::mirror, setup.settings.reflection_scale),
+      samples_(setup.scene.file().lights.empty() ? 0 : setup.settings.samples) {}
+
+void ReflectionPass::resize(int width_px, int height_px) {
+    WaterView::resize(width_px, height_px);
+    GLint most = 1;
+    glGetIntegerv(GL_MAX_SAMPLES, &most);
+    if (const int samples = std::min(samples_, most); samples > 1) {
+        sampled_color_ = gl::make_renderbuffer(GL_RGBA16F, width_px_, height_px_, samples);
+        sampled_depth_ = gl::make_renderbuffer(GL_DEPTH_COMPONENT24, width_px_, height_px_, samples);
+        sampled_ = gl::make_framebuffer(sampled_color_, sampled_depth_);
+    }
+}
 
 void ReflectionPass::prepare(Frame &frame) {
     const assets::SceneFile &file = frame.scene.file();
     if (file.water && frame.view(ViewKind::main).eye.y <= frame.water_m()) {
         return; // below the surface there is no reflection from above
     }
-    draw_into(frame);
+    if (sampled_ && frame.point_lights.any_lit()) {
+        draw_into(frame, sampled_.name());
+        gl::blit_color(sampled_.name(), width_px_, height_px_, framebuffer_.name(), width_px_, height_px_);
+    } else {
+        draw_into(frame);
+    }
     frame.shared.reflection = &color_;
 }
 

@@ -14,23 +14,34 @@ class WaterView : public Pass {
     void resize(int width_px, int height_px) override;
 
   protected:
-    void draw_into(Frame &frame);
+    /// Draws into the texture, or into another framebuffer of its size.
+    void draw_into(Frame &frame, unsigned framebuffer = 0);
 
     gl::Texture color_; // linear HDR
     gl::Texture depth_; // window depth
 
+    gl::Framebuffer framebuffer_; // of both
+    int width_px_ = 0, height_px_ = 0;
+
   private:
     ViewKind kind_;
     float scale_;
-    gl::Framebuffer framebuffer_;
-    int width_px_ = 0, height_px_ = 0;
 };
 
 /// Draws what is above the water, seen by the mirrored eye.
 class ReflectionPass : public WaterView {
   public:
     explicit ReflectionPass(const PassSetup &setup);
+    void resize(int width_px, int height_px) override;
     void prepare(Frame &frame) override;
+
+  private:
+    /// A lamp is brighter than all else and smaller than a pixel of this view. Drawn with one sample its
+    /// mirror image would come and go from frame to frame. Made where the scene has lamps, drawn into while
+    /// one is on.
+    gl::Renderbuffer sampled_color_, sampled_depth_;
+    gl::Framebuffer sampled_;
+    int samples_;
 };
 
 /// Draws what is below the water. Alpha holds the packed depth of the floor (shaders/lib/underwater.glsl).
