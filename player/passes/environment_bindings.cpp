@@ -185,7 +185,8 @@ void EnvironmentBindings::apply(const Frame &frame, const View &view) const {
 }
 
 std::string shadow_define(const RenderSettings &settings) {
-    return "SHADOW_FILTER " + std::to_string(static_cast<int>(settings.shadow_filter));
+    return "SHADOW_FILTER " + std::to_string(static_cast<int>(settings.shadow_filter)) +
+           "\n#define SKY_LIGHT " + (settings.sky_light ? "1" : "0");
 }
 
 std::string cascades_define(const RenderSettings &settings) {

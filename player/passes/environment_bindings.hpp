@@ -74,7 +74,8 @@ glm::vec3 water_glow(const assets::SceneFile &file, const Daylight &daylight);
 /// Returns the share of light that water scatters per metre.
 float water_scatter(const assets::Water &water);
 
-/// Return the defines SHADOW_FILTER and SHADOW_CASCADES for programs that include lib/shadow.glsl.
+/// Return the defines SHADOW_FILTER with SKY_LIGHT, and SHADOW_CASCADES, for programs that include
+/// lib/light.glsl.
 std::string shadow_define(const RenderSettings &settings);
 std::string cascades_define(const RenderSettings &settings);
 /// Returns the define SWASH for programs that include lib/swash.glsl.

@@ -51,6 +51,11 @@ float Frame::water_m() const {
     return static_cast<float>(level_m - view(ViewKind::main).anchor.y);
 }
 
+bool Frame::hides_under_water(const View &view) const {
+    return view.kind == ViewKind::mirror || (view.kind == ViewKind::main && shared.refraction != nullptr &&
+                                             scene.file().water && view.eye.y > water_m());
+}
+
 void Frame::move_to(double elapsed_s) {
     moving_.move(flight_second(elapsed_s, scene.file().flight.duration_s));
     transforms_.update(view(ViewKind::main).anchor);

@@ -66,6 +66,8 @@ class Frame {
     const View &view(ViewKind kind) const { return views_[static_cast<std::size_t>(kind)]; }
     /// Returns the water level in the views' coordinates. Far below if there is no water.
     float water_m() const;
+    /// True if nothing under the water is seen in this view but through the refraction texture.
+    bool hides_under_water(const View &view) const;
     /// Returns the visible instances of this view, with their level of detail.
     std::span<const DrawItem> visible(ViewKind kind) const {
         return visible_[static_cast<std::size_t>(kind)];

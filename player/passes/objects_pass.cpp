@@ -155,12 +155,15 @@ ObjectsPass::ObjectsPass(const PassSetup &setup, DrawnMaterials drawn)
             const bool is_blended = values.alpha_mode == AlphaMode::blend;
             Programs &numbers = programs.emplace_back();
             if (is_blended == (drawn == DrawnMaterials::blended)) {
-                const auto lit = [&](bool point_lights) {
-                    const std::string defines = lit_defines(setup.settings, values, object.dry, point_lights);
-                    return number_in(lit_known, defines, lit_);
+                const auto lit = [&](bool dry) {
+                    const auto number = [&](bool lights) {
+                        return number_in(lit_known, lit_defines(setup.settings, values, dry, lights), lit_);
+                    };
+                    const std::uint32_t plain = number(false);
+                    return Programs::OfView{plain, object.light_sets.size() > 1 ? number(true) : plain};
                 };
-                numbers.lit = lit(false);
-                numbers.by_lights = object.light_sets.size() > 1 ? lit(true) : numbers.lit;
+                numbers.whole = lit(object.dry);
+                numbers.above_water = is_blended ? numbers.whole : lit(true);
             }
             if (draws_light) {
                 numbers.depth = number_in(depth_known, depth_defines(values), depth_);
@@ -223,7 +226,8 @@ void ObjectsPass::bind_uniforms(const Material &material) {
 
 void ObjectsPass::use_lit(const Frame &frame, const View &view, const DrawCommand &command) {
     const Material &material = command.object->materials[command.material];
-    const Programs &programs = programs_of(command);
+    const Programs &both = programs_of(command);
+    const Programs::OfView &programs = frame.hides_under_water(view) ? both.above_water : both.whole;
     const std::uint32_t number = command.light_set != 0 ? programs.by_lights : programs.lit;
     const Lit &lit = lit_[number];
     if (command.light_set != 0 && light_set_ != command.light_set) {

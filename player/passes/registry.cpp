@@ -40,8 +40,8 @@ bool always(const RenderSettings & /*a*/, const RenderSettings & /*b*/) {
 }
 
 bool same_light(const RenderSettings &a, const RenderSettings &b) {
-    return a.shadow_filter == b.shadow_filter && a.shadow_cascades == b.shadow_cascades &&
-           a.mip_bias == b.mip_bias;
+    return a.shadow_filter == b.shadow_filter && a.sky_light == b.sky_light &&
+           a.shadow_cascades == b.shadow_cascades && a.mip_bias == b.mip_bias;
 }
 
 bool same_surface(const RenderSettings &a, const RenderSettings &b) {

@@ -20,13 +20,13 @@ enum Unit : unsigned {
 // displacement of the effect map by grains at a slope of one, close to the eye
 constexpr float grain_shift_m = 0.12F;
 
-std::string defines_of(const PassSetup &setup, PatchKind kind, bool point_lights) {
+std::string defines_of(const PassSetup &setup, PatchKind kind, bool point_lights, bool above_water) {
     const bool matte = kind == PatchKind::sunken;
     return shadow_define(setup.settings) + "\n#define " + cascades_define(setup.settings) +
            "\n#define FADE " + (kind == PatchKind::fading ? "1" : "0") + "\n#define DRY " +
            (kind == PatchKind::dry ? "1" : "0") + "\n#define SUNKEN " + (matte ? "1" : "0") +
-           "\n#define MATTE " + (matte ? "1" : "0") + "\n#define " + point_lights_define(point_lights) +
-           "\n#define " + swash_define(setup);
+           "\n#define ABOVE_WATER " + (above_water ? "1" : "0") + "\n#define MATTE " + (matte ? "1" : "0") +
+           "\n#define " + point_lights_define(point_lights) + "\n#define " + swash_define(setup);
 }
 
 /// The kinds of patches that the terrain has.
@@ -46,9 +46,10 @@ std::array<bool, patch_kinds> kinds_of(const Scene &scene) {
 }
 } // namespace
 
-TerrainPass::Lit::Lit(const PassSetup &setup, PatchKind drawn_kind, bool point_lights)
-    : kind(drawn_kind), by_lights(point_lights),
-      program(setup.shaders, "terrain.vert", "terrain.frag", {defines_of(setup, kind, by_lights)}),
+TerrainPass::Lit::Lit(const PassSetup &setup, PatchKind drawn_kind, bool point_lights, bool views_above)
+    : kind(drawn_kind), by_lights(point_lights), above_water(views_above),
+      program(setup.shaders, "terrain.vert", "terrain.frag",
+              {defines_of(setup, kind, by_lights, above_water)}),
       environment(setup, program), has_sand_normal(program.location("u_has_sand_normal")),
       has_effect(program.location("u_has_effect")), sand_reference(program.location("u_sand_reference_m")),
       grain_offset(program.location("u_grain_offset_uv")), mix(program.location("u_sand_mix")),
@@ -74,13 +75,20 @@ TerrainPass::TerrainPass(const PassSetup &setup)
     has_sand_normal_ = !terrain.sand_normal.empty();
     has_effect_ = !terrain.effect_color.empty() && !terrain.effect_normal.empty();
     const std::array<bool, patch_kinds> kinds = kinds_of(setup.scene);
-    for (std::size_t kind = 0; kind < kinds.size(); ++kind) {
-        if (kinds[kind]) {
-            lit_.emplace_back(setup, static_cast<PatchKind>(kind), false);
+    const bool has_refraction = setup.scene.file().water && setup.scene.file().refraction_scale;
+    for (std::size_t i = 0; i < kinds.size(); ++i) {
+        const auto kind = static_cast<PatchKind>(i);
+        const bool at_water = kind == PatchKind::shore || kind == PatchKind::fading;
+        for (const bool above : {false, true}) {
+            if (!kinds[i] || (above && !(at_water && has_refraction))) {
+                continue;
+            }
+            lit_.emplace_back(setup, kind, false, above);
             if (!terrain.light_sets.empty()) {
-                lit_.emplace_back(setup, static_cast<PatchKind>(kind), true);
+                lit_.emplace_back(setup, kind, true, above);
             }
         }
+        has_above_[i] = kinds[i] && at_water && has_refraction;
     }
 }
 
@@ -121,8 +129,8 @@ void TerrainPass::draw(const Frame &frame, const View &view) {
                      reflection_sampler_.name());
 
     // The refraction texture shows the sea floor, so the main view does not draw it again.
-    const bool clipped_at_water = view.kind == ViewKind::main && frame.shared.refraction != nullptr &&
-                                  file.water && view.eye.y > frame.water_m();
+    const bool hides_floor = frame.hides_under_water(view);
+    const bool clipped_at_water = view.kind == ViewKind::main && hides_floor;
     glm::vec4 plane = view.clipped ? view.clip_plane : no_plane;
     if (clipped_at_water) {
         glEnable(GL_CLIP_DISTANCE0);
@@ -134,7 +142,8 @@ void TerrainPass::draw(const Frame &frame, const View &view) {
     }
     const PointLights &lights = frame.point_lights;
     for (const Lit &lit : lit_) {
-        if (lit.by_lights && !lights.any_lit()) {
+        const bool above = hides_floor && has_above_[static_cast<std::size_t>(lit.kind)];
+        if (lit.above_water != above || (lit.by_lights && !lights.any_lit())) {
             continue;
         }
         lit.program.use();

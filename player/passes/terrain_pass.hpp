@@ -7,6 +7,7 @@
 #include "passes/pass.hpp"
 #include "streaming/terrain_tiles.hpp"
 
+#include <array>
 #include <vector>
 
 namespace paradize {
@@ -20,10 +21,11 @@ class TerrainPass : public Pass {
     /// A variant of the program for the patches of a kind, so that none computes what it does not need:
     /// software rasterisers run both sides of every branch.
     struct Lit {
-        Lit(const PassSetup &setup, PatchKind drawn_kind, bool point_lights);
+        Lit(const PassSetup &setup, PatchKind drawn_kind, bool point_lights, bool views_above);
 
         PatchKind kind;
-        bool by_lights; // for patches that point lights reach
+        bool by_lights;   // for patches that point lights reach
+        bool above_water; // for views that show nothing under water (Frame::hides_under_water)
         gl::Program program;
         EnvironmentBindings environment;
         int has_sand_normal, has_effect, sand_reference, grain_offset, mix, wet, has_reflection, clip;
@@ -32,8 +34,9 @@ class TerrainPass : public Pass {
     void set_uniforms(const Lit &lit, const assets::Terrain &terrain) const;
 
     gl::Program depth_;
-    std::vector<Lit> lit_;       // of the kinds that the terrain has, and again where point lights reach it
-    gl::Sampler repeat_sampler_; // repeats, for the sand
+    std::vector<Lit> lit_; // of the kinds that the terrain has, and again where point lights reach it
+    std::array<bool, patch_kinds> has_above_{}; // by PatchKind: there are programs for those views
+    gl::Sampler repeat_sampler_;                // repeats, for the sand
     // Clamps, because the effect map covers the terrain once. It has no mip bias: its coarse mips are used
     // for sharpening.
     gl::Sampler clamp_sampler_;

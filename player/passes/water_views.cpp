@@ -25,9 +25,19 @@ void WaterView::draw_into(Frame &frame, unsigned framebuffer) {
     frame.draw_view(view, framebuffer != 0 ? framebuffer : framebuffer_.name());
 }
 
+namespace {
+
+/// Samples a pixel while a lamp is on; not in quality `fast`, whose mirror is smaller than the scene's.
+int samples_of(const PassSetup &setup) {
+    const assets::SceneFile &file = setup.scene.file();
+    const bool is_fast = setup.settings.reflection_scale < file.reflection_scale.value_or(1.0F);
+    return file.lights.empty() || is_fast ? 0 : setup.settings.samples;
+}
+
+} // namespace
+
 ReflectionPass::ReflectionPass(const PassSetup &setup)
-    : WaterView(ViewKind::mirror, setup.settings.reflection_scale),
-      samples_(setup.scene.file().lights.empty() ? 0 : setup.settings.samples) {}
+    : WaterView(ViewKind::mirror, setup.settings.reflection_scale), samples_(samples_of(setup)) {}
 
 void ReflectionPass::resize(int width_px, int height_px) {
     WaterView::resize(width_px, height_px);
@@ -45,7 +55,9 @@ void ReflectionPass::prepare(Frame &frame) {
     if (file.water && frame.view(ViewKind::main).eye.y <= frame.water_m()) {
         return; // below the surface there is no reflection from above
     }
-    if (sampled_ && frame.point_lights.any_lit()) {
+    const bool lamps_on =
+        std::ranges::any_of(frame.point_lights.strengths(), [](float s) { return s > 0.0F; });
+    if (sampled_ && lamps_on) {
         draw_into(frame, sampled_.name());
         gl::blit_color(sampled_.name(), width_px_, height_px_, framebuffer_.name(), width_px_, height_px_);
     } else {

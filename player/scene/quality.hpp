@@ -35,7 +35,8 @@ struct RenderSettings {
     int shadow_size_px = 2048; // of each cascade
     int shadow_cascades = 3;   // scene/cascades.hpp; 1: the whole square alone
     ShadowFilter shadow_filter = ShadowFilter::disc;
-    int shaft_steps = 12; // places that a ray through the air looks the shadow map up at; 0: no light shafts
+    bool sky_light = true; // light from all around differs with the direction; needs lookups of the sky
+    int shaft_steps = 12;  // places that a ray through the air looks the shadow map up at; 0: no light shafts
     float reflection_scale = 1.0F; // relative to the picture's size
     float refraction_scale = 1.0F;
     // 0: off; 1, 2: iterative; more: steps of the ray march (PARALLAX_STEPS of lib/parallax.glsl)

@@ -12,11 +12,19 @@ uniform float u_sky_trimmed_mips; // finer mips that the bake left out
 // surface that faces up; the sky's colours give the variation with direction. A coarse mip replaces the
 // convolution, because irradiance is smooth: R. Ramamoorthi, P. Hanrahan, "An Efficient Representation for
 // Irradiance Environment Maps", SIGGRAPH 2001.
+// Macro: SKY_LIGHT 0, in quality `fast`, sees no sky there; default 1.
+#ifndef SKY_LIGHT
+#define SKY_LIGHT 1
+#endif
 vec3 sky_ambient(vec3 n, vec3 zenith) {
     if (u_sky_blur < 0.0) {
         return ambient.rgb * (0.75 + 0.25 * n.y);
     }
+#if SKY_LIGHT
     return ambient.rgb * min(textureLod(u_sky, n, u_sky_blur).rgb / max(zenith, vec3(1e-4)), vec3(4.0));
+#else
+    return ambient.rgb * (2.1 - 1.1 * n.y); // skies are brighter at the horizon than at the zenith
+#endif
 }
 vec3 sky_zenith() { return textureLod(u_sky, vec3(0.0, 1.0, 0.0), u_sky_blur).rgb; }
 vec3 sky_ambient(vec3 n) { return sky_ambient(n, sky_zenith()); }
@@ -50,10 +58,13 @@ Surface matte_surface(vec3 position, vec3 normal, vec3 geometric, vec3 albedo) {
     return Surface(position, normal, geometric, albedo, dielectric_reflector(0.0), 1.0, 0.0, 1.0);
 }
 
-// Macros: DRY 1, nothing is under water; SUNKEN 1, everything is, too deep to reflect; MATTE 1, nothing
+// Macros: DRY 1, nothing is under water; ABOVE_WATER 1, what is under water is not seen; SUNKEN 1, everything is, too deep to reflect; MATTE 1, nothing
 // reflects.
 #ifndef DRY
 #define DRY 0
+#endif
+#ifndef ABOVE_WATER
+#define ABOVE_WATER 0
 #endif
 #ifndef SUNKEN
 #define SUNKEN 0
@@ -97,7 +108,7 @@ vec3 shade(Surface s) {
     float distance_m = length(to_eye);
     vec3 v = distance_m > 1e-6 ? to_eye / distance_m : s.normal;
     float depth = water.w - s.position.y;
-#if DRY
+#if DRY || ABOVE_WATER
     const bool submerged = false;
 #elif SUNKEN
     const bool submerged = true;

@@ -23,8 +23,8 @@ def posed(island: Path, player: Callable[..., Any], tmp_path_factory: pytest.Tem
 
 
 def test_the_mirror_image_of_a_lamp_is_steady_from_frame_to_frame(posed: Posed) -> None:
-    """As the camera moves, lamps cross the pixels of the mirror's picture, which are larger than they. With one
-    sample a pixel 0.65 of the images are gone, with four 0.2."""
+    """As the camera moves, lamps cross the pixels of the mirror's picture, which are larger than they. With
+    one sample a pixel 0.65 of the images are gone, with four 0.2."""
     scene = posed.scene() | {"particles": [], "light_shafts": None, "shadow": None}
     scene["daytime"] = json.loads((posed.source / "scene.json").read_text())["daytime"]
     scene["water"] |= {"scroll_per_s": [0.0, 0.0], "reflection_distortion": 0.0}

@@ -60,6 +60,8 @@ TEST_CASE("quality: each feature changes its own setting only") {
                 settings.shadow_filter = balanced.shadow_filter;
                 settings.shadow_cascades = balanced.shadow_cascades;
                 CHECK((settings.shaft_steps == 0) == (tier == Tier::fast));
+                CHECK(settings.sky_light == (tier != Tier::fast));
+                settings.sky_light = balanced.sky_light;
                 settings.shaft_steps = balanced.shaft_steps;
                 break;
             case QualityFeature::reflection:
