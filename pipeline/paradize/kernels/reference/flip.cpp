@@ -93,7 +93,8 @@ Sensitivity sensitivity(std::initializer_list<std::pair<double, double>> pairs) 
         shares.push_back(height * std::sqrt(mathx::pi / width) * sum * sum);
         whole += shares.back();
         // As wide as the paper's filters, which all have the radius of the widest, unless nothing is there.
-        const std::size_t radius = std::min<std::size_t>(10, static_cast<std::size_t>(std::sqrt(14 / steepness)) + 1);
+        const std::size_t radius =
+            std::min<std::size_t>(10, static_cast<std::size_t>(std::sqrt(14 / steepness)) + 1);
         out.parts.emplace_back(0.0F, gaussian(steepness, radius));
     }
     for (std::size_t k = 0; k < shares.size(); ++k) {
@@ -213,7 +214,9 @@ Seen seen(std::span<const std::uint8_t> picture, Size size, const Filters &filte
     const std::size_t count = size.rows * size.columns;
     std::array<Plane, 3> planes{Plane(count), Plane(count), Plane(count)};
     for (std::size_t k = 0; k < count; ++k) {
-        const auto code = [&](std::size_t c) { return static_cast<double>(filters.linear[picture[3 * k + c]]); };
+        const auto code = [&](std::size_t c) {
+            return static_cast<double>(filters.linear[picture[3 * k + c]]);
+        };
         const Color xyz = times(to_xyz, {code(0), code(1), code(2)});
         const double x = xyz[0] / white[0], y = xyz[1] / white[1], z = xyz[2] / white[2];
         planes[0][k] = static_cast<float>(y);
@@ -251,7 +254,8 @@ Seen seen(std::span<const std::uint8_t> picture, Size size, const Filters &filte
 std::vector<float> flip(std::span<const std::uint8_t> a, std::span<const std::uint8_t> b, std::size_t rows,
                         std::size_t columns) {
     static const Filters filters;
-    static const double most = mathx::pow(distance(perceived({0, 1, 0}), perceived({0, 0, 1})), color_exponent);
+    static const double most =
+        mathx::pow(distance(perceived({0, 1, 0}), perceived({0, 0, 1})), color_exponent);
     const Size size{rows, columns};
     const Seen first = seen(a, size, filters), second = seen(b, size, filters);
     std::vector<float> out(rows * columns, 0);
@@ -260,10 +264,11 @@ std::vector<float> flip(std::span<const std::uint8_t> a, std::span<const std::ui
         if (same(0) && same(1) && same(2)) {
             continue;
         }
-        const double apart = mathx::pow(distance(perceived(first.rgb(k)), perceived(second.rgb(k))), color_exponent);
+        const double apart =
+            mathx::pow(distance(perceived(first.rgb(k)), perceived(second.rgb(k))), color_exponent);
         const double at = knee * most;
-        const double color = apart < at ? below_knee / at * apart
-                                        : below_knee + (apart - at) / (most - at) * (1 - below_knee);
+        const double color =
+            apart < at ? below_knee / at * apart : below_knee + (apart - at) / (most - at) * (1 - below_knee);
         const double edge = std::abs(static_cast<double>(first.edge[k]) - second.edge[k]);
         const double point = std::abs(static_cast<double>(first.point[k]) - second.point[k]);
         const double feature = mathx::pow(std::max(edge, point) / std::sqrt(2.0), feature_exponent);

@@ -27,7 +27,8 @@ std::vector<std::uint8_t> encoded(const LitPicture &picture, std::uint8_t backgr
         const float *pixel = &picture.pixels[k * 4];
         for (std::size_t c = 0; c < 3; ++c) {
             const double value = static_cast<double>(pixel[c]) + (1 - static_cast<double>(pixel[3])) * behind;
-            out[k * 3 + c] = static_cast<std::uint8_t>(std::ranges::upper_bound(lowest, value) - lowest.begin());
+            out[k * 3 + c] =
+                static_cast<std::uint8_t>(std::ranges::upper_bound(lowest, value) - lowest.begin());
         }
     }
     return out;
@@ -36,8 +37,8 @@ std::vector<std::uint8_t> encoded(const LitPicture &picture, std::uint8_t backgr
 } // namespace
 
 std::vector<double> switch_flips(const SeenMesh &before, const SeenMesh &after,
-                                 std::span<const double> directions, double pixel,
-                                 const SwitchPictures &how, int threads) {
+                                 std::span<const double> directions, double pixel, const SwitchPictures &how,
+                                 int threads) {
     std::vector<double> out(directions.size() / 3);
     for_each_job(out.size(), threads, [&](std::size_t k) {
         const Point toward{directions[k * 3], directions[k * 3 + 1], directions[k * 3 + 2]};

@@ -21,7 +21,7 @@ struct SwitchPictures {
 // bounding box of `before`, in pictures with pixels of `pixel` (> 0, unit of the positions), in codes of 8
 // bits.
 std::vector<double> switch_flips(const SeenMesh &before, const SeenMesh &after,
-                                 std::span<const double> directions, double pixel,
-                                 const SwitchPictures &how, int threads);
+                                 std::span<const double> directions, double pixel, const SwitchPictures &how,
+                                 int threads);
 
 } // namespace paradize::reference
