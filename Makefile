@@ -19,7 +19,8 @@ unexport PYTHONDONTWRITEBYTECODE
 MAKEFLAGS += -j3
 step := setup/step.sh
 pip := $(bin)/pip --disable-pip-version-check
-wheels := $(pip) install --require-hashes --only-binary :all:
+# Python compiles what is imported, a tenth of what the packages hold.
+wheels := $(pip) install --no-compile --require-hashes --only-binary :all:
 export PATH := $(CURDIR)/$(bin):$(PATH)
 
 python_files := $(shell find pipeline raw_assets/make tests player -name '*.py' 2>/dev/null)

@@ -154,18 +154,17 @@ def distances(places: F64, corners: F64) -> F64:
         away = places[:, None, :] - a
         inside = square > 0.0
         for start, end in ((a, b), (b, c), (c, a)):
-            inside = inside & (
-                (np.cross(end - start, places[:, None, :] - start) * normal).sum(axis=2) >= 0.0
-            )
+            within = np.cross(end - start, places[:, None, :] - start)
+            inside = inside & (np.einsum("ijk,jk->ij", within, normal) >= 0.0)
         with np.errstate(divide="ignore", invalid="ignore"):
-            upright = np.abs((away * normal).sum(axis=2)) / np.sqrt(square)
+            upright = np.abs(np.einsum("ijk,jk->ij", away, normal)) / np.sqrt(square)
         nearest = np.where(inside, upright, np.inf)
         for start, end in ((a, b), (b, c), (c, a)):
             side = end - start
             length = (side * side).sum(axis=1)
-            along = ((places[:, None, :] - start) * side).sum(axis=2)
+            along = np.einsum("ijk,jk->ij", places[:, None, :] - start, side)
             share = np.clip(np.divide(along, length, out=np.zeros_like(along), where=length > 0.0), 0.0, 1.0)
             gap = places[:, None, :] - (start + share[:, :, None] * side)
-            nearest = np.minimum(nearest, np.sqrt((gap * gap).sum(axis=2)))
+            nearest = np.minimum(nearest, np.sqrt(np.einsum("ijk,ijk->ij", gap, gap)))
         best = np.minimum(best, nearest.min(axis=1))
     return best

@@ -158,4 +158,7 @@ def rebuilt(xy: npt.NDArray[np.floating]) -> F64:
     x, y = xy[..., 0].astype(np.float64), xy[..., 1].astype(np.float64)
     z = np.sqrt(np.maximum(0.0, 1.0 - x * x - y * y))
     length = np.sqrt(x * x + y * y + z * z)
-    return np.stack([x / length, y / length, z / length], axis=-1)
+    out = np.empty((*x.shape, 3))
+    for axis, values in enumerate((x, y, z)):
+        np.divide(values, length, out=out[..., axis])
+    return out
