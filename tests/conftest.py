@@ -42,13 +42,15 @@ settings.load_profile("same_cases")
 
 def pytest_configure(config: pytest.Config) -> None:
     take_signals()
+    gc.disable()
 
 
 def pytest_collection_finish(session: pytest.Session) -> None:
-    """What was collected stays to the end: the garbage collector need not look at thousands of tests again
+    """What was collected stays to the end: the garbage collector looks at thousands of tests once, not again
     and again."""
     gc.collect()
     gc.freeze()
+    gc.enable()
 
 
 def pytest_unconfigure(config: pytest.Config) -> None:

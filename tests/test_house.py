@@ -48,10 +48,19 @@ def room_of(module: str) -> str:
     return module.split(".")[1] if "." in module else ""
 
 
-def imports_of(module: str) -> set[str]:
+Trees = dict[str, list[ast.AST]]
+
+
+@pytest.fixture(scope="module")
+def trees() -> Trees:
+    """The nodes of every module of the package, the module first: parsed once for all tests of this file."""
+    return {module: list(ast.walk(ast.parse(path.read_text()))) for module, path in MODULES.items()}
+
+
+def imports_of(trees: Trees, module: str) -> set[str]:
     """The modules of the package that a module imports, also where only types or one function need them."""
     found = set()
-    for node in ast.walk(ast.parse(MODULES[module].read_text())):
+    for node in trees[module]:
         if isinstance(node, ast.Import):
             found |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom):
@@ -65,11 +74,11 @@ def test_every_room_has_its_floor() -> None:
     assert {room_of(module) for module in MODULES} - {""} == FLOOR.keys()
 
 
-def test_rooms_import_from_lower_floors_alone() -> None:
+def test_rooms_import_from_lower_floors_alone(trees: Trees) -> None:
     wrong = []
     for module in MODULES:
         room = room_of(module)
-        for name in imports_of(module):
+        for name in imports_of(trees, module):
             other = room_of(name)
             strange = room in STRANGERS and other == "scene"
             if room and other and other != room and (FLOOR[other] <= FLOOR[room] or strange):
@@ -77,26 +86,26 @@ def test_rooms_import_from_lower_floors_alone() -> None:
     assert not wrong
 
 
-def test_check_judges_with_eyes_of_its_own() -> None:
+def test_check_judges_with_eyes_of_its_own(trees: Trees) -> None:
     """It shares kernels, readers of files and metrics with what made a file, nothing else."""
     rules = [module for module in MODULES if room_of(module) == "checks"]
-    found = {(module, name) for module in rules for name in imports_of(module)}
+    found = {(module, name) for module in rules for name in imports_of(trees, module)}
     assert found
     assert not {pair for pair in found if room_of(pair[1]) in ("build", "bakers", "stages")}
 
 
-def test_no_modules_import_one_another_in_a_circle() -> None:
-    graph = {module: imports_of(module) for module in MODULES}
+def test_no_modules_import_one_another_in_a_circle(trees: Trees) -> None:
+    graph = {module: imports_of(trees, module) for module in MODULES}
     try:
         tuple(TopologicalSorter(graph).static_order())
     except CycleError as circle:
         pytest.fail(" -> ".join(circle.args[1]))
 
 
-def names_of(module: str) -> set[str]:
+def names_of(tree: ast.Module) -> set[str]:
     """What a module defines or imports at its top level, or below an `if` there."""
     names = set()
-    for statement in ast.parse(MODULES[module].read_text()).body:
+    for statement in tree.body:
         if isinstance(statement, ast.FunctionDef | ast.ClassDef):
             names.add(statement.name)
             continue
@@ -108,28 +117,29 @@ def names_of(module: str) -> set[str]:
     return names
 
 
-def is_there(name: str) -> bool:
+def is_there(trees: Trees, name: str) -> bool:
     """Whether a dotted name that begins with a room leads to a module, or to what one holds."""
     parts = ["paradize", *name.split(".")]
     for count in range(len(parts), 1, -1):
         module = ".".join(parts[:count])
         if module in MODULES:
-            return count == len(parts) or parts[count] in names_of(module)
+            tree = trees[module][0]
+            return count == len(parts) or (isinstance(tree, ast.Module) and parts[count] in names_of(tree))
     return False
 
 
-def test_docstrings_name_what_exists() -> None:
+def test_docstrings_name_what_exists(trees: Trees) -> None:
     """Dotted names that begin with a room: `scene.settings.Flight`, not `scene.Flight`."""
     missing, count = [], 0
     for module in MODULES:
-        for node in ast.walk(ast.parse(MODULES[module].read_text())):
+        for node in trees[module]:
             if not isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef):
                 continue
             for name in re.findall(r"(?<![\w./])[a-z_]+(?:\.\w+)+(?![\w/])", ast.get_docstring(node) or ""):
                 is_file = name.endswith((".html", ".json", ".py", ".toml"))
                 if name.partition(".")[0] in FLOOR and not is_file:
                     count += 1
-                    if not is_there(name):
+                    if not is_there(trees, name):
                         missing.append(f"{module}: {name}")
     assert count > 0
     assert not missing
@@ -266,8 +276,9 @@ def test_locks_name_no_host_and_carry_hashes() -> None:
 def test_a_deep_test_names_no_cases_of_make_test() -> None:
     """`sweep`, `sample` and deep cases would say of it what is not so."""
     result = []
-    for path in (ROOT / "tests").rglob("test_*.py"):
-        for test in (node for node in ast.parse(path.read_text()).body if isinstance(node, ast.FunctionDef)):
+    texts = [path.read_text() for path in (ROOT / "tests").rglob("test_*.py")]
+    for text in (text for text in texts if "pytest.mark.deep" in text):
+        for test in (node for node in ast.parse(text).body if isinstance(node, ast.FunctionDef)):
             marks = [ast.unparse(mark) for mark in test.decorator_list]
             others = [
                 mark for mark in marks if re.search(r"\b(sweep|sample)\(|marks=pytest\.mark\.deep", mark)
@@ -364,12 +375,12 @@ def reads_a_file(call: ast.Call) -> bool:
     return bool(given) or name not in ("copy", "load")  # of an array, of an unpickler
 
 
-def test_files_are_opened_for_reading_in_one_place() -> None:
+def test_files_are_opened_for_reading_in_one_place(trees: Trees) -> None:
     """A pipe, a device or a file without end is met there, once for all."""
     wrong = []
-    for path in sorted(PACKAGE.rglob("*.py")):
+    for module, path in MODULES.items():
         name = str(path.relative_to(PACKAGE))
-        for node in ast.walk(ast.parse(path.read_text())):
+        for node in trees[module]:
             if isinstance(node, ast.Call) and name not in FREE and reads_a_file(node):
                 wrong.append(f"{name}, line {node.lineno}: {ast.unparse(node)[:80]}")
     assert not wrong, "open it with paradize.files"
@@ -397,12 +408,12 @@ ROUND_TRIPS = {
 }  # what the same process wrote as JSON
 
 
-def test_json_and_toml_of_others_are_parsed_in_one_place() -> None:
+def test_json_and_toml_of_others_are_parsed_in_one_place(trees: Trees) -> None:
     """Their bounds stand there: documents.py."""
     wrong = []
-    for path in sorted(PACKAGE.rglob("*.py")):
+    for module, path in MODULES.items():
         name = str(path.relative_to(PACKAGE))
-        for node in ast.walk(ast.parse(path.read_text())):
+        for node in trees[module]:
             called = ast.unparse(node.func) if isinstance(node, ast.Call) else ""
             if (
                 called in ("json.loads", "json.load", "tomllib.loads", "tomllib.load")

@@ -138,7 +138,7 @@ def test_a_wrapped_map_has_no_seam() -> None:
 
 
 def test_the_result_does_not_depend_on_threads_and_the_source_stays() -> None:
-    source = (np.random.default_rng(1).integers(0, 6, (77, 61)) * STEP_8_BIT).astype(np.float32)
+    source = (np.random.default_rng(1).integers(0, 6, (151, 131)) * STEP_8_BIT).astype(np.float32)
     kept = source.copy()
     one = kernel.destep(source, step=STEP_8_BIT, wrap=(True, False), threads=1)
     for threads in (2, 3, 7):

@@ -16,6 +16,8 @@ constexpr int sweeps = 50;        // per level
 constexpr float gentle = 0.7F;    // steps per texel^2: where the source's bend halves its weight
 constexpr float rate = 1.0F / 32; // one over the largest eigenvalue of the squared second differences
 constexpr std::size_t pad = 2;    // texels beyond a line's ends that a pass reads
+// A sweep of fewer texels ends before another thread has begun; there are 50 sweeps in each of the levels.
+constexpr std::size_t texels_for_threads = 1 << 14;
 
 struct Grid {
     std::size_t rows;
@@ -106,8 +108,8 @@ PARADIZE_CLONES void descend(const float *__restrict y, const float *__restrict 
 class Level {
   public:
     Level(const Grid &grid, std::span<const float> source, float step, int threads)
-        : grid_(grid), source_(source), step_(step), threads_(threads), weight_(grid.size()), y_(grid.size()),
-          next_(grid.size()) {
+        : grid_(grid), source_(source), step_(step), threads_(grid.size() < texels_for_threads ? 1 : threads),
+          weight_(grid.size()), y_(grid.size()), next_(grid.size()) {
         weigh_bends();
     }
 
