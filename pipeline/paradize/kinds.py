@@ -78,6 +78,8 @@ __all__ = [
     "is_ascii_grid",
     "is_gltf",
     "is_ply",
+    "is_stl",
+    "is_surely_other",
     "kind_of",
     "mend_of",
     "refusal",
@@ -97,11 +99,33 @@ def kind_of(path: Path) -> Kind:
     if not head:
         return EMPTY
     named = SUFFIXES.get(path.suffix.lower())
-    kinds = [kind for magic, kind in MAGIC if head.startswith(magic)]
-    kinds += [named or kind for magic, kind in PACKED if head.startswith(magic)]
-    kinds += [kind for name, kind in RIFF.items() if head[:4] == b"RIFF" and head[8:12] == name]
-    kinds += [HEIGHTS] if ASCII_GRID.match(head) else []
-    return kinds[0] if kinds else named or _kind_of_text(head)
+    sure = _kind_of_magic(head)
+    if sure is not None:
+        packed = any(sure is kind for _, kind in PACKED)
+        return named if packed and named not in (None, PLY, STL) else sure
+    if ASCII_GRID.match(head):
+        return HEIGHTS
+    if named in (PLY, STL) and not CONTROLS.search(head):  # text of another kind under such a name
+        text = _kind_of_text(head)
+        return named if text in (TEXT, SCENE) else text
+    return named or _kind_of_text(head)
+
+
+def _kind_of_magic(head: bytes) -> Kind | None:
+    """The kind that the first bytes tell surely."""
+    riff = RIFF.get(head[8:12]) if head[:4] == b"RIFF" else None
+    return riff or next((kind for magic, kind in (*MAGIC, *PACKED) if head.startswith(magic)), None)
+
+
+def is_surely_other(wanted: Kind, path: Path) -> bool:
+    """Whether the first bytes of a file tell that it is of another kind than wanted. False for what cannot be
+    opened."""
+    try:
+        with open_file(path) as stream:
+            kind = _kind_of_magic(stream.read(64))
+    except OSError:
+        return False
+    return kind is not None and not _accepted(kind, wanted)
 
 
 def is_ascii_grid(path: Path) -> bool:
@@ -129,8 +153,17 @@ def is_gltf(path: Path) -> bool:
 
 def is_ply(path: Path) -> bool:
     """Whether a file is a PLY by its first bytes or its name. False for what cannot be opened."""
+    return _is(PLY, path)
+
+
+def is_stl(path: Path) -> bool:
+    """Whether a file is an STL by its name, and not by its bytes another. False for what cannot be opened."""
+    return _is(STL, path)
+
+
+def _is(kind: Kind, path: Path) -> bool:
     try:
-        return kind_of(path) is PLY
+        return kind_of(path) is kind
     except OSError:
         return False
 

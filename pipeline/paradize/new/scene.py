@@ -16,6 +16,7 @@ from typing import TypeVar
 from paradize.documents import toml_text
 from paradize.errors import BakeError
 from paradize.files import resolved
+from paradize.kinds import kind_of, mend_of
 from paradize.new.model import Model, copy_model, identifier
 from paradize.new.sources import FACES, write_heightmap, write_sand, write_sky, write_vase
 from paradize.new.views import FOV_DEG, lens_of, waypoints_of
@@ -71,7 +72,13 @@ def new_folder(folder: Path, fill: Callable[[Path], tuple[str, Made]]) -> tuple[
     folder = resolved(folder)
     aside = folder.with_name(f".{folder.name[:40]}{PARTIAL}{secrets.token_hex(4)}")
     try:
-        if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
+        if folder.exists() and not folder.is_dir():
+            raise BakeError(
+                "is a file, not a folder",
+                file=folder,
+                mend=f"name a new folder; {mend_of(kind_of(folder), folder)}".rstrip("; "),
+            )
+        if folder.exists() and any(folder.iterdir()):
             raise BakeError("exists and is not empty", file=folder, mend="name a new folder")
         (aside / "sky").mkdir(parents=True)
         try:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from paradize.data import Mesh
-from paradize.kinds import MODEL, expecting, is_gltf, is_ply
+from paradize.kinds import MODEL, expecting, is_gltf, is_ply, is_stl, is_surely_other, require
 from paradize.player_limits import FARTHEST_UV
 from paradize.readers.obj import read_obj
 from paradize.readers.record import UNKNOWN_SMOOTHING, Model
@@ -29,6 +29,8 @@ def read_model(path: Path, root: Path | None = None, on_library: list[Path] | No
 
 
 def _read(path: Path, root: Path | None, on_library: list[Path] | None) -> Model:
+    if is_surely_other(MODEL, path):  # an archive may hold text that reads as an OBJ
+        require(MODEL, path)
     if is_gltf(path):
         from paradize.readers.gltf.read import read_gltf  # here: an OBJ needs none of it
 
@@ -39,7 +41,7 @@ def _read(path: Path, root: Path | None, on_library: list[Path] | None) -> Model
 
         with expecting(MODEL, path):
             return read_ply(path)
-    if path.suffix.lower() == ".stl":
+    if is_stl(path):
         from paradize.readers.stl import read_stl
 
         with expecting(MODEL, path):

@@ -40,10 +40,16 @@ def read_stl(path: Path) -> Model:
     count = int.from_bytes(data[80:_HEADER], "little")
     needed = _HEADER + count * _FACET
     warnings = []
-    if data[:_HEAD].lstrip(_BLANK)[:5].lower() == b"solid" and b"\0" not in data[:_HEAD]:
+    is_text = b"\0" not in data[:_HEAD]
+    if is_text and data[:_HEAD].lstrip(_BLANK)[:5].lower() == b"solid":
         places = _text(data, path)
         if b"endsolid" not in data[-_HEAD:].lower():
             warnings.append(f"{path}: ends without endsolid: it may be cut; export the model again")
+    elif is_text:
+        begins = data[:16]
+        raise SourceError(
+            f"is no STL: a text that begins with {begins!r}, not with 'solid'", file=path, mend=_MEND
+        )
     elif len(data) < needed:
         raise SourceError(f"cut: {len(data)} bytes; its {count} facets need {needed}", file=path, mend=_MEND)
     else:

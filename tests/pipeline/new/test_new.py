@@ -179,10 +179,17 @@ def test_what_is_there_is_left_alone(tmp_path: Path) -> None:
     with pytest.raises(BakeError, match="not empty"):
         new_scene(tmp_path / "full")
     (tmp_path / "file").write_text("mine")
-    with pytest.raises(BakeError, match="not empty"):
+    with pytest.raises(BakeError, match="is a file"):
         new_scene(tmp_path / "file")
     (tmp_path / "empty").mkdir()
     assert load_scene(new_scene(tmp_path / "empty").scene).head.name == "empty"
+
+
+def test_a_model_given_as_the_folder_is_told_how_to_start_from_it(tmp_path: Path) -> None:
+    (tmp_path / "my rock.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    with pytest.raises(BakeError, match="is a file, not a folder") as caught:
+        new_scene(tmp_path / "my rock.obj")
+    assert "--from" in str(caught.value.mend) and "name a new folder" in str(caught.value.mend)
 
 
 @pytest.mark.parametrize(

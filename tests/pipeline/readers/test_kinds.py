@@ -31,6 +31,8 @@ from paradize.kinds import (
 )
 from paradize.readers.model import read_model
 
+CORNERS = b"\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
+
 
 @pytest.mark.parametrize(
     ("name", "data", "kind"),
@@ -88,6 +90,32 @@ def test_what_is_no_model_is_refused_by_its_name_with_a_mend(
         read_model(tmp_path / name)
     assert caught.value.what == f"{said}, not an OBJ, glTF, PLY or STL model"
     assert caught.value.mend and "name an OBJ" not in caught.value.mend
+
+
+@pytest.mark.parametrize("suffix", [".obj", ".glb", ".gltf", ".ply", ".stl", ".txt"])
+@pytest.mark.parametrize(
+    ("data", "said"),
+    [
+        (b"PK\x03\x04\x14\0\0\0" + b"\0" * 18 + b"a.obj" + CORNERS, "is a ZIP archive"),  # stored, not packed
+        (b"\x1f\x8b\x08\0" + CORNERS, "is a file that gzip packed"),
+        (b"\x89PNG\r\n\x1a\n" + CORNERS, "is a PNG picture"),
+        (b"<!DOCTYPE html>\n<html>", "is a web page"),
+    ],
+)
+def test_a_file_of_another_kind_is_no_model_whatever_it_is_named_and_holds(
+    suffix: str, data: bytes, said: str, tmp_path: Path
+) -> None:
+    path = tmp_path / f"a{suffix}"
+    path.write_bytes(data)
+    with pytest.raises(SourceError) as caught:
+        read_model(path)
+    assert caught.value.what == f"{said}, not an OBJ, glTF, PLY or STL model"
+
+
+@pytest.mark.parametrize("suffix", [".glb", ".ply", ".stl"])
+def test_an_obj_is_read_whatever_it_is_named(suffix: str, tmp_path: Path) -> None:
+    (tmp_path / f"a{suffix}").write_bytes(CORNERS)
+    assert read_model(tmp_path / f"a{suffix}").counts["triangles"] == 1
 
 
 def test_text_is_left_to_the_readers_of_text_and_what_is_unknown_to_those_of_pictures(tmp_path: Path) -> None:

@@ -54,7 +54,7 @@ def test_a_broken_stl_is_refused_in_one_line(tmp_path: Path) -> None:
         (b"solid a\n" + b"vertex 1 2 x\n" * 3, "a corner that is no number"),
         (infinite, "facet 0: a corner at inf"),
         (b"", "is an empty file"),
-        (b"words", "cut: 5 bytes"),
+        (b"words", "is no STL: a text that begins with b'words'"),
     ):
         (tmp_path / "a.stl").write_bytes(data)
         with pytest.raises(SourceError, match=words) as caught:
