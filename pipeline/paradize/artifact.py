@@ -27,7 +27,7 @@ KEPT = (
 )
 REPORTED = (
     "name", "file", "sha256", "bytes", "tier", "errors", "status", "seconds", "levels", "format", "reason",
-    "filter", "tried", "over", "left_out", "also",
+    "filter", "tried", "over", "left_out", "coarser_left_out", "also",
 )  # fmt: skip
 PUBLISHED = (
     "levels", "file", "kind", "sha256", "bytes", "tier", "errors", "first_needed_s", "max_level",
@@ -46,10 +46,11 @@ class Artifact:
     levels: what was measured of each level, the finest first. format: KTX2's, of textures. reason: why it is
     not what its tier declares. filter: the derivative filter behind it. warnings: of its job.
     status: "baked", "reused" or "failed". seconds: of its job. tried: what `auto` tried, {"requested",
-    "taken", "errors"}. over: the metrics beyond their budget, as text. left_out: finer levels that no view
-    asks for. first_needed_s: the second of the flight. max_level: the last level whose gutters are wide
-    enough; None: any. required_detail: what the flight asks of it, {"left_out", "saved_bytes", "texels",
-    "second_s", "view", "levels_s"}. gutter: what was measured of its gutters, as FORMAT.md says.
+    "taken", "errors"}. over: the metrics beyond their budget, as text. left_out: finer levels that no
+    view asks for. coarser_left_out: coarser levels of a mesh that no view draws. first_needed_s: the
+    second of the flight. max_level: the last level whose gutters are wide enough; None: any.
+    required_detail: what the flight asks of it, {"left_out", "saved_bytes", "texels", "second_s", "view",
+    "levels_s"}. gutter: what was measured of its gutters, as FORMAT.md says.
     also: names of equal textures that this file stands for (paradize/build/shared_textures.py).
     """
 
@@ -71,6 +72,7 @@ class Artifact:
     tried: dict[str, Any] | None = None
     over: list[str] = field(default_factory=list)
     left_out: int = 0
+    coarser_left_out: int = 0
     first_needed_s: float = 0.0
     max_level: int | None = None
     required_detail: dict[str, Any] | None = None

@@ -143,7 +143,7 @@ class SceneReader {
             if (const auto detail = entry.object_or_none("required_detail")) {
                 artifact.trimmed_levels = static_cast<int>(detail->integer("left_out", 0, 31));
                 // for `paradize explain`
-                detail->ignore({"saved_bytes", "texels", "second_s", "view", "levels_s"});
+                detail->ignore({"coarser_left_out", "saved_bytes", "texels", "second_s", "view", "levels_s"});
                 detail->reject_unknown_keys();
             }
             entry.ignore({"tier", "errors", "levels", "gutter", "also"}); // for `paradize check`

@@ -111,3 +111,10 @@ def make_cove(folder: Path) -> Path:
     path = folder / "cove.toml"
     path.write_text(SCENE)
     return path
+
+
+def make_free_cove(folder: Path) -> Path:
+    """The cove with a free camera, which may go far away: no coarse level of its meshes is left out."""
+    scene = make_cove(folder)
+    scene.write_text(scene.read_text() + "[free_camera]\nlow = [8, 3, 8]\nhigh = [9, 4, 9]\n")
+    return scene

@@ -138,7 +138,7 @@ def _is_row(row: Any) -> bool:
         and _are_numbers(row["errors"])
         and all(map(_are_numbers, row["levels"]))
         and all(type(text) is str for text in row["over"])
-        and type(row.get("left_out", 0)) is int
+        and all(type(row.get(key, 0)) is int for key in ("left_out", "coarser_left_out"))
         and FILE_NAME.fullmatch(row["file"]) is not None
     )
 

@@ -24,7 +24,7 @@ from paradize.build.provenance import BakeReport, strays
 from paradize.build.shared_textures import equal_textures, shared, with_equal_detail
 from paradize.build.switches import with_levels_seen
 from paradize.build.tasks import Task
-from paradize.build.trim import find_required_detail, trimmed
+from paradize.build.trim import find_required_detail, levels_never_drawn, trimmed
 from paradize.documents import SCENE_FILE, parse_json
 from paradize.errors import BakeError, GroupedError, ParadizeError, SceneError
 from paradize.files import read_file
@@ -119,7 +119,7 @@ def publish(
             force=context.options.force,
         )
         equal = equal_textures(maps, baked.artifacts)
-        _trim(context, maps, baked, equal)
+        _trim(context, maps, baked, equal, sightings, report)
         baked.artifacts = shared(baked.artifacts, equal)
         baked.data = {name: data for name, data in baked.data.items() if name in baked.artifacts}
         _check_totals(context, baked, report)
@@ -289,7 +289,14 @@ def _note_late_errors(scene: Scene, baked: _Baked, meshes: list[str], late_error
     return is_new
 
 
-def _trim(context: BuildContext, maps: SceneMaps, baked: _Baked, equal: list[list[str]]) -> None:
+def _trim(
+    context: BuildContext,
+    maps: SceneMaps,
+    baked: _Baked,
+    equal: list[list[str]],
+    sightings: dict[str, ObjectSighting],
+    report: BakeReport,
+) -> None:
     """Leaves out of every artifact the levels that no view needs. equal: names of equal textures."""
     if context.options.whole:
         return
@@ -302,7 +309,11 @@ def _trim(context: BuildContext, maps: SceneMaps, baked: _Baked, equal: list[lis
         one = baked.artifacts[name]
         if one.kind == "mesh" and name not in baked.meshes:
             continue
-        baked.artifacts[name], rest = trimmed(one, required, baked.data[name])
+        coarser = 0
+        if name in baked.meshes:
+            pixel_m = sightings[name.removesuffix("_mesh")].pixel_m
+            coarser = levels_never_drawn(context.scene, baked.meshes[name], pixel_m)
+        baked.artifacts[name], rest = trimmed(one, required, baked.data[name], coarser)
         if rest is None:
             continue
         if baked.artifacts[name].left_out > needed[name]["level"]:  # views see the loss
@@ -310,13 +321,17 @@ def _trim(context: BuildContext, maps: SceneMaps, baked: _Baked, equal: list[lis
             if metric in errors:
                 errors[metric] = min(errors[metric], baked.palettes_psnr_db[name])
             baked.artifacts[name] = replace(baked.artifacts[name], errors=errors)
+        before = [f"{name}: {text}" for text in baked.artifacts[name].over]
         baked.artifacts[name] = _with_excesses(context.scene, baked.artifacts[name])
+        gone = {*before} - {f"{name}: {text}" for text in baked.artifacts[name].over}
+        report.warnings = [text for text in report.warnings if text not in gone]
         baked.data[name] = keep_artifact(context.store, rest)[1]
         if name in baked.meshes:
-            lods = baked.meshes[name].lods[baked.artifacts[name].left_out :]
-            nodes = tuple((f"lod{k}", error_m) for k, (_, error_m) in enumerate(lods))
-            switch_m = baked.meshes[name].switch_m[baked.artifacts[name].left_out :]
-            baked.meshes[name] = replace(baked.meshes[name], lods=nodes, switch_m=switch_m)
+            finer, coarser = baked.artifacts[name].left_out, baked.artifacts[name].coarser_left_out
+            known = baked.meshes[name]
+            kept = slice(finer, len(known.lods) - coarser)
+            nodes = tuple((f"lod{k}", error_m) for k, (_, error_m) in enumerate(known.lods[kept]))
+            baked.meshes[name] = replace(known, lods=nodes, switch_m=known.switch_m[kept])
 
 
 def _check_totals(context: BuildContext, baked: _Baked, report: BakeReport) -> None:

@@ -16,7 +16,7 @@ from paradize.build.manifest import MeshFacts
 from paradize.scene.settings import Scene
 
 MEASURED = ("seen_px", "seen_p99_deg", "seen_mean_deg", "seen_silhouette", "seen_flip")
-_BUDGETED = MEASURED[1:]
+SEEN_OF_LEVELS = MEASURED[1:]  # what budgets may limit of them
 
 
 def with_levels_seen(
@@ -30,5 +30,5 @@ def with_levels_seen(
         level | {key: one[key] for key in MEASURED} for level, one in zip(mesh.levels, seen, strict=True)
     ]
     drawn = [one for one in seen if one["switch_m"] is not None]
-    worst = {f"lod_{key}": max(one[key] for one in drawn) for key in _BUDGETED}
+    worst = {f"lod_{key}": max(one[key] for one in drawn) for key in SEEN_OF_LEVELS}
     return replace(mesh, levels=levels, errors=mesh.errors | worst), replace(facts, switch_m=tuple(switch_m))

@@ -1,4 +1,4 @@
-"""Leaves out what no view needs: the finest mips, the finest levels of detail.
+"""Leaves out what no view needs: the finest mips, the finest and the coarsest levels of detail.
 
 Jobs bake whole chains, because each mip is a mean of the finer ones, and another flight then bakes nothing
 again. required_detail.py, in a worker, finds what the scene's views need of each artifact.
@@ -13,9 +13,11 @@ from typing import TYPE_CHECKING, Any
 
 from paradize.artifact import Artifact
 from paradize.bakers.product import flat_errors
+from paradize.bakers.registry import LARGEST_OF_LEVELS
 from paradize.build.artifacts import read_artifact
 from paradize.build.entries import FLAT, REQUIRED_DETAIL, fits
 from paradize.build.options import BuildOptions
+from paradize.build.switches import SEEN_OF_LEVELS
 from paradize.build.tasks import ZSTD_LEVEL
 from paradize.build.work import run_build_jobs
 from paradize.formats.ktx2.size import ktx2_size
@@ -23,7 +25,7 @@ from paradize.formats.scene_fields import Check
 from paradize.jobs.code import code_digest, code_of
 from paradize.jobs.pool import Job
 from paradize.map_table import maps_of
-from paradize.scene.finest_views import finest_scales, finest_shadow_texel_m, scene_views
+from paradize.scene.finest_views import COARSEST_LOD, finest_scales, finest_shadow_texel_m, scene_views
 from paradize.scene.map_sets import SceneMaps
 from paradize.scene.motion import stands
 from paradize.scene.settings import Scene, SceneObject
@@ -35,6 +37,7 @@ if TYPE_CHECKING:
     from paradize.build.manifest import MeshFacts
 
 _MODULE, _FLAT = "paradize.build.required_detail", "paradize.build.flat_colors"
+_MEASURED_LATER = {f"lod_{key}": key for key in ("mapped_p99_deg", "mapped_mean_deg", *SEEN_OF_LEVELS)}
 _MOST_TILES_BYTES = 64_000_000  # larger terrains keep their textures whole
 RequiredDetail = dict[
     str, dict[str, Any]
@@ -246,28 +249,44 @@ def _sizes(names: list[str], data: Mapping[str, bytes | Path]) -> dict[str, tupl
     return sizes
 
 
-def without_finest(data: bytes, file: str, left_out: int) -> bytes:
-    """Returns a GLB or KTX2 without its `left_out` finest levels. Raises FormatError for bytes that
-    Paradize did not write."""
+def without_levels(data: bytes, file: str, finer: int, coarser: int = 0) -> bytes:
+    """Returns a GLB or KTX2 without its `finer` finest levels, and a GLB without its `coarser` coarsest.
+    Raises FormatError for bytes that Paradize did not write."""
     from paradize.formats.glb.cut import cut_glb
     from paradize.formats.ktx2.cut import cut_ktx2
 
     if file.endswith(".glb"):
-        return cut_glb(data, finer=left_out, file=file)
-    return cut_ktx2(data, left_out, zstd_level=ZSTD_LEVEL, file=file)
+        return cut_glb(data, finer=finer, coarser=coarser, file=file)
+    return cut_ktx2(data, finer, zstd_level=ZSTD_LEVEL, file=file)
 
 
-def sha256_without_finest(data: bytes, file: str, left_out: int) -> str:
-    """Returns the SHA-256 of without_finest."""
-    return hashlib.sha256(without_finest(data, file, left_out)).hexdigest()
+def sha256_without_levels(data: bytes, file: str, finer: int, coarser: int) -> str:
+    """Returns the SHA-256 of without_levels."""
+    return hashlib.sha256(without_levels(data, file, finer, coarser)).hexdigest()
 
 
-def trimmed(one: Artifact, detail: Mapping[str, Any], path: Path) -> tuple[Artifact, bytes | None]:
+def levels_never_drawn(scene: Scene, facts: MeshFacts, pixel_m: float | None) -> int:
+    """How many of the coarsest levels of a mesh no view of the flight draws, at the player's coarsest quality
+    either: those that take over where it is smaller than at its farthest. pixel_m: as ObjectSighting. 0 where
+    a free camera may go farther, and where the flight never shows it."""
+    if pixel_m is None or scene.free_camera is not None:
+        return 0
+    farthest_m = COARSEST_LOD * scene.head.lod_error_px * pixel_m
+    drawn = [k for k, switch_m in enumerate(facts.switch_m) if switch_m <= farthest_m]
+    return len(facts.switch_m) - 1 - max(drawn, default=0)
+
+
+def trimmed(
+    one: Artifact, detail: Mapping[str, Any], path: Path, coarser: int = 0
+) -> tuple[Artifact, bytes | None]:
     """Returns an artifact without the levels that no view needs, at most as many as its gutters allow; and
-    its new bytes, None if nothing is left out. Errors of a texture are then those of its finest published
-    level. detail: as find_required_detail returns it. path: of its bytes."""
+    its new bytes, None if nothing is left out. Errors are then those of the published levels, of a texture
+    those of its finest. detail: as find_required_detail returns it. path: of its bytes. coarser: coarsest
+    levels of a mesh that may go; one level stays."""
     left_out = detail["level"] if one.max_level is None else min(detail["level"], one.max_level)
-    data = read_artifact(path) if left_out else b""
+    if one.kind == "mesh":
+        coarser = max(0, min(coarser, len(one.levels) - 1 - left_out))
+    data = read_artifact(path) if left_out or coarser else b""
     if left_out and one.kind != "mesh":
         from paradize.formats.ktx2.cut import can_cut
 
@@ -276,15 +295,18 @@ def trimmed(one: Artifact, detail: Mapping[str, Any], path: Path) -> tuple[Artif
         fmt = one.format or ""
         while left_out and not can_cut(width, height, fmt, left_out):
             left_out -= 1
-    rest = without_finest(data, str(one.file), left_out) if left_out else None
+    rest = without_levels(data, str(one.file), left_out, coarser) if left_out or coarser else None
     saved = 0 if rest is None else len(data) - len(rest)
     record = {"left_out": left_out, "saved_bytes": saved}
     record |= {key: detail[key] for key in ("texels", "second_s", "view")}
-    record["levels_s"] = detail["levels_s"][left_out:]
-    one = replace(one, left_out=left_out, required_detail=record)
+    record["levels_s"] = detail["levels_s"][left_out : len(detail["levels_s"]) - coarser]
+    record |= {"coarser_left_out": coarser} if coarser else {}
+    one = replace(one, left_out=left_out, coarser_left_out=coarser, required_detail=record)
     if rest is None:
         return one, None
-    finest, errors = one.levels[left_out:], dict(one.errors)
+    finest, errors = one.levels[left_out : len(one.levels) - coarser], dict(one.errors)
+    if coarser:
+        errors |= {metric: value for metric, value in _of_levels(finest).items() if metric in errors}
     if one.suffix == "ktx2" and finest:
         flat = flat_errors(one.name.rpartition("_")[2], finest[0])
         errors |= {metric: value for metric, value in flat.items() if metric in errors}
@@ -295,6 +317,15 @@ def trimmed(one: Artifact, detail: Mapping[str, Any], path: Path) -> tuple[Artif
         one = replace(one, max_level=one.max_level - left_out)
     sha256 = hashlib.sha256(rest).hexdigest()
     return replace(one, sha256=sha256, bytes=len(rest), levels=finest, errors=errors), rest
+
+
+def _of_levels(levels: Sequence[Mapping[str, float]]) -> dict[str, float]:
+    """What budgets may limit of the levels of a mesh: the largest of them, by metric."""
+    return {
+        metric: max(level[key] for level in levels)
+        for metric, key in (LARGEST_OF_LEVELS | _MEASURED_LATER).items()
+        if all(key in level for level in levels)
+    }
 
 
 def gutter_without_finest(facts: dict[str, Any], left_out: int) -> dict[str, Any]:

@@ -13,7 +13,7 @@ from pathlib import Path
 from paradize.build.bake import derive
 from paradize.build.options import BuildOptions
 from paradize.build.provenance import BakeReport
-from paradize.build.trim import sha256_without_finest
+from paradize.build.trim import sha256_without_levels
 from paradize.build.tuned_settings import split_label
 from paradize.errors import BakeError, ParadizeError
 from paradize.store.local import Store, hash_file, key_of
@@ -41,9 +41,11 @@ def verify(
         store = Store(Path(folder))
         derived, errors = derive(store, scene_path, set(chosen), options)
         for one in report.artifacts:
-            if one.name in derived and one.left_out:
+            if one.name in derived and (one.left_out or one.coarser_left_out):
                 whole = store.get(derived[one.name])
-                derived[one.name] = sha256_without_finest(whole or b"", str(one.file), one.left_out)
+                derived[one.name] = sha256_without_levels(
+                    whole or b"", str(one.file), one.left_out, one.coarser_left_out
+                )
     for name in chosen:
         path = report.out / files[name]
         if name in derived and hash_file(path) != derived[name]:

@@ -154,9 +154,18 @@ def economy_words(facts: dict[str, Any], kind: str) -> list[str]:
             line += f": {facts['limit']}"
         words.append(line)
     words += _seconds_words(facts["levels_s"], "level" if kind == "mesh" else "mip")
-    if facts["left_out"]:
-        plural = "s are" if facts["left_out"] > 1 else " is"
-        words.append(f"{facts['left_out']} finer level{plural} left out: {short(facts['saved_bytes'])} saved")
+    coarser = facts.get("coarser_left_out", 0)
+    for count, what, why in (
+        (facts["left_out"], "finer", ""),
+        (coarser, "coarser", ", which no view of the flight is far enough away to draw"),
+    ):
+        if count:
+            plural = "s are" if count > 1 else " is"
+            words.append(f"{count} {what} level{plural} left out{why}")
+    if facts["left_out"] or coarser:
+        words[-1] += f": {short(facts['saved_bytes'])} saved"
+    if coarser:
+        words[-1] += '; lods_by = "screen_size" of the object makes levels that may be drawn nearer'
     for k, level in enumerate(facts["seen"], start=1):
         words.append(
             f"level {k} is drawn where the object is up to {level['size_px']:.3g} pixels large, which turns "

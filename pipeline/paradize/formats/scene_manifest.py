@@ -136,6 +136,7 @@ _GROUND_MAPS: dict[str, Check] = {
 } | {"sand_color": text}
 
 _required_detail = table(
+    {"coarser_left_out": _level},
     left_out=_level,
     saved_bytes=whole(0, 1 << 60),
     texels=or_null(_positive),

@@ -31,7 +31,7 @@ from paradize.scene.schema import Limits
 from paradize.scene.settings import load_scene
 from paradize.store.local import Store
 from paradize.tiers import FINER_FORMAT, TIERS
-from tests.pipeline.scenes import make_cove, write_image
+from tests.pipeline.scenes import make_free_cove, write_image
 
 Truth = dict[str, dict[str, float]]  # by tier: what it measures of the post's mesh
 
@@ -44,7 +44,7 @@ def brute_force(tmp_path_factory: pytest.TempPathFactory) -> tuple[Truth, Path]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("PARADIZE_STORE", str(top / "store"))
         for tier in TIERS:
-            report = bake(make_cove(top / "scene"), top / "out", BuildOptions(jobs=1, tier=tier))
+            report = bake(make_free_cove(top / "scene"), top / "out", BuildOptions(jobs=1, tier=tier))
             assert not report.errors, report.errors
             errors = rows(report)["post_mesh"]["errors"]
             found[tier] = {metric: errors[metric] for metric in ("surface_max", "surface_rms")}
@@ -62,12 +62,12 @@ def truth(brute_force: tuple[Truth, Path], scene: Path, tmp_path: Path) -> Truth
 def scene(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.setenv("PARADIZE_STORE", str(tmp_path / "store"))
     monkeypatch.setenv("PARADIZE_REPORT", "")
-    return make_cove(tmp_path / "scene")
+    return make_free_cove(tmp_path / "scene")
 
 
 def with_budget(scene: Path, **limits: Any) -> Path:
     lines = [f"{metric} = {limit}" for metric, limit in limits.items()]
-    scene.write_text("\n".join([make_cove(scene.parent).read_text(), "[budget]", *lines, ""]))
+    scene.write_text("\n".join([make_free_cove(scene.parent).read_text(), "[budget]", *lines, ""]))
     return scene
 
 
@@ -222,7 +222,7 @@ def test_limits_that_tiers_keep_by_turns_but_never_together_are_told() -> None:
 
 @pytest.mark.parametrize("kind", ["mesh", "maps", "terrain"])
 def test_single_files_take_auto_and_a_budget_too(tmp_path: Path, capsys: Any, kind: str) -> None:
-    make_cove(tmp_path)
+    make_free_cove(tmp_path)
     settings = {"mesh": ["post.obj", "-o", "a.glb", "--lods", "3"], "maps": ["wood.png", "-o", "maps"]}
     settings["terrain"] = [
         "height.png",

@@ -12,11 +12,16 @@ import pytest
 
 from paradize.build.bake import bake
 from paradize.build.lods_seen import measure_lods_seen
+from paradize.build.manifest import MeshFacts
 from paradize.build.options import BuildOptions
+from paradize.build.trim import levels_never_drawn
+from paradize.build.verify import verify
 from paradize.data import Lod, Mesh, Texture
 from paradize.formats.glb.encode import encode_glb
+from paradize.formats.glb.reader import decode_glb
 from paradize.formats.ktx2.encode import encode_ktx2
-from tests.pipeline.scenes import make_cove
+from paradize.scene.settings import load_scene
+from tests.pipeline.scenes import make_cove, make_free_cove
 from tests.pipeline.shapes import sphere
 
 LIMITS = {"normal_deg": 5.0, "silhouette": 0.05}
@@ -102,7 +107,7 @@ def test_a_level_that_shows_another_colour_takes_over_nowhere(role: str) -> None
 
 
 def baked(top: Path, **head: float) -> dict[str, Any]:
-    scene = make_cove(top / "scene")
+    scene = make_free_cove(top / "scene")
     words = "".join(f"{key} = {value}\n" for key, value in head.items())
     scene.write_text(scene.read_text().replace('name = "cove"\n', f'name = "cove"\n{words}'))
     report = bake(scene, top / "out", BuildOptions(jobs=1))
@@ -129,3 +134,45 @@ def test_a_scene_draws_its_levels_where_they_look_alike(
         assert lod["error_m"] >= item["radius_m"] or level["seen_silhouette"] <= 0.02
     assert less["errors"]["lod_seen_p99_deg"] <= 3.0
     assert less["sha256"] == mesh["sha256"]
+
+
+def test_levels_that_no_view_of_the_flight_draws_are_not_published(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("PARADIZE_STORE", str(tmp_path / "store"))
+    free = baked(tmp_path / "free")
+    scene = make_cove(tmp_path / "flown")
+    report = bake(scene, tmp_path / "flown/out", BuildOptions(jobs=1))
+    assert not report.errors, report.errors
+    flown = json.loads((tmp_path / "flown/out/scene.json").read_text())
+    lods, all_of_them = flown["objects"][0]["lods"], free["objects"][0]["lods"]
+    mesh, whole = flown["artifacts"]["post_mesh"], free["artifacts"]["post_mesh"]
+    gone = mesh["required_detail"]["coarser_left_out"]
+    assert gone == len(all_of_them) - len(lods) >= 1
+    assert "coarser_left_out" not in whole["required_detail"]
+    assert lods == all_of_them[: len(lods)] and mesh["levels"] == whole["levels"][: len(lods)]
+    assert mesh["required_detail"]["saved_bytes"] == whole["bytes"] - mesh["bytes"] > 0
+    drawn = decode_glb((tmp_path / "flown/out" / mesh["file"]).read_bytes())
+    assert [len(lod.mesh.triangles) for lod in drawn] == [level["triangles"] for level in mesh["levels"]]
+    worst = max(level["error_max"] for level in mesh["levels"])
+    assert mesh["errors"]["surface_max"] == worst < whole["errors"]["surface_max"]
+    _, errors = verify(scene, report, percent=100.0, options=BuildOptions(jobs=1))
+    assert not errors
+
+
+@pytest.mark.parametrize(
+    ("switch_m", "pixel_m", "never"),
+    [
+        ((0.0, 0.1, 0.2), 0.1, 0),
+        ((0.0, 0.1, 0.31), 0.1, 1),  # 3 pixels at most, in the player's quality `fast`
+        ((0.0, 0.31, 0.31), 0.1, 2),
+        ((0.5, 0.6, 0.7), 0.1, 2),  # one stays
+        ((0.0, 0.4, 0.5), None, 0),
+    ],
+)
+def test_a_level_is_drawn_where_the_farthest_view_has_its_size(
+    switch_m: tuple[float, ...], pixel_m: float | None, never: int, tmp_path: Path
+) -> None:
+    facts = MeshFacts((0.0,) * 3, (1.0,) * 3, (), {}, switch_m)
+    assert levels_never_drawn(load_scene(make_cove(tmp_path)), facts, pixel_m) == never
+    assert levels_never_drawn(load_scene(make_free_cove(tmp_path)), facts, pixel_m) == 0

@@ -27,14 +27,14 @@ from paradize.data import Texture
 from paradize.formats.ktx2.encode import encode_ktx2
 from paradize.formats.ktx2.reader import decode_ktx2
 from tests.pipeline.checks.test_lights import light
-from tests.pipeline.scenes import make_cove
+from tests.pipeline.scenes import make_free_cove
 
 
 @pytest.fixture(scope="module")
 def sound_scene(tmp_path_factory: pytest.TempPathFactory) -> Path:
     top = tmp_path_factory.mktemp("cove")
     os.environ["PARADIZE_STORE"] = str(top / "store")
-    report = bake(make_cove(top / "scene"), top / "out", BuildOptions(jobs=1))
+    report = bake(make_free_cove(top / "scene"), top / "out", BuildOptions(jobs=1))
     del os.environ["PARADIZE_STORE"]
     assert not report.errors
     return top / "out"

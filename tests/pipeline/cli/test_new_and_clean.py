@@ -14,7 +14,7 @@ from paradize.cli.main import main
 from paradize.cli.values import age, size
 from paradize.store.local import Store
 from tests.conftest import RENDER_ENVIRONMENT
-from tests.pipeline.scenes import make_cove
+from tests.pipeline.scenes import make_cove, make_free_cove
 from tests.places import ROOT
 from tests.sweeps import sweep
 
@@ -78,7 +78,7 @@ def test_a_folder_of_too_long_a_name_is_one_message(
 def test_cleaning_tells_what_went_and_what_stays(
     tmp_path: Path, own_store: Store, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    scene = make_cove(tmp_path / "mine")
+    scene = make_free_cove(tmp_path / "mine")
     assert main(["bake", str(scene), "-o", str(tmp_path / "out")]) == 0
     capsys.readouterr()
     assert main(["clean", "--older-than", "1d", "--json"]) == 0

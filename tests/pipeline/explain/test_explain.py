@@ -148,6 +148,10 @@ def test_it_says_when_each_level_is_first_needed() -> None:
         "needed: level 0 never, level 1 from second 7.5 on, levels 2 to 3 from second 2 on"
     )
     assert len(economy_words(facts | {"levels_s": [0.0, 0.0]}, "mesh")) == 1
+    less = facts | {"levels_s": [0.0], "coarser_left_out": 2, "saved_bytes": 4_000}
+    assert economy_words(less, "mesh")[1].startswith(
+        "2 coarser levels are left out, which no view of the flight is far enough away to draw: 4"
+    )
 
 
 def test_maps_that_were_not_made_are_reckoned_in_the_size_that_the_picture_has(tmp_path: Path) -> None:

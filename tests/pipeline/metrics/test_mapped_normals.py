@@ -19,7 +19,7 @@ from paradize.material import REPEATED, Wrap
 from paradize.metrics.mapped_normal import normal_error
 from paradize.stages.tangents import tangent_frames
 from tests.pipeline.bakers.test_mesh_extremes import write
-from tests.pipeline.scenes import make_cove, write_image
+from tests.pipeline.scenes import make_cove, make_free_cove, write_image
 from tests.pipeline.shapes import grid, sphere
 
 
@@ -224,7 +224,7 @@ def test_a_scene_tells_the_mapped_error_of_every_level_and_budgets_know_it(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("PARADIZE_STORE", str(tmp_path / "store"))
-    scene = make_cove(tmp_path)
+    scene = make_free_cove(tmp_path)
     scene.write_text(scene.read_text() + "[budget]\nlod_mapped_p99_deg = 1e-9\n")
     report = bake(scene, tmp_path / "out")
     assert any("lod_mapped_p99_deg" in text and "post_mesh" in text for text in report.warnings)

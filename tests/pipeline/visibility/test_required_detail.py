@@ -472,7 +472,11 @@ def test_levels_of_a_glb_are_left_out_one_by_one(far: tuple[Path, Path, Path]) -
         rest = cut_glb(data, finer=finer)
         assert len(decode_glb(rest)) == count - finer
         assert mesh_facts(rest, "rest").lods[0][1] == mesh_facts(data, "whole").lods[finer][1]
-    with pytest.raises(ValueError, match="cannot remove"):
-        cut_glb(data, finer=count)
+    for coarser in range(1, count):
+        rest = cut_glb(data, coarser=coarser)
+        assert mesh_facts(rest, "rest").lods == mesh_facts(data, "whole").lods[:-coarser]
+    for finer, coarser in ((count, 0), (0, count), (1, count - 1)):
+        with pytest.raises(ValueError, match="cannot remove"):
+            cut_glb(data, finer=finer, coarser=coarser)
     bare = decode_glb(cut_glb(data, attributes=["POSITION"]))
     assert all(lod.mesh.normals is lod.mesh.uvs is lod.mesh.tangents is None for lod in bare)

@@ -12,19 +12,26 @@ from paradize.formats.glb.writer import join_chunks
 
 
 def cut_glb(
-    data: bytes, *, finer: int = 0, attributes: Collection[str] | None = None, file: object = None
+    data: bytes,
+    *,
+    finer: int = 0,
+    coarser: int = 0,
+    attributes: Collection[str] | None = None,
+    file: object = None,
 ) -> bytes:
-    """Returns the same mesh without its `finer` finest levels (the next one becomes `lod0`) and with only
-    these attributes (glTF names; None: all). Levels keep their errors, which are relative to the original
-    level 0.
+    """Returns the same mesh without its `finer` finest levels (the next one becomes `lod0`) and its `coarser`
+    coarsest, and with only these attributes (glTF names; None: all). Levels keep their errors, which are
+    relative to the original level 0.
 
     Raises FormatError for a GLB that we did not write, ValueError where no level would remain.
     """
     reader = Reader(data, file)
     tree, binary = reader.document, reader.binary
-    if not 0 <= finer < len(tree["nodes"]):
-        raise ValueError(f"cannot remove {finer} of {len(tree['nodes'])} levels")
-    nodes, meshes = tree["nodes"][finer:], tree["meshes"][finer:]
+    count = len(tree["nodes"])
+    if finer < 0 or coarser < 0 or finer + coarser >= count:
+        raise ValueError(f"cannot remove {finer + coarser} of {count} levels")
+    kept = slice(finer, count - coarser)
+    nodes, meshes = tree["nodes"][kept], tree["meshes"][kept]
     for mesh in meshes:
         for primitive in mesh["primitives"]:
             primitive["attributes"] = {
