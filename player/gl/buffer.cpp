@@ -18,6 +18,14 @@ void write_buffer(unsigned target, const Buffer &buffer, std::size_t offset,
     glBufferSubData(target, static_cast<GLintptr>(offset), static_cast<GLsizeiptr>(data.size()), data.data());
 }
 
+void copy_buffer(const Buffer &from, std::size_t from_offset, const Buffer &to, std::size_t to_offset,
+                 std::size_t bytes) {
+    glBindBuffer(GL_COPY_READ_BUFFER, from.name());
+    glBindBuffer(GL_COPY_WRITE_BUFFER, to.name());
+    glCopyBufferSubData(GL_COPY_READ_BUFFER, GL_COPY_WRITE_BUFFER, static_cast<GLintptr>(from_offset),
+                        static_cast<GLintptr>(to_offset), static_cast<GLsizeiptr>(bytes));
+}
+
 void replace_buffer(unsigned target, const Buffer &buffer, std::span<const std::byte> data) {
     glBindBuffer(target, buffer.name());
     glBufferData(target, static_cast<GLsizeiptr>(data.size()), data.data(), GL_STREAM_DRAW);

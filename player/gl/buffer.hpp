@@ -29,6 +29,10 @@ Buffer make_buffer(unsigned target, std::size_t bytes, Usage usage);
 /// Writes into a buffer from make_buffer(). `offset` plus the size of `data` must not exceed the buffer.
 void write_buffer(unsigned target, const Buffer &buffer, std::size_t offset, std::span<const std::byte> data);
 
+/// Copies bytes from one buffer into another on the device.
+void copy_buffer(const Buffer &from, std::size_t from_offset, const Buffer &to, std::size_t to_offset,
+                 std::size_t bytes);
+
 /// Replaces the whole content of a buffer. What earlier draw calls read of it stays as it was.
 void replace_buffer(unsigned target, const Buffer &buffer, std::span<const std::byte> data);
 

@@ -44,6 +44,11 @@ std::array<bool, patch_kinds> kinds_of(const Scene &scene) {
     out[static_cast<std::size_t>(PatchKind::fading)] = std::ranges::find(fading, true) != fading.end();
     return out;
 }
+void choose(const Frame &frame, const View &view, const glm::vec4 &plane, PatchKinds kinds,
+            const PatchLights *lights) {
+    const CpuTimer timer(frame.scene_ms);
+    frame.terrain()->choose(view, plane, kinds, lights);
+}
 } // namespace
 
 TerrainPass::Lit::Lit(const PassSetup &setup, PatchKind drawn_kind, bool point_lights, bool views_above)
@@ -109,7 +114,8 @@ void TerrainPass::draw(const Frame &frame, const View &view) {
     if (view.kind == ViewKind::light) {
         depth_.use();
         depth_bias(true);
-        frame.terrain()->draw(view, no_plane, {depth_model_location_});
+        choose(frame, view, no_plane, all_patches, nullptr);
+        frame.terrain()->draw(view, {depth_model_location_});
         depth_bias(false);
         return;
     }
@@ -153,9 +159,9 @@ void TerrainPass::draw(const Frame &frame, const View &view) {
         gl::Program::set(lit.clip, plane);
         const PatchLights chosen{lights.lit(), lit.by_lights,
                                  [&lights](std::uint32_t set) { lights.bind(set); }};
-        frame.terrain()->draw(view, plane, lit.uniforms,
-                              static_cast<PatchKinds>(1U << static_cast<unsigned>(lit.kind)),
-                              lights.any_lit() ? &chosen : nullptr);
+        const PatchLights *const by_lights = lights.any_lit() ? &chosen : nullptr;
+        choose(frame, view, plane, static_cast<PatchKinds>(1U << static_cast<unsigned>(lit.kind)), by_lights);
+        frame.terrain()->draw(view, lit.uniforms, by_lights);
     }
     if (clipped_at_water) {
         glDisable(GL_CLIP_DISTANCE0);

@@ -14,13 +14,14 @@ void StreamedTexture::bind(unsigned unit, unsigned sampler) const {
     gl::bind_texture(unit, target_, resident() ? texture_.name() : fallback_.name(), sampler);
 }
 
-StreamItem::StreamItem(const assets::Artifact &artifact, assets::LoadedArtifact opened)
+StreamItem::StreamItem(const assets::Artifact &artifact, assets::LoadedArtifact opened,
+                       const std::shared_ptr<PatchPool> &patches)
     : loaded(std::move(opened)), kind(artifact.kind), max_level(artifact.max_level), drawn(artifact.drawn) {
     if (!drawn) {
         return;
     }
     if (loaded.tile) {
-        tile = StreamedTile(loaded.glb, loaded.plan.pieces, loaded.path);
+        tile = StreamedTile(loaded.glb, loaded.plan.pieces, loaded.path, patches);
     } else if (kind == assets::ArtifactKind::mesh) {
         mesh = StreamedMesh(loaded.glb, loaded.materials);
     } else if (kind != assets::ArtifactKind::sound) {
@@ -45,7 +46,7 @@ void StreamItem::make_texture() {
 void StreamItem::begin(std::uint32_t piece_index) {
     const assets::Piece &piece = loaded.plan.pieces[piece_index];
     if (loaded.tile) {
-        tile.begin(loaded.glb, piece_index);
+        tile.begin(piece_index);
     } else if (kind == assets::ArtifactKind::mesh) {
         mesh.begin(loaded.glb, piece.first_level);
     } else {

@@ -9,13 +9,16 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <optional>
 
 namespace paradize {
 
 struct StreamItem {
     /// Creates what is needed before the first piece is uploaded. Throws Error if the driver cannot draw it.
-    StreamItem(const assets::Artifact &artifact, assets::LoadedArtifact opened);
+    /// `patches`: where terrain tiles lie.
+    StreamItem(const assets::Artifact &artifact, assets::LoadedArtifact opened,
+               const std::shared_ptr<PatchPool> &patches);
 
     /// Creates the GPU objects of a piece.
     void begin(std::uint32_t piece_index);

@@ -19,13 +19,10 @@ constexpr std::array<int, assets::mesh_attributes> components{3, 3, 4, 2, 2, 4, 
 
 } // namespace
 
-void attach_attribute(const assets::GlbLevel &level, std::uint32_t part, const gl::Buffer &vertices,
+void attach_attribute(const assets::GlbFormat &format, std::uint32_t part, const gl::Buffer &vertices,
                       std::size_t offset_bytes) {
-    if (!mesh_attribute(level, part).empty()) {
-        const assets::GlbFormat &format = level.formats[part];
-        gl::attribute_numbers(part, components[part], format.component, format.normalized, vertices,
-                              static_cast<int>(format.stride), offset_bytes);
-    }
+    gl::attribute_numbers(part, components[part], format.component, format.normalized, vertices,
+                          static_cast<int>(format.stride), offset_bytes);
 }
 
 glm::dmat4 model_of(const assets::QuantizationGrid &grid) {
@@ -66,7 +63,9 @@ void StreamedMesh::begin(const assets::Glb &glb, std::uint32_t level) {
     glBindVertexArray(made.vertex_array.name());
     made.vertices = gl::make_buffer(GL_ARRAY_BUFFER, made.vertex_bytes, gl::Usage::fixed);
     for (std::uint32_t part = 0; part < assets::mesh_attributes; ++part) {
-        attach_attribute(glb.levels[level], part, made.vertices, offsets_[level][part]);
+        if (!mesh_attribute(glb.levels[level], part).empty()) {
+            attach_attribute(glb.levels[level].formats[part], part, made.vertices, offsets_[level][part]);
+        }
     }
     made.indices = gl::make_buffer(GL_ELEMENT_ARRAY_BUFFER, made.index_bytes, gl::Usage::fixed);
     glBindVertexArray(0);

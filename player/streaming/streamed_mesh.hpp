@@ -74,9 +74,8 @@ class StreamedMesh {
 
 /// Returns the matrix from quantized values to metres.
 glm::dmat4 model_of(const assets::QuantizationGrid &grid);
-/// Enables attribute `part` of the bound vertex array, read from `vertices` at `offset_bytes`. Does nothing
-/// if the level lacks that attribute.
-void attach_attribute(const assets::GlbLevel &level, std::uint32_t part, const gl::Buffer &vertices,
+/// Enables attribute `part` of the bound vertex array, read from `vertices` at `offset_bytes`.
+void attach_attribute(const assets::GlbFormat &format, std::uint32_t part, const gl::Buffer &vertices,
                       std::size_t offset_bytes);
 /// Returns the aligned offset of the next attribute.
 std::size_t attribute_end(std::size_t offset_bytes, std::size_t bytes);

@@ -6,6 +6,9 @@
 
 #include <epoxy/gl.h>
 
+#include <algorithm>
+#include <utility>
+
 namespace paradize {
 
 namespace {
@@ -36,70 +39,93 @@ void check_same_layout(const assets::Glb &glb, const assets::GlbLevel &level, co
 } // namespace
 
 StreamedTile::StreamedTile(const assets::Glb &glb, std::span<const assets::Piece> pieces,
-                           const std::string &path) {
+                           const std::string &path, std::shared_ptr<PatchPool> pool)
+    : pool_(std::move(pool)) {
     const assets::GlbLevel &first = glb.levels.front();
     ranges_.reserve(glb.levels.size());
     const auto height_m = [&](float y) {
         return static_cast<float>(glb.grid.origin[1] + glb.grid.step[1] * y);
     };
+    std::size_t vertices = 0;
+    std::size_t indices = 0;
     for (const assets::Piece &piece : pieces) {
         const auto index = static_cast<std::uint32_t>(blocks_.size());
         TileBlock &block = blocks_.emplace_back();
         block.first_patch = piece.first_level;
         block.patches = piece.levels;
-        std::size_t vertices = 0;
         for (std::uint32_t i = piece.first_level; i < piece.first_level + piece.levels; ++i) {
             const assets::GlbLevel &level = glb.levels[i];
             check_same_layout(glb, level, path);
             const assets::GlbPrimitive &primitive = level.primitives.front();
-            ranges_.push_back({index, static_cast<int>(primitive.count), block.index_bytes,
-                               static_cast<int>(vertices), height_m(level.low[1]), height_m(level.high[1])});
-            vertices += level.vertices;
-            block.index_bytes += primitive.indices.size();
+            ranges_.push_back({index, static_cast<int>(primitive.count), block.indices, block.vertices,
+                               height_m(level.low[1]), height_m(level.high[1])});
+            block.vertices += level.vertices;
+            block.indices += primitive.count;
         }
-        for (std::uint32_t part = 0; part < assets::mesh_attributes; ++part) {
-            block.attribute_offsets[part] = block.vertex_bytes;
-            block.vertex_bytes = attribute_end(block.vertex_bytes, vertices * vertex_bytes(first, part));
-        }
+        vertices += block.vertices;
+        indices += block.indices;
     }
+    for (std::uint32_t part = 0; part < assets::mesh_attributes; ++part) {
+        layout_.vertex_bytes[part] = vertex_bytes(first, part);
+    }
+    layout_.formats = first.formats;
+    layout_.index_bytes = first.index_bytes;
+    indices_per_vertex_ =
+        static_cast<double>(indices) / static_cast<double>(std::max(vertices, std::size_t{1}));
     model_ = model_of(glb.grid);
-    index_type_ = first.index_bytes == 2 ? GL_UNSIGNED_SHORT : GL_UNSIGNED_INT;
 }
 
-void StreamedTile::begin(const assets::Glb &glb, std::uint32_t block) {
-    TileBlock &made = blocks_[block];
-    made.vertex_array = gl::VertexArray::create();
-    glBindVertexArray(made.vertex_array.name());
-    made.vertices = gl::make_buffer(GL_ARRAY_BUFFER, made.vertex_bytes, gl::Usage::fixed);
-    for (std::uint32_t part = 0; part < assets::mesh_attributes; ++part) {
-        attach_attribute(glb.levels.front(), part, made.vertices, made.attribute_offsets[part]);
+StreamedTile &StreamedTile::operator=(StreamedTile &&other) noexcept {
+    if (this != &other) {
+        release_all();
+        pool_ = std::move(other.pool_);
+        layout_ = other.layout_;
+        indices_per_vertex_ = other.indices_per_vertex_;
+        blocks_ = std::move(other.blocks_);
+        ranges_ = std::move(other.ranges_);
+        model_ = other.model_;
     }
-    made.indices = gl::make_buffer(GL_ELEMENT_ARRAY_BUFFER, made.index_bytes, gl::Usage::fixed);
-    glBindVertexArray(0);
+    return *this;
+}
+
+StreamedTile::~StreamedTile() {
+    release_all();
+}
+
+void StreamedTile::release_all() {
+    for (std::uint32_t block = 0; block < blocks_.size(); ++block) {
+        if (blocks_[block].slot != nullptr) {
+            evict(block);
+        }
+    }
+}
+
+void StreamedTile::begin(std::uint32_t block) {
+    TileBlock &made = blocks_[block];
+    made.slot = pool_->take(layout_, made.vertices, made.indices, indices_per_vertex_);
 }
 
 void StreamedTile::upload(const assets::Glb &glb, const assets::UploadChunk &chunk, const std::byte *bytes) {
     const assets::GlbLevel &level = glb.levels[chunk.level];
     const PatchRange &range = ranges_[chunk.level];
-    const TileBlock &block = blocks_[range.block];
+    const PatchSlot &slot = *blocks_[range.block].slot;
+    const PatchPage &page = *slot.page;
     const std::span<const std::byte> data(bytes, chunk.bytes.size());
     // A copy target leaves the element buffer of the bound vertex array unchanged.
     if (chunk.part >= assets::mesh_attributes) {
-        gl::write_buffer(GL_COPY_WRITE_BUFFER, block.indices, range.index_offset + chunk.offset, data);
+        gl::write_buffer(GL_COPY_WRITE_BUFFER, page.indices,
+                         (slot.first_index + range.first_index) * layout_.index_bytes + chunk.offset, data);
     } else {
-        const std::size_t before =
-            static_cast<std::size_t>(range.base_vertex) * vertex_bytes(level, chunk.part);
-        gl::write_buffer(GL_COPY_WRITE_BUFFER, block.vertices,
-                         block.attribute_offsets[chunk.part] + before + chunk.offset, data);
+        const std::size_t before = (slot.first_vertex + range.first_vertex) * vertex_bytes(level, chunk.part);
+        gl::write_buffer(GL_COPY_WRITE_BUFFER, page.vertices,
+                         page.attribute_offsets[chunk.part] + before + chunk.offset, data);
     }
 }
 
 void StreamedTile::evict(std::uint32_t block) {
     TileBlock &made = blocks_[block];
     made.resident = false;
-    made.vertex_array = {};
-    made.vertices = {};
-    made.indices = {};
+    pool_->release(std::exchange(made.slot, nullptr));
 }
 
 } // namespace paradize

@@ -13,6 +13,7 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <limits>
 #include <optional>
 #include <utility>
 
@@ -28,12 +29,41 @@ struct ScenePiece {
 
 using Clock = std::chrono::steady_clock;
 
+constexpr std::uint64_t largest_page_bytes = std::uint64_t{16} << 20U; // of terrain patches
+constexpr std::uint64_t smallest_page_bytes = std::uint64_t{1} << 20U;
+
+/// How terrain patches share buffers: see PatchPool.
+struct PatchPages {
+    std::uint64_t page_bytes = 0; // 0: each block has buffers of its own
+    std::uint64_t slack_bytes = std::numeric_limits<std::uint64_t>::max();
+    std::uint64_t reserve_bytes = 0; // of the limit, for what is unused of pages
+};
+
+PatchPages patch_pages(const assets::SceneFile &scene, std::uint64_t vram_bytes) {
+    std::uint64_t terrain_bytes = 0;
+    if (scene.terrain) {
+        for (const std::string &tile : scene.terrain->tiles) {
+            terrain_bytes += scene.find_artifact(tile)->bytes;
+        }
+    }
+    PatchPages out;
+    out.page_bytes = std::min(largest_page_bytes, terrain_bytes);
+    if (vram_bytes != 0) {
+        const std::uint64_t shared = std::min(out.page_bytes, vram_bytes / 64);
+        out.page_bytes = shared < smallest_page_bytes ? 0 : shared;
+        out.reserve_bytes = out.page_bytes == 0 ? 0 : std::min(terrain_bytes, vram_bytes / 16);
+        out.slack_bytes = out.reserve_bytes;
+    }
+    return out;
+}
+
 constexpr std::uint64_t ahead_bytes = std::uint64_t{16} << 20U; // staged ahead of the upload, or one piece
 
 } // namespace
 
 struct Streamer::Impl {
     const assets::SceneFile &scene;
+    std::shared_ptr<PatchPool> patches;
     std::vector<std::shared_ptr<StreamItem>> items; // one per artifact, same order
     std::vector<std::uint32_t> tiles;               // items that are terrain tiles
     std::vector<ScenePiece> pieces;
@@ -149,7 +179,8 @@ struct Streamer::Impl {
                 }
             }
         }
-        schedule.emplace(std::move(scheduled), limits.vram_bytes, limits.order);
+        const std::uint64_t reserve_bytes = patch_pages(scene, limits.vram_bytes).reserve_bytes;
+        schedule.emplace(std::move(scheduled), limits.vram_bytes - reserve_bytes, limits.order);
         for (std::uint32_t i = 0; i < pieces.size(); ++i) {
             if (item_of(i).pieces_left == 0) { // reused
                 schedule->set_loading(i);
@@ -186,7 +217,7 @@ struct Streamer::Impl {
     void plan() {
         schedule->plan(needs, ahead_bytes);
         for (const std::uint32_t piece : schedule->evictions()) {
-            counts.peak_bytes = std::max(counts.peak_bytes, schedule->bytes_while_evicted(piece));
+            count_peak(schedule->bytes_while_evicted(piece));
             item_of(piece).evict(pieces[piece].index, schedule->has_room_to_copy(piece));
             schedule->set_absent(piece);
             counts.resident_bytes -= plan_of(piece).bytes;
@@ -215,6 +246,11 @@ struct Streamer::Impl {
         }
         checker->order(files_ahead);
         loader->order(ahead);
+    }
+
+    /// bytes: of pieces, with the copies that uploads need.
+    void count_peak(std::uint64_t bytes) {
+        counts.peak_bytes = std::max(counts.peak_bytes, bytes + patches->unused_bytes());
     }
 
     void count_needs() {
@@ -318,8 +354,8 @@ struct Streamer::Impl {
         }
         queue.erase(queue.begin() + static_cast<std::ptrdiff_t>(place));
         schedule->set_loading(next.piece);
-        counts.peak_bytes = std::max(counts.peak_bytes, schedule->used_bytes());
         item_of(next.piece).begin(pieces[next.piece].index);
+        count_peak(schedule->used_bytes());
         current = std::move(next);
     }
 
@@ -391,6 +427,8 @@ Streamer::Streamer(const assets::SceneFile &file, SceneLoad load) : impl_(std::m
     glVertexAttrib3f(gl::attribute_normal, 0.0F, 1.0F, 0.0F);
     glVertexAttrib4f(gl::attribute_tangent, 1.0F, 0.0F, 0.0F, 1.0F);
     glVertexAttrib4f(gl::attribute_color, 1.0F, 1.0F, 1.0F, 1.0F);
+    const PatchPages pages = patch_pages(file, load.limits_.vram_bytes);
+    impl_->patches = std::make_shared<PatchPool>(pages.page_bytes, pages.slack_bytes);
     impl_->items = std::move(load.reused_);
     impl_->first_piece.resize(impl_->items.size());
     std::vector<std::uint32_t> order = load.loader_->wanted();
@@ -402,7 +440,8 @@ Streamer::Streamer(const assets::SceneFile &file, SceneLoad load) : impl_(std::m
     }
     for (std::size_t i = 0; i < loaded.size(); ++i) {
         const std::uint32_t index = load.loader_->wanted()[i];
-        impl_->items[index] = std::make_shared<StreamItem>(file.artifacts[index], std::move(loaded[i]));
+        impl_->items[index] =
+            std::make_shared<StreamItem>(file.artifacts[index], std::move(loaded[i]), impl_->patches);
     }
     for (const std::uint32_t index : order) {
         impl_->add_pieces(index);

@@ -12,7 +12,6 @@
 #include <algorithm>
 #include <limits>
 #include <tuple>
-#include <utility>
 
 namespace paradize {
 
@@ -25,6 +24,10 @@ float above(const glm::vec4 &plane, const glm::vec3 &point) {
 constexpr double film_depth_m = 0.16;  // shaders/terrain.frag and lib/light.glsl: nothing is wet below it
 constexpr double highest_run_up = 1.2; // shaders/lib/swash.glsl: of swash_height_m
 constexpr double rounding_m = 0.01;    // of heights, far from the origin
+
+unsigned index_type(const PatchLayout &layout) {
+    return layout.index_bytes == 2 ? GL_UNSIGNED_SHORT : GL_UNSIGNED_INT;
+}
 
 /// Calls use(patch, range) for each patch.
 void for_each_range(const assets::TerrainPatches &patches, const Streamer &streamer, auto use) {
@@ -82,7 +85,16 @@ TerrainTiles::TerrainTiles(const assets::Terrain &terrain, const Streamer &strea
         first_patch_.push_back(static_cast<std::uint32_t>(std::ranges::lower_bound(tile, i) - tile.begin()));
     }
     heights_.resize(terrain.patches.size(), PatchKind::dry);
-    seen_.resize(terrain.patches.size());
+    for (std::uint32_t i = 0; i < terrain.tiles.size(); ++i) {
+        same_model_.push_back(i);
+        for (std::uint32_t first = 0; first < i; ++first) {
+            if (streamer.tile(first).model() == streamer.tile(i).model()) {
+                same_model_.back() = first;
+                break;
+            }
+        }
+    }
+    seen_.reserve(terrain.patches.size());
     counts_.resize(terrain.patches.size());
     base_vertices_.resize(terrain.patches.size());
     offsets_.resize(terrain.patches.size());
@@ -142,75 +154,66 @@ bool TerrainTiles::is_of(PatchKinds kinds, const View &view, std::uint32_t patch
     return (kinds >> kind & 1U) != 0;
 }
 
-void TerrainTiles::draw(const View &view, const glm::vec4 &plane, const TerrainUniforms &uniforms,
-                        PatchKinds kinds, const PatchLights *lights) {
-    const auto is_wanted = [&](std::uint32_t patch) {
-        return lights == nullptr || (lights->lit[light_set(patch)] != 0) == lights->draws_lit;
-    };
-    const auto set_of = [&](std::uint32_t patch) {
-        return lights != nullptr && lights->draws_lit ? light_set(patch) : 0;
-    };
-    std::uint32_t bound = 0;
-    const std::span<const std::uint32_t> patches = cut_.patches();
-    std::uint32_t drawn = 0;
-    std::uint64_t triangles = 0;
-    std::uint32_t model_of = std::numeric_limits<std::uint32_t>::max(); // the tile whose matrices are set
-    // From the last patch to the first: fine patches are near and hide coarse ones behind them.
-    for (std::size_t end = patches.size(); end > 0;) {
-        const std::uint32_t tile_index = terrain_.patches.tile[patches[end - 1]];
-        const std::uint32_t first = first_patch_[tile_index];
-        const StreamedTile &tile = streamer_.tile(tile_index);
-        const TileBlock &block = tile.blocks()[tile.range(patches[end - 1] - first).block];
-        std::size_t seen = 0;
-        for (; end > 0 && patches[end - 1] >= first + block.first_patch; --end) {
-            if (is_of(kinds, view, patches[end - 1]) && is_wanted(patches[end - 1]) &&
-                sees(view, plane, patches[end - 1])) {
-                seen_[seen++] = patches[end - 1];
-            }
-        }
-        if (seen == 0) {
-            continue;
-        }
-        drawn += static_cast<std::uint32_t>(seen);
-        if (std::exchange(model_of, tile_index) != tile_index) {
-            gl::Program::set(uniforms.model, view.local(tile.model()));
-            gl::Program::set(uniforms.normals,
-                             glm::mat3(glm::transpose(glm::inverse(glm::dmat3(tile.model())))));
-        }
-        glBindVertexArray(block.vertex_array.name());
-        // One call for the patches that are wholly shown, and one for each way to fade, for each set of
-        // lights.
-        const auto fade_of = [&](std::uint32_t patch) { return fade_in(view, patch); };
-        std::sort(seen_.begin(), seen_.begin() + static_cast<std::ptrdiff_t>(seen),
-                  [&](std::uint32_t a, std::uint32_t b) {
-                      const PatchFade x = fade_of(a);
-                      const PatchFade y = fade_of(b);
-                      return std::tuple(set_of(a), x.from, -x.to, b) <
-                             std::tuple(set_of(b), y.from, -y.to, a);
-                  });
-        for (std::size_t begin = 0; begin < seen;) {
-            const PatchFade fade = fade_of(seen_[begin]);
-            const std::uint32_t set = set_of(seen_[begin]);
-            if (set != 0 && std::exchange(bound, set) != set) {
-                lights->bind(set);
-            }
-            std::size_t count = 0;
-            for (; begin < seen && fade_of(seen_[begin]) == fade && set_of(seen_[begin]) == set;
-                 ++begin, ++count) {
-                const PatchRange &range = tile.range(seen_[begin] - first);
-                counts_[count] = range.index_count;
-                base_vertices_[count] = range.base_vertex;
-                offsets_[count] = reinterpret_cast<const void *>(range.index_offset);
-                triangles += static_cast<std::uint64_t>(range.index_count) / 3;
-            }
-            gl::Program::set(uniforms.fade, glm::vec2(fade.from, fade.to));
-            gl::draw_triangle_ranges(std::span(counts_).first(count), tile.index_type(),
-                                     std::span(offsets_).first(count),
-                                     std::span(base_vertices_).first(count));
+void TerrainTiles::choose(const View &view, const glm::vec4 &plane, PatchKinds kinds,
+                          const PatchLights *lights) {
+    seen_.clear();
+    for (const std::uint32_t patch : cut_.patches()) {
+        const std::uint32_t set = light_set(patch);
+        if (is_of(kinds, view, patch) &&
+            (lights == nullptr || (lights->lit[set] != 0) == lights->draws_lit) && sees(view, plane, patch)) {
+            const std::uint32_t tile_index = terrain_.patches.tile[patch];
+            const StreamedTile &tile = streamer_.tile(tile_index);
+            const PatchRange &range = tile.range(patch - first_patch_[tile_index]);
+            seen_.push_back({patch, same_model_[tile_index], lights != nullptr && lights->draws_lit ? set : 0,
+                             fade_in(view, patch), tile.blocks()[range.block].slot, &range});
         }
     }
+    // Those that one call draws lie together. Of them the last patch is the first: fine patches are near and
+    // hide coarse ones behind them.
+    std::ranges::sort(seen_, [](const Seen &a, const Seen &b) {
+        return std::tuple(a.slot->page->id, a.model, a.light_set, a.fade.from, -a.fade.to, b.patch) <
+               std::tuple(b.slot->page->id, b.model, b.light_set, b.fade.from, -b.fade.to, a.patch);
+    });
+}
+
+bool TerrainTiles::joined(const Seen &a, const Seen &b) {
+    return a.slot->page == b.slot->page && a.model == b.model && a.light_set == b.light_set &&
+           a.fade == b.fade;
+}
+
+void TerrainTiles::draw(const View &view, const TerrainUniforms &uniforms, const PatchLights *lights) {
+    std::uint64_t triangles = 0;
+    const Seen *before = nullptr; // of the last draw call
+    for (std::size_t begin = 0; begin < seen_.size();) {
+        const Seen &first = seen_[begin];
+        const PatchPage &page = *first.slot->page;
+        if (before == nullptr || before->model != first.model) {
+            const glm::dmat4 &model = streamer_.tile(first.model).model();
+            gl::Program::set(uniforms.model, view.local(model));
+            gl::Program::set(uniforms.normals, glm::mat3(glm::transpose(glm::inverse(glm::dmat3(model)))));
+        }
+        if (before == nullptr || before->slot->page != &page) {
+            glBindVertexArray(page.vertex_array.name());
+        }
+        if (first.light_set != 0 && (before == nullptr || before->light_set != first.light_set)) {
+            lights->bind(first.light_set);
+        }
+        std::size_t count = 0;
+        for (; begin < seen_.size() && joined(first, seen_[begin]); ++begin, ++count) {
+            const Seen &seen = seen_[begin];
+            counts_[count] = seen.range->index_count;
+            base_vertices_[count] = static_cast<int>(seen.slot->first_vertex + seen.range->first_vertex);
+            offsets_[count] = reinterpret_cast<const void *>(
+                (seen.slot->first_index + seen.range->first_index) * page.layout.index_bytes);
+            triangles += static_cast<std::uint64_t>(seen.range->index_count) / 3;
+        }
+        gl::Program::set(uniforms.fade, glm::vec2(first.fade.from, first.fade.to));
+        gl::draw_triangle_ranges(std::span(counts_).first(count), index_type(page.layout),
+                                 std::span(offsets_).first(count), std::span(base_vertices_).first(count));
+        before = &first;
+    }
     if (view.kind == ViewKind::main) {
-        main_patches_ += drawn;
+        main_patches_ += static_cast<std::uint32_t>(seen_.size());
         main_triangles_ += triangles;
     }
 }

@@ -77,10 +77,13 @@ class TerrainTiles {
     /// Sets the water level. The refraction view draws what is below the water between its true height and
     /// this level.
     void set_water(const assets::Water &water);
-    /// Draws the patches of some kinds that sees() accepts, with the program in use. Leaves a vertex array
-    /// bound. The light sees no patch fade. lights: only some of them; nullptr: all, without lights.
-    void draw(const View &view, const glm::vec4 &plane, const TerrainUniforms &uniforms,
-              PatchKinds kinds = all_patches, const PatchLights *lights = nullptr);
+    /// Lists the patches of some kinds that sees() accepts, for draw(). The light sees no patch fade. lights:
+    /// only some of them; nullptr: all, without lights.
+    void choose(const View &view, const glm::vec4 &plane, PatchKinds kinds = all_patches,
+                const PatchLights *lights = nullptr);
+    /// Draws what choose() listed for this view, with the program in use. A draw call draws all patches of a
+    /// page that fade alike and have the same lights. Leaves a vertex array bound.
+    void draw(const View &view, const TerrainUniforms &uniforms, const PatchLights *lights = nullptr);
     TerrainCounts counts() const;
 
   private:
@@ -97,8 +100,18 @@ class TerrainTiles {
     double water_m_ = -1e30;
     std::vector<std::uint32_t> first_patch_;        // per tile, plus the end
     std::vector<std::vector<bool>> known_resident_; // per tile and block: what cut_ knows
+    std::vector<std::uint32_t> same_model_;         // per tile: the first one with the same model
+    /// A patch to draw.
+    struct Seen {
+        std::uint32_t patch = 0, model = 0, light_set = 0; // model: a tile
+        PatchFade fade;
+        const PatchSlot *slot = nullptr;
+        const PatchRange *range = nullptr;
+    };
+    /// True if one draw call may draw both.
+    static bool joined(const Seen &a, const Seen &b);
+    std::vector<Seen> seen_;
     // Arguments of glMultiDrawElementsBaseVertex.
-    std::vector<std::uint32_t> seen_; // patches of a block
     std::vector<int> counts_, base_vertices_;
     std::vector<const void *> offsets_;
     std::uint32_t main_patches_ = 0; // drawn since update()

@@ -103,6 +103,25 @@ def test_the_cut_looks_like_the_finest_level_with_fewer_triangles(
     assert worse.mean() < 0.02
 
 
+def test_patches_of_all_tiles_take_one_draw_call_for_each_kind(
+    hilly: Path, player: Player, tmp_path: Path
+) -> None:
+    """Above, at and below the water. None fades: all are split."""
+    manifest = pose(json.loads((hilly / "scene.json").read_text()), *EYES["above"])
+    diamonds = manifest["terrain"]["diamonds"]
+    diamonds["error_m"] = [1000.0] * len(diamonds["error_m"])
+    folder = place(tmp_path / "scene", hilly, manifest)
+    others = "environment,shadow,reflection,refraction,sky,water,shafts"
+    calls = []
+    for disabled in (others, others + ",terrain"):
+        result = player(
+            folder, "--size", "64x36", "--wait-resident", "--frames", 1, "--json", "--disable", disabled
+        )
+        assert result.returncode == 0, result.stderr
+        calls.append(json.loads(result.stdout)["draw_calls"])
+    assert 2 <= calls[0] - calls[1] <= 3
+
+
 def test_the_waterline_does_not_jump_when_a_diamond_splits(
     hilly: Path, player: Player, tmp_path: Path
 ) -> None:
