@@ -17,25 +17,25 @@ from __future__ import annotations
 import os
 import reprlib
 from collections.abc import Mapping
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from paradize.build.bake import bake as bake_scene
 from paradize.build.options import BuildOptions
 from paradize.build.provenance import BakeReport
 from paradize.build.single_file import BakedFiles, bake_single
-from paradize.checks import CheckOptions, Finding, check_paths
 from paradize.errors import GroupedError
 from paradize.jobs.progress import OnProgress
 from paradize.scene.baker_settings import MapSettings, MeshSettings, OcclusionSettings, TerrainSettings
 from paradize.store.atomic import write_whole
-from paradize.tradeoff.plan import FileOptions
 
 if TYPE_CHECKING:
     import numpy as np
     import numpy.typing as npt
 
+    from paradize.checks import CheckOptions, Finding
     from paradize.data import Lod, Mesh
+    from paradize.tradeoff.plan import FileOptions
 
 __all__ = [
     "BakeReport",
@@ -60,6 +60,19 @@ __all__ = [
 ]
 
 AnyPath = str | os.PathLike[str]
+
+# Their rooms load much that no mesh, map or terrain needs: half the time of a small one.
+_LOADED_WHEN_USED = {
+    "CheckOptions": "paradize.checks",
+    "Finding": "paradize.checks",
+    "FileOptions": "paradize.tradeoff.plan",
+}
+
+
+def __getattr__(name: str) -> object:
+    if name not in _LOADED_WHEN_USED:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(_LOADED_WHEN_USED[name]), name)
 
 
 def _path(value: AnyPath, what: str) -> Path:
@@ -226,6 +239,8 @@ def terrain(
 def bake(scene: AnyPath, out: AnyPath | None = None, options: BuildOptions | None = None) -> BakeReport:
     """Bakes a scene file into a folder (None: build/assets/<scene name>); what did not change is taken from
     the store. Raises GroupedError where artifacts fail; the folder then keeps what it held."""
+    from paradize.build.bake import bake as bake_scene
+
     _options(options, BuildOptions, "bake")
     folder = None if out is None else _path(out, "bake: out")
     report = bake_scene(_path(scene, "bake: scene"), folder, options)
@@ -237,6 +252,8 @@ def bake(scene: AnyPath, out: AnyPath | None = None, options: BuildOptions | Non
 def check(*paths: AnyPath, options: CheckOptions | None = None) -> list[Finding]:
     """Judges baked folders, files and scenes by all rules (checks/RULES.md). A finding with `fails` is an
     error."""
+    from paradize.checks import CheckOptions, check_paths
+
     _options(options, CheckOptions, "check")
     return check_paths(
         [_path(path, f"check: path {number}") for number, path in enumerate(paths, 1)], options
@@ -256,6 +273,8 @@ def measure(
     model or a picture; options: what a picture does not say of itself. tier: the one in use (None: the
     scene's, or balanced). runs: of each tier; None: up to 10. player: of a scene, the program that draws the
     pictures; None: nothing is drawn."""
+    from paradize.tradeoff.plan import FileOptions
+
     _options(options, FileOptions, "measure")
     path = _path(source, "measure: source")
     if path.suffix.lower() != ".toml":

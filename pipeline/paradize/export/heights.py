@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     U32 = npt.NDArray[np.uint32]
 
 GROUND_TEXELS = 2048  # a side of the terrain's picture, at least; more if the effect map has more
-_AT_ONCE = 1 << 22  # texels tested in one batch
+_AT_ONCE = 1 << 17  # texels tested in one batch: a megabyte of each value, which a cache holds
 _EDGE = 1e-6  # of a triangle: a texel on its edge belongs to it
 
 

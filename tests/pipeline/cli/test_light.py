@@ -19,6 +19,7 @@ from paradize.build.provenance import BakeReport
 from paradize.cli.bake import MANY, show_bake
 from paradize.cli.main import COMMANDS, main
 from tests.pipeline.scenes import make_cove
+from tests.pipeline.shapes import CORNER_OBJ
 
 # All of this package that a bake with nothing to do loads.
 # Slow to load, or not for that. A bake with nothing to do may take 8 times python's own start.
@@ -62,6 +63,16 @@ def test_a_bake_with_nothing_to_do_loads_few_modules(tmp_path: Path) -> None:
     first, second = loaded(), loaded()
     assert first & HEAVY  # the first bakes
     assert not second & HEAVY and len(second) <= MOST
+
+
+def test_a_command_that_bakes_one_file_leaves_all_but_the_report_to_its_worker(tmp_path: Path) -> None:
+    (tmp_path / "nook.obj").write_text(CORNER_OBJ)
+    call = [sys.executable, "-I", "-c", SCRIPT, "mesh", "nook.obj", "-o", "nook.glb"]
+    output = subprocess.run(call, capture_output=True, text=True, check=True, cwd=tmp_path).stdout
+    loaded = set(json.loads(output.splitlines()[-1]))
+    assert "paradize.api" in loaded  # which the worker loads too
+    heavy = {"numpy", "paradize.bakers", "paradize.build.bake", "paradize.checks", "paradize.tradeoff"}
+    assert not loaded & heavy
 
 
 def test_of_many_artifacts_the_table_tells_those_that_are_not_as_they_were(tmp_path: Path) -> None:
