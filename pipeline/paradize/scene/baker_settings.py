@@ -52,7 +52,7 @@ class MeshSettings(BakerSettings):
     max_error: float | None = None
     lod_ratio: float = 0.5
     lod_errors: Sequence[float] = ()
-    screen_size: Mapping[str, float] | None = None
+    screen_size: Mapping[str, Any] | None = None
     sight: dict[str, Any] | None = None
     instances: Sequence[Mapping[str, Any]] = ()
     simplifier: str = SIMPLIFIERS[0]

@@ -30,7 +30,7 @@ def add_object(
     maps: SceneMaps,
     views: tuple[str, ...],
     sight: dict[str, Any] | None,
-    size: dict[str, float] | None,
+    size: dict[str, Any] | None,
     quantise_limits: dict[str, float],
 ) -> None:
     """Adds the job of an object's mesh. views: those that draw it. sight: from camera_views; None: its levels
@@ -63,10 +63,12 @@ def add_object(
     )
 
 
-def screen_size(head: Head, item: SceneObject) -> dict[str, float]:
+def screen_size(head: Head, item: SceneObject, known: ObjectMaps) -> dict[str, Any]:
     """Returns the screen size of MeshSettings."""
     limits = {"normal_deg": head.lod_error_deg, "silhouette": head.lod_silhouette, "flip": head.lod_flip}
-    return {"size_px": _LOD_SIZE_PX if item.lod_size_px is None else item.lod_size_px, **limits}
+    return {"size_px": _LOD_SIZE_PX if item.lod_size_px is None else item.lod_size_px, **limits} | {
+        "two_sided": sorted(name for name, drawn in known.drawn.items() if drawn.two_sided)
+    }
 
 
 def _base_colors(known: ObjectMaps) -> dict[str, list[float]]:

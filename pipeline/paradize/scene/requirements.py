@@ -35,7 +35,9 @@ def require(scene: Scene, maps: SceneMaps) -> Requirements:
     left = list(maps.sets)
     for item in scene.objects:
         path = camera_views(scene) if item.lods_by == "sight" else None
-        size = screen_size(scene.head, item) if item.lods_by == "screen_size" else None
+        size = (
+            screen_size(scene.head, item, maps.objects[item.name]) if item.lods_by == "screen_size" else None
+        )
         add_object(required, item, maps, drawn_in[item.name], path, size, quantise_limits)
         for one in [one for one in left if item.name in one.materials]:
             left.remove(one)  # a shared set comes with its first object

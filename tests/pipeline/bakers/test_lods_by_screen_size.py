@@ -9,14 +9,16 @@ from typing import Any
 import numpy as np
 import pytest
 
-from paradize.bakers.mesh.bake import bake_mesh
+from paradize.bakers.mesh.bake import bake_mesh, with_two_sided
 from paradize.bakers.mesh.lods import Plan, make_levels
 from paradize.bakers.mesh.lods_by_screen_size import ScreenSize
 from paradize.build.map_sets import find_map_sets
 from paradize.data import Group, Mesh
 from paradize.errors import BakeError
+from paradize.material import Material
 from paradize.metrics.seen import Limits, largest_size, seen_difference, seen_mesh
 from paradize.metrics.surface import Original
+from paradize.scene.baker_settings import MeshSettings
 from paradize.scene.requirements import require
 from paradize.scene.settings import load_scene
 from paradize.stages.lod import simplify
@@ -138,9 +140,10 @@ def test_a_size_out_of_range_is_refused(tmp_path: Path, wrong: dict[str, float])
 
 
 def test_a_scene_passes_its_limits_to_the_levels_that_ask_for_them(tmp_path: Path) -> None:
-    def settings_of(words: str, head: str = "") -> Any:
+    def settings_of(words: str, head: str = "", material: str = "") -> Any:
         path = make_cove(tmp_path)
         text = path.read_text().replace("lods = 3", f"lods = 3\n{words}")
+        text = text.replace("specular = 0.2", f"specular = 0.2\n{material}")
         path.write_text(text.replace('name = "cove"\n', f'name = "cove"\n{head}'))
         scene = load_scene(path)
         jobs = require(scene, find_map_sets(scene, path).maps).jobs
@@ -148,9 +151,36 @@ def test_a_scene_passes_its_limits_to_the_levels_that_ask_for_them(tmp_path: Pat
 
     assert settings_of("") is None
     assert settings_of('lods_by = "screen_size"') == {
-        "size_px": 256.0, "normal_deg": 10.0, "silhouette": 0.004, "flip": 0.01,
+        "size_px": 256.0, "normal_deg": 10.0, "silhouette": 0.004, "flip": 0.01, "two_sided": [],
     }  # fmt: skip
     head = "lod_error_deg = 5\nlod_silhouette = 0.01\nlod_flip = 0.02\n"
     assert settings_of('lods_by = "screen_size"\nlod_size_px = 64', head) == {
-        "size_px": 64.0, "normal_deg": 5.0, "silhouette": 0.01, "flip": 0.02,
+        "size_px": 64.0, "normal_deg": 5.0, "silhouette": 0.01, "flip": 0.02, "two_sided": [],
     }  # fmt: skip
+    by_size = 'lods_by = "screen_size"'
+    assert settings_of(by_size, material="two_sided = true")["two_sided"] == ["wood"]
+
+
+def test_the_judge_draws_back_faces_of_two_sided_materials_alone() -> None:
+    """Half of a leaf's triangles turned round: unlike where back faces are not drawn, the same where they
+    are."""
+    corners = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], np.float32)
+    group = (Group("leaf", "leaf", 0, 2),)
+    leaf = Mesh(corners, np.array([[0, 1, 2], [0, 2, 3]], np.uint32), groups=group)
+    turned = replace(leaf, triangles=np.array([[0, 1, 2], [3, 2, 0]], np.uint32))
+    for two_sided, accepted in ((("leaf",), True), ((), False), (("bark",), False)):
+        judge = ScreenSize(64.0, two_sided=two_sided).judge(leaf, 1, leaf)
+        assert judge.accepts(turned) is accepted
+        assert (judge.fault(turned) == "") is accepted
+
+
+def test_a_model_says_which_materials_are_two_sided_where_no_scene_does() -> None:
+    materials = {name: Material(name, two_sided=name == "leaf") for name in ("leaf", "bark")}
+    for screen_size, names in (
+        ({"size_px": 8.0}, ("leaf",)),
+        ({"size_px": 8.0, "two_sided": ["bark"]}, ["bark"]),
+    ):
+        settings = MeshSettings(screen_size=screen_size)
+        plan = with_two_sided(Plan.of(settings), settings, materials)
+        assert plan.screen_size is not None and plan.screen_size.two_sided == names
+    assert with_two_sided(Plan(), MeshSettings(), materials) == Plan()

@@ -56,6 +56,24 @@ def test_a_part_that_vanishes_counts_by_what_stands_behind_it() -> None:
     assert changed(whole, left, background=255) == 0.0
 
 
+def leaf(alpha: float, *, two_sided: bool, turned: bool = False) -> SeenMesh:
+    """A square of 1 m that faces +Z, or away, which glows; its alpha is tested at a half."""
+    at = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]]
+    triangles = [[0, 2, 1], [0, 3, 2]] if turned else [[0, 1, 2], [0, 2, 3]]
+    black, white = (np.full((1, 1, 3), value, np.float32) for value in (0.0, 1.0))
+    holes = [np.full((1, 1), alpha, np.float32)]
+    skin = SeenMaterial(alpha=holes, cutoff=0.5, two_sided=two_sided, colors=[black], glow=[white])
+    return SeenMesh(at, triangles, [skin], uvs=[[0, 1], [1, 1], [1, 0], [0, 0]])
+
+
+def test_a_back_face_counts_where_it_is_drawn_and_what_alpha_cuts_out_does_not() -> None:
+    shown = leaf(0.9, two_sided=False)
+    assert changed(shown, leaf(0.9, two_sided=False, turned=True)) > 0.9
+    assert changed(shown, leaf(0.9, two_sided=True, turned=True)) == 0.0
+    assert changed(shown, leaf(0.4, two_sided=True)) > 0.9  # all of it is a hole
+    assert changed(leaf(0.4, two_sided=True), leaf(0.1, two_sided=True)) == 0.0
+
+
 @pytest.mark.parametrize("size_px", [4.0, 30.0, 300.0, 4096.0])
 def test_a_switch_to_the_same_level_changes_nothing_and_to_a_brighter_one_much(size_px: float) -> None:
     assert switch_flip(plate(0.2, 0.2), plate(0.2, 0.2), size_px) == 0.0

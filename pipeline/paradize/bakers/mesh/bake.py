@@ -21,6 +21,7 @@ from paradize.formats.glb.encode import encode_glb
 from paradize.formats.glb.materials import left_out
 from paradize.formats.glb.reader import verify_glb
 from paradize.jobs.progress import report_step
+from paradize.material import Material
 from paradize.metrics.draw import draw_costs
 from paradize.metrics.loading import LoadingError
 from paradize.metrics.tangent import frame_errors, frame_faults, sample_of, true_tangents
@@ -110,7 +111,7 @@ def _bake(
     started = time.monotonic()
     report_step("reading")
     mesh, found = prepare_mesh(path, settings, tier, root)
-    by_settings = Plan.of(settings)
+    by_settings = with_two_sided(Plan.of(settings), settings, found.materials)
     used, frames, notes = _methods_of(settings, tier, mesh)
     levels, fewer = make_levels(mesh, by_settings if plan is None else plan(mesh, by_settings), used)
     report_step("tangent frames")
@@ -161,6 +162,14 @@ def _bake(
         "warnings": found.warnings + [f"{path}: {note}" for note in (*notes, *fewer)],
     }
     return MeshProduct(glb, report, lods)
+
+
+def with_two_sided(plan: Plan, settings: MeshSettings, materials: Mapping[str, Material]) -> Plan:
+    """Returns the plan with the model's two-sided materials, where the settings do not name them."""
+    if plan.screen_size is None or "two_sided" in (settings.screen_size or {}):
+        return plan
+    names = tuple(name for name, one in materials.items() if one.two_sided)
+    return replace(plan, screen_size=replace(plan.screen_size, two_sided=names))
 
 
 def _methods_of(settings: MeshSettings, tier: str, mesh: Mesh) -> tuple[str, str, list[str]]:

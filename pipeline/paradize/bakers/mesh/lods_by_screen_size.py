@@ -3,13 +3,14 @@ over.
 
 A level by ratio may have so few triangles that it looks unlike the source at any size, and is never drawn.
 Here the size comes first: level 1 takes over where the mesh has `size_px` pixels along its diagonal, and each
-next level where it has half as many. Compared are the normals of the vertices, the silhouette of front faces
-and the light on them, without maps (metrics/seen.py, metrics/switch.py); the published levels are measured
-with maps (build/lods_seen.py).
+next level where it has half as many. Compared are the normals of the vertices, the silhouette and the light
+on the faces that are drawn, without maps (metrics/seen.py, metrics/switch.py): a changed picture makes no
+level anew. The published levels are measured with maps and holes (build/lods_seen.py).
 """
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass
 
 import numpy as np
@@ -32,12 +33,14 @@ _ROOM = 0.7 * ROOM  # of the limit: maps, which are not compared here, change th
 @dataclass(frozen=True)
 class ScreenSize:
     """size_px: at which level 1 takes over, 4 to 4096. normal_deg, silhouette: how much a level may differ
-    there, as Limits. flip: how much the switch to it may change the picture; 1: anything."""
+    there, as Limits. flip: how much the switch to it may change the picture; 1: anything. two_sided: the
+    materials whose back faces are drawn."""
 
     size_px: float
     normal_deg: float = Limits.normal_deg
     silhouette: float = Limits.silhouette
     flip: float = 0.01
+    two_sided: Collection[str] = ()
 
     def in_range(self) -> bool:
         """Whether all numbers mean something."""
@@ -51,7 +54,8 @@ class ScreenSize:
     def judge(self, source: Mesh, level: int, before: Mesh) -> Judge:
         """Returns the judge of meshes that may be this level, after the level `before`."""
         limits = Limits(self.normal_deg, self.silhouette)
-        return Judge(_plain(source), _plain(before), self.of_level(level), limits, self.flip)
+        finest, last = (_plain(mesh, self.two_sided) for mesh in (source, before))
+        return Judge(finest, last, self.of_level(level), limits, self.flip, self.two_sided)
 
 
 @dataclass(frozen=True)
@@ -63,17 +67,18 @@ class Judge:
     size_px: float
     limits: Limits
     flip: float
+    two_sided: Collection[str] = ()
 
     def accepts(self, mesh: Mesh) -> bool:
         """Whether it may."""
-        level = _plain(mesh)
+        level = _plain(mesh, self.two_sided)
         if seen_within(self.finest, level, self.size_px, self.limits) is None:
             return False
         return self.flip >= 1.0 or switch_flip(self.before, level, self.size_px) <= _ROOM * self.flip
 
     def fault(self, mesh: Mesh) -> str:
         """What the mesh exceeds, in words; an empty string where it may."""
-        level = _plain(mesh)
+        level = _plain(mesh, self.two_sided)
         found = seen_difference(self.finest, level, self.size_px)
         over = []
         if found.p99_deg > self.limits.normal_deg:
@@ -91,7 +96,8 @@ class Judge:
         )
 
 
-def _plain(mesh: Mesh) -> SeenMesh:
+def _plain(mesh: Mesh, two_sided: Collection[str]) -> SeenMesh:
     """The mesh without maps, half white."""
-    grey = SeenMaterial(colors=(np.full((1, 1, 3), 0.5, np.float32),))
-    return seen_mesh(mesh, dict.fromkeys(["", *(group.material for group in mesh.groups)], grey))
+    grey = (np.full((1, 1, 3), 0.5, np.float32),)
+    names = ["", *(group.material for group in mesh.groups)]
+    return seen_mesh(mesh, {name: SeenMaterial(colors=grey, two_sided=name in two_sided) for name in names})
