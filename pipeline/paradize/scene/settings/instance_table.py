@@ -15,6 +15,7 @@ from paradize.scene.settings.objects import Instance
 MAX_BYTES = 32 << 20
 _POSITION, _SCALES = ("x", "y", "z"), ("scale_x", "scale_y", "scale_z")
 _ANGLES = ("yaw_deg", "pitch_deg", "roll_deg")
+_SEPARATORS = {";": "semicolons", "\t": "tabs", " ": "spaces"}  # of tables that are no CSV
 _COLUMNS = (*_POSITION, *_ANGLES, "scale", *_SCALES)
 
 
@@ -66,6 +67,11 @@ def _rows(path: Path, faults: Faults) -> Iterator[tuple[int, list[str]]]:
 
 
 def _check_header(names: list[str], faults: Faults) -> None:
+    between = next((mark for mark in _SEPARATORS if len(names) == 1 and mark in names[0]), None)
+    if between is not None:
+        what = f"columns are separated by {_SEPARATORS[between]}, expected commas"
+        faults.add("header", what, "save the table as CSV, with commas and decimal points")
+        return
     for name in names:
         if name not in _COLUMNS:
             faults.add("header", f"has the unknown column {show(name)}", suggestion(name, _COLUMNS))
