@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import os
 import sys
 
 from paradize.cli.interrupt import ignore, leave_at_once
+from paradize.kernels.threads import limit_blas
 
 
 def start() -> None:
     """Runs the command line and ends the process with its exit code."""
     leave_at_once()  # loading the rest takes a while
+    limit_blas(os.environ)
     from paradize.cli.main import main
 
     code = main()

@@ -7,7 +7,6 @@ install this loader before they import anything of the pipeline.
 from __future__ import annotations
 
 import hashlib
-import importlib.abc
 import importlib.util
 import marshal
 import os
@@ -40,7 +39,7 @@ class CheckedLoader(SourceFileLoader):
         return code
 
 
-class _Finder(importlib.abc.MetaPathFinder):
+class _Finder:
     """Delegates to the other finders and loads our sources with CheckedLoader."""
 
     def find_spec(

@@ -24,7 +24,7 @@ from paradize.errors import ParadizeError
 from paradize.jobs.limits import process_memory, time_limit
 from paradize.jobs.progress import Step
 from paradize.jobs.scratch import Scratch
-from paradize.kernels.threads import VARIABLE
+from paradize.kernels.threads import VARIABLE, limit_blas
 
 _BOOT = (
     "import sys; from paradize.jobs.loader import install; install(); "
@@ -141,6 +141,9 @@ def start_worker(answers: queue.SimpleQueue[Answer], threads: int | None, memory
     parent_end, child_end = socket.socketpair()
     scratch = Scratch()
     environment = {**os.environ, "TMPDIR": str(scratch.path)}
+    limit_blas(environment)
+    if threads is not None:
+        environment[VARIABLE] = str(threads)
     # Ctrl-C reaches the whole process group. The parent handles it; a starting interpreter would print it.
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
@@ -148,7 +151,7 @@ def start_worker(answers: queue.SimpleQueue[Answer], threads: int | None, memory
             [sys.executable, "-c", _BOOT, str(child_end.fileno()), str(os.getpid()), str(memory_bytes or 0)],
             pass_fds=[child_end.fileno()],
             stdin=subprocess.DEVNULL,
-            env=environment if threads is None else {**environment, VARIABLE: str(threads)},
+            env=environment,
             stdout=2,  # output of libraries goes to standard error; standard output belongs to the caller
         )
     finally:

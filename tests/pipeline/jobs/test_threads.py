@@ -45,6 +45,21 @@ def test_a_variable_that_is_no_count_leaves_it_to_the_machine(
     assert default_threads(2) == min(2, os.cpu_count() or 1)
 
 
+def blas_threads() -> str | None:
+    return os.environ.get("OPENBLAS_NUM_THREADS")
+
+
+@pytest.mark.parametrize(("given", "expected"), [(None, "1"), ("3", "3")])
+def test_numpy_in_a_worker_starts_no_threads_for_products_unless_asked(
+    monkeypatch: pytest.MonkeyPatch, given: str | None, expected: str
+) -> None:
+    monkeypatch.delenv("OPENBLAS_NUM_THREADS", raising=False)
+    if given:
+        monkeypatch.setenv("OPENBLAS_NUM_THREADS", given)
+    (outcome,) = run_jobs([Job("blas", blas_threads, {})], 1)
+    assert outcome.value == expected
+
+
 def test_the_same_bytes_and_measures_with_any_number_of_threads(sources: Path) -> None:
     made = []
     for threads in (1, 2, 5):
