@@ -33,6 +33,7 @@ from paradize.kinds import is_gltf
 from paradize.material import REPEATED, Material, Wrap, repeating, uv_width
 from paradize.scene.map_sets import (
     GLOSS_ROLES,
+    HIDDEN,
     KIT,
     MADE_OF_COLOR,
     PALETTE,
@@ -164,8 +165,10 @@ class _Finder:
             one = drawn(material, table, known.get(name), gloss=gloss)
             one = replace(one, vertex_colors=facts is not None and facts.colors)
             drawn_materials[name] = one
-            if one.alpha_mode != "opaque" and material.maps and is_guessed(material, table):
-                self._warn_of_alpha(item, name, one)
+            if material.maps and is_guessed(material, table):
+                hidden = name in known and known[name].alpha == HIDDEN
+                if hidden or one.alpha_mode != "opaque":
+                    self._warn_of_alpha(item, name, one, hidden=hidden)
             if one.translucency > 0.0 and table.translucency is None:
                 self.warnings.append(
                     f"{item.mesh}: material {name!r}: two-sided, mostly green and with holes, so that it is "
@@ -226,8 +229,9 @@ class _Finder:
             alpha_cutoff=min(cutoffs, default=0.0 if blended else one.alpha_cutoff),
         )
 
-    def _warn_of_alpha(self, item: SceneObject, name: str, one: DrawnMaterial) -> None:
-        how = f"a mask with cutoff {one.alpha_cutoff:g}" if one.alpha_mode == "mask" else "blended"
+    def _warn_of_alpha(self, item: SceneObject, name: str, one: DrawnMaterial, *, hidden: bool) -> None:
+        how = f"a mask with cutoff {one.alpha_cutoff:g}" if one.alpha_mode == "mask" else one.alpha_mode
+        how = "blended" if how == "blend" else "opaque, since it would hide everything" if hidden else how
         self.warnings.append(
             f"{item.mesh}: material {name!r}: nothing says what its alpha does; taken as {how} "
             f"([object.material.{toml_key(name)}] alpha_mode says otherwise)"

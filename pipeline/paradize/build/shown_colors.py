@@ -18,7 +18,7 @@ from paradize.errors import ParadizeError
 from paradize.kernels.reference.atlas import layout_raster
 from paradize.material import MapSource, Picture, Wrap, texels_within
 from paradize.readers.image import read_image
-from paradize.scene.map_sets import KIT, PALETTE
+from paradize.scene.map_sets import HIDDEN, KIT, PALETTE
 
 _SHARED = 0.1  # of the texels shows on several places, where gradients are a palette's
 _SIDE = 1024  # texels a side of the raster in which these are counted
@@ -95,6 +95,8 @@ def shown_colors(
     )
     if holes + between == 0.0:
         return palette, shrink, "opaque"
+    if holes == 1.0 and alpha_map is None:  # a channel that the program that wrote it left empty
+        return palette, shrink, HIDDEN
     return palette, shrink, "mask" if between <= holes else "blend"
 
 

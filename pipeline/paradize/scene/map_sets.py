@@ -17,6 +17,7 @@ from paradize.scene.settings import Relief
 Vec3 = tuple[float, float, float]
 PALETTE = 0.99  # of the surface shows swatches, where the picture is a palette
 KIT = 0.95  # the same where several models show one picture: the sheet of a kit, with something drawn on it
+HIDDEN = "hidden"  # alpha of a colour map, where it would leave nothing to see
 # What the gloss map and the occlusion map are made of.
 GLOSS_ROLES = ("roughness", "smoothness", "specular")
 OCCLUSION_ROLES = ("occlusion", "metalness")

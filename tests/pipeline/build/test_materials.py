@@ -494,6 +494,19 @@ def test_a_picture_of_alpha_without_one_of_colour_is_drawn(tmp_path: Path) -> No
     assert not found, found
 
 
+def test_a_colour_map_whose_alpha_would_hide_all_is_drawn_opaque_and_said(tmp_path: Path) -> None:
+    scene = make_panels(tmp_path / "s")
+    empty = np.full((64, 64, 4), 128, np.uint8)
+    empty[:, :, 3] = 0
+    write_image(tmp_path / "s/leaf.png", empty)
+    report, manifest = baked(scene, tmp_path / "out")
+    assert manifest["objects"][0]["materials"]["leaf"]["alpha_mode"] == "opaque"
+    words = (
+        "material 'leaf': nothing says what its alpha does; taken as opaque, since it would hide everything"
+    )
+    assert any(words in text for text in report.warnings)
+
+
 def test_a_picture_of_alpha_that_cannot_be_read_is_refused(tmp_path: Path) -> None:
     """Beside a plain colour nothing read it, and the material was opaque without a word."""
     scene = make_panels(tmp_path / "s")
