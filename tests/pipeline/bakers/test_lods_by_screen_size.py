@@ -139,6 +139,13 @@ def test_a_size_out_of_range_is_refused(tmp_path: Path, wrong: dict[str, float])
         bake_mesh(path, screen_size=wrong)
 
 
+def test_a_screen_size_of_an_unknown_field_is_refused_by_its_name(tmp_path: Path) -> None:
+    path = tmp_path / "a.obj"
+    path.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    with pytest.raises(BakeError, match="screen size has no 'pixels'"):
+        bake_mesh(path, screen_size={"size_px": 64.0, "pixels": 3})
+
+
 def test_a_scene_passes_its_limits_to_the_levels_that_ask_for_them(tmp_path: Path) -> None:
     def settings_of(words: str, head: str = "", material: str = "") -> Any:
         path = make_cove(tmp_path)

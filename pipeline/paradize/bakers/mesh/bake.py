@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from shlex import quote
 from typing import Any
@@ -91,6 +91,11 @@ def _require_ranges(path: Path, settings: MeshSettings) -> None:
         raise BakeError(f"a ratio of {settings.lod_ratio:g}, expected 0.05 to 0.95", file=path)
     if errors != sorted(errors) or not all(0 <= bound <= 1 for bound in errors):
         raise BakeError(f"errors {errors}, expected rising numbers from 0 to 1", file=path)
+    known = [one.name for one in fields(ScreenSize)]
+    for name in settings.screen_size or {}:
+        if name not in known:
+            mend = f"it has {', '.join(known)}"
+            raise BakeError(f"screen size has no {name!r}", file=path, mend=mend)
     if settings.screen_size is not None and not ScreenSize(**settings.screen_size).in_range():
         raise BakeError(f"screen size {dict(settings.screen_size)}, expected 4 to 4096 pixels", file=path)
     if settings.simplifier not in SIMPLIFIERS:
