@@ -54,7 +54,9 @@ def sums(explanation: Explanation) -> list[str]:
         baked = [facts["bytes"] for facts in explanation.artifacts if "bytes" in facts]
         lines.append(f"{len(baked)} artifacts, {short(sum(baked))}; {saved_words(explanation.saved)}")
     if stale := [facts["name"] for facts in explanation.artifacts if facts["stale"]]:
-        lines.append(f"stale, because an input changed since the bake: {', '.join(stale)}")
+        lines.append(
+            f"stale: sources, settings or Paradize itself changed since the bake: {', '.join(stale)}"
+        )
     if explanation.why_not:
         lines.append(explanation.why_not)
     return lines

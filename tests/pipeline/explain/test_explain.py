@@ -255,7 +255,7 @@ def test_without_an_artifact_each_has_one_short_line_and_the_sums_follow(
     assert len(whole.splitlines()) > 5 * len(entries) and max(map(len, whole.splitlines())) < 300
     replace(scene, "sand_strength = 0.5", "sand_strength = 0.4")
     stale_row = paradize("explain", scene, "-o", out).stdout.splitlines()[-2]
-    assert stale_row == "stale, because an input changed since the bake: sand_normal"
+    assert stale_row == "stale: sources, settings or Paradize itself changed since the bake: sand_normal"
     before = paradize("explain", scene, "-o", scene.parent / "nothing").stdout.splitlines()
     assert before[2].split()[-2:] == ["-", "-"] and "there is no bake in" in before[-2]
 
