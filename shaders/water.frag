@@ -1,4 +1,4 @@
-// Macro: SWASH 1 has waves run up the beach; default 0.
+// Macros: SWASH 1 has waves run up the beach; NEAR_WAVES 1 has waves lift the surface; default 0.
 #include "lib/color.glsl"
 #include "lib/fog.glsl"
 #include "lib/hash.glsl"
@@ -7,6 +7,9 @@
 
 #ifndef SWASH
 #define SWASH 0
+#endif
+#ifndef NEAR_WAVES
+#define NEAR_WAVES 0
 #endif
 
 uniform sampler2D u_reflection;
@@ -21,11 +24,16 @@ uniform vec3 u_wave_length_m;       // per layer
 uniform float u_fade_distance_m;    // distance at which the sea disappears in haze
 
 in vec3 v_position;
+#if NEAR_WAVES
+in vec2 v_tilt;
+in vec3 v_calm;
+#endif
 
 layout(location = 0) out vec4 fragment;
 
 const float WATER_F0 = 0.02;
 const float WATER_IOR = 1.33;
+const float LIFTED_SHAKE = 4.0; // du/dv of a tilt
 
 // Radiance of the sky in a direction, with the limits of the mirror view.
 vec3 sky_radiance(vec3 direction) {
@@ -49,6 +57,9 @@ void main() {
     vec3 resolved = 1.0 / (1.0 + pow(vec3(distance_m) / (30.0 * u_wave_length_m), vec3(2.0)));
     vec2 fine_tilt = wave_tilt(0, xz) * resolved.x + wave_tilt(1, xz) * resolved.y;
     vec2 tilt = (fine_tilt + 1.4 * wave_tilt(2, xz) * resolved.z);
+#if NEAR_WAVES
+    tilt += v_tilt;
+#endif
     vec3 n = wave_normal(tilt);
 
     // From below: the sky inside Snell's window, the water's own radiance around it.
@@ -69,12 +80,21 @@ void main() {
     float facing = dot(n, v) / v_up;
     float n_v = clamp(v_up * (facing < 1.0 ? 1.0 / (2.0 - facing) : facing), 0.0, 1.0);
     vec2 texel = viewport.zw;
+#if NEAR_WAVES
+    // The other views were drawn for the calm surface, so they are looked up where it would be: what stands in
+    // the water then meets its mirror image and what is seen of it below at the lifted surface.
+    vec2 screen = clamp(0.5 + 0.5 * v_calm.xy / max(v_calm.z, 1e-3), 0.0, 1.0);
+#else
     vec2 screen = gl_FragCoord.xy * viewport.zw;
+#endif
 
     // Two opposite layers of the du/dv map distort reflection and refraction. A slope turns a reflected ray
     // vertically by twice its angle, but sideways by less at grazing angles.
     vec2 shake = wave_to_world(0, texture(u_wave_dudv, wave_uv(0, xz)).rg) * resolved.x +
                  wave_to_world(1, texture(u_wave_dudv, wave_uv(1, xz)).rg) * resolved.y;
+#if NEAR_WAVES
+    shake += LIFTED_SHAKE * v_tilt;
+#endif
     vec2 right = vec2(view[0][0], view[2][0]);
     vec2 ahead = -v.xz * inversesqrt(max(dot(v.xz, v.xz), 1e-4));
     vec2 distortion = vec2(dot(shake, right) * (0.25 + 0.75 * n_v), dot(shake, ahead));

@@ -247,6 +247,8 @@ class SceneReader {
         value.smoothness = real(*from, "smoothness", 0.0, 1.0);
         value.swash_height_m = real(*from, "swash_height_m", 0.0, 1e3);
         value.swash_waves = static_cast<int>(from->integer("swash_waves", 1, 4096));
+        value.wave_length_m = real(*from, "wave_length_m", 0.1, 1e4);
+        value.wave_height_m = real(*from, "wave_height_m", 0.0, 0.15 * value.wave_length_m);
         if (from->has("light_set")) {
             const auto last = static_cast<long long>(out_.light_sets.size()) - 1;
             value.light_set = static_cast<std::uint32_t>(from->integer("light_set", 0, last));

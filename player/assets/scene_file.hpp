@@ -148,6 +148,13 @@ struct TerrainDiamonds {
     std::size_t size() const { return level.size(); }
 };
 
+/// The highest ground of each cell of a grid over the terrain, row by row from -X, -Z.
+struct TerrainFloor {
+    int columns = 0, rows = 0; // 0: the bake wrote none
+    glm::vec2 cell_m{1.0F};
+    std::vector<float> highest_m;
+};
+
 struct Terrain {
     std::vector<std::string> tiles; // artifacts of kind mesh
     TerrainPatches patches;
@@ -165,6 +172,7 @@ struct Terrain {
     float wet_smoothness = 0.0F; // of wet sand
     glm::vec2 size_m{1.0F};
     glm::vec2 height_range_m{0.0F};
+    TerrainFloor floor;
 };
 
 struct Water {
@@ -182,6 +190,8 @@ struct Water {
     float smoothness = 0.9F;
     float swash_height_m = 0.0F; // up to which waves run up the beach; 0: none
     int swash_waves = 1;         // in a flight
+    float wave_height_m = 0.0F;  // of waves near the camera, trough to crest; 0: the surface is flat
+    float wave_length_m = 9.0F;  // of the longest of them
     std::uint32_t light_set = 0;
 };
 

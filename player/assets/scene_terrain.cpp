@@ -8,6 +8,7 @@ namespace {
 
 constexpr std::size_t max_tiles = 4096;
 constexpr std::size_t max_patches = 1 << 20;
+constexpr int max_floor_cells = 256; // along a side
 constexpr long long max_levels = 64;
 
 /// Reads the columns of a table. All must have the same length.
@@ -180,6 +181,27 @@ void read_tiles(const SceneFile &scene, const JsonObject &from, Terrain &out) {
     }
 }
 
+void read_floor(const JsonObject &root, Terrain &out) {
+    const auto from = root.object_or_none("floor");
+    if (!from) {
+        return;
+    }
+    TerrainFloor &floor = out.floor;
+    floor.columns = static_cast<int>(from->integer("columns", 1, max_floor_cells));
+    floor.cell_m = pair(*from, "cell_m", 1e-6, max_length_m);
+    const auto most = static_cast<std::size_t>(max_floor_cells * max_floor_cells);
+    const std::vector<double> highest = from->column("highest_m", most, -max_length_m, max_length_m);
+    const auto columns = static_cast<std::size_t>(floor.columns);
+    if (highest.empty() || highest.size() % columns != 0) {
+        from->fail("highest_m", "has " + std::to_string(highest.size()) +
+                                    " entries, must be whole rows of `columns`, " +
+                                    std::to_string(floor.columns));
+    }
+    floor.rows = static_cast<int>(highest.size() / columns);
+    floor.highest_m.assign(highest.begin(), highest.end());
+    from->reject_unknown_keys();
+}
+
 } // namespace
 
 void read_terrain(const JsonObject &root, SceneFile &out) {
@@ -204,6 +226,7 @@ void read_terrain(const JsonObject &root, SceneFile &out) {
     value.wet_smoothness = real_or(*from, "wet_smoothness", 0.0, 1.0, value.wet_smoothness);
     value.size_m = pair(*from, "size_m", 1e-6, max_length_m);
     value.height_range_m = pair(*from, "height_range_m", -max_length_m, max_length_m);
+    read_floor(*from, value);
     from->reject_unknown_keys();
     out.terrain = std::move(value);
 }

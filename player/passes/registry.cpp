@@ -85,7 +85,11 @@ constexpr std::array<Entry, 13> entries{{
     {"terrain", [](const SceneFile &f) { return f.terrain.has_value(); }, same_surface, make<TerrainPass>},
     {"objects", [](const SceneFile &f) { return !f.objects.empty(); }, same_objects, make<ObjectsPass>},
     {"sky", [](const SceneFile &f) { return !f.sky.empty() || !f.daytime.empty(); }, always, make<SkyPass>},
-    {"water", [](const SceneFile &f) { return f.water.has_value(); }, same_light, make<WaterPass>},
+    {"water", [](const SceneFile &f) { return f.water.has_value(); },
+     [](const RenderSettings &a, const RenderSettings &b) {
+         return same_light(a, b) && a.near_waves == b.near_waves;
+     },
+     make<WaterPass>},
     {"blended", has_blended, same_objects, make<BlendedPass>},
     {"beams", has_beams, always, make<BeamsPass>},
     {"particles", [](const SceneFile &f) { return !f.particles.empty(); }, always, make<ParticlesPass>},

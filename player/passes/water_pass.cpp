@@ -1,30 +1,37 @@
 #include "passes/water_pass.hpp"
 
-#include "gl/buffer.hpp"
-#include "gl/draw.hpp"
 #include "gl/texture.hpp"
 
 #include <epoxy/gl.h>
+#include <glm/gtc/type_ptr.hpp>
 #include <glm/vec3.hpp>
 
-#include <algorithm>
-#include <cmath>
-#include <cstdint>
 #include <vector>
 
 namespace paradize {
 
 namespace {
 
-enum Unit : unsigned { unit_reflection, unit_refraction };
+enum Unit : unsigned { unit_reflection, unit_refraction, unit_wave_shares };
 
-constexpr int grid_steps = 24; // quads per edge
+/// The sea's grid extends so far from the eye: its corners reach the far plane.
+float reach_of(const PassSetup &setup) {
+    return 0.69F * setup.scene.file().flight.far_m;
+}
 
-/// Returns a grid line's distance from the eye in metres. Lines are dense near the eye; the last one is at
-/// `reach_m`.
-float grid_line(int index, float reach_m) {
-    const float t = 2.0F * static_cast<float>(index) / static_cast<float>(grid_steps) - 1.0F;
-    return reach_m * t * t * t;
+std::string near_waves_define(const PassSetup &setup) {
+    return setup.settings.near_waves ? "NEAR_WAVES 1" : "NEAR_WAVES 0";
+}
+
+/// A map of WaveShares. Half floats hold them to 0.0005.
+gl::Texture share_map(const WaveShares &shares) {
+    std::vector<float> pixels;
+    for (const float share : shares.shares) {
+        pixels.insert(pixels.end(), {share, 0.0F, 0.0F, 1.0F});
+    }
+    gl::Texture map = gl::make_target(GL_RGBA16F, shares.columns, shares.rows);
+    gl::write_target(map, shares.columns, shares.rows, pixels);
+    return map;
 }
 
 } // namespace
@@ -32,46 +39,39 @@ float grid_line(int index, float reach_m) {
 WaterPass::Lit::Lit(const PassSetup &setup, bool point_lights)
     : program(setup.shaders, "water.vert", "water.frag",
               {shadow_define(setup.settings), cascades_define(setup.settings),
-               point_lights_define(point_lights), swash_define(setup)}),
+               point_lights_define(point_lights), swash_define(setup), near_waves_define(setup)}),
       environment(setup, program), half_size(program.location("u_half_size_m")),
       has_textures(program.location("u_has_textures")), distortion(program.location("u_distortion")),
       deep(program.location("u_deep_color")), shallow(program.location("u_shallow_color")),
       shine(program.location("u_specular_smoothness")), wave_length(program.location("u_wave_length_m")),
-      fade_distance(program.location("u_fade_distance_m")) {
+      fade_distance(program.location("u_fade_distance_m")), center(program.location("u_center")),
+      near_waves(program.location("u_near_waves")), share_of_xz(program.location("u_share_of_xz")) {
     program.set_unit("u_reflection", unit_reflection);
     program.set_unit("u_refraction", unit_refraction);
+    program.set_unit("u_wave_shares", unit_wave_shares);
 }
 
 WaterPass::WaterPass(const PassSetup &setup)
     : lit_(setup, false), clamped_(gl::make_sampler(gl::Wrap::clamp, gl::Filter::linear)),
-      grid_(gl::VertexArray::create()) {
+      grid_(setup.settings.near_waves
+                ? SeaGrid::with_waves(setup.scene.file().water->wave_length_m, reach_of(setup))
+                : SeaGrid::flat(reach_of(setup))) {
     if (setup.scene.file().water->light_set != 0) {
         by_lights_.emplace(setup, true);
     }
-    const float reach_m = 0.69F * setup.scene.file().flight.far_m; // the corners reach the far plane
-    std::vector<glm::vec3> points;
-    std::vector<std::uint16_t> triangles;
-    for (int z = 0; z <= grid_steps; ++z) {
-        for (int x = 0; x <= grid_steps; ++x) {
-            points.emplace_back(grid_line(x, reach_m), 0.0F, grid_line(z, reach_m));
-            if (x == grid_steps || z == grid_steps) {
-                continue;
-            }
-            const int corner = z * (grid_steps + 1) + x;
-            for (int offset : {0, grid_steps + 1, 1, 1, grid_steps + 1, grid_steps + 2}) {
-                triangles.push_back(static_cast<std::uint16_t>(corner + offset));
-            }
-        }
+    if (setup.settings.near_waves) {
+        shares_ = wave_shares(setup.scene.file());
+        share_map_ = share_map(shares_);
     }
-    index_count_ = static_cast<int>(triangles.size());
-    glBindVertexArray(grid_.name());
-    vertices_ = gl::make_buffer(GL_ARRAY_BUFFER, points.size() * sizeof(points[0]), gl::Usage::fixed);
-    gl::write_buffer(GL_ARRAY_BUFFER, vertices_, 0, std::as_bytes(std::span(points)));
-    gl::attribute_floats(gl::attribute_position, 3, vertices_, sizeof(glm::vec3), 0);
-    indices_ =
-        gl::make_buffer(GL_ELEMENT_ARRAY_BUFFER, triangles.size() * sizeof(triangles[0]), gl::Usage::fixed);
-    gl::write_buffer(GL_ELEMENT_ARRAY_BUFFER, indices_, 0, std::as_bytes(std::span(triangles)));
-    glBindVertexArray(0);
+}
+
+void WaterPass::apply_waves(const Frame &frame, const View &view, const Lit &lit) const {
+    const NearWaves waves = near_waves_at(frame.scene.file(), frame.clock.elapsed_s, view);
+    glUniform4fv(lit.near_waves, near_wave_count, glm::value_ptr(waves[0]));
+    const glm::dvec2 anchor(view.anchor.x, view.anchor.z);
+    gl::Program::set(lit.share_of_xz,
+                     glm::vec4(shares_.per_m, glm::dvec2(shares_.per_m) * (anchor - shares_.corner_m)));
+    gl::bind_texture(unit_wave_shares, GL_TEXTURE_2D, share_map_.name());
 }
 
 void WaterPass::draw(const Frame &frame, const View &view) {
@@ -105,13 +105,17 @@ void WaterPass::draw(const Frame &frame, const View &view) {
     gl::Program::set(lit.shallow, water.shallow_color);
     gl::Program::set(lit.shine, glm::vec2(water.specular, water.smoothness));
     gl::Program::set(lit.wave_length, waves_at(water, 0.0).lengths_m);
+    const glm::vec2 center =
+        frame.settings.near_waves ? grid_center(water, view) : glm::vec2(view.eye.x, view.eye.z);
+    gl::Program::set(lit.center, center);
+    if (frame.settings.near_waves) {
+        apply_waves(frame, view, lit);
+    }
 
     glEnable(GL_BLEND);
     glBlendFuncSeparate(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA, GL_ZERO, GL_ONE);
     glDisable(GL_CULL_FACE);
-    glBindVertexArray(grid_.name());
-    gl::draw_triangles(index_count_, GL_UNSIGNED_SHORT, 0);
-    glBindVertexArray(0);
+    grid_.draw(view, center, half_m, frame.water_m(), 0.5F * water.wave_height_m);
     glEnable(GL_CULL_FACE);
     glBlendFunc(GL_ONE, GL_ZERO);
     glDisable(GL_BLEND);

@@ -5,6 +5,8 @@
 #include "gl/program.hpp"
 #include "passes/environment_bindings.hpp"
 #include "passes/pass.hpp"
+#include "passes/sea_grid.hpp"
+#include "scene/near_waves.hpp"
 
 #include <optional>
 
@@ -23,14 +25,17 @@ class WaterPass : public Pass {
         gl::Program program;
         EnvironmentBindings environment;
         int half_size, has_textures, distortion, deep, shallow, shine, wave_length, fade_distance;
+        int center, near_waves, share_of_xz;
     };
+
+    void apply_waves(const Frame &frame, const View &view, const Lit &lit) const;
 
     Lit lit_;
     std::optional<Lit> by_lights_; // where point lights reach the water
     gl::Sampler clamped_;
-    gl::VertexArray grid_;
-    gl::Buffer vertices_, indices_;
-    int index_count_ = 0;
+    SeaGrid grid_;
+    WaveShares shares_;     // with waves near the eye
+    gl::Texture share_map_; // of shares_
 };
 
 } // namespace paradize

@@ -32,6 +32,10 @@ bool has_relief(const assets::SceneFile &file) {
     });
 }
 
+bool has_near_waves(const assets::SceneFile &file) {
+    return file.water && file.water->wave_height_m > 0.0F;
+}
+
 } // namespace
 
 bool has_feature(const assets::SceneFile &file, QualityFeature feature, const Device &device) {
@@ -47,7 +51,7 @@ bool has_feature(const assets::SceneFile &file, QualityFeature feature, const De
     case QualityFeature::anisotropy:
         return !device.software && (file.terrain || !file.objects.empty());
     case QualityFeature::lod:
-        return file.terrain || !file.objects.empty();
+        return file.terrain || !file.objects.empty() || has_near_waves(file);
     }
     return false;
 }
@@ -76,6 +80,7 @@ RenderSettings render_settings(const assets::SceneFile &file, const Quality &qua
     }
     out.lod_error_px = pick(quality, QualityFeature::lod, 3.0F * file.lod_error_px, file.lod_error_px,
                             0.25F * file.lod_error_px);
+    out.near_waves = has_near_waves(file) && pick(quality, QualityFeature::lod, false, false, true);
     out.fine_edges = pick(quality, QualityFeature::lod, false, true, true);
     return out;
 }

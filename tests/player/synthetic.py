@@ -270,6 +270,8 @@ def _manifest(artifacts: dict[str, Any], bare: bool, ground: Tiled) -> dict[str,
                 "smoothness": 0.95,
                 "swash_height_m": 0.0,
                 "swash_waves": 30,
+                "wave_height_m": 0.0,
+                "wave_length_m": 9.0,
             },
             "particles": [
                 {

@@ -38,6 +38,15 @@ std::string replaced(std::string text, const std::string &from, const std::strin
 
 } // namespace
 
+TEST_CASE("terrain: reads the highest ground of a grid, in whole rows") {
+    const std::string floor = R"("floor": {"columns": 2, "cell_m": [3, 4], "highest_m": [1, -2, 0.5, 0]}, )";
+    const std::string text = replaced(tiled, "\"sand_color\"", floor + "\"sand_color\"");
+    const assets::SceneFile scene = assets::parse_scene(scene_with(text), "scene.json");
+    CHECK(scene.terrain->floor.rows == 2);
+    CHECK(scene.terrain->floor.highest_m[1] == -2.0F);
+    CHECK_THROWS_AS(assets::parse_scene(scene_with(replaced(text, "0.5, 0]", "0.5]")), "scene.json"), Error);
+}
+
 TEST_CASE("terrain: its tables are read as written") {
     const assets::SceneFile scene = assets::parse_scene(scene_with(tiled), "scene.json");
     REQUIRE(scene.terrain);

@@ -252,7 +252,14 @@ _manifest = table(
     refraction=_view,
     terrain=or_null(
         table(
-            {"light_sets": _light_sets},
+            {
+                "light_sets": _light_sets,
+                "floor": table(
+                    columns=whole(1, player_limits.MOST_FLOOR_CELLS),
+                    cell_m=_vec2,
+                    highest_m=list_of(_real, min_size=1, max_size=player_limits.MOST_FLOOR_CELLS**2),
+                ),
+            },
             tiles=list_of(text, min_size=1),
             patches=table(
                 tile=list_of(_row, min_size=1),
@@ -307,6 +314,8 @@ _manifest = table(
             smoothness=_share,
             swash_height_m=_positive,
             swash_waves=whole(1, 4096),
+            wave_height_m=_positive,
+            wave_length_m=_positive,
         )
     ),
     objects=list_of(

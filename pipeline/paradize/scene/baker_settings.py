@@ -221,7 +221,8 @@ class TileSettings(TerrainSettings):
 
     patch_px: side of the finest cells, pixels. tile_mb: a tile's limit, megabytes, up to 64; a patch that is
     larger has a tile for itself. tangents: whether anything reads them. sight: as query.plan_query takes it;
-    None: every patch is made.
+    None: every patch is made. floor_cells: the table `floor` of the highest ground has at most so many cells
+    along a side; 0: there is no such table.
     """
 
     max_error_m: float = 0.03
@@ -229,3 +230,4 @@ class TileSettings(TerrainSettings):
     tile_mb: float = 64.0
     tangents: bool = True
     sight: dict[str, Any] | None = None
+    floor_cells: int = 0

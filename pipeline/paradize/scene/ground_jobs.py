@@ -11,11 +11,14 @@ from paradize.scene.jobs import Output, Requirements
 from paradize.scene.pass_inputs import seen_in
 from paradize.scene.settings import Terrain, Water
 
+FLOOR_CELLS = 48  # of the terrain along a side, for the waves: so many that they end near the shore
+
 
 def add_terrain(
-    required: Requirements, terrain: Terrain, views: tuple[str, ...], sight: dict[str, Any]
+    required: Requirements, terrain: Terrain, views: tuple[str, ...], sight: dict[str, Any], *, waves: bool
 ) -> None:
-    """Adds the jobs of the terrain. views: those beside the camera's. sight: from scene_views."""
+    """Adds the jobs of the terrain. views: those beside the camera's. sight: from scene_views. waves: whether
+    waves lift the water, which need its depth."""
     readers = ("terrain",)
     relief = terrain.effect_height or terrain.effect_color
     bumps = terrain.sand_strength > 0.0 or (relief is not None and terrain.effect_strength > 0.0)
@@ -33,6 +36,7 @@ def add_terrain(
                 terrain,
                 tangents=bumps,
                 sight=sight,
+                floor_cells=FLOOR_CELLS if waves else 0,
             )
         ),
     )

@@ -25,7 +25,8 @@ def require(scene: Scene, maps: SceneMaps) -> Requirements:
     _add_skies(required, scene)
     views = tuple(name for name in VIEWS if name == "camera" or getattr(scene, name))
     if scene.terrain:
-        add_terrain(required, scene.terrain, views[1:], scene_views(scene))
+        waves = scene.water is not None and scene.water.wave_height_m > 0.0
+        add_terrain(required, scene.terrain, views[1:], scene_views(scene), waves=waves)
     if scene.water:
         add_water(required, scene.water)
     quantise_limits = {

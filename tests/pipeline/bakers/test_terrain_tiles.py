@@ -15,11 +15,11 @@ import numpy as np
 import pytest
 
 from paradize.bakers.terrain.grow import Grower
-from paradize.bakers.terrain.tiles import bake_tiles
+from paradize.bakers.terrain.tiles import bake_tiles, floor_of
 from paradize.build.bake import bake
 from paradize.build.options import BuildOptions
 from paradize.checks.paths import check_paths
-from paradize.data import Mesh
+from paradize.data import Heightfield, Mesh
 from paradize.errors import BakeError, FormatError
 from paradize.explain.facts import explain
 from paradize.explain.words import render
@@ -50,6 +50,18 @@ def make_coast(folder: Path, tile_mb: float = 0.05) -> Path:
     text = text.replace("max_error_m = 0.05", f"max_error_m = 0.05\npatch_px = 16\ntile_mb = {tile_mb}")
     scene.write_text(text)
     return scene
+
+
+def test_no_ground_is_higher_than_the_floor_says_of_its_cell() -> None:
+    heights = np.random.default_rng(5).uniform(-9.0, 3.0, (40, 61)).astype(np.float32)
+    floor = floor_of(Heightfield(heights, 120.0, 78.0), 20)
+    columns, cells = floor["columns"], np.reshape(floor["highest_m"], (-1, floor["columns"]))
+    assert floor["cell_m"] == [6.0, 6.0] and cells.shape == (13, 20) and columns == 20
+    for row in range(40):
+        for column in range(61):
+            near = cells[max(0, (row - 1) // 3) : row // 3 + 1, max(0, (column - 1) // 3) : column // 3 + 1]
+            assert (near[-1, -1] if row < 39 and column < 60 else near.min()) >= heights[row, column] - 1e-6
+    assert (cells <= heights.max() + 0.1).all()
 
 
 @pytest.fixture(scope="module")

@@ -39,6 +39,12 @@ def test_a_key_of_older_scenes_is_refused_with_its_new_name(tmp_path: Path, old:
     assert any(f"water.{old}: is not a key of this table; its name is {new} now" in line for line in found)
 
 
+def test_waves_that_would_break_are_refused_with_the_limit(tmp_path: Path) -> None:
+    (tmp_path / "w.png").touch()
+    found = faults(tmp_path, f'{LEAST}[water]\nwaves = "w.png"\nwave_height_m = 1.5\nwave_length_m = 10.0\n')
+    assert "water.wave_height_m: is 1.5" in found[0] and "at most 1.43" in " ".join(found)
+
+
 def test_the_least_scene_takes_every_default(tmp_path: Path) -> None:
     scene = load(tmp_path, LEAST)
     assert scene.head.name == "small"

@@ -15,10 +15,12 @@ import numpy as np
 from paradize.bakers.terrain.grow import Grower
 from paradize.bakers.terrain.mesh import height_map_of
 from paradize.bakers.terrain.tree import Patch, Tree, columns_of, rounded_up
+from paradize.data import Heightfield
 from paradize.errors import BakeError
 from paradize.formats.glb.tiles import TilePatch, encode_tiles
 from paradize.jobs.progress import report_step
 from paradize.scene.baker_settings import TileSettings
+from paradize.stages.terrain_tree import Blocks
 from paradize.store.atomic import write_whole
 from paradize.tiers import TIERS
 from paradize.visibility.query import plan_query
@@ -36,7 +38,7 @@ class Tile:
 
 @dataclass(frozen=True)
 class TilesProduct:
-    """tables: `patches`, `diamonds`, `demand` and `height_range_m` of scene.json."""
+    """tables: `patches`, `diamonds`, `demand`, `height_range_m` and perhaps `floor` of scene.json."""
 
     tiles: list[Tile]
     tables: dict[str, Any]
@@ -78,7 +80,23 @@ def bake_tiles(path: Path, scratch: Path, settings: TileSettings, *, tier: str =
         },
         "height_range_m": [float(grower.blocks.low.min()), float(grower.blocks.high.max())],
     }
+    if settings.floor_cells:
+        tables["floor"] = floor_of(heightfield, settings.floor_cells)
     return TilesProduct(tiles, tables, tier, warnings)
+
+
+def floor_of(heightfield: Heightfield, most_cells: int) -> dict[str, Any]:
+    """The highest ground in each cell of a grid, borders included, rounded up to 0.1 m. Water is nowhere in
+    a cell shallower than above it. Cells are squares of pixels; the last of a row or column may be cut."""
+    rows, columns = heightfield.heights_m.shape
+    side = -(-(max(rows, columns) - 1) // most_cells)
+    high = Blocks.of(heightfield.heights_m, side).high
+    step_x_m, step_z_m = heightfield.size_x_m / (columns - 1), heightfield.size_z_m / (rows - 1)
+    return {
+        "columns": high.shape[1],
+        "cell_m": [side * step_x_m, side * step_z_m],
+        "highest_m": [float(tenths) / 10.0 for tenths in np.ceil(high.ravel().astype(np.float64) * 10.0)],
+    }
 
 
 def _write(

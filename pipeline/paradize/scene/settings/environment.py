@@ -168,3 +168,18 @@ class Water:
         meaning="waves run up the beach to about this height above the water; 0: none, and no foam",
     )
     swash_waves: int = whole(30, low=1, high=4096, meaning="waves that run up the beach in a flight")
+    wave_height_m: float = number(
+        0.0,
+        low=0.0,
+        high=1000.0,
+        unit="m",
+        meaning="waves that lift the surface near the camera are at most so high from trough to crest; lower "
+        "where water is shallow; 0: the surface is flat",
+    )
+    wave_length_m: float = number(
+        9.0,
+        low=0.1,
+        high=1e4,
+        unit="m",
+        meaning="length of the longest of these waves; each fades out at twice its length from the camera",
+    )

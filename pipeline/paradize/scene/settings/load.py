@@ -112,8 +112,19 @@ def _check_daytime(scene: Scene, faults: Faults) -> None:
         faults.add("sky", "is shown by no key of [[daytime]]", "leave it out, or the faces of a key")
 
 
+def _check_waves(scene: Scene, faults: Faults) -> None:
+    """Adds a fault where waves would break: J. H. Michell, "The Highest Waves in Water", 1893."""
+    water = scene.water
+    if water and water.wave_height_m > water.wave_length_m / 7.0:
+        mend = (
+            f"must be at most {water.wave_length_m / 7.0:.3g}, a seventh of wave_length_m: higher ones break"
+        )
+        faults.add("water.wave_height_m", f"is {water.wave_height_m:g}", mend)
+
+
 def _cross_checks(scene: Scene, faults: Faults) -> None:
     """Adds the faults that concern more than one field."""
+    _check_waves(scene, faults)
     if scene.light_shafts and not scene.shadow:
         what = "stands without [shadow], which it shows in the air"
         faults.add("light_shafts", what, "write [shadow], or leave it out")
