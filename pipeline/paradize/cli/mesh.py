@@ -53,8 +53,8 @@ def add(sub: argparse.ArgumentParser) -> None:
         "--tangents",
         choices=("face", "vertex", "mikktspace"),
         default="mikktspace",
-        help="tangent frames: the mean at each vertex, or those of MikkTSpace (mikktspace); face: old name of "
-        "vertex",
+        help="tangent frames: the mean at each vertex, or those of MikkTSpace (mikktspace); face: old name "
+        "of vertex",
     )
     sub.add_argument(
         "--simplifier",
