@@ -25,6 +25,7 @@ EYE = (
     ("occlusion_cast_p99", 0.05, "the eye hardly sees 5 % of soft shade on 1 % of the texels"),
     ("lod_seen_silhouette", 0.01, "a level may be off by 1 % of its pixels before its switch shows"),
     ("lod_seen_flip", 0.01, "a change that nobody looks for is not seen below 1 % of FLIP"),
+    ("uv_shift_max", 0.01, "1 % of the diagonal, the worst; uv_shift_p99 decides where levels are drawn"),
     ("path_time_s", 0.016, "a frame at 60 Hz"),
     ("path_jump_m_per_u", 1e-6, "what rounding leaves"),
     ("path_jump_m_per_u2", 1e-6, "what rounding leaves"),
@@ -37,7 +38,6 @@ SWITCHED = (
     "surface_max",
     "surface_rms",
     "uv_shift_p99",
-    "uv_shift_max",
 )  # the player's distances follow these
 _COARSE = ("lod_normal_", "lod_mapped_")
 
