@@ -93,6 +93,11 @@ class Mesh:
         used[self.triangles] = True
         return used
 
+    @property
+    def all_groups(self) -> tuple[Group, ...]:
+        """The groups; of a mesh without any, one of all triangles."""
+        return self.groups or (Group("default", "default", 0, len(self.triangles)),)
+
     def of_materials(self, names: Collection[str]) -> Mesh:
         """The triangles of these materials, with all vertices."""
         kept = [group for group in self.groups if group.material in names]

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from paradize.data import rounded
 from paradize.formats.glb.reader import decode_glb
 from paradize.formats.ktx2.reader import decode_ktx2
 from paradize.kernels.reference.seen import SeenMaterial, SeenMesh
@@ -116,14 +117,10 @@ def measure_lods_seen(
         if found is not None:
             before_px, switch_m = found.size_px, error_m
             if found.size_px < min(near_px, LARGEST_PX):
-                switch_m = max(error_m, _six_digits(error_px * diagonal_m / found.size_px))
+                switch_m = max(error_m, rounded(error_px * diagonal_m / found.size_px))
         values = (seen.size_px, seen.p99_deg, seen.mean_deg, seen.silhouette, changes[seen.size_px])
-        levels.append({**dict(zip(SEEN, map(_six_digits, values), strict=True)), "switch_m": switch_m})
+        levels.append({**dict(zip(SEEN, map(rounded, values), strict=True)), "switch_m": switch_m})
     return levels
-
-
-def _six_digits(value: float) -> float:
-    return float(f"{value:.6g}")
 
 
 def _mips(texture: Texture, texels: int = _FINEST_TEXELS) -> list[npt.NDArray[np.float32]]:

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from paradize.build.artifacts import read_artifact
-from paradize.data import Mesh
+from paradize.data import Mesh, rounded
 from paradize.formats.glb.reader import decode_glb
 from paradize.formats.glb.tiles import decode_tile
 from paradize.visibility.finest_mip import (
@@ -103,7 +103,7 @@ def _levels_of(size: Size) -> int:
 
 
 def _detail_json(finest_mip: FinestMip, levels_s: Seconds) -> dict[str, Any]:
-    texels = float(f"{finest_mip.texels:.6g}") if finest_mip.texels < float("inf") else None
+    texels = rounded(finest_mip.texels) if finest_mip.texels < float("inf") else None
     return {
         "level": finest_mip.level(),
         "texels": texels,

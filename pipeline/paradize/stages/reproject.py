@@ -15,13 +15,9 @@ if TYPE_CHECKING:
     import numpy.typing as npt
 
 
-def groups_of(mesh: Mesh) -> tuple[Group, ...]:
-    return mesh.groups or (Group("default", "default", 0, len(mesh.triangles)),)
-
-
 def group_of(mesh: Mesh) -> npt.NDArray[np.uint32]:
     """The number of each triangle's group."""
-    groups = groups_of(mesh)
+    groups = mesh.all_groups
     return np.repeat(np.arange(len(groups), dtype=np.uint32), [group.count for group in groups])
 
 

@@ -215,7 +215,7 @@ def _keep(mesh: Mesh, kept: npt.NDArray[np.bool_]) -> tuple[Mesh, int]:
     }
     before = np.concatenate([[0], np.cumsum(kept)])
     groups: list[Group] = []
-    for group in mesh.groups or (Group("default", "default", 0, len(mesh.triangles)),):
+    for group in mesh.all_groups:
         first, stop = int(before[group.first]), int(before[group.first + group.count])
         if stop > first:
             groups.append(Group(group.name, group.material, first, stop - first))

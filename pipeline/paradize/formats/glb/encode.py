@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from paradize.data import Group, Lod, Mesh, rounded
+from paradize.data import Lod, Mesh, rounded
 from paradize.errors import BakeError
 from paradize.formats.glb.layout import ATTRIBUTES, QUANTIZATION, SHAPES, SHARES
 from paradize.formats.glb.materials import extensions_of, material_entry, plain_material
@@ -59,7 +59,7 @@ def encode_glb(
     writer = Writer()
     materials: dict[str, int] = {}
     for lod in lods:
-        for group in _groups(lod.mesh):
+        for group in lod.mesh.all_groups:
             materials.setdefault(group.material, len(materials))
     meshes: list[dict[str, Any]] = [{} for _ in lods]
     for index in reversed(range(len(lods))):
@@ -111,10 +111,6 @@ def encode_glb(
     return join_chunks(text, writer.binary)
 
 
-def _groups(mesh: Mesh) -> tuple[Group, ...]:
-    return mesh.groups or (Group("default", "default", 0, len(mesh.triangles)),)
-
-
 def _check_mesh(mesh: Mesh, name: str) -> None:
     count = len(mesh.positions)
     if count == 0 or len(mesh.triangles) == 0:
@@ -133,7 +129,7 @@ def _check_mesh(mesh: Mesh, name: str) -> None:
         if key in SHARES and (values.min() < 0 or values.max() > 1):
             raise BakeError(f"{attribute} leave 0 to 1", file=name)
     first = 0
-    for group in _groups(mesh):
+    for group in mesh.all_groups:
         if group.first != first or group.count <= 0:
             raise BakeError(f"group {group.name!r} starts at triangle {group.first}, not {first}", file=name)
         first += group.count
@@ -160,7 +156,7 @@ def _mesh(writer: Writer, lod: Lod, name: str, materials: Mapping[str, int]) -> 
     attributes = writer.vertices(lod.mesh, lod.quantized)
     view, component, size = writer.indices(lod.mesh)
     primitives = []
-    for group in _groups(lod.mesh):
+    for group in lod.mesh.all_groups:
         offset = group.first * 3 * size
         accessor = writer.accessor(view, component, group.count * 3, "SCALAR", byteOffset=offset)
         primitives.append(

@@ -30,7 +30,8 @@ def _columns(values: npt.ArrayLike, count: int, width: int) -> npt.NDArray[np.fl
     return rows
 
 
-def _triangles(values: npt.ArrayLike, vertices: int) -> npt.NDArray[np.uint32]:
+def checked_triangles(values: npt.ArrayLike, vertices: int) -> npt.NDArray[np.uint32]:
+    """Indices (m, 3), m > 0, of so many vertices, as the kernels take them. Raises ValueError for others."""
     triangles = np.ascontiguousarray(values, np.uint32)
     if triangles.ndim != 2 or triangles.shape[1] != 3 or not len(triangles):
         raise ValueError(f"expected (m, 3) indices, got {triangles.shape}")
@@ -47,7 +48,7 @@ class Surface:
 
     def __init__(self, positions: npt.ArrayLike, triangles: npt.ArrayLike) -> None:
         self.positions = _rows(positions)
-        self.triangles = _triangles(triangles, len(self.positions))
+        self.triangles = checked_triangles(triangles, len(self.positions))
         self.tree = _reference.Surface(self.positions, self.triangles)
 
     def distance_to(
@@ -100,7 +101,7 @@ class Shading:
     ) -> None:
         self.surface = surface
         count = len(np.asarray(normals))
-        indices = _triangles(surface.triangles if triangles is None else triangles, count)
+        indices = checked_triangles(surface.triangles if triangles is None else triangles, count)
         if indices.shape != surface.triangles.shape:
             raise ValueError(f"{len(indices)} triangles of a surface of {len(surface.triangles)}")
         self.columns = [
@@ -191,7 +192,7 @@ def loading(
     if reference.shape != rows.shape or not np.isfinite(reference).all():
         raise ValueError(f"{reference.shape} positions in the text, expected {rows.shape}, finite")
     most, low, high, collapsed, first, turned = _reference.loading(
-        rows, np.array(origin, np.float64), reference, _triangles(triangles, len(rows))
+        rows, np.array(origin, np.float64), reference, checked_triangles(triangles, len(rows))
     )
     return Loading(most, low, high, collapsed, first, turned)
 
@@ -218,4 +219,4 @@ def mikktspace_tangents(
     p, n, t = _rows(positions), _rows(normals), _rows(uvs, 2)
     if not len(p) == len(n) == len(t):
         raise ValueError(f"{len(p)} positions, {len(n)} normals, {len(t)} texture coordinates")
-    return _reference.corner_tangents(p, n, t, _triangles(triangles, len(p)))  # type: ignore[no-any-return]
+    return _reference.corner_tangents(p, n, t, checked_triangles(triangles, len(p)))  # type: ignore[no-any-return]

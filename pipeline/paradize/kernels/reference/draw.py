@@ -2,19 +2,10 @@
 
 from __future__ import annotations
 
-import numpy as np
 import numpy.typing as npt
 
 import paradize.kernels.reference._reference as _reference
-
-
-def _triangles(values: npt.ArrayLike, vertices: int) -> npt.NDArray[np.uint32]:
-    triangles = np.ascontiguousarray(values, np.uint32)
-    if triangles.ndim != 2 or triangles.shape[1] != 3 or not len(triangles):
-        raise ValueError(f"expected (m, 3) indices, got {triangles.shape}")
-    if int(triangles.max()) >= vertices:
-        raise ValueError(f"index {int(triangles.max())} of {vertices} vertices")
-    return triangles
+from paradize.kernels.reference import checked_triangles
 
 
 def draw_cost(
@@ -27,5 +18,5 @@ def draw_cost(
     """
     if not 1 <= cache <= 65536 or not 1 <= lines <= 1 << 24 or not all(1 <= s <= 4096 for s in strides):
         raise ValueError(f"cache {cache}, lines {lines}, strides {strides}")
-    costs = _reference.draw_cost(_triangles(triangles, vertices), vertices, cache, strides, lines)
+    costs = _reference.draw_cost(checked_triangles(triangles, vertices), vertices, cache, strides, lines)
     return float(costs[0]), float(costs[1]), float(costs[2])

@@ -22,7 +22,7 @@ from paradize.stages.lod.surface import (
     used_only,
 )
 from paradize.stages.reproject import group_of as triangle_groups
-from paradize.stages.reproject import groups_of, take_attributes, with_groups
+from paradize.stages.reproject import take_attributes, with_groups
 from paradize.stages.split import ATTRIBUTES
 
 if TYPE_CHECKING:
@@ -92,7 +92,7 @@ def simplify_collapse(
     result = with_groups(
         replace(joined, triangles=best.triangles, groups=(), **arrays),  # type: ignore[arg-type]
         triangle_groups(mesh)[best.triangle],
-        groups_of(mesh),
+        mesh.all_groups,
     )
     if released:
         result = take_attributes(original, result, released, one_chart="uvs" in released)

@@ -25,7 +25,7 @@ from paradize.stages.lod.surface import (
     normalised,
     used_only,
 )
-from paradize.stages.reproject import groups_of, take_attributes, with_groups
+from paradize.stages.reproject import take_attributes, with_groups
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -75,7 +75,7 @@ def simplify_meshoptimizer(
     group_of = vertex_group[triangles[:, 0]]
     if (vertex_group[triangles] != group_of[:, None]).any():
         raise BakeError("the simplifier joined triangles of two materials")
-    result = with_groups(replace(joined, triangles=triangles, groups=()), group_of, groups_of(mesh))
+    result = with_groups(replace(joined, triangles=triangles, groups=()), group_of, mesh.all_groups)
     if released:
         result = take_attributes(original, result, released, one_chart="uvs" in released)
     result = used_only(result)
