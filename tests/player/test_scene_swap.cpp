@@ -160,9 +160,10 @@ TEST_CASE("scene swap: a broken scene leaves the previous one, and a later scene
     while (!scenes.current().streamer.complete()) { // the next bake deletes its files
         scenes.upload(outlook, {});
     }
-    std::string text = baked.scene().str();
-    text.replace(text.find("quad_color-1.ktx2"), 17, "quad_color-0.ktx2"); // a file that does not exist
-    baked.publish(text);
+    test::SceneText broken = baked.scene();
+    broken.color_name = "quad_color-0.ktx2"; // a file that does not exist
+    broken.color_file[68] = std::byte{0};    // nor is its content loaded: that would be used again
+    baked.publish(broken.str());
     baked.publish("[");
     baked.bake();
     wait_for(scenes);
