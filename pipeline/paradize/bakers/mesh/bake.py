@@ -136,7 +136,7 @@ def _bake(
     if alone and (without := left_out(found.materials, [group.material for group in levels[0].mesh.groups])):
         notes.append(
             f"a mesh alone holds no pictures; left out: {without} (`paradize maps` bakes one, "
-            f"`paradize new DIR --from {quote(path.name)}` makes a scene with all)"
+            f"`paradize new DIR --from {quote(str(path))}` makes a scene with all)"
         )
     verify_glb(glb, path.with_suffix(".glb"))
     first = levels[0].mesh
