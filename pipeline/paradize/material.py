@@ -20,6 +20,8 @@ WRAPS: tuple[Wrap, ...] = ("repeat", "clamp", "mirror")
 # two triangles show hold the mean of both.
 OVERHANG = 0.1
 REPEATED: tuple[Wrap, Wrap] = ("repeat", "repeat")
+# (scale, offset) along u and v, of one tile of texture coordinates.
+Placed = tuple[tuple[float, float], tuple[float, float]]
 MAX_EMISSION = 1e7  # what the player takes
 MAX_NORMAL_SCALE = 1e6
 MAX_BUMP_M = 1e6
@@ -48,7 +50,9 @@ class MapSource:
 
     channel: which values count. wrap: what lies beyond the edges along u and v; None: the format does not
     say. nearest: whether texels look like squares where they are enlarged. inverted: the value counts as 1 -
-    value. Offsets, scales and turns of texture coordinates are no field: readers apply them to the mesh.
+    value. Offsets, scales and turns of texture coordinates are no field: readers apply them to the mesh. Only
+    where the mesh cannot hold them too, `placed` says how the picture has to be drawn anew for the material's
+    coordinates: its own are scale * t + offset of theirs.
     """
 
     picture: Picture
@@ -56,6 +60,7 @@ class MapSource:
     wrap: tuple[Wrap, Wrap] | None = None
     nearest: bool = False
     inverted: bool = False
+    placed: Placed | None = None
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,9 @@
 import {
     Color,
     DirectionalLight,
+    DoubleSide,
     FloatType,
+    FrontSide,
     LinearSRGBColorSpace,
     LoadingManager,
     MeshPhysicalMaterial,
@@ -69,7 +71,7 @@ function physical(material, info, picture, blender) {
     }
     used.specularIntensity = reflectance > 0 ? 1 : 0;
     used.ior = (1 + Math.sqrt(reflectance)) / (1 - Math.min(Math.sqrt(reflectance), 0.99));
-    used.emissiveMap = picture(info.map_ke);
+    used.emissiveMap = picture(info.map_ke ?? info.map_emissive);
     if (used.emissiveMap) {
         used.emissiveMap.colorSpace = SRGBColorSpace;
         used.emissive.setRGB(1, 1, 1);
@@ -81,14 +83,16 @@ function physical(material, info, picture, blender) {
         ["roughnessMap", "roughness", info.map_pr],
         ["metalnessMap", "metalness", info.map_pm],
     ]) {
-        used[map] = picture(file);
+        used[map] = picture(file ?? info.map_orm);
         used[factor] = used[map] ? 1 : used[factor];
     }
+    used.aoMap = picture(info.map_orm);
     used.alphaMap = picture(info.map_d);
-    const clear = parseFloat(info.tr ?? 0);
+    const clear = parseFloat(info.tr ?? 0) % 1; // 1 is how opaque it is, in files that say it so
     used.opacity = used.alphaMap ? 1 : Math.min(Math.max(parseFloat(info.d ?? 1 - clear), 0), 1);
     used.transparent = used.opacity < 1.0;
     used.alphaTest = used.alphaMap ? 0.5 : 0.0;
+    used.side = used.alphaMap ? DoubleSide : FrontSide; // as `new --from` writes scenes
     return used;
 }
 
@@ -110,6 +114,13 @@ function dispose(model) {
 // The material files that an OBJ names, of all its mtllib lines, encoded for an URL.
 function librariesOf(text) {
     return [...text.matchAll(/^mtllib\s+(.+?)\s*$/gm)].map((line) => encodeURIComponent(line[1]));
+}
+
+// The first two numbers behind an option of a map statement.
+function pairOf(statement, option, otherwise) {
+    const words = statement.split(/\s+/);
+    const at = words.indexOf(option);
+    return [1, 2].map((k) => (at < 0 ? otherwise : Number(words[at + k])));
 }
 
 // Empty where there is no such file.
@@ -144,13 +155,15 @@ async function load(path) {
         const materials = new MTLLoader(manager).parse(statements, folder);
         infos = materials.materialsInfo;
         const files = Object.values(infos).flatMap((info) =>
-            ["map_kd", "map_ke", "map_pr", "map_pm", "map_d", "norm"].map((key) => info[key]),
+            ["map_kd", "map_ke", "map_emissive", "map_pr", "map_pm", "map_orm", "map_d", "norm"].map((key) => info[key]),
         );
         for (const file of new Set(files.filter((one) => one))) {
             const loading = new TextureLoader(manager).loadAsync(folder + file.split(/\s+/).at(-1));
             const texture = await loading.catch(() => null); // the manager says which are missing
             if (texture) {
                 texture.wrapS = texture.wrapT = RepeatWrapping;
+                texture.repeat.set(...pairOf(file, "-s", 1));
+                texture.offset.set(...pairOf(file, "-o", 0));
             }
             pictures.set(file, texture);
         }

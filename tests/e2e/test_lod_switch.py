@@ -108,6 +108,19 @@ def require_quiet(posed: Posed, name: str, levels: list[int], directions: tuple[
         assert np.mean(found) <= FLIP and max(found) <= FLIP_OF_ONE, f"{name} lod{level}: {found}"
 
 
+def test_on_the_island_every_drawn_level_keeps_the_bars_without_a_map_of_its_own(island: Path) -> None:
+    """99 % of its normals, with the maps and weighted by what they cover in pixels, lie within 10 degrees of
+    the finest level's where it takes over, and the switch is not seen."""
+    scene = json.loads((island / "scene.json").read_text())
+    drawn = 0
+    for item in scene["objects"]:
+        for level in drawn_levels(scene, item["name"]):
+            facts = scene["artifacts"][item["mesh"]]["levels"][level]
+            assert facts["seen_p99_deg"] <= 10.0 and facts["seen_flip"] <= FLIP, (item["name"], level)
+            drawn += 1
+    assert drawn >= 10
+
+
 # The first levels of tall, fan, branch and both rocks take over where they do not fit these pictures.
 SWITCHES = {"palm": [1], "tall": [2], "young": [1], "shell": [1], "log": [1], "boulder": [2], "slab": [2]}
 

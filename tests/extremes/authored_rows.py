@@ -10,7 +10,7 @@ import numpy.typing as npt
 from paradize.metrics.authored import true_normals, true_resized
 from paradize.stages.authored import NormalCoding, drawn_normals, shares
 from paradize.stages.green import guess_green
-from paradize.stages.resample import resized
+from paradize.stages.resample import placed, resized
 from tests.extremes.map_rows import NOT_READ, UNIT_ONLY, VECTORS
 from tests.extremes.planes import HEIGHTS, pictures, read_picture, unit_of
 from tests.extremes.table import Row
@@ -88,6 +88,32 @@ def _resize_error(plane: F32, made: list[F32]) -> float:
     return off / max(unit_of(plane), float(np.finfo(np.float32).tiny))
 
 
+ON = ((2.0, 0.25), (1.5, -0.1))  # scale and offset along u and v
+
+
+def _placed_size(plane: F32) -> tuple[int, int]:
+    rows, columns = plane.shape
+    return -(-3 * rows // 2), 2 * columns
+
+
+def _placed(plane: F32) -> F32:
+    read_picture(plane[:, :, None])
+    return placed(plane[:, :, None], *_placed_size(plane), ON, ("repeat", "repeat"))[:, :, 0]
+
+
+def _place_error(plane: F32, made: F32) -> float:
+    """From numpy's interpolation of the plane beside copies of itself."""
+    sizes = _placed_size(plane)
+    wanted = plane.astype(np.float64)
+    for axis, (scale, offset) in ((0, ON[1]), (1, ON[0])):
+        size, to = plane.shape[axis], sizes[axis]
+        at = np.arange(-size, 3 * size) + 0.5
+        own = ((np.arange(to) + 0.5) / to * scale + offset) * size
+        beside = np.concatenate([wanted] * 4, axis=axis)
+        wanted = np.apply_along_axis(lambda line, at=at, own=own: np.interp(own, at, line), axis, beside)
+    return float(np.abs(made - wanted).max()) / max(unit_of(plane), float(np.finfo(np.float32).tiny))
+
+
 def _reference_resized(plane: F32) -> Any:
     read_picture(plane[:, :, None])
     if not plane.size:
@@ -145,6 +171,16 @@ ROWS = [
         _resize_error,
         "of the largest",
         2e-7,
+        refused=NO_SIZE | NOT_READ,
+    ),
+    Row(
+        "stages.resample",
+        HEIGHTS,
+        _placed,
+        _place_error,
+        "of the largest",
+        2e-7,
+        part="placed",
         refused=NO_SIZE | NOT_READ,
     ),
     Row(

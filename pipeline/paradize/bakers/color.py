@@ -148,18 +148,26 @@ def color_values(
     own = None
     if alpha is not None:
         own = _alpha_of(alpha, alpha_channel, inverted=alpha_inverted)
-        rows, columns = image.values.shape[:2]
-        if own.shape[:2] != (rows, columns):
-            size = f"{own.shape[1]} x {own.shape[0]}"
-            what = f"{size} texels of alpha are resized to {columns} x {rows}, the size of the colour map"
-            warnings.append(f"{alpha}: {what}")
-            own = resized(Image(own, "data", 32).pixels, rows, columns, wraps)
-            if image.values.dtype != np.float32:
-                own = np.rint(own * _top(image.values)).astype(image.values.dtype)
+        rows, columns = (max(sides) for sides in zip(image.values.shape[:2], own.shape[:2], strict=True))
+        for name, values in (("the colour map", image.values), ("alpha", own)):
+            if values.shape[:2] != (rows, columns):
+                size = f"{values.shape[1]} x {values.shape[0]}"
+                what = f"{size} texels of {name} are enlarged to {columns} x {rows}, the larger of the two"
+                warnings.append(f"{path if values is image.values else alpha}: {what}")
+        enlarged: Any = _enlarged(image.values, rows, columns, wraps)
+        image, own = replace(image, values=enlarged), _enlarged(own, rows, columns, wraps)
     values = spread(_with_alpha(image, own), wraps)
     if uv is not None:
         values = _filled(values, uv, wraps, materials)
     return values, image.color_space == "srgb", warnings
+
+
+def _enlarged(values: Values, rows: int, columns: int, wraps: tuple[bool, bool]) -> Values:
+    """Texels as a sampler shows them at another size; codes stay codes."""
+    if values.shape[:2] == (rows, columns):
+        return values
+    drawn = resized(Image(values, "data", 32).pixels, rows, columns, wraps)
+    return drawn if values.dtype == np.float32 else np.rint(drawn * _top(values)).astype(values.dtype)
 
 
 def color_formats(

@@ -63,8 +63,8 @@ class MaterialFacts:
 @dataclass(frozen=True)
 class ModelFacts:
     """materials: by name, in the order of the mesh. colors: whether it has vertex colours other than white.
-    libraries: files that were read, the model among them. missing: files that it names and that do not
-    exist."""
+    libraries: files that were read, the model among them, and pictures that were drawn anew. missing: files
+    that it names and that do not exist."""
 
     materials: Mapping[str, MaterialFacts]
     colors: bool
@@ -81,6 +81,7 @@ def read_model_facts(
     Returns {"facts": ModelFacts, "data": {(material, role): bytes of a picture inside the model's file}}, or
     {"error", "tried"}: the error of a model that cannot be read, and the files beside it that were read.
     """
+    from paradize.build.placed_pictures import with_placed_pictures
     from paradize.build.shown_colors import is_green, shown_colors
     from paradize.readers.model import read_model
 
@@ -92,8 +93,14 @@ def read_model_facts(
     materials: dict[str, MaterialFacts] = {}
     data: dict[tuple[str, str], bytes] = {}
     decoded: dict[Any, npt.NDArray[np.float32] | None] = {}
+    redrawn: dict[Path, None] = {}
     for name in dict.fromkeys(group.material for group in read.mesh.groups):
         material = read.materials.get(name, Material(name))
+        redrawn |= {source.picture.file: None for source in material.maps.values() if source.placed}
+        try:
+            material = with_placed_pictures(material)
+        except ParadizeError as error:
+            return {"error": error, "tried": tried}
         mesh = read.mesh.of_materials([name])
         own = {role: source.picture for role, source in material.maps.items()}
         given = {**all_of, **pictures.get(name, {})}
@@ -120,7 +127,7 @@ def read_model_facts(
         materials[name] = MaterialFacts(
             replace(material, maps=sources), uvs, width_m, tiles, palette, shrink, alpha, green
         )
-    libraries = tuple(dict.fromkeys([path, *read.libraries]))
+    libraries = tuple(dict.fromkeys([path, *read.libraries, *redrawn]))
     colors = read.mesh.colors is not None and bool((read.mesh.colors != 1.0).any())
     facts = ModelFacts(materials, colors, libraries, tuple(read.absent))
     return {"facts": facts, "data": data}

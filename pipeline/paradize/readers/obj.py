@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import errno
 import os
+from collections.abc import Callable, Collection, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -25,6 +26,7 @@ from paradize.material import Material
 from paradize.readers.mtl import MAX_BYTES as MTL_BYTES
 from paradize.readers.mtl import read_mtl
 from paradize.readers.names import inside, named_file, require_utf8, spelled_otherwise
+from paradize.readers.placed import Bounds
 from paradize.readers.record import DEFAULT_NAME, UNKNOWN_SMOOTHING, Model
 from paradize.readers.uv_transform import UvTransforms, transformed_uvs
 
@@ -34,6 +36,7 @@ if TYPE_CHECKING:
 SHOWN = 3  # notes in the message about a file without faces
 MAX_WORDS = 16  # of a mtllib statement: each run of words may be a file name
 MAX_LIBRARIES = 256  # different mtllib statements
+_CODES = 255.0  # what stands for 1 in vertex colours of 8 bits
 
 _NOTES = {
     "lines": "{count} line elements ('l') skipped",
@@ -75,37 +78,52 @@ def read_obj(path: Path, root: Path | None = None, on_library: list[Path] | None
     transforms: dict[str, UvTransforms] = {}
     libraries: list[Path] = []
     absent: list[Path] = []
+    groups, smoothing = _groups(parsed)
+    used = dict.fromkeys(group.material for group in groups)
+    bounds_of = _bounds_of(parsed, groups)
     statements = list(dict.fromkeys(parsed.libraries))
     if len(statements) > MAX_LIBRARIES:
         warnings.append(
             f"{path}: {len(statements)} material files, limit {MAX_LIBRARIES}; the rest is left out"
         )
     for library in statements[:MAX_LIBRARIES]:
-        for found in _libraries(path, root, library, warnings, absent):
-            if found not in libraries:
-                libraries.append(found)
-                if on_library is not None:
-                    on_library.append(found)
-                more = read_mtl(found, root, absent)
-                materials |= more.materials
-                warnings += more.warnings
-                transforms = {k: v for k, v in transforms.items() if k not in more.materials}
-                transforms |= more.transforms
-    warnings = list(dict.fromkeys(warnings))
-    groups, smoothing = _groups(parsed)
-    used = dict.fromkeys(group.material for group in groups)
+        libraries += [
+            found for found in _libraries(path, root, library, warnings, absent) if found not in libraries
+        ]
+
+    def read_library(found: Path, kept: Collection[str] = ()) -> None:
+        """kept: materials that stay as they are."""
+        if on_library is not None:
+            on_library.append(found)
+        more = read_mtl(found, root, absent, bounds_of)
+        warnings.extend(more.warnings)
+        for name, material in more.materials.items():
+            if name not in kept:
+                materials[name] = material
+                transforms.pop(name, None)
+                transforms.update({name: more.transforms[name]} if name in more.transforms else {})
+
+    for found in libraries:
+        read_library(found)
     missing = [name for name in used if name not in materials and name != DEFAULT_NAME]
+    if missing and (own := _of_same_name(path, root)) and own not in libraries:
+        libraries.append(own)
+        read_library(own, kept=list(materials))
+        missing = [name for name in missing if name not in materials]
+        warnings.append(f"{path}: no mtllib line names {own.name!r}; its name is the model's, so it is read")
+    warnings = list(dict.fromkeys(warnings))
     if missing:
         shown = ", ".join(repr(name[:120]) for name in missing[:8]) + (", ..." if len(missing) > 8 else "")
         are = "1 material is" if len(missing) == 1 else f"{len(missing)} materials are"
         mend = "drawn white, unless a scene says more; a `mtllib` line names the file that defines them"
         warnings.append(f"{path}: {are} used but not defined: {shown}; {mend}")
+    colors = _linear(parsed.colors, path, warnings) if len(parsed.colors) else None
     mesh = Mesh(
         positions=parsed.positions,
         triangles=parsed.triangles,
         normals=parsed.normals if len(parsed.normals) else None,
         uvs=parsed.uvs if len(parsed.uvs) else None,
-        colors=_linear(parsed.colors) if len(parsed.colors) else None,
+        colors=colors,
         groups=groups,
         origin=parsed.origin,
     )
@@ -131,14 +149,42 @@ def read_obj(path: Path, root: Path | None = None, on_library: list[Path] | None
     )
 
 
-def _linear(colors: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
+def _linear(colors: npt.NDArray[np.float32], path: Path, warnings: list[str]) -> npt.NDArray[np.float32]:
     """Vertex colours (n, 4) as linear light. Those who write them (Blender, MeshLab) write sRGB; alpha is
-    linear. Values outside 0..1 stay."""
+    linear. Whole numbers up to 255 are codes; other values outside 0..1 stay."""
     rgb = colors[:, :3]
+    if 1.0 < float(rgb.max()) <= _CODES and bool((rgb >= 0.0).all() and (rgb == np.rint(rgb)).all()):
+        warnings.append(
+            f"{path}: vertex colours are whole numbers up to {rgb.max():g}; read as codes, 255 is 1"
+        )
+        codes = colors.max(axis=0) > 1.0
+        colors = np.where([True, True, True, codes[3]], colors / np.float32(_CODES), colors)
+        rgb = colors[:, :3]
     encoded = (rgb > 0.0) & (rgb < 1.0)
     linear = colors.copy()
     linear[:, :3][encoded] = srgb_to_linear(rgb[encoded])
     return linear
+
+
+def _bounds_of(parsed: ParsedObj, groups: Sequence[Group]) -> Callable[[str], Bounds | None]:
+    """Returns what tells the least and the largest texture coordinates of a material's triangles."""
+
+    def bounds(material: str) -> Bounds | None:
+        own = [g for g in groups if g.material == material]
+        if not own or not len(parsed.uvs):
+            return None
+        used = [parsed.uvs[parsed.triangles[g.first : g.first + g.count].reshape(-1)] for g in own]
+        low = np.min([one.min(axis=0) for one in used], axis=0).tolist()
+        high = np.max([one.max(axis=0) for one in used], axis=0).tolist()
+        return (*low, *high)
+
+    return bounds
+
+
+def _of_same_name(path: Path, root: Path) -> Path | None:
+    """The material file beside a model that bears its name."""
+    own = inside(root, path.parent, path.stem + ".mtl")
+    return own if own is not None and named_file(own, f"{path} (its name)", MTL_BYTES) else None
 
 
 def _parse(path: Path) -> ParsedObj:

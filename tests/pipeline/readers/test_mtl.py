@@ -41,7 +41,7 @@ def test_materials_are_read_with_their_maps(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("line", "opacity"),
-    [("d 0.25", 0.25), ("Tr 0.25", 0.75), ("d 7", 1.0), ("Tr 7", 0.0), ("d -halo 0.5", 0.5)],
+    [("d 0.25", 0.25), ("Tr 0.25", 0.75), ("d 7", 1.0), ("Tr 7", 1.0), ("d -halo 0.5", 0.5)],
 )
 def test_how_clear_a_material_is_may_be_told_either_way(tmp_path: Path, line: str, opacity: float) -> None:
     assert model(tmp_path, "a.mtl", f"newmtl wood\n{line}\nKd 0.5\n").materials["wood"].opacity == opacity
@@ -234,13 +234,45 @@ def one(folder: Path, text: str, *pictures: str) -> tuple[Material, list[str]]:
         ("map_Kd", "color"), ("map_d", "alpha"), ("norm", "normal"), ("map_Kn", "normal"),
         ("map_Bump", "height"), ("bump", "height"), ("disp", "height"), ("map_disp", "height"),
         ("map_Pr", "roughness"), ("map_Ns", "smoothness"), ("map_Pm", "metalness"), ("map_Ks", "specular"),
-        ("map_Ke", "emission"),
+        ("map_Ke", "emission"), ("map_emissive", "emission"),
     ],
 )  # fmt: skip
 def test_every_map_statement_reaches_its_role(tmp_path: Path, statement: str, role: str) -> None:
     material, warnings = one(tmp_path, f"{statement} a.png", "a.png")
     assert {key: source.picture.file.name for key, source in material.maps.items()} == {role: "a.png"}
     assert warnings == []
+
+
+@pytest.mark.parametrize(
+    ("statement", "channels"),
+    [
+        ("map_ORM", {"occlusion": "r", "roughness": "g", "metalness": "b"}),
+        ("map_RMA", {"occlusion": "b", "roughness": "r", "metalness": "g"}),
+    ],
+)
+def test_a_packed_picture_is_a_map_in_each_channel(
+    tmp_path: Path, statement: str, channels: dict[str, str]
+) -> None:
+    material, warnings = one(tmp_path, f"{statement} a.png", "a.png")
+    assert {role: source.channel for role, source in material.maps.items()} == channels and not warnings
+    material, warnings = one(tmp_path, f"map_Pr r.png\n{statement} a.png", "a.png", "r.png")
+    assert material.maps["roughness"].picture.file.name == "r.png"
+    assert len(warnings) == 1 and "line 2 names this material's roughness already" in warnings[0]
+
+
+@pytest.mark.parametrize(
+    ("text", "opacity", "told"),
+    [
+        ("newmtl a\nTr 1", 1.0, "Tr 1 would hide the material; read as opaque"),
+        ("# Converted by Meshlab Group\nnewmtl a\nTr 1.0", 1.0, ""),
+        ("# Converted by Meshlab Group\nnewmtl a\nTr 0.25", 0.25, ""),
+        ("newmtl a\nd 0", 0.0, "d 0: the material is wholly clear and does not show; d 1 shows it"),
+    ],
+)
+def test_no_material_vanishes_without_a_word(tmp_path: Path, text: str, opacity: float, told: str) -> None:
+    material, warnings = one(tmp_path, text)
+    assert material.opacity == opacity
+    assert told in " ".join(warnings) and bool(told) == bool(warnings)
 
 
 def test_factors_reach_the_record_in_gltfs_terms(tmp_path: Path) -> None:
@@ -415,6 +447,8 @@ def test_scale_and_offset_move_the_texture_coordinates_of_their_material_alone(t
     ("maps", "second", "told"),
     [
         ("map_Pr -s 3 3 b.png", ("roughness",), []),
+        ("map_d -s 4 6 -o 0.5 0.25 b.png\nmap_Ks -s -4 2 b.png", (), []),  # drawn anew
+        ("norm -s 4 6 b.png\nmap_Pr -s 3 3 b.png", ("roughness",), []),
         (
             "map_Pr -s 3 3 b.png\nmap_Pm -s 3 3 b.png\nmap_Ke -o 0.5 0 b.png",
             ("roughness", "metalness"),
@@ -435,6 +469,32 @@ def test_a_map_that_moves_otherwise_than_the_colour_lies_on_second_coordinates_o
     said = [text for text in warnings if "-s and -o differ from those of line 2" in text]
     assert len(said) == len(told)
     assert all(any(f"{keyword}: " in text for text in said) for keyword in told)
+
+
+@pytest.mark.parametrize(
+    ("width", "options", "placed"),
+    [
+        (1.0, "-s 3 2 1 -o 0.25 0.5", ((3.0, 0.25), (2.0, 0.5))),  # v upwards: 1 - (2 (1 - v) + 0.5)
+        (4.0, "-s 3 2 1 -o 0.25 0.5", ((3.0, 0.25), (2.0, 0.5))),
+        (1.0, "-s 0.5 1", ((0.5, 0.0), (1.0, 0.0))),
+        (4.0, "-s 0.5 1", None),  # half a tile does not repeat with the colour
+        (1.0, "-s -1 1 -clamp on", ((-1.0, 0.0), (1.0, 0.0))),
+        (4.0, "-s -1 1 -clamp on", None),
+        (1.0, "-s 1000 1", None),
+    ],
+)
+def test_a_map_that_can_be_drawn_anew_for_the_colours_coordinates_says_how(
+    width: float, options: str, placed: object, tmp_path: Path
+) -> None:
+    for name in ("a.png", "b.png"):
+        (tmp_path / name).write_bytes(PNG)
+    (tmp_path / "m.mtl").write_text(f"newmtl a\nmap_Kd a.png\nmap_d {options} b.png\n")
+    corners = f"v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt {width} 0\nvt 0 1\n"
+    (tmp_path / "m.obj").write_text(f"mtllib m.mtl\n{corners}usemtl a\nf 1/1 2/2 3/3\n")
+    found = read_obj(tmp_path / "m.obj")
+    assert found.materials["a"].maps["alpha"].placed == placed
+    told = [text for text in found.warnings if "no whole number of its tiles" in text]
+    assert len(told) == (placed is None)
 
 
 def test_second_coordinates_are_those_of_their_maps(tmp_path: Path) -> None:

@@ -197,6 +197,28 @@ def test_vertex_colours_are_read_and_split_vertices(tmp_path: Path) -> None:
     assert mesh.colors.tolist() == [[1, 0, 0, 1], [0, 1, 0, 0.5], [1, 1, 1, 1], [0, 0, 1, 1]]
 
 
+def test_vertex_colours_in_whole_numbers_are_codes(tmp_path: Path) -> None:
+    text = "v 0 0 0 255 0 128\nv 1 0 0 0 0 0\nv 0 1 0 255 255 255\nf 1 2 3\n"
+    found = read(tmp_path, text)
+    assert found.mesh.colors is not None
+    assert np.allclose(found.mesh.colors[0], [1.0, 0.0, 0.2158605, 1.0], atol=1e-6)
+    assert any("whole numbers up to 255; read as codes" in said for said in found.warnings)
+    ones = read(tmp_path, text.replace("255", "1").replace("128", "1"))
+    assert ones.mesh.colors is not None and ones.mesh.colors.max() == 1.0 and not ones.warnings
+
+
+def test_a_material_file_of_the_models_name_defines_what_no_other_does(tmp_path: Path) -> None:
+    faces = TRIANGLE + "usemtl wood\nf 1 2 3\nusemtl stone\nf 3 2 1\n"
+    (tmp_path / "a.obj").write_text("mtllib first.mtl gone.mtl\n" + faces)
+    (tmp_path / "first.mtl").write_text("newmtl wood\nKd 1 0 0\n")
+    (tmp_path / "a.mtl").write_text("newmtl wood\nKd 0 1 0\nnewmtl stone\nKd 0 0 1\n")
+    found = read_obj(tmp_path / "a.obj")
+    assert [found.materials[name].color for name in ("wood", "stone")] == [(1.0, 0.0, 0.0), (0.0, 0.0, 1.0)]
+    assert any("no mtllib line names 'a.mtl'" in said for said in found.warnings)
+    assert not any("used but not defined" in said for said in found.warnings)
+    assert tmp_path / "a.mtl" in found.libraries
+
+
 def test_groups_objects_and_materials_become_runs(tmp_path: Path) -> None:
     faces = "o house\nf 1 2 3\nusemtl red tile\nf 1 2 3\ng roof  top\nf 1 2 3\nf 1 2 3\nusemtl b\nf 1 2 3\n"
     groups = read(tmp_path, TRIANGLE + faces).mesh.groups

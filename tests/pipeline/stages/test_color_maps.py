@@ -28,7 +28,7 @@ def test_colour_with_alpha_from_another_file(tmp_path: Path) -> None:
     assert np.array_equal(decode_texels(decode_ktx2(product.data))[:, :, 3] * 255, hole[:, :, 0])
 
 
-def test_alpha_of_another_size_is_resized_with_a_warning(tmp_path: Path) -> None:
+def test_alpha_that_is_coarser_than_its_colour_is_enlarged_with_a_warning(tmp_path: Path) -> None:
     color = save(tmp_path / "c.png", np.full((16, 16, 3), 90, np.uint8))
     small = np.full((4, 8, 1), 255, np.uint8)
     small[:, 4:] = 0
@@ -36,7 +36,17 @@ def test_alpha_of_another_size_is_resized_with_a_warning(tmp_path: Path) -> None
     alpha = decode_texels(decode_ktx2(product.data))[:, :, 3]
     assert (alpha[:, :7] == 1.0).all() and (alpha[:, 9:] == 0.0).all()
     (warning,) = product.warnings
-    assert "b.png: 8 x 4 texels" in warning and "16 x 16" in warning
+    assert "b.png: 8 x 4 texels of alpha are enlarged to 16 x 16" in warning
+
+
+def test_alpha_that_is_finer_than_its_colour_keeps_every_texel(tmp_path: Path) -> None:
+    color = save(tmp_path / "c.png", np.full((4, 16, 3), 90, np.uint8))
+    fine = np.where(np.indices((32, 32)).sum(axis=0) % 4 < 2, 255, 0).astype(np.uint8)[:, :, None]
+    product = bake_color(color, alpha=save(tmp_path / "b.png", fine), uncompressed=True)
+    texels = decode_texels(decode_ktx2(product.data))
+    assert (texels[:, :, 3] * 255 == fine[:, :, 0]).all() and (texels[..., :3] * 255 == 90).all()
+    (warning,) = product.warnings
+    assert "c.png: 16 x 4 texels of the colour map are enlarged to 32 x 32" in warning
 
 
 @pytest.mark.parametrize("inverted", [False, True])

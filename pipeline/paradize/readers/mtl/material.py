@@ -10,17 +10,17 @@ and Ka beside illum 3 or 6 is the metalness.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 
 from paradize.material import (
     MAX_BUMP_M,
     MAX_NORMAL_SCALE,
-    SECOND_ROLES,
     Channel,
     MapSource,
     Material,
     Picture,
+    Placed,
 )
 from paradize.readers.mtl.bump import bump_of_file
 from paradize.readers.mtl.maps import MapStatement
@@ -30,14 +30,21 @@ from paradize.readers.mtl.phong import (
     specular_of_blender,
     specular_of_reflectance,
 )
+from paradize.readers.mtl.placement import BoundsOf, Warn, transforms_of
 from paradize.readers.ranges import beyond, within
-from paradize.readers.uv_transform import UNMOVED, UvTransform, UvTransforms
+from paradize.readers.uv_transform import UvTransforms
 
 # The role of each map statement's picture. Where two statements have one role, the first one here counts.
 ROLES = {"map_kd": "color", "map_d": "alpha", "map_tr": "alpha", "norm": "normal", "map_kn": "normal"}
 ROLES |= {"map_bump": "height", "bump": "height", "map_disp": "height", "disp": "height"}
 ROLES |= {"map_pr": "roughness", "map_ns": "smoothness", "map_pm": "metalness", "map_ks": "specular"}
-ROLES |= {"map_ke": "emission", "map_ao": "occlusion"}
+ROLES |= {"map_ke": "emission", "map_emissive": "emission", "map_ao": "occlusion"}
+# Pictures that hold a map in each channel, in the order of red, green and blue, as DirectXMesh names them.
+_RGB: tuple[Channel, ...] = ("r", "g", "b")
+PACKED = {
+    "map_orm": ("occlusion", "roughness", "metalness"),
+    "map_rma": ("roughness", "metalness", "occlusion"),
+}
 BLENDER_ROLES = ROLES | {"map_ns": "roughness", "map_refl": "metalness", "refl": "metalness"}
 _BUMPS = ("map_bump", "bump")
 _NORMAL_NAMES = ("_n", "_nrm", "_nor", "_nml", "_norm", "normal", "normals", "normalmap", "normal_map")
@@ -45,18 +52,18 @@ _SCALARS = ("alpha", "height", "roughness", "smoothness", "metalness", "specular
 
 # Maps that a gain of at most 1 scales as a factor does. A colour's gain would scale sRGB codes.
 _SCALED = ("alpha", "roughness", "metalness", "specular")
-_FARTHEST = 1e6  # scale and offset of texture coordinates, tiles
-
-Warn = Callable[[int, str], None]
 
 
 @dataclass
 class Statements:
-    """The statements of one material, by keyword in small letters. blender: as Blender writes them."""
+    """The statements of one material, by keyword in small letters. lines: of `values`. blender, meshlab: as
+    these write them."""
 
     values: dict[str, tuple[float, ...]] = field(default_factory=dict)
+    lines: dict[str, int] = field(default_factory=dict)
     maps: dict[str, MapStatement] = field(default_factory=dict)
     blender: bool = False
+    meshlab: bool = False
 
     def number(self, key: str) -> float | None:
         return self.values[key][0] if key in self.values else None
@@ -66,8 +73,11 @@ class Statements:
         return red, green, blue
 
 
-def material_of(name: str, statements: Statements, warn: Warn) -> tuple[Material, UvTransforms | None]:
-    """Returns the material, and how its texture coordinates move. warn: takes a line and a text."""
+def material_of(
+    name: str, statements: Statements, warn: Warn, bounds: BoundsOf = lambda _: None
+) -> tuple[Material, UvTransforms | None]:
+    """Returns the material, and how its texture coordinates move. warn: takes a line and a text. bounds: of
+    the texture coordinates that a material is used with, before they move; None: not known."""
     number, blender = statements.number, statements.blender
     roles = _roles(statements, warn)
     exponent, roughness, metalness, illum = number("ns"), number("pr"), number("pm"), number("illum")
@@ -80,10 +90,10 @@ def material_of(name: str, statements: Statements, warn: Warn) -> tuple[Material
         roughness = roughness_of(exponent, blender)
     if metalness is None and blender and illum in (3.0, 6.0):
         metalness = number("ka")
-    clear = 1.0 - statements.values["d"][0] if "d" in statements.values else number("tr") or 0.0
+    clear = _clear(statements, warn)
     gains = {role: gain for role, one in roles.items() if (gain := _gain(role, one, warn)) is not None}
     opacity = gains.get("alpha", 1.0) if "alpha" in roles else 1.0 - clear
-    transforms, second = _transforms(name, roles, warn)
+    transforms, second, placed = transforms_of(name, roles, bounds, warn)
     normal, height = roles.get("normal"), roles.get("height")
     steepness = _limited(normal, normal.bump if normal else None, MAX_NORMAL_SCALE, warn)
     bump = _limited(height, height.height if height else None, MAX_BUMP_M, warn)
@@ -98,11 +108,36 @@ def material_of(name: str, statements: Statements, warn: Warn) -> tuple[Material
         emission=(1.0, 1.0, 1.0) if "emission" in roles else statements.color("ke", 0.0),
         normal_scale=1.0 if steepness is None else steepness,
         bump_m=None if bump is None else abs(bump),
-        maps={role: _source(role, one, roles) for role, one in roles.items()},
+        maps={role: _source(role, one, roles, placed.get(role)) for role, one in roles.items()},
         occlusion_strength=gains.get("occlusion", 1.0),
         second=second,
     )
     return material, transforms
+
+
+def _clear(statements: Statements, warn: Warn) -> float:
+    """How clear a material is, 0 to 1. Tr is how clear it is, but MeshLab and older exporters write how
+    opaque: Tr 1 for what is to be seen."""
+    if "d" in statements.values:
+        clear = 1.0 - statements.values["d"][0]
+        line = statements.lines["d"]
+        said = f"d {statements.values['d'][0]:g}"
+    elif "tr" in statements.values:
+        clear, line = statements.values["tr"][0], statements.lines["tr"]
+        said = f"Tr {clear:g}"
+        if statements.meshlab:
+            return 1.0 - clear
+        if clear == 1.0:
+            warn(
+                line,
+                f"{said} would hide the material; read as opaque, which some exporters mean: d 0 hides it",
+            )
+            return 0.0
+    else:
+        return 0.0
+    if clear == 1.0 and not {"map_d", "map_tr"} & statements.maps.keys():
+        warn(line, f"{said}: the material is wholly clear and does not show; d 1 shows it")
+    return clear
 
 
 def _gain(role: str, one: MapStatement, warn: Warn) -> float | None:
@@ -151,10 +186,19 @@ def _roles(statements: Statements, warn: Warn) -> dict[str, MapStatement]:
             role = _role_of_bump(one, statements.blender, warn)
         elif role == "smoothness" and "roughness" in roles:
             role = "roughness"  # the same property
-        before = roles.setdefault(role, one) if role else one
-        if before.file != one.file:
-            warn(one.line, f"{key}: line {before.line} names this material's {role} already; ignored")
+        _take(role, one, roles, warn)
+    for key, packed in PACKED.items():
+        if (one := statements.maps.get(key)) is not None:
+            for role, channel in zip(packed, _RGB, strict=True):
+                _take(role, replace(one, channel=channel), roles, warn)
     return roles
+
+
+def _take(role: str, one: MapStatement, roles: dict[str, MapStatement], warn: Warn) -> None:
+    """Makes a statement that of a role, unless another one is."""
+    before = roles.setdefault(role, one) if role else one
+    if (before.file, before.channel) != (one.file, one.channel) and before.keyword != one.keyword:
+        warn(one.line, f"{one.keyword}: line {before.line} names this material's {role} already; ignored")
 
 
 def _role_of_bump(one: MapStatement, blender: bool, warn: Warn) -> str:
@@ -174,57 +218,13 @@ def _role_of_bump(one: MapStatement, blender: bool, warn: Warn) -> str:
     return "normal" if held == "normal" else "height"
 
 
-def _source(role: str, one: MapStatement, roles: Mapping[str, MapStatement]) -> MapSource:
+def _source(
+    role: str, one: MapStatement, roles: Mapping[str, MapStatement], placed: Placed | None
+) -> MapSource:
     channel: Channel = one.channel or ("luminance" if role in _SCALARS else "rgb")
     if role == "alpha" and not one.channel and "color" in roles and roles["color"].file == one.file:
         channel = "a"
     inverted = one.keyword == "map_tr" or (role == "height" and (one.height or 0.0) < 0.0)
-    return MapSource(Picture(one.file, name=one.file.name), channel, one.wrap, inverted=inverted)
-
-
-def _transforms(
-    name: str, roles: Mapping[str, MapStatement], warn: Warn
-) -> tuple[UvTransforms | None, tuple[str, ...]]:
-    """How the texture coordinates move, and the roles whose maps lie on second ones: the first ones as the
-    colour map says, or the first map without one; the second as the first map that says otherwise and may."""
-    if not roles:
-        return None, ()
-    leading = roles.get("color") or next(iter(roles.values()))
-    others = [role for role, one in roles.items() if _placed(one) != _placed(leading)]
-    able = [role for role in others if _may_lie_elsewhere(role, roles, leading, others)]
-    at = roles[able[0]] if able else None
-    second = tuple(role for role in able if at is not None and _placed(roles[role]) == _placed(at))
-    for role in others:
-        if role not in second:
-            which = f"differ from those of line {leading.line}, which this map of {name[:120]!r} gets"
-            warn(roles[role].line, f"{roles[role].keyword}: -s and -o {which}")
-    first = _transform(leading, warn)
-    if first == UNMOVED and at is None:
-        return None, ()
-    return UvTransforms(first, None if at is None else _transform(at, warn)), second
-
-
-def _placed(one: MapStatement) -> tuple[tuple[float, float], tuple[float, float]]:
-    return one.scale, one.offset
-
-
-def _may_lie_elsewhere(
-    role: str, roles: Mapping[str, MapStatement], leading: MapStatement, others: Collection[str]
-) -> bool:
-    """Whether a map may lie on second texture coordinates: a normal map where the frame of the first is its
-    own. What gloss is made of lies in one place."""
-    if role == "normal":
-        pairs = zip(roles[role].scale, leading.scale, strict=True)
-        return all(own * other > 0.0 for own, other in pairs)
-    split = role in ("roughness", "smoothness") and "specular" in roles and "specular" not in others
-    return role in SECOND_ROLES and not split
-
-
-def _transform(one: MapStatement, warn: Warn) -> UvTransform:
-    """How a map's -s and -o move texture coordinates."""
-    said = (*one.scale, *one.offset)
-    sx, sy, ox, oy = within(said, -_FARTHEST, _FARTHEST)
-    if (sx, sy, ox, oy) != said:
-        warn(one.line, f"{one.keyword}: -s and -o {beyond(said, -_FARTHEST, _FARTHEST, (sx, sy, ox, oy))}")
-    # v' = sy v + oy upwards; w = 1 - v downwards: w' = 1 - sy (1 - w) - oy
-    return ((sx, 0.0, ox), (0.0, sy, 1.0 - sy - oy))
+    return MapSource(
+        Picture(one.file, name=one.file.name), channel, one.wrap, inverted=inverted, placed=placed
+    )

@@ -16,13 +16,15 @@ from paradize.errors import GroupedError, SourceError
 from paradize.files import read_file
 from paradize.material import MAX_EMISSION, Material
 from paradize.readers.mtl.maps import floats, read_map_statement
-from paradize.readers.mtl.material import BLENDER_ROLES, ROLES, Statements, material_of
+from paradize.readers.mtl.material import BLENDER_ROLES, PACKED, ROLES, Statements, material_of
+from paradize.readers.mtl.placement import BoundsOf
 from paradize.readers.names import require_utf8
 from paradize.readers.ranges import beyond, within
 from paradize.readers.uv_transform import UvTransforms
 
 MAX_BYTES = 16 << 20
 MAX_MAPS = 10_000  # map statements that are followed; each opens a file
+_HEAD = 200  # characters in which a program names itself
 MAX_MESSAGES = 100  # of warnings and of errors
 # The largest value of each statement that is used; the least is 0.
 _COLORS = {"kd": 1.0, "ks": 1.0, "ke": MAX_EMISSION, "ka": 1.0}
@@ -56,9 +58,15 @@ class Library:
     transforms: dict[str, UvTransforms]
 
 
-def read_mtl(path: Path, root: Path, absent: list[Path] | None = None) -> Library:
+def read_mtl(
+    path: Path,
+    root: Path,
+    absent: list[Path] | None = None,
+    bounds_of: BoundsOf = lambda _: None,
+) -> Library:
     """Reads a material file. Pictures must lie inside `root`; otherwise they are a warning and not opened. A
-    missing picture is a warning; its path is appended to `absent`. Raises SourceError for an unreadable file
+    missing picture is a warning; its path is appended to `absent`. bounds_of: of the texture coordinates that
+    a material is used with; None: not known. Raises SourceError for an unreadable file
     or an invalid number with its line, GroupedError for several."""
     try:
         raw = read_file(path, MAX_BYTES).removeprefix(b"\xef\xbb\xbf")
@@ -73,7 +81,7 @@ def read_mtl(path: Path, root: Path, absent: list[Path] | None = None) -> Librar
     found = reader.statements(text)
     library = Library({}, reader.warnings, {})
     for name, statements in found.items():
-        library.materials[name], transform = material_of(name, statements, reader.warn)
+        library.materials[name], transform = material_of(name, statements, reader.warn, bounds_of)
         if transform:
             library.transforms[name] = transform
     if reader.unused:
@@ -94,6 +102,7 @@ class _Reader:
     def statements(self, text: str) -> dict[str, Statements]:
         """The statements of each material. Raises what was found wrong."""
         blender = text.startswith("# Blender")
+        meshlab = "meshlab" in text[:_HEAD].lower()
         found: dict[str, Statements] = {}
         current: Statements | None = None
         joined = text.replace("\r\n", "\n").replace("\r", "\n").replace("\\\n", " ")
@@ -103,7 +112,7 @@ class _Reader:
                 if rest in found:
                     self.warn(number, f"material {rest[:120]!r} is defined again; the last one counts")
                 self.drop_ambient()
-                current, self.color_text = Statements(blender=blender), ""
+                current, self.color_text = Statements(blender=blender, meshlab=meshlab), ""
                 found[rest] = current
             elif current is not None and word and not word.startswith("#"):
                 self.statement(current, number, word, rest)
@@ -146,7 +155,7 @@ class _Reader:
     def statement(self, into: Statements, line: int, word: str, rest: str) -> None:
         key = word.lower()
         colored = key in _COLORS and (into.blender or key != "ka")
-        if key in (BLENDER_ROLES if into.blender else ROLES):
+        if key in (BLENDER_ROLES if into.blender else ROLES) or key in PACKED:
             self.map(into, line, word, rest)
         elif colored and rest.split()[:1] in (["spectral"], ["xyz"]):
             self.warn(line, f"{word} as {rest.split()[0]} is not read; ignored")
@@ -170,7 +179,7 @@ class _Reader:
         values = floats(rest, count)
         if values is not None:
             high = (_COLORS | _NUMBERS)[key]
-            into.values[key] = within(values, 0.0, high)
+            into.values[key], into.lines[key] = within(values, 0.0, high), line
             if into.values[key] != values:
                 self.warn(line, f"{word} {beyond(values, 0.0, high, into.values[key])}")
             return
