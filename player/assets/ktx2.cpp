@@ -77,12 +77,6 @@ std::size_t ktx2_front_bytes(std::span<const std::byte> header) {
     return ktx2_header_bytes + std::min(levels, max_level_count) * level_entry_bytes;
 }
 
-Ktx2 read_ktx2(std::span<const std::byte> file, const std::string &name) {
-    Ktx2 out = read_ktx2_front(file, name);
-    check_frames(out, name);
-    return out;
-}
-
 void check_frames(const Ktx2 &ktx, const std::string &name) {
     for (std::size_t i = 0; i < ktx.levels.size(); ++i) {
         const Ktx2Level &level = ktx.levels[i];

@@ -69,11 +69,9 @@ inline constexpr std::uint32_t max_texture_px = 16384;
 /// Limit of a file's size after decompression.
 inline constexpr std::uint64_t max_inflated_bytes = std::uint64_t{1} << 31U;
 
-/// Spans point into `file`, or into memory that is filled later. Throws Error with place, value and limit.
-Ktx2 read_ktx2(std::span<const std::byte> file, const std::string &name);
-
-/// The same in two steps. The first needs only the first ktx2_front_bytes() bytes of the file, which its
-/// header tells; the second checks the headers of the compressed levels.
+/// A file is read in two steps. The first needs only the first ktx2_front_bytes() bytes of the file, which
+/// its header tells. Spans point into `file`, or into memory that is filled later. The second checks the
+/// headers of the compressed levels. Both throw Error with place, value and limit.
 inline constexpr std::size_t ktx2_header_bytes = 80;
 std::size_t ktx2_front_bytes(std::span<const std::byte> header);
 Ktx2 read_ktx2_front(std::span<const std::byte> file, const std::string &name);

@@ -281,11 +281,4 @@ void check_artifact(const Artifact &artifact, LoadedArtifact &loaded, const std:
     }
 }
 
-LoadedArtifact load_artifact(const SceneFile &scene, std::uint32_t index,
-                             const std::filesystem::path &folder) {
-    LoadedArtifact out = open_artifact(scene, index, folder);
-    check_artifact(scene.artifacts[index], out);
-    return out;
-}
-
 } // namespace paradize::assets

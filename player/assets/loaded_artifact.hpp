@@ -45,10 +45,6 @@ LoadedArtifact open_artifact(const SceneFile &scene, std::uint32_t index, const 
 /// also when `stop` is requested.
 void check_artifact(const Artifact &artifact, LoadedArtifact &loaded, const std::stop_token &stop = {});
 
-/// Both in one.
-LoadedArtifact load_artifact(const SceneFile &scene, std::uint32_t index,
-                             const std::filesystem::path &folder);
-
 /// Frees the file's memory. stage() reads from the file then. Throws Error if the file has changed.
 void free_memory(LoadedArtifact &loaded);
 

@@ -27,10 +27,4 @@ std::string Sha256::hex() {
     return out;
 }
 
-std::string sha256_of(std::span<const std::byte> bytes) {
-    Sha256 hash;
-    hash.add(bytes);
-    return hash.hex();
-}
-
 } // namespace paradize::assets

@@ -22,6 +22,4 @@ class Sha256 {
     std::unique_ptr<sha256_ctx> state_;
 };
 
-std::string sha256_of(std::span<const std::byte> bytes);
-
 } // namespace paradize::assets

@@ -154,8 +154,20 @@ Bytes sky_file() {
 
 } // namespace
 
+assets::Ktx2 read_ktx2(std::span<const std::byte> file, const std::string &name) {
+    assets::Ktx2 out = assets::read_ktx2_front(file, name);
+    assets::check_frames(out, name);
+    return out;
+}
+
+std::string sha256_of(std::span<const std::byte> bytes) {
+    assets::Sha256 hash;
+    hash.add(bytes);
+    return hash.hex();
+}
+
 std::string identity(std::span<const std::byte> file) {
-    return R"("sha256": ")" + assets::sha256_of(file) + R"(", "bytes": )" + std::to_string(file.size());
+    return R"("sha256": ")" + sha256_of(file) + R"(", "bytes": )" + std::to_string(file.size());
 }
 
 std::string SceneText::str() const {

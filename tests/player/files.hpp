@@ -28,6 +28,12 @@ Bytes zstd_frame(std::span<const std::byte> bytes, bool says_size = true);
 /// Returns the file with the frame of level 0 (the last in the file) replaced.
 Bytes with_frame(const Bytes &file, std::span<const std::byte> frame);
 
+/// Reads a whole KTX2 file, the headers of its compressed levels included. Spans point into `file`.
+assets::Ktx2 read_ktx2(std::span<const std::byte> file, const std::string &name);
+
+/// The SHA-256 of `bytes` in 64 hex digits.
+std::string sha256_of(std::span<const std::byte> bytes);
+
 /// JSON of a GLB with one or two levels of detail: a quad with two materials, and a triangle. `last_index`
 /// replaces the last index of level 0.
 std::string glb_json(bool two_levels = true);

@@ -2,7 +2,6 @@
 // The small scene of files.hpp, baked into a folder of its own, for tests that stream it.
 
 #include "assets/scene_file.hpp"
-#include "assets/sha256.hpp"
 #include "files.hpp"
 #include "streaming/streamer.hpp"
 
@@ -25,7 +24,7 @@ struct SmallScene {
     void put(const std::string &name, const Bytes &bytes) {
         const auto entry = std::ranges::find(file.artifacts, name, &assets::Artifact::name);
         folder.write(entry->file, bytes);
-        entry->sha256 = assets::sha256_of(bytes);
+        entry->sha256 = sha256_of(bytes);
         entry->bytes = bytes.size();
     }
 };

@@ -31,9 +31,9 @@ bool contains(const std::string &text, const std::string &part) {
 
 TEST_CASE("SHA-256: the digests of FIPS 180-4, in one part or many") {
     const std::string abc = "abc";
-    CHECK(assets::sha256_of(std::as_bytes(std::span(abc))) ==
+    CHECK(test::sha256_of(std::as_bytes(std::span(abc))) ==
           "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
-    CHECK(assets::sha256_of({}) == "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855");
+    CHECK(test::sha256_of({}) == "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855");
     const std::string million(1000000, 'a');
     assets::Sha256 hash;
     for (std::size_t at = 0; at < million.size(); at += 997) {
@@ -41,7 +41,7 @@ TEST_CASE("SHA-256: the digests of FIPS 180-4, in one part or many") {
             std::as_bytes(std::span(million)).subspan(at, std::min<std::size_t>(997, million.size() - at)));
     }
     CHECK(hash.hex() == "cdc76e5c9914fb9281a1c7e284d73e67f1809a48a497200e046d39ccc7112cd0");
-    CHECK(hash.hex() == assets::sha256_of({})); // the hash restarts
+    CHECK(hash.hex() == test::sha256_of({})); // the hash restarts
 }
 
 TEST_CASE("files: the bytes are the file's, part by part, and stay when it changes") {
@@ -129,7 +129,7 @@ TEST_CASE("files: freed bytes of a file that was changed, cut or replaced are re
     } catch (const Error &error) {
         refused = contains(error.what(), "c: was changed after it was checked");
     }
-    CHECK((refused || hash.hex() == assets::sha256_of(test::Bytes(10000, std::byte{8}))));
+    CHECK((refused || hash.hex() == test::sha256_of(test::Bytes(10000, std::byte{8}))));
 }
 
 TEST_CASE("files: irregular and empty files and wrong sizes are rejected, and a pipe does not block") {
@@ -174,7 +174,7 @@ TEST_CASE("files: the front is read before the rest, and must still be there whe
     SUBCASE("unchanged") {
         assets::Sha256 hash;
         file.read_all(path, [&](std::span<const std::byte> part) { hash.add(part); });
-        CHECK(hash.hex() == assets::sha256_of(bytes));
+        CHECK(hash.hex() == test::sha256_of(bytes));
         CHECK(std::ranges::equal(file.bytes(), bytes));
     }
     SUBCASE("changed in front") {

@@ -3,7 +3,6 @@
 #include "assets/inflate.hpp"
 #include "assets/loaded_artifact.hpp"
 #include "assets/payload.hpp"
-#include "assets/sha256.hpp"
 #include "error.hpp"
 #include "files.hpp"
 #include "scene/flight.hpp"
@@ -112,9 +111,10 @@ struct OneFile {
     bool open(const test::Bytes &bytes) {
         folder.write("a", bytes);
         scene.artifacts[0].bytes = bytes.size();
-        scene.artifacts[0].sha256 = assets::sha256_of(bytes);
+        scene.artifacts[0].sha256 = test::sha256_of(bytes);
         try {
-            const assets::LoadedArtifact loaded = assets::load_artifact(scene, 0, folder.path());
+            assets::LoadedArtifact loaded = assets::open_artifact(scene, 0, folder.path());
+            assets::check_artifact(scene.artifacts[0], loaded);
             assets::Inflater inflater;
             for (const assets::Piece &piece : loaded.plan.pieces) {
                 const assets::StagedPiece staged = stage(loaded, piece, inflater);

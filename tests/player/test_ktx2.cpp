@@ -32,7 +32,7 @@ TEST_CASE("KTX2: every level of every format is found at its offset") {
           PixelFormat::bc4_unorm, PixelFormat::bc5_snorm, PixelFormat::bc7_srgb, PixelFormat::bc7_unorm,
           PixelFormat::rg16_snorm, PixelFormat::rg16_unorm}) {
         const test::Bytes file = test::ktx2_file(format, 20, 8);
-        const assets::Ktx2 ktx = assets::read_ktx2(file, "t.ktx2");
+        const assets::Ktx2 ktx = test::read_ktx2(file, "t.ktx2");
         REQUIRE(ktx.levels.size() == 5);
         CHECK(ktx.format == format);
         CHECK(ktx.levels[0].width_px == 20);
@@ -45,7 +45,7 @@ TEST_CASE("KTX2: every level of every format is found at its offset") {
 
 TEST_CASE("KTX2: a cube map has six faces in each level") {
     const test::Bytes file = test::ktx2_file(PixelFormat::rgba16_float, 4, 4, 6);
-    const assets::Ktx2 ktx = assets::read_ktx2(file, "sky.ktx2");
+    const assets::Ktx2 ktx = test::read_ktx2(file, "sky.ktx2");
     CHECK(ktx.faces == 6);
     CHECK(ktx.levels[0].bytes.size() == 4 * 4 * 8 * 6);
 }
@@ -56,7 +56,7 @@ TEST_CASE("KTX2: a file truncated anywhere is rejected and never read past its e
         const test::Bytes cut(file.begin(),
                               // on the heap, so that ASan finds reads past the end
                               file.begin() + static_cast<std::ptrdiff_t>(length));
-        CHECK_THROWS_AS(assets::read_ktx2(cut, "cut.ktx2"), Error);
+        CHECK_THROWS_AS(test::read_ktx2(cut, "cut.ktx2"), Error);
     }
 }
 
@@ -67,7 +67,7 @@ TEST_CASE("KTX2: any wrong byte in the header is harmless") {
             test::Bytes wrong = file;
             wrong[at] = static_cast<std::byte>(value);
             try {
-                const assets::Ktx2 ktx = assets::read_ktx2(wrong, "wrong.ktx2");
+                const assets::Ktx2 ktx = test::read_ktx2(wrong, "wrong.ktx2");
                 for (const assets::Ktx2Level &level : ktx.levels) {
                     CHECK(level.bytes.data() >= wrong.data());
                     CHECK(level.bytes.data() + level.bytes.size() <= wrong.data() + wrong.size());
@@ -81,11 +81,11 @@ TEST_CASE("KTX2: any wrong byte in the header is harmless") {
 TEST_CASE("KTX2: the message names file, place, value and limit") {
     test::Bytes file = test::ktx2_file(PixelFormat::rgba8_srgb, 4, 4);
     file[44] = std::byte{3}; // ZLIB
-    CHECK_THROWS_WITH_AS(assets::read_ktx2(file, "a.ktx2"),
+    CHECK_THROWS_WITH_AS(test::read_ktx2(file, "a.ktx2"),
                          "a.ktx2: header: supercompression 3, must be 0 (none) or 2 (Zstandard)", Error);
     file[44] = std::byte{0};
     file[12] = std::byte{143}; // BC6H
-    CHECK_THROWS_WITH_AS(assets::read_ktx2(file, "a.ktx2"),
+    CHECK_THROWS_WITH_AS(test::read_ktx2(file, "a.ktx2"),
                          "a.ktx2: header: vkFormat 143 is not among the formats that the player samples",
                          Error);
 }
@@ -96,7 +96,7 @@ TEST_CASE("KTX2: a level outside the file is reported by its offset, a wrong siz
         test::Bytes wrong = file;
         std::memcpy(wrong.data() + at, &value, sizeof value);
         try {
-            assets::read_ktx2(wrong, "a.ktx2");
+            test::read_ktx2(wrong, "a.ktx2");
         } catch (const Error &error) {
             return error.what();
         }
@@ -119,8 +119,8 @@ TEST_CASE("KTX2: a compressed file has the same levels as the uncompressed file"
             const test::Bytes plain = test::ktx2_file(format, 36, 36, faces);
             const test::Bytes compressed = test::zstd_ktx2_file(format, 36, 36, faces);
             CHECK(compressed.size() < plain.size());
-            const assets::Ktx2 expected = assets::read_ktx2(plain, "plain.ktx2");
-            const assets::Ktx2 ktx = assets::read_ktx2(compressed, "packed.ktx2");
+            const assets::Ktx2 expected = test::read_ktx2(plain, "plain.ktx2");
+            const assets::Ktx2 ktx = test::read_ktx2(compressed, "packed.ktx2");
             REQUIRE(inflate_all(ktx).empty());
             REQUIRE(ktx.levels.size() == expected.levels.size());
             for (std::size_t i = 0; i < ktx.levels.size(); ++i) {
@@ -135,7 +135,7 @@ TEST_CASE("KTX2: a frame with another size than its level is rejected, decompres
     const test::Bytes file = test::zstd_ktx2_file(PixelFormat::r8_unorm, 64, 64);
     const test::Bytes level(64 * 64, std::byte{7});
     const auto read = [&](std::span<const std::byte> frame) {
-        return assets::read_ktx2(test::with_frame(file, frame), "bad.ktx2");
+        return test::read_ktx2(test::with_frame(file, frame), "bad.ktx2");
     };
     const test::Bytes bomb(std::size_t{1} << 26U);
     CHECK_THROWS_WITH_AS(read(test::zstd_frame(bomb)),
@@ -153,7 +153,7 @@ TEST_CASE("KTX2: a frame with another size than its level is rejected, decompres
     const auto inflate = [&](std::span<const std::byte> frame) {
         const test::Bytes bad = test::with_frame(file, frame); // must outlive the spans
         assets::Inflater inflater;
-        const assets::Ktx2 ktx = assets::read_ktx2(bad, "bad.ktx2");
+        const assets::Ktx2 ktx = test::read_ktx2(bad, "bad.ktx2");
         // on the heap, so that ASan finds writes past the end
         test::Bytes out(ktx.levels[0].inflated.size());
         return inflater.inflate(ktx.levels[0].compressed, out);
@@ -174,7 +174,7 @@ TEST_CASE("KTX2: a frame with another size than its level is rejected, decompres
 TEST_CASE("KTX2: wrong lengths and levels that decompress above the limit are rejected") {
     test::Bytes file = test::zstd_ktx2_file(PixelFormat::r8_unorm, 8, 8);
     file[96] = std::byte{65};
-    CHECK_THROWS_WITH_AS(assets::read_ktx2(file, "lie.ktx2"),
+    CHECK_THROWS_WITH_AS(test::read_ktx2(file, "lie.ktx2"),
                          "lie.ktx2: level 0: 65 bytes uncompressed, expected 64", Error);
     // 16384 x 16384 half floats: level 0 fits into 2 GiB, a second level does not.
     test::Bytes large = test::zstd_ktx2_file(PixelFormat::rgba16_float, 2, 2);
@@ -191,7 +191,7 @@ TEST_CASE("KTX2: wrong lengths and levels that decompress above the limit are re
         put(entry + 8, std::uint64_t{frame.size()});
     }
     large.insert(large.end(), frame.begin(), frame.end());
-    CHECK_THROWS_WITH_AS(assets::read_ktx2(large, "large.ktx2"),
+    CHECK_THROWS_WITH_AS(test::read_ktx2(large, "large.ktx2"),
                          "large.ktx2: level 1: decompresses to more than 2147483648 bytes", Error);
 }
 
@@ -203,7 +203,7 @@ TEST_CASE("KTX2: any wrong byte of a compressed file is harmless") {
             test::Bytes wrong = file;
             wrong[at] ^= static_cast<std::byte>(flip);
             try {
-                refused += inflate_all(assets::read_ktx2(wrong, "wrong.ktx2")).empty() ? 0 : 1;
+                refused += inflate_all(test::read_ktx2(wrong, "wrong.ktx2")).empty() ? 0 : 1;
             } catch (const Error &) {
                 ++refused;
             }
@@ -212,6 +212,6 @@ TEST_CASE("KTX2: any wrong byte of a compressed file is harmless") {
     CHECK(refused > 100);
     for (std::size_t length = 0; length < file.size(); ++length) {
         const test::Bytes cut(file.begin(), file.begin() + static_cast<std::ptrdiff_t>(length));
-        CHECK_THROWS_AS(assets::read_ktx2(cut, "cut.ktx2"), Error);
+        CHECK_THROWS_AS(test::read_ktx2(cut, "cut.ktx2"), Error);
     }
 }

@@ -94,7 +94,7 @@ std::string loaded(const test::Bytes &file) {
     assets::LoadedArtifact artifact;
     artifact.path = "a.ktx2";
     artifact.file = assets::FileBytes(folder.write("a.ktx2", file));
-    artifact.ktx = assets::read_ktx2(artifact.file.bytes(), artifact.path);
+    artifact.ktx = test::read_ktx2(artifact.file.bytes(), artifact.path);
     artifact.plan = plan_texture(artifact.ktx);
     assets::PieceLoader loader(artifact.plan.pieces.size(),
                                [&](std::uint32_t piece, assets::Inflater &inflater) {
@@ -112,7 +112,7 @@ std::string loaded(const test::Bytes &file) {
 
 std::string texel_message(const test::Bytes &file) {
     try {
-        assets::check_texels(assets::read_ktx2(file, "a.ktx2"), "a.ktx2");
+        assets::check_texels(test::read_ktx2(file, "a.ktx2"), "a.ktx2");
     } catch (const Error &error) {
         return error.what();
     }
@@ -129,7 +129,7 @@ test::Bytes with_code(test::Bytes file, std::size_t level_codes, std::size_t at,
 /// A float texture of zeros.
 test::Bytes zeros(PixelFormat format, std::uint32_t width, std::uint32_t height, std::uint32_t faces) {
     test::Bytes file = test::ktx2_file(format, width, height, faces);
-    const assets::Ktx2 ktx = assets::read_ktx2(file, "a.ktx2");
+    const assets::Ktx2 ktx = test::read_ktx2(file, "a.ktx2");
     for (const assets::Ktx2Level &level : ktx.levels) {
         std::memset(file.data() + (level.bytes.data() - file.data()), 0, level.bytes.size());
     }

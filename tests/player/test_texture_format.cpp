@@ -24,7 +24,7 @@ TEST_CASE("textures: mutable storage holds the same texels as immutable storage"
           assets::PixelFormat::bc4_unorm, assets::PixelFormat::rg16_snorm, assets::PixelFormat::rg16_unorm,
           assets::PixelFormat::bc7_srgb}) {
         const test::Bytes bytes = test::ktx2_file(format, 16, 8);
-        const assets::Ktx2 ktx = assets::read_ktx2(bytes, "a.ktx2");
+        const assets::Ktx2 ktx = test::read_ktx2(bytes, "a.ktx2");
         const assets::UploadPlan plan = plan_texture(ktx);
         std::array<std::vector<float>, 2> texels;
         for (const Storage storage : {Storage::immutable, Storage::mutable_levels}) {
@@ -50,7 +50,7 @@ TEST_CASE("textures: levels are copied between textures of other sizes, on the d
          {std::pair(assets::PixelFormat::rgba8_unorm, 1U), std::pair(assets::PixelFormat::bc3_srgb, 1U),
           std::pair(assets::PixelFormat::rgba16_float, 6U), std::pair(assets::PixelFormat::bc5_snorm, 1U)}) {
         const test::Bytes bytes = test::ktx2_file(format, 32, 32, faces);
-        const assets::Ktx2 ktx = assets::read_ktx2(bytes, "a.ktx2");
+        const assets::Ktx2 ktx = test::read_ktx2(bytes, "a.ktx2");
         const assets::UploadPlan plan = plan_texture(ktx);
         const unsigned target = faces == 6 ? GL_TEXTURE_CUBE_MAP : GL_TEXTURE_2D;
         const unsigned image = faces == 6 ? GL_TEXTURE_CUBE_MAP_POSITIVE_Y : GL_TEXTURE_2D;
@@ -82,7 +82,7 @@ TEST_CASE(
         return;
     }
     const test::Bytes bytes = test::ktx2_file(assets::PixelFormat::rgba8_unorm, 32, 32); // six levels
-    const assets::Ktx2 ktx = assets::read_ktx2(bytes, "a.ktx2");
+    const assets::Ktx2 ktx = test::read_ktx2(bytes, "a.ktx2");
     const auto coarsest = [&](std::uint32_t first_level, std::optional<int> max_level) {
         const gl::Texture texture = allocate_texture(ktx, first_level, best_storage());
         make_sampled(ktx, {texture, first_level}, max_level);

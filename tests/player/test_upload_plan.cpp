@@ -10,7 +10,7 @@ using namespace paradize;
 
 TEST_CASE("upload plan: chunks cover every byte of a texture once and stay small") {
     const test::Bytes file = test::ktx2_file(assets::PixelFormat::bc3_srgb, 2048, 1024);
-    const assets::Ktx2 ktx = assets::read_ktx2(file, "a.ktx2");
+    const assets::Ktx2 ktx = test::read_ktx2(file, "a.ktx2");
     const assets::UploadPlan plan = plan_texture(ktx);
     std::map<std::uint32_t, std::size_t> bytes;
     std::map<std::uint32_t, std::uint32_t> rows;
@@ -28,7 +28,7 @@ TEST_CASE("upload plan: chunks cover every byte of a texture once and stay small
 
 TEST_CASE("upload plan: the pieces of a texture are its coarse mips and each finer one, coarse before fine") {
     const test::Bytes image = test::ktx2_file(assets::PixelFormat::rgba8_srgb, 512, 512);
-    const assets::Ktx2 ktx = assets::read_ktx2(image, "a.ktx2");
+    const assets::Ktx2 ktx = test::read_ktx2(image, "a.ktx2");
     const assets::UploadPlan plan = plan_texture(ktx);
     REQUIRE(plan.pieces.size() == 4);
     CHECK(plan.pieces[0].coarse);

@@ -232,7 +232,7 @@ RULES: dict[str, Rule] = {
         "error",
         "scene refused",
         "a scene's TOML has a field that is unknown or out of range, or names a file that is not there",
-        "see the place; pipeline/paradize/scene/FIELDS.md lists every field",
+        "see the place; `paradize bake --help` names the page of all fields",
     ),
     "PZ501": Rule(
         "warning",

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from paradize.build.options import BuildOptions
 
 
+_FIELDS = Path(__file__).parents[1] / "scene/FIELDS.md"
 SHOWN = 5  # equal textures that are named
 MANY = 200  # artifacts; a longer table leaves out those that did not change
 
@@ -35,7 +36,7 @@ def add(sub: argparse.ArgumentParser) -> None:
     )
     add_elsewhere(sub)
     add_common(sub, "worker processes", None)
-    sub.epilog = "All fields of a scene: pipeline/paradize/scene/FIELDS.md"
+    sub.epilog = f"All fields of a scene: {_FIELDS}"
 
 
 def run(arguments: argparse.Namespace) -> int:

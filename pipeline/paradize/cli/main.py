@@ -16,6 +16,7 @@ from collections.abc import Sequence
 from difflib import get_close_matches
 from functools import partial
 from importlib import import_module
+from textwrap import fill
 from typing import Any, NoReturn
 
 from paradize.cli.interrupt import EXIT_CODE, WHAT, interrupted, interruptible
@@ -27,6 +28,14 @@ class _WrongUsage(Exception):  # noqa: N818 (never leaves this module)
     """An error of the usage, from argparse."""
 
 
+class _Help(argparse.HelpFormatter):
+    """Breaks no path at a hyphen."""
+
+    def _fill_text(self, text: str, width: int, indent: str) -> str:
+        options = {"initial_indent": indent, "subsequent_indent": indent}
+        return fill(" ".join(text.split()), width, break_on_hyphens=False, break_long_words=False, **options)
+
+
 class _Parser(argparse.ArgumentParser):
     """Accepts no abbreviated options. Errors are printed by `main`, without the usage: it would bury them."""
 
@@ -36,7 +45,7 @@ class _Parser(argparse.ArgumentParser):
         super().__init__(**settings, allow_abbrev=False, formatter_class=narrow)
 
     def format_help(self) -> str:
-        self.formatter_class = argparse.HelpFormatter
+        self.formatter_class = _Help
         return super().format_help()
 
     def error(self, message: str) -> NoReturn:

@@ -23,7 +23,8 @@ def add(sub: argparse.ArgumentParser) -> None:
         "--runs",
         type=whole(1, 1000),
         metavar="N",
-        help="runs of each tier (default: 10, or 3 if a run takes long)",
+        help="runs of each tier (default: 10, or 3 if a run takes long); of 1 or 2, only times that differ "
+        "by more than 2 x count as different",
     )
     sub.add_argument("--tier", choices=TIER_OPTIONS, help="the tier in use (default: the scene's)")
     sub.add_argument("--no-player", action="store_true", help="measure no pictures and frames")

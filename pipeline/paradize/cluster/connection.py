@@ -8,12 +8,13 @@ import queue
 import threading
 import warnings
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 from paradize.errors import BakeError, one_line
 
 CONNECT_S = 10.0  # until a scheduler must have answered
-HOWTO = "see pipeline/paradize/cluster/README.md"
+HOWTO = f"see {Path(__file__).with_name('README.md')}"
 
 
 class ClusterLost(BakeError):  # noqa: N818 (an event, not a fault)

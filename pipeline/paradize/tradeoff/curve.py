@@ -8,6 +8,8 @@ from collections.abc import Sequence
 from statistics import quantiles
 from typing import Any, NamedTuple, NotRequired, TypedDict
 
+from paradize.tradeoff.timing import LEAST_RUNS
+
 LOSSLESS_DB = 120.0  # from here on a picture counts as without error: metrics report at most this
 
 
@@ -166,5 +168,7 @@ def cheapest(points: Sequence[Point], budget: float, less_is_better: bool) -> Po
 
 
 def apart(a: Seconds, b: Seconds) -> bool:
-    """Whether the quartiles of two times do not overlap."""
-    return a["high"] < b["low"] or b["high"] < a["low"]
+    """Whether the quartiles of two times do not overlap. One or two runs have no quartiles: then whether one
+    time is more than twice the other."""
+    slack = 1.0 if min(a["runs"], b["runs"]) >= LEAST_RUNS else 2.0
+    return slack * a["high"] < b["low"] or slack * b["high"] < a["low"]

@@ -60,7 +60,7 @@ def _two(value: float) -> str:
 
 class Compared(NamedTuple):
     """Two tiers of one series. time, error: 1 if `after` takes longer or has more error, -1 if less, 0 if the
-    difference is chance: times within each other's quartiles, errors within _SAME_ERROR."""
+    difference is chance: times that are not apart (curve.py), errors within _SAME_ERROR."""
 
     before: Point
     after: Point

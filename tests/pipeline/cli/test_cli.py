@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from paradize.cli.main import parser
 from paradize.cli.table import errors_text, head_of
 from tests.pipeline.cli.test_wrong_inputs import run as called
 from tests.pipeline.scenes import make_cove, write_image
@@ -41,6 +42,18 @@ def run(tmp_path_factory: pytest.TempPathFactory, paradize: Run) -> Run:
         return result
 
     return call
+
+
+@pytest.mark.parametrize("columns", ["40", "100"])
+def test_the_help_of_bake_names_a_page_that_is_there(
+    columns: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """In one piece, at any width, wherever the package is installed."""
+    monkeypatch.setenv("COLUMNS", columns)
+    with pytest.raises(SystemExit):
+        parser("bake").parse_args(["bake", "--help"])
+    page = Path(capsys.readouterr().out.split()[-1])
+    assert page.name == "FIELDS.md" and page.is_file()
 
 
 def test_help_and_version_are_fast_and_import_no_numpy(run: Run) -> None:

@@ -28,6 +28,7 @@ from paradize.scene.budget import METRICS
 from paradize.tradeoff.curve import (
     Group,
     Point,
+    Seconds,
     cheapest,
     inside,
     knee,
@@ -247,6 +248,21 @@ def test_times_within_each_others_spread_dominate_nothing() -> None:
     assert [one["dominated"] for one in cloud[:2]] == [False, False]
     mark(cloud, less_is_better=True)
     assert [one["dominated"] for one in cloud] == [True, True, False]
+
+
+@pytest.mark.parametrize(("runs", "told"), [(1, False), (2, False), (3, True)])
+def test_times_of_one_or_two_runs_differ_only_by_more_than_twice(runs: int, told: bool) -> None:
+    def once(tier: str, seconds: float) -> Point:
+        exact: Seconds = {"median": seconds, "low": seconds, "high": seconds, "runs": runs}
+        return {**point(tier, seconds, 1.0), "seconds": exact}
+
+    near = [once("fast", 1.0), once("balanced", 0.55)]
+    mark(near, less_is_better=True)
+    assert near[0]["dominated"] is told
+    assert bool(disagreements(group(near))) is told
+    far = [once("fast", 1.0), once("balanced", 0.45)]
+    mark(far, less_is_better=True)
+    assert far[0]["dominated"] and disagreements(group(far))
 
 
 def test_without_a_budget_advice_is_the_knee_or_the_quickest_of_equals() -> None:
