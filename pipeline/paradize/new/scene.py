@@ -133,7 +133,7 @@ def _toml(name: str, model: Model, folder: Path) -> str:
         model.taken.append(f"the sun is the light {_shown(model.sun.light)}")
     lines = [
         f"#:schema {SCHEMA.name}",
-        "# A scene to start from. `paradize bake --help` names the page of all fields with defaults and ranges.",
+        "# A scene to start from. `paradize bake --help` names the page of all fields and their ranges.",
         "# Metres, Y up; -Z is north, +X east.",
         "",
         "[scene]",
