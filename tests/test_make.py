@@ -111,6 +111,7 @@ def test_the_last_lines_count_cpp_cases_and_skips_by_reason(tmp_path: Path) -> N
         tmp_path,
         "1: [doctest] test cases:      80 |      78 passed | 1 failed | 1 skipped\n"
         "2: [doctest] test cases:     120 |     120 passed | 0 failed | 0 skipped\n",
+        "-n1",
     )
     assert result.returncode == 0, result.stdout + result.stderr
     assert "slowest 10 durations" in result.stdout

@@ -13,6 +13,7 @@ from scipy.ndimage import maximum_filter
 
 from tests.pictures import load
 from tests.player.posed import differs
+from tests.sweeps import sweep
 
 Render = Callable[..., NDArray[Any]]
 FRONDS_S = 82.0  # of the flight: below the palm's crown, the sun out of the picture on the left
@@ -69,6 +70,10 @@ def test_the_air_glows_towards_a_low_sun_and_nowhere_else(render: Render) -> Non
     assert away.mean() < 0.02
 
 
-def test_without_light_or_in_fast_quality_there_are_none(render: Render) -> None:
-    for options in ((DUSK_S,), (FRONDS_S, "--quality", "fast")):
-        assert np.array_equal(render(*options), render(*options, "--disable", "shafts"))
+@pytest.mark.parametrize(
+    ("second", "quality"),
+    sweep([(DUSK_S, "balanced"), (FRONDS_S, "fast")], test=[(DUSK_S, "balanced")]),
+)
+def test_without_light_or_in_fast_quality_there_are_none(render: Render, second: float, quality: str) -> None:
+    options = (second, "--quality", quality)
+    assert np.array_equal(render(*options), render(*options, "--disable", "shafts"))

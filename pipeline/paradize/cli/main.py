@@ -16,7 +16,7 @@ from collections.abc import Sequence
 from difflib import get_close_matches
 from functools import partial
 from importlib import import_module
-from textwrap import fill
+from textwrap import wrap
 from typing import Any, NoReturn
 
 from paradize.cli.interrupt import EXIT_CODE, WHAT, interrupted, interruptible
@@ -32,8 +32,8 @@ class _Help(argparse.HelpFormatter):
     """Breaks no path at a hyphen."""
 
     def _fill_text(self, text: str, width: int, indent: str) -> str:
-        options = {"initial_indent": indent, "subsequent_indent": indent}
-        return fill(" ".join(text.split()), width, break_on_hyphens=False, break_long_words=False, **options)
+        lines = wrap(" ".join(text.split()), width, break_on_hyphens=False, break_long_words=False)
+        return "\n".join(indent + line for line in lines)
 
 
 class _Parser(argparse.ArgumentParser):

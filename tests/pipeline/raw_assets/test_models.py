@@ -382,6 +382,7 @@ def test_the_light_of_a_lamp_is_in_its_lantern_and_no_lamp_stands_in_the_cameras
         assert np.hypot(away[:, 0], away[:, 1]).min() > 0.7
 
 
+@pytest.mark.deep
 def test_the_script_makes_the_same_rocks_again(scripts: Any, tmp_path: Path) -> None:
     scripts["rocks"].make(tmp_path)
     made, kept = (sorted((top / "rocks").iterdir()) for top in (tmp_path, RAW))
