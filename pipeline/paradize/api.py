@@ -8,15 +8,15 @@
 
 All names here are attributes of `paradize`. Functions work in the caller's process (`bake` and `measure`
 start workers of their own) and raise ParadizeError: SourceError for an input, SceneError for a scene,
-BakeError for what cannot be baked, GroupedError for several; the text names file, place, value, limit and
-mend.
+BakeError for what cannot be baked, ArgumentError for an argument that is not allowed, GroupedError for
+several; the text names file or argument, value, limit and mend.
 """
 
 from __future__ import annotations
 
 import os
-import reprlib
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from datetime import date
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -24,10 +24,25 @@ from typing import TYPE_CHECKING, Any
 from paradize.build.options import BuildOptions
 from paradize.build.provenance import BakeReport
 from paradize.build.single_file import BakedFiles, bake_single
-from paradize.errors import GroupedError
+from paradize.errors import ArgumentError, GroupedError
 from paradize.jobs.progress import OnProgress
 from paradize.scene.baker_settings import MapSettings, MeshSettings, OcclusionSettings, TerrainSettings
+from paradize.scene.setting_rules import (
+    ANY_SIZE_M,
+    FLAG,
+    LIMITS,
+    TEXT,
+    Rule,
+    choice,
+    instance,
+    mapping,
+    number,
+    require_right,
+    shown,
+    whole,
+)
 from paradize.store.atomic import write_whole
+from paradize.tiers import TIER_OPTIONS
 
 if TYPE_CHECKING:
     import numpy as np
@@ -75,42 +90,90 @@ def __getattr__(name: str) -> object:
     return getattr(import_module(_LOADED_WHEN_USED[name]), name)
 
 
+_TIER = choice(*TIER_OPTIONS)
+_BUILD = {
+    "jobs": whole(0),
+    "tier": _TIER.or_none(),
+    "force": FLAG,
+    "tiers": mapping(None, _TIER, "a dict: job or artifact -> tier"),
+    "cluster": TEXT.or_none(),
+    "store": TEXT.or_none(),
+    "uncompressed": FLAG,
+    "whole": FLAG,
+}
+_CHECK = {
+    "against": instance((str, os.PathLike), "a path").or_none(),
+    "worse_by": number(0.0),
+    "today": instance(date, "a datetime.date"),
+}
+_FILE = {
+    "source": choice("auto", "color", "height"),
+    "size_m": ANY_SIZE_M,
+    "height_m": number(unit="metres").or_none(),
+    "max_error_m": number(0.0, unit="metres").or_none(),
+}
+
+
 def _path(value: AnyPath, what: str) -> Path:
-    """Raises TypeError for a value that is no path. what: the function and its argument, for the message."""
-    if isinstance(value, (str, os.PathLike)):
+    """Raises ArgumentError for a value that is no path. what: the function and its argument."""
+    if isinstance(value, (str, os.PathLike)) and os.fspath(value) and "\0" not in str(value):
         return Path(value)
-    mend = ": save it as a file" if hasattr(value, "shape") else ""
-    raise _wrong(what, value, f"a path (str or os.PathLike){mend}")
+    raise _wrong(
+        what, value, "a path (str or os.PathLike)", "save it as a file" if hasattr(value, "shape") else ""
+    )
+
+
+def _required(value: object, rule: Rule, what: str) -> None:
+    """Raises ArgumentError for a value that breaks a rule."""
+    if wrong := rule.fault(value):
+        raise ArgumentError(f"{wrong}; allowed: {rule.allowed}", place=f"paradize.{what}")
 
 
 def _budget(value: Mapping[str, float] | None, function: str) -> dict[str, float]:
-    if value is None or isinstance(value, Mapping):
-        return dict(value or {})
-    raise _wrong(f"{function}: budget", value, "a dict: metric -> worst value")
+    if value is not None and not isinstance(value, Mapping):
+        raise _wrong(f"{function}: budget", value, "a dict: metric -> worst value")
+    _required(value or {}, LIMITS, f"{function}: budget")
+    return {key: float(limit) for key, limit in (value or {}).items()}
 
 
-def _options(value: object, expected: type, function: str) -> None:
-    """Raises TypeError for a value that is neither None nor an `expected`."""
-    if value is not None and not isinstance(value, expected):
+def _tier(value: object, function: str) -> None:
+    _required(value, choice(*TIER_OPTIONS), f"{function}: tier")
+
+
+def _options(value: Any, expected: type, function: str, rules: Mapping[str, Rule]) -> None:
+    """Raises ArgumentError for a value that is neither None nor an `expected` whose fields keep the rules."""
+    if value is None:
+        return
+    if not isinstance(value, expected):
         raise _wrong(f"{function}: options", value, f"paradize.{expected.__name__}")
+    for name, rule in rules.items():
+        _required(getattr(value, name), rule, f"{function}: options.{name}")
 
 
 def _settings(value: Any, expected: type[Any], function: str) -> Any:
-    """The settings, those of None by default. Raises TypeError for other values than an `expected`."""
+    """The settings, those of None by default. Raises ArgumentError for other values than an `expected`, and
+    for fields that are not allowed."""
     if value is None:
         return expected()
-    if isinstance(value, expected):
+    if type(value) is expected:
+        require_right(value, f"paradize.{function}")
+        if limits := getattr(value, "budget", None):
+            mend = f"write paradize.{function}(..., budget={limits})"
+            raise ArgumentError("is not looked at", place=f"paradize.{function}: settings.budget", mend=mend)
         return value
     name = f"paradize.{expected.__name__}"
-    mend = f"; write {name}(**settings)" if isinstance(value, Mapping) else ""
-    raise _wrong(f"{function}: settings", value, name, mend)
+    raise _wrong(
+        f"{function}: settings",
+        value,
+        name,
+        f"write {name}(**settings)" if isinstance(value, Mapping) else "",
+    )
 
 
-def _wrong(what: str, value: object, expected: str, mend: str = "") -> TypeError:
-    came = f"{type(value).__name__} {reprlib.repr(value)}"
-    if shape := getattr(value, "shape", None):
-        came = f"{type(value).__name__} of shape {tuple(shape)}"
-    return TypeError(f"paradize.{what}: expected {expected}, got {came}{mend}")
+def _wrong(what: str, value: object, expected: str, mend: str = "") -> ArgumentError:
+    return ArgumentError(
+        f"expected {expected}, got {shown(value)}", place=f"paradize.{what}", mend=mend or None
+    )
 
 
 class BakedMesh(BakedFiles):
@@ -130,8 +193,9 @@ class BakedMesh(BakedFiles):
 
     def write(self, path: AnyPath) -> Path:
         """Writes the file, whole or not at all; folders are made. Returns its path."""
-        write_whole(Path(path), self.glb)
-        return Path(path)
+        target = _path(path, "BakedMesh.write: path")
+        write_whole(target, self.glb)
+        return target
 
 
 class BakedTerrain(BakedMesh):
@@ -148,21 +212,26 @@ class BakedMaps(BakedFiles):
 
     def texels(self, name: str, level: int = 0) -> npt.NDArray[np.float32]:
         """The texels (h, w, c) float32 of one mip of a map, as hardware decodes them: normals and du/dv are
-        x and y, -1..1; height and gloss 0..1. name: of the map. Raises KeyError for a map that was not
-        baked, ValueError for a level that it does not have and for a PNG, which any picture library reads."""
+        x and y, -1..1; height and gloss 0..1. name: of the map. Raises ArgumentError for a map that was
+        not baked, a level that it does not have, and a PNG, which any picture library reads."""
         from paradize.formats.ktx2.reader import decode_ktx2
         from paradize.metrics.texels import decode_texels
 
+        _required(name, choice(*self.report["maps"]), "BakedMaps.texels: name")
         file = self.report["maps"][name]["file"]
         if not file.endswith(".ktx2"):
-            raise ValueError(f"{file} is no KTX2 file")
-        return decode_texels(decode_ktx2(self.files[file], file), level)
+            what = f"{file} is no KTX2 file"
+            raise ArgumentError(what, place="paradize.BakedMaps.texels: name", mend="read it as a picture")
+        texture = decode_ktx2(self.files[file], file)
+        _required(level, whole(0, len(texture.levels) - 1), "BakedMaps.texels: level")
+        return decode_texels(texture, level)
 
     def write(self, folder: AnyPath) -> list[Path]:
         """Writes each file into a folder, which is made. Returns their paths."""
+        target = _path(folder, "BakedMaps.write: folder")
         for name, data in self.files.items():
-            write_whole(Path(folder) / name, data)
-        return [Path(folder) / name for name in self.files]
+            write_whole(target / name, data)
+        return [target / name for name in self.files]
 
 
 def mesh(
@@ -178,6 +247,7 @@ def mesh(
     budget: metric -> worst value (scene/FIELDS.md lists the metrics); errors beyond it are warnings in the
     report, of "auto" a BakeError.
     """
+    _tier(tier, "mesh")
     used = _settings(settings, MeshSettings, "mesh")
     made = bake_single("mesh", _path(source, "mesh: source"), used, tier=tier, budget=_budget(budget, "mesh"))
     return BakedMesh(made.files, made.report, made.rows, made.errors)
@@ -193,6 +263,7 @@ def maps(
 ) -> BakedMaps:
     """Makes normal, height, gloss and du/dv maps of a colour picture or a heightmap. tier, budget: as of
     `mesh`. uv: the model whose UV layout they follow."""
+    _tier(tier, "maps")
     used = _settings(settings, MapSettings, "maps")
     layout = None if uv is None else _path(uv, "maps: uv")
     made = bake_single(
@@ -210,6 +281,7 @@ def occlusion(
 ) -> BakedMaps:
     """Casts a map of ambient occlusion from a model, in its UV layout. tier: as of `mesh`: 64, 256 or 1024
     rays of each texel."""
+    _tier(tier, "occlusion")
     used = _settings(settings, OcclusionSettings, "occlusion")
     made = bake_single(
         "occlusion", _path(source, "occlusion: source"), used, tier=tier, budget=_budget(budget, "occlusion")
@@ -224,11 +296,12 @@ def terrain(
     tier: str = "balanced",
     budget: Mapping[str, float] | None = None,
 ) -> BakedTerrain:
-    """Makes a mesh of a heightmap. settings: at least its size, which a picture does not say; TypeError
-    without. tier, budget: as of `mesh`."""
+    """Makes a mesh of a heightmap. settings: at least its size, which a picture does not say;
+    ArgumentError without. tier, budget: as of `mesh`."""
     if settings is None:
         expected = "paradize.TerrainSettings(size_m=(x, z), height_m=h), metres: no picture says its size"
         raise _wrong("terrain: settings", settings, expected)
+    _tier(tier, "terrain")
     used = _settings(settings, TerrainSettings, "terrain")
     made = bake_single(
         "terrain", _path(source, "terrain: source"), used, tier=tier, budget=_budget(budget, "terrain")
@@ -241,7 +314,7 @@ def bake(scene: AnyPath, out: AnyPath | None = None, options: BuildOptions | Non
     the store. Raises GroupedError where artifacts fail; the folder then keeps what it held."""
     from paradize.build.bake import bake as bake_scene
 
-    _options(options, BuildOptions, "bake")
+    _options(options, BuildOptions, "bake", _BUILD)
     folder = None if out is None else _path(out, "bake: out")
     report = bake_scene(_path(scene, "bake: scene"), folder, options)
     if report.errors:
@@ -254,7 +327,7 @@ def check(*paths: AnyPath, options: CheckOptions | None = None) -> list[Finding]
     error."""
     from paradize.checks import CheckOptions, check_paths
 
-    _options(options, CheckOptions, "check")
+    _options(options, CheckOptions, "check", _CHECK)
     return check_paths(
         [_path(path, f"check: path {number}") for number, path in enumerate(paths, 1)], options
     )
@@ -275,8 +348,12 @@ def measure(
     pictures; None: nothing is drawn."""
     from paradize.tradeoff.plan import FileOptions
 
-    _options(options, FileOptions, "measure")
+    _options(options, FileOptions, "measure", _FILE)
+    _required(tier, choice(*TIER_OPTIONS).or_none(), "measure: tier")
+    _required(runs, whole(1).or_none(), "measure: runs")
+    _required(on_progress, instance(Callable, "a function").or_none(), "measure: on_progress")  # type: ignore[arg-type]
     path = _path(source, "measure: source")
+    program = None if player is None else _path(player, "measure: player")
     if path.suffix.lower() != ".toml":
         from paradize.tradeoff.tiers import measure_file
 
@@ -284,4 +361,4 @@ def measure(
         return measure_file(path, used, tier=tier or "balanced", runs=runs, on_progress=on_progress)
     from paradize.tradeoff.scene import measure_scene
 
-    return measure_scene(path, tier=tier, runs=runs, player=player, on_progress=on_progress)
+    return measure_scene(path, tier=tier, runs=runs, player=program, on_progress=on_progress)

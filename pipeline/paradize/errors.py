@@ -5,6 +5,7 @@ ParadizeError
 ├── SceneError     the scene TOML names something that does not exist or is out of range
 ├── FormatError    a baked file does not follow its format
 ├── BakeError      a stage failed on valid input
+├── ArgumentError  a program called a function of the library with a wrong argument
 └── GroupedError   all errors of a run, reported together
 """
 
@@ -116,6 +117,10 @@ class FormatError(ParadizeError):
 
 class BakeError(ParadizeError):
     """A stage failed on valid input."""
+
+
+class ArgumentError(ParadizeError, TypeError, ValueError):
+    """A program called a function of the library with an argument that is not allowed."""
 
 
 class GroupedError(ParadizeError):

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import pickle
 import re
 import subprocess
 import sys
 from collections.abc import Callable
+from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
@@ -14,8 +16,9 @@ import pytest
 
 import paradize
 from paradize import api
-from paradize.errors import BakeError, GroupedError, SourceError
+from paradize.errors import ArgumentError, GroupedError, SourceError
 from paradize.formats.png import encode_png
+from paradize.scene.setting_rules import RULES, require_right
 from tests.made.models import kit
 from tests.made.pictures import field, photograph
 from tests.pipeline.scenes import make_cove
@@ -91,7 +94,7 @@ def test_texels_are_those_of_the_map_and_its_mips(folder: Path) -> None:
     assert made.texels("normal").shape == (64, 64, 2)
     assert made.texels("height", 2).shape == (16, 16, 1)
     assert np.abs(made.texels("normal")).max() <= 1.0
-    with pytest.raises(KeyError):
+    with pytest.raises(ArgumentError, match="name: is str 'gloss'; allowed: one of normal, height"):
         made.texels("gloss")
 
 
@@ -110,11 +113,11 @@ def test_arguments_that_cannot_be_meant_are_errors_that_name_the_right_ones(fold
     for settings in ({"lods": 3}, {}, api.MapSettings()):
         with pytest.raises(TypeError, match=f"expected paradize.MeshSettings, got {type(settings).__name__}"):
             api.mesh(folder / "rock.obj", settings)
-    with pytest.raises(BakeError, match=r"rock\.obj: tier 'bogus'.*fast, balanced, exact, auto"):
+    with pytest.raises(ArgumentError, match=r"mesh: tier: is str 'bogus'.*fast, balanced, exact, auto"):
         api.mesh(folder / "rock.obj", tier="bogus")
     made = api.maps(folder / "sand.png", api.MapSettings(only=("normal",)))
     for level in (99, -1):
-        with pytest.raises(ValueError, match=rf"level {level} .* levels 0 to 6"):
+        with pytest.raises(ArgumentError, match=rf"level: is int {level}; allowed: a whole number, 0 to 6"):
             made.texels("normal", level)
 
 
@@ -133,7 +136,7 @@ def test_dir_lists_what_the_library_gives() -> None:
     [
         (
             lambda: paradize.maps(np.zeros((4, 6, 3))),  # type: ignore[arg-type]
-            "paradize.maps: source: expected a path .*: save it as a file, got ndarray of shape (4, 6, 3)",
+            "paradize.maps: source: expected a path .*, got ndarray of shape (4, 6, 3); save it as a file",
         ),
         (lambda: paradize.mesh(None), "paradize.mesh: source: expected a path .*, got NoneType None"),  # type: ignore[arg-type]
         (lambda: paradize.bake(3), "paradize.bake: scene: expected a path .*, got int 3"),  # type: ignore[arg-type]
@@ -162,5 +165,110 @@ def test_dir_lists_what_the_library_gives() -> None:
 def test_a_wrong_argument_is_named_with_what_is_expected_and_what_came(
     call: Callable[[], object], words: str
 ) -> None:
-    with pytest.raises(TypeError, match=re.escape(words).replace(re.escape(".*"), ".*")):
+    with pytest.raises(ArgumentError, match=re.escape(words).replace(re.escape(".*"), ".*")):
+        call()
+
+
+WRONG: dict[type[Any], dict[str, tuple[Any, ...]]] = {
+    paradize.MeshSettings: {
+        "lods": ("x", 0, 9, 2.5, True, None),
+        "max_error": (-1, 2, float("nan")),
+        "lod_ratio": (1.0, None),
+        "lod_errors": (3, "x", (0.2, 0.1)),
+        "screen_size": ({}, {"size_px": 1}, {"size_px": 64, "foo": 1}),
+        "simplifier": ("best",),
+        "atlas": (1, "no"),
+        "weld_m": (-1, None),
+        "crease_deg": (181,),
+        "tangents": ([], None),
+        "quantise": ({"foo": 1}, {"quantise_max": -1}, {"quantise_max": "x"}, True, [1]),
+        "base_colors": ({"wood": (1, 2)}, 3),
+        "attributes": ("POSITION", ("FOO",)),
+    },
+    paradize.MapSettings: {
+        "only": ((), "normal", ("foo",)),
+        "wrap": ([], "mirror", ("repeat",)),
+        "zstd": (0, 23, True),
+        "strength": (float("inf"), "1"),
+        "slope_scale": (float("nan"), (1,)),
+        "size_m": ((1,), (0, 1), "x"),
+        "green": ("left",),
+        "nodata": ("x", None),
+        "gamma": (0,),
+        "destep": (1,),
+        "filter": ("best",),
+        "fmt": ("dds",),
+        "budget": ({"normal_p99_deg": 1.0}, 3),
+    },
+    paradize.OcclusionSettings: {"occlusion_px": (8, 64.5), "occlusion_reach": (0, 2), "see_through": ("a",)},
+    paradize.TerrainSettings: {
+        "size_m": ("x", (1,), (0, 1)),
+        "height_m": ("x",),
+        "max_error_m": (-1, float("nan")),
+        "quantise": (None,),
+        "sand_repeat": (float("inf"),),
+    },
+}
+
+
+@pytest.mark.parametrize("settings", WRONG)
+def test_every_field_of_settings_refuses_what_it_does_not_take(settings: type[Any]) -> None:
+    function = {"Mesh": "mesh", "Map": "maps", "Occlusion": "occlusion", "Terrain": "terrain"}[
+        settings.__name__.removesuffix("Settings")
+    ]
+    needed = {"size_m": (2.0, 2.0)} if settings is paradize.TerrainSettings else {}
+    for name, values in WRONG[settings].items():
+        for value in values:
+            with pytest.raises(ArgumentError) as caught:
+                getattr(paradize, function)("no file", settings(**{**needed, name: value}))
+            assert f"paradize.{function}: settings.{name}: " in str(caught.value), value
+            assert "; allowed: " in str(caught.value) or "write " in str(caught.value), value
+
+
+def test_a_budget_in_the_settings_is_told_to_be_an_argument(folder: Path) -> None:
+    limits = {"height_psnr_db": 30.0}
+    with pytest.raises(
+        ArgumentError, match=r"write paradize\.maps\(\.\.\., budget=\{'height_psnr_db': 30.0\}\)"
+    ):
+        paradize.maps(folder / "sand.png", paradize.MapSettings(budget=limits))
+    made = paradize.maps(folder / "sand.png", paradize.MapSettings(only=("height",)), budget=limits)
+    assert made.errors["height"]["height_psnr_db"] > 30.0
+
+
+def test_each_field_of_settings_has_a_rule_that_its_default_keeps() -> None:
+    for name, rules in RULES.items():
+        settings = getattr(paradize, name)
+        made = settings(**({"size_m": (1.0, 1.0)} if "size_m" in rules and name == "TerrainSettings" else {}))
+        assert {one.name for one in fields(settings)} == rules.keys()
+        require_right(made, "paradize")
+
+
+def test_several_wrong_fields_are_told_at_once_and_an_unknown_one_with_the_nearest(folder: Path) -> None:
+    with pytest.raises(GroupedError, match=r"settings\.lods: is int 0.*\n.*settings\.atlas: is str 'x'"):
+        paradize.mesh(folder / "rock.obj", paradize.MeshSettings(lods=0, atlas="x"))  # type: ignore[arg-type]
+    unknown: Any = {"lod": 3}
+    with pytest.raises(ArgumentError, match=r"MeshSettings: has no 'lod'; did you mean lods\?"):
+        paradize.MeshSettings(**unknown)
+    kept = pickle.loads(pickle.dumps(paradize.TerrainSettings(size_m=(1.0, 2.0))))
+    assert kept.size_m == (1.0, 2.0)
+    paradize.MeshSettings(lods=np.int64(3), crease_deg=np.float32(30))  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    "call",
+    [
+        lambda: paradize.bake("a.toml", options=paradize.BuildOptions(jobs=-1)),
+        lambda: paradize.bake("a.toml", options=paradize.BuildOptions(tiers={"a": "x"})),
+        lambda: paradize.check("a", options=paradize.CheckOptions(worse_by=-1)),
+        lambda: paradize.measure("a.png", paradize.FileOptions(size_m=(1,))),  # type: ignore[arg-type]
+        lambda: paradize.measure("a.png", runs=0),
+        lambda: paradize.measure("a.png", tier="best"),
+        lambda: paradize.mesh(""),
+        lambda: paradize.mesh("a\0b"),
+        lambda: paradize.mesh("a.obj", budget={"surface_max": float("nan")}),
+        lambda: paradize.maps("a.png", budget={3: 4}),  # type: ignore[dict-item]
+    ],
+)
+def test_wrong_options_and_budgets_are_refused_before_any_file_is_read(call: Callable[[], object]) -> None:
+    with pytest.raises(ArgumentError, match=r"paradize\.\w+: "):
         call()

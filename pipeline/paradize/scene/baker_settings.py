@@ -10,13 +10,22 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from typing import Any, Literal, Self
 
+from paradize.errors import ArgumentError
 from paradize.map_table import AUTHORED, DERIVED
+from paradize.scene.schema.field import suggestion
 from paradize.scene.settings import SIMPLIFIERS, UNWRAPPERS, Relief
 
 
 @dataclass(frozen=True, kw_only=True)
 class BakerSettings:
-    """What the settings of all bakers have in common."""
+    """What the settings of all bakers have in common. A name that they do not have raises ArgumentError."""
+
+    def __new__(cls, *given: Any, **named: Any) -> Self:
+        known = [one.name for one in fields(cls)]
+        for name in named:
+            if name not in known:
+                raise ArgumentError(f"has no {name[:80]!r}", place=cls.__name__, mend=suggestion(name, known))
+        return super().__new__(cls)
 
     @classmethod
     def of(cls, given: object, /, **more: Any) -> Self:

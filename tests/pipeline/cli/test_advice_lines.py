@@ -304,6 +304,7 @@ ELSEWHERE = {  # where it is followed; or why it is not
     "start it with `dask scheduler`, or mend the address: tcp://HOST:PORT; {}": "needs a cluster",
     "install it as of setup/python-test.txt, or with pip install 'paradize[cluster]'": "needs the network",
     "let this user write there, or set PARADIZE_STORE to another folder": "root may write anywhere",
+    "write paradize.{}(..., budget={})": "tests/pipeline/test_api.py",
     "write 0 or more": "of a Python function; the command line refuses first",
     _CHARTS: "needs more charts than a square holds",
 }
