@@ -6,7 +6,7 @@ Called in a worker process, so that no input takes the command line down with it
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -53,13 +53,24 @@ def bake_single(
     """
     from paradize.build.budget_metrics import measured_by, of_single_files
     from paradize.errors import BakeError
-    from paradize.scene.baker_settings import MapSettings, MeshSettings, OcclusionSettings, TerrainSettings
+    from paradize.scene.baker_settings import (
+        MapSettings,
+        MeshSettings,
+        OcclusionSettings,
+        TerrainSettings,
+        TextureSettings,
+    )
     from paradize.scene.budget import excesses
     from paradize.scene.schema import Limits
     from paradize.tiers import AUTO, TIER_OPTIONS
 
-    kinds = {"mesh": MeshSettings, "maps": MapSettings, "occlusion": OcclusionSettings}
-    wanted = {**kinds, "terrain": TerrainSettings}[kind]
+    kinds: dict[str, tuple[Callable[..., BakedFiles], type[BakerSettings]]] = {
+        "mesh": (mesh_files, MeshSettings),
+        "maps": (map_files, MapSettings),
+        "occlusion": (occlusion_files, OcclusionSettings),
+        "terrain": (terrain_files, TerrainSettings),
+    }
+    baker, wanted = kinds[kind]
     if not isinstance(settings, wanted):
         raise TypeError(f"settings is a {type(settings).__name__}, expected {wanted.__name__}")
     if tier not in TIER_OPTIONS:
@@ -67,10 +78,16 @@ def bake_single(
         raise BakeError(f"tier {tier!r} is not known", file=path, mend=mend)
     measurable = of_single_files(measured_by(kind, getattr(settings, "only", ()), asdict(settings)))
     _require_measured(kind, budget, measurable, path)
+
+    def bake(used: BakerSettings, tier: str, formats_by: dict[str, float]) -> BakedFiles:
+        if isinstance(used, TextureSettings):
+            used = replace(used, budget=formats_by)
+        return baker(path, used, tier=tier, **sources)
+
     if tier == AUTO:
-        made = _cheapest_inside(kind, path, settings, budget, sources)
+        made = _cheapest_inside(bake, kind, path, settings, budget)
     else:
-        made = _bake(kind, path, settings, tier, budget, sources)
+        made = bake(settings, tier, budget)
     measured = {metric for errors in made.errors.values() for metric in errors}
     _require_measured(kind, budget, measured, path)
     limits = Limits(hard=budget)
@@ -80,33 +97,16 @@ def bake_single(
     return made
 
 
-def _bake(
-    kind: str,
-    path: Path,
-    settings: BakerSettings,
-    tier: str,
-    budget: dict[str, float],
-    sources: Mapping[str, Path | None],
-) -> BakedFiles:
-    """Bakes in one tier. budget: decides the format of textures."""
-    from paradize.scene.baker_settings import TextureSettings
-
-    if isinstance(settings, TextureSettings):
-        settings = replace(settings, budget=budget)
-    bakers: dict[str, Callable[..., BakedFiles]]
-    bakers = {"mesh": mesh_files, "maps": map_files, "occlusion": occlusion_files, "terrain": terrain_files}
-    return bakers[kind](path, settings, tier=tier, **sources)
-
-
 def _cheapest_inside(
+    bake: Callable[[BakerSettings, str, dict[str, float]], BakedFiles],
     kind: str,
     path: Path,
     settings: BakerSettings,
     budget: dict[str, float],
-    sources: Mapping[str, Path | None],
 ) -> BakedFiles:
-    """Bakes in the cheapest tier inside the budget. The report lists the errors of each tried tier. Raises
-    GroupedError if no tier is inside."""
+    """Bakes in the cheapest tier inside the budget. bake: bakes by settings in a tier; the budget that it is
+    given decides the formats of textures. The report lists the errors of each tried tier. Raises GroupedError
+    if no tier is inside."""
     from paradize.build.tier_choice import inside, limited, misses
     from paradize.build.tuned_settings import by_cost, next_label, split_label
     from paradize.errors import BakeError, GroupedError
@@ -124,7 +124,7 @@ def _cheapest_inside(
         tier, tuned = split_label(label)
         formats_by = budget if label in FINER_FORMAT else {}
         try:
-            product = _bake(kind, path, replace(settings, **tuned), tier, formats_by, sources)
+            product = bake(replace(settings, **tuned), tier, formats_by)
         except BakeError:
             if not tuned:
                 raise

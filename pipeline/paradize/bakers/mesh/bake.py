@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from shlex import quote
@@ -66,10 +67,72 @@ def bake_mesh(
     that cannot be baked, BakeError if a stage fails.
     """
     path = Path(path)
-    used = replace(settings or MeshSettings(), **changes)
-    _require_ranges(path, used)
+    settings = replace(settings or MeshSettings(), **changes)
+    _require_ranges(path, settings)
+    started = time.monotonic()
+    with _file_named(path):
+        report_step("reading")
+        mesh, found = prepare_mesh(path, settings, tier, root)
+        by_settings = with_two_sided(Plan.of(settings), settings, found.materials)
+        used, frames, notes = _methods_of(settings, tier, mesh)
+        levels, fewer = make_levels(mesh, by_settings if plan is None else plan(mesh, by_settings), used)
+        report_step("tangent frames")
+        tiers = _tangent_tiers(levels[0].mesh) if tangent_tiers else {}
+        if settings.attributes is not None and "_SWAY" in settings.attributes:
+            _add_sway(levels)
+        framed = _framed_levels(mesh, levels, frames)
+        del mesh  # saves memory: a level is about as large as its part of the file
+        levels, costs_before = _in_draw_order(framed)
+        lods = tuple(_lod(level) for level in levels)
+        if settings.quantise is not None:
+            lods = quantised_levels(lods, direction_deg=direction_deg_of(settings.quantise))
+        report_step("writing")
+        alone = settings.base_colors is None
+        described = found.materials if alone else None
+        glb = encode_glb(lods, path.stem, base_colors=settings.base_colors, described=described)
+        verify_glb(glb, path.with_suffix(".glb"))
+        rows = [
+            _level_report(*level, found.loading) for level in zip(levels, lods, costs_before, strict=True)
+        ]
+    first = levels[0].mesh
+    materials = [group.material for group in first.groups]
+    if alone and (without := left_out(found.materials, materials)):
+        notes.append(
+            f"a mesh alone holds no pictures; left out: {without} (`paradize maps` bakes one, "
+            f"`paradize new DIR --from {quote(str(path))}` makes a scene with all)"
+        )
+    report: dict[str, Any] = {
+        "triangles": len(first.triangles),
+        "vertices": len(first.positions),
+        "tier": used,
+        "simplifier": settings.simplifier,
+        "simplifier_version": simplifier_version(settings.simplifier),
+        "atlas": found.layout is not None,
+        "layout": found.layout,
+        "unwrapper": None if found.layout is None else settings.unwrapper,
+        "unwrapper_version": None if found.layout is None else unwrapper_version(settings.unwrapper),
+        "closed": found.validation.closed,
+        "components": found.validation.topology.components,
+        "tangents": frames if first.tangents is not None else None,
+        "tangent_tiers": tiers,
+        "bytes": len(glb),
+        "quantised": settings.quantise is not None,
+        "origin": list(first.origin),
+        "loading": found.loading.errors | {"collapsed": found.loading.collapsed},
+        "repairs": found.repairs,
+        "materials": materials,
+        "lods": rows,
+        "seconds": round(time.monotonic() - started, 3),
+        "warnings": found.warnings + [f"{path}: {note}" for note in (*notes, *fewer)],
+    }
+    return MeshProduct(glb, report, lods)
+
+
+@contextmanager
+def _file_named(path: Path) -> Iterator[None]:
+    """Errors that name no file name this one."""
     try:
-        return _bake(path, used, tier, root, plan, tangent_tiers)
+        yield
     except MemoryError as error:
         raise SourceError("too large for this machine's memory", file=path) from error
     except GroupedError:
@@ -103,70 +166,6 @@ def _require_ranges(path: Path, settings: MeshSettings) -> None:
         raise BakeError(f"no simplifier {settings.simplifier!r}", file=path, mend=mend)
     if not 0 <= crease_deg <= 180:
         raise BakeError(f"a crease angle of {crease_deg:g} degrees, expected 0 to 180", file=path)
-
-
-def _bake(
-    path: Path,
-    settings: MeshSettings,
-    tier: str,
-    root: Path | None,
-    plan: Callable[[Mesh, Plan], Plan] | None,
-    tangent_tiers: bool,
-) -> MeshProduct:
-    started = time.monotonic()
-    report_step("reading")
-    mesh, found = prepare_mesh(path, settings, tier, root)
-    by_settings = with_two_sided(Plan.of(settings), settings, found.materials)
-    used, frames, notes = _methods_of(settings, tier, mesh)
-    levels, fewer = make_levels(mesh, by_settings if plan is None else plan(mesh, by_settings), used)
-    report_step("tangent frames")
-    tiers = _tangent_tiers(levels[0].mesh) if tangent_tiers else {}
-    if settings.attributes is not None and "_SWAY" in settings.attributes:
-        _add_sway(levels)
-    framed = _framed_levels(mesh, levels, frames)
-    del mesh  # saves memory: a level is about as large as its part of the file
-    levels, costs_before = _in_draw_order(framed)
-    lods = tuple(_lod(level) for level in levels)
-    if settings.quantise is not None:
-        lods = quantised_levels(lods, direction_deg=direction_deg_of(settings.quantise))
-    report_step("writing")
-    alone = settings.base_colors is None
-    described = found.materials if alone else None
-    glb = encode_glb(lods, path.stem, base_colors=settings.base_colors, described=described)
-    if alone and (without := left_out(found.materials, [group.material for group in levels[0].mesh.groups])):
-        notes.append(
-            f"a mesh alone holds no pictures; left out: {without} (`paradize maps` bakes one, "
-            f"`paradize new DIR --from {quote(str(path))}` makes a scene with all)"
-        )
-    verify_glb(glb, path.with_suffix(".glb"))
-    first = levels[0].mesh
-    report: dict[str, Any] = {
-        "triangles": len(first.triangles),
-        "vertices": len(first.positions),
-        "tier": used,
-        "simplifier": settings.simplifier,
-        "simplifier_version": simplifier_version(settings.simplifier),
-        "atlas": found.layout is not None,
-        "layout": found.layout,
-        "unwrapper": None if found.layout is None else settings.unwrapper,
-        "unwrapper_version": None if found.layout is None else unwrapper_version(settings.unwrapper),
-        "closed": found.validation.closed,
-        "components": found.validation.topology.components,
-        "tangents": frames if first.tangents is not None else None,
-        "tangent_tiers": tiers,
-        "bytes": len(glb),
-        "quantised": settings.quantise is not None,
-        "origin": list(first.origin),
-        "loading": found.loading.errors | {"collapsed": found.loading.collapsed},
-        "repairs": found.repairs,
-        "materials": [group.material for group in first.groups],
-        "lods": [
-            _level_report(*level, found.loading) for level in zip(levels, lods, costs_before, strict=True)
-        ],
-        "seconds": round(time.monotonic() - started, 3),
-        "warnings": found.warnings + [f"{path}: {note}" for note in (*notes, *fewer)],
-    }
-    return MeshProduct(glb, report, lods)
 
 
 def with_two_sided(plan: Plan, settings: MeshSettings, materials: Mapping[str, Material]) -> Plan:
