@@ -89,11 +89,11 @@ class Artifact:
         return {key: getattr(self, key) for key in keys}
 
     @classmethod
-    def from_json(cls, told: Mapping[str, Any], **more: Any) -> Artifact:
+    def from_json(cls, entry: Mapping[str, Any], **more: Any) -> Artifact:
         """Of what to_json gave, and other fields. The caller has looked at the shape."""
-        known = {key: told[key] for key in _FIELDS if key in told}
-        if told.get("file"):
-            known["suffix"] = told["file"].rpartition(".")[2]
+        known = {key: entry[key] for key in _FIELDS if key in entry}
+        if entry.get("file"):
+            known["suffix"] = entry["file"].rpartition(".")[2]
         return cls(**known | more)
 
 

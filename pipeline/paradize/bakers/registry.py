@@ -87,10 +87,10 @@ def make_mesh(sources: Sources, settings: Settings, tier: str) -> list[Product]:
         if made.report[f"{key}_version"] is not None
     )
     reason = libraries or None
-    told = [{key: level[key] for key in LOD_FACTS if key in level} for level in levels]
+    rows = [{key: level[key] for key in LOD_FACTS if key in level} for level in levels]
     warnings = list(made.report["warnings"])
     artifact = Artifact(
-        "mesh", suffix="glb", tier=used, errors=errors, levels=told, reason=reason, warnings=warnings
+        "mesh", suffix="glb", tier=used, errors=errors, levels=rows, reason=reason, warnings=warnings
     )
     return [Product(artifact, made.glb)]
 

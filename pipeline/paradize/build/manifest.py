@@ -91,6 +91,7 @@ def _base_color(material: dict[str, Any]) -> Vec:
 
 def build_manifest(
     scene: Scene,
+    *,
     maps: SceneMaps,
     owners: dict[str, tuple[str, ...]],
     flight: Flight,

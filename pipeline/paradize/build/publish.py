@@ -127,17 +127,17 @@ def publish(
             return True
         manifest, warnings = build_manifest(
             context.scene,
-            maps,
-            {output.artifact: task.job.objects for task in tasks for output in task.outputs},
-            context.flight,
-            baked.flight_errors,
-            baked.artifacts,
-            baked.meshes,
-            sightings,
-            baked.gutters,
-            baked.constants,
-            pixels,
-            baked.tree,
+            maps=maps,
+            owners={output.artifact: task.job.objects for task in tasks for output in task.outputs},
+            flight=context.flight,
+            flight_errors=baked.flight_errors,
+            artifacts=baked.artifacts,
+            facts=baked.meshes,
+            sightings=sightings,
+            gutters=baked.gutters,
+            constants=baked.constants,
+            pixels=pixels,
+            terrain_tables=baked.tree,
         )
         report.warnings += warnings
         files = {str(one.file): (baked.data[name], one.sha256) for name, one in baked.artifacts.items()}

@@ -94,7 +94,7 @@ def _measure(arguments: argparse.Namespace, on_progress: OnProgress) -> dict[str
     from paradize.preview.player import PLAYER, find_player
 
     size = None if arguments.size is None else (arguments.size[0], arguments.size[1])
-    told = api.FileOptions(arguments.source, size, arguments.height, arguments.max_error)
+    options = api.FileOptions(arguments.source, size, arguments.height, arguments.max_error)
     player = None
     if arguments.input.suffix.lower() == ".toml" and not arguments.no_player:
         player = find_player()
@@ -102,7 +102,7 @@ def _measure(arguments: argparse.Namespace, on_progress: OnProgress) -> dict[str
             say(f"paradize: {PLAYER} was not found: the effect of each stage on the picture is not measured")
     return api.measure(
         arguments.input,
-        told,
+        options,
         tier=arguments.tier,
         runs=arguments.runs,
         player=player,

@@ -47,8 +47,8 @@ def run(arguments: argparse.Namespace) -> int:
     warn(made.notes)
     if arguments.json:
         stands = {"position": made.position, "scale": made.scale}
-        told = {"files": made.files, "taken": made.taken, "warnings": made.notes}
-        show_json({"scene": str(made.scene)} | stands | told)
+        found = {"files": made.files, "taken": made.taken, "warnings": made.notes}
+        show_json({"scene": str(made.scene)} | stands | found)
         return 0
     show(one_line(f"{len(made.files)} files in {made.scene.parent}"))
     for text in made.taken:

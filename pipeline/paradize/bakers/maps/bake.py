@@ -126,10 +126,10 @@ def map_rows(
         held = tier == "exact" and codes is not None
         filter_name = choose_filter(heights, image.source_bits, wraps, tier, islands, codes)
     if settings.destep:
-        image, told = _without_steps(image, path, wraps)
+        image, notes = _without_steps(image, path, wraps)
         if source == "height":
             warnings = [text for text in warnings if text not in _warnings(path, image)]
-        warnings += told
+        warnings += notes
         heights = _heights(image, source, levels)
     if truth is not None and np.array_equal(truth, heights):
         truth = heights  # one plane less while maps are made
