@@ -3,16 +3,16 @@ maps (material.MapSource.placed)."""
 
 from __future__ import annotations
 
+import tempfile
 from dataclasses import replace
-from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from paradize.errors import SourceError
+from paradize.errors import ParadizeError, SourceError
 from paradize.formats.png import encode_png
-from paradize.material import REPEATED, MapSource, Material, Placed, Wrap
+from paradize.material import REPEATED, MapSource, Material, Picture, Placed, Wrap
 from paradize.readers.image import read_image
 from paradize.stages.resample import placed
 
@@ -36,16 +36,23 @@ def with_placed_pictures(material: Material) -> Material:
 def _drawn(source: MapSource, leading: MapSource | None) -> MapSource:
     if source.placed is None:
         return source
-    file = source.picture.file
-    status = file.stat()
-    data = _png(file, status.st_mtime_ns, status.st_size, source.placed, source.wrap or REPEATED)
+    data = _png(source.picture, source.placed, source.wrap or REPEATED)
     wrap = leading.wrap if leading else None
     return replace(source, picture=replace(source.picture, data=data), placed=None, wrap=wrap)
 
 
-@lru_cache(maxsize=8)
-def _png(file: Path, _mtime_ns: int, _size: int, on: Placed, wrap: tuple[Wrap, Wrap]) -> bytes:
-    image = read_image(file, color_space="data")
+def _png(picture: Picture, on: Placed, wrap: tuple[Wrap, Wrap]) -> bytes:
+    file = picture.file
+    if picture.data is None:
+        image = read_image(file, color_space="data")
+    else:
+        with tempfile.NamedTemporaryFile() as inside:
+            inside.write(picture.data)
+            inside.flush()
+            try:
+                image = read_image(Path(inside.name), color_space="data")
+            except ParadizeError as error:
+                raise error.renamed({inside.name: f"{file}: picture {picture.name!r}"}) from None
     values: npt.NDArray[np.generic] = image.values
     if values.shape[2] == 2:  # grey with alpha, as PNG is written here
         values = values[:, :, [0, 0, 0, 1]]

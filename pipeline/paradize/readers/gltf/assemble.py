@@ -12,8 +12,9 @@ from paradize.data import Group, Mesh, SourcePositions
 from paradize.kernels.mesh import number_rows
 from paradize.kernels.obj import origin_of
 from paradize.readers.gltf.document import Document
-from paradize.readers.gltf.materials import PlacedMaterial, Placement
+from paradize.readers.gltf.materials import PlacedMaterial
 from paradize.readers.gltf.nodes import Matrix, cofactors, determinant
+from paradize.readers.gltf.placement import Placement
 from paradize.readers.gltf.primitives import Primitive
 from paradize.readers.record import UNKNOWN_SMOOTHING
 

@@ -13,14 +13,18 @@ from paradize.errors import one_line
 from paradize.material import (
     MAX_EMISSION,
     MAX_NORMAL_SCALE,
+    REPEATED,
     SECOND_ROLES,
     AlphaMode,
     Channel,
     MapSource,
     Material,
+    Placed,
 )
 from paradize.readers.gltf.document import Document
 from paradize.readers.gltf.pictures import Pictures
+from paradize.readers.gltf.placement import Placement
+from paradize.readers.placed import placed_on
 from paradize.readers.record import DEFAULT_NAME
 
 _TRANSFORM = "KHR_texture_transform"
@@ -36,32 +40,6 @@ _CHANNELS: dict[str, Channel] = {
 
 
 EqualSets = Callable[[int, int, int], bool]
-
-
-@dataclass(frozen=True)
-class Placement:
-    """Texture coordinates of a material's maps. coordinates: the number of the set. matrix: a b tx c d ty:
-    u' = a u + b v + tx, v' = c u + d v + ty."""
-
-    coordinates: int = 0
-    matrix: tuple[float, ...] = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0)
-
-    def has_frame_of(self, other: Placement) -> bool:
-        """Whether tangents along the coordinates of both have one direction: the same set, only scaled and
-        moved."""
-        a, b, _, c, d, _ = other.matrix
-        p, q, _, r, s, _ = self.matrix
-        area = a * d - b * c
-        if self.coordinates != other.coordinates or area == 0.0:
-            return False
-        along, across = (p * d - q * c) / area, (q * a - p * b) / area  # self's rows by other's
-        beside, down = (r * d - s * c) / area, (s * a - r * b) / area
-        least = 1e-6 * max(along, down)
-        return min(along, down) > 0.0 and max(abs(across), abs(beside)) <= least
-
-    def __str__(self) -> str:
-        moved = ", moved by KHR_texture_transform" if self.matrix != (1.0, 0.0, 0.0, 0.0, 1.0, 0.0) else ""
-        return f"TEXCOORD_{self.coordinates}{moved}"
 
 
 @dataclass(frozen=True)
@@ -281,9 +259,14 @@ class _Reader:
         first = self.placements[roles[0]]
         others = [role for role in roles if not self._is_same(self.placements[role], first)]
         able = [role for role in others if self._may_lie_elsewhere(role, first, others)]
+        anew = {role: found for role in others if (found := self._drawn_anew(role, roles[0]))}
+        # second coordinates cost no picture, and are all there is for what cannot be drawn anew
+        able.sort(key=anew.__contains__)
         second = self.placements[able[0]] if able else None
         on_second = [role for role in able if second and self._is_same(self.placements[role], second)]
-        left_out = [role for role in others if role not in on_second]
+        for role in anew.keys() - set(on_second):
+            self.maps[role] = replace(self.maps[role], placed=anew[role])
+        left_out = [role for role in others if role not in on_second and role not in anew]
         for role in left_out:
             del self.maps[role]
         if left_out:
@@ -295,6 +278,14 @@ class _Reader:
             why = f"; a normal map needs the tangents of {roles[0]}" if left_out == ["normal"] else ""
             self.document.warn(f"{what}; maps lie {where}{why}", self.place)
         return first, second, tuple(on_second)
+
+    def _drawn_anew(self, role: str, leading: str) -> Placed | None:
+        """How a map is drawn anew for the coordinates of the leading one; None where it cannot be."""
+        found = self.placements[role].relative_to(self.placements[leading])
+        if found is None or (role == "normal" and min(found[0]) <= 0.0):
+            return None
+        wraps = (self.maps[role].wrap or REPEATED, self.maps[leading].wrap or REPEATED)
+        return placed_on(*found, None, wraps)
 
     def _may_lie_elsewhere(self, role: str, first: Placement, others: list[str]) -> bool:
         """Whether a map may lie on second texture coordinates. What gloss is made of lies in one place."""

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from paradize.build.placed_pictures import with_placed_pictures
 from paradize.errors import SourceError
 from paradize.material import Material
 from paradize.readers.model import Model, read_model
@@ -190,6 +191,36 @@ def test_a_map_on_third_coordinates_is_left_out_by_name(tmp_path: Path) -> None:
     (said,) = model.warnings
     assert "its map of occlusion (TEXCOORD_2) left out" in said
     assert "where that of color does (TEXCOORD_0) or that of emission (TEXCOORD_1)" in said
+
+
+def test_a_third_map_in_whole_tiles_of_the_colours_coordinates_is_drawn_anew(tmp_path: Path) -> None:
+    made, primitive = square(TEXCOORD_0=UVS)
+    index = textured(made)
+    made.tree["extensionsUsed"] = ["KHR_texture_transform"]
+
+    def moved(**transform: Any) -> dict[str, Any]:
+        return {"index": index, "extensions": {"KHR_texture_transform": transform}}
+
+    found, model = read(
+        tmp_path,
+        made,
+        primitive,
+        pbrMetallicRoughness={
+            "baseColorTexture": moved(scale=[2, 1], offset=[0.25, 0]),
+            "metallicRoughnessTexture": moved(scale=[3, 1]),  # one and a half tiles
+        },
+        emissiveTexture=moved(scale=[-4, 3], offset=[0.5, 0.25]),
+        emissiveFactor=[1, 1, 1],
+    )
+    assert found.second == ("roughness", "metalness") and not model.warnings
+    placed = found.maps["emission"].placed
+    assert placed is not None and np.allclose(placed, [(-2.0, 0.0), (3.0, 0.25)], atol=1e-12)
+    drawn = with_placed_pictures(found).maps["emission"]
+    assert (
+        drawn.placed is None
+        and drawn.picture.data
+        and drawn.picture.data != found.maps["emission"].picture.data
+    )
 
 
 @pytest.mark.parametrize(
