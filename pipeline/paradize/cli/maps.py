@@ -144,5 +144,5 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.report and arguments.fmt != "ktx2":
         raise BakeError("a contact sheet needs KTX2 maps", mend="leave out --format png or --report")
     if arguments.only == [_CAST]:
-        return bake_file(arguments, "occlusion", OcclusionSettings.of(arguments))
-    return bake_file(arguments, "maps", MapSettings.of(arguments), uv=arguments.uv)
+        return bake_file(arguments, "occlusion", OcclusionSettings.of(arguments, budget={}))
+    return bake_file(arguments, "maps", MapSettings.of(arguments, budget={}), uv=arguments.uv)
