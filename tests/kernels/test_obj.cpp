@@ -147,6 +147,22 @@ TEST_CASE("vIsTurnedOnce") {
     CHECK(found.uvs[1] == 0.75f);
 }
 
+TEST_CASE("polypaintOfZBrushIsTheColourOfEachPosition") {
+    const std::string mesh = "v 0 0 0\nv 1 0 0\nv 0 1 0\n#MRGB ffff8000ff00ff00\n#MRGB 000000ff\nf 1 2 3\n";
+    const Parsed painted = read(mesh);
+    CHECK(std::vector(painted.colors.begin(), painted.colors.end()) ==
+          std::vector{1.0f, 128.0f / 255.0f, 0.0f, 1.0f, 0.0f, 1.0f, 0.0f, 1.0f, 0.0f, 0.0f, 1.0f, 1.0f});
+    const auto is_told = [](const Parsed &parsed) {
+        return std::ranges::count(parsed.notes, "polypaint", &Note::what) == 1;
+    };
+    CHECK(!is_told(painted));
+    for (const char *wrong : {"#MRGB ff00", "#MRGB xyxyxyxy"}) {
+        const Parsed less = read("v 0 0 0\nv 1 0 0\nv 0 1 0\n" + std::string(wrong) + "\nf 1 2 3\n");
+        CHECK(less.colors.empty());
+        CHECK(is_told(less));
+    }
+}
+
 TEST_CASE("faultsCarryTheirLine") {
     const Parsed found = read("v 0 0 0\n\nv 0 x 0\nf 1 2 3\n");
     REQUIRE(found.faults.size() == 2);

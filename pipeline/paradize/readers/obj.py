@@ -52,6 +52,7 @@ _NOTES = {
     "unchecked_polygons": "{count} concave polygons beyond the work limit; triangles may overlap",
     "broken_uvs": "{count} face corners name texture coordinates that are not there; read without them",
     "broken_normals": "{count} face corners name normals that are not there; read without them",
+    "polypaint": "polypaint (#MRGB) is not one colour for each vertex; ignored",
     "keywords": "{count} more statements with unknown keywords ignored",
 }
 

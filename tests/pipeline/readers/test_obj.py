@@ -197,6 +197,14 @@ def test_vertex_colours_are_read_and_split_vertices(tmp_path: Path) -> None:
     assert mesh.colors.tolist() == [[1, 0, 0, 1], [0, 1, 0, 0.5], [1, 1, 1, 1], [0, 0, 1, 1]]
 
 
+def test_polypaint_of_zbrush_is_read_or_told(tmp_path: Path) -> None:
+    painted = read(tmp_path, TRIANGLE + "#MRGB ffff8000ff00ff00ff0000ff\nf 1 2 3\n")
+    assert painted.mesh.colors is not None and not painted.warnings
+    assert np.allclose(painted.mesh.colors[0], [1.0, 0.2158605, 0.0, 1.0], atol=1e-6)
+    short = read(tmp_path, TRIANGLE + "#MRGB ffff8000\nf 1 2 3\n")
+    assert short.mesh.colors is None and "line 4: polypaint (#MRGB) is not one colour" in short.warnings[0]
+
+
 def test_vertex_colours_in_whole_numbers_are_codes(tmp_path: Path) -> None:
     text = "v 0 0 0 255 0 128\nv 1 0 0 0 0 0\nv 0 1 0 255 255 255\nf 1 2 3\n"
     found = read(tmp_path, text)

@@ -37,6 +37,10 @@ Parsed Statements::finish() {
     out_.uvs_in_file = elements_.uvs.size() / 2;
     out_.normals_in_file = elements_.normals.size() / 3;
     out_.faces = elements_.faces.size();
+    if (elements_.colors.empty() && !painted_.empty() && painted_.size() / 4 == out_.positions_in_file)
+        elements_.colors = std::move(painted_);
+    else if (painted_line_)
+        notes_.add("polypaint", painted_line_);
     if (out_.fault_count == 0)
         assemble(elements_, limits_, notes_, out_);
     return std::move(out_);
@@ -70,6 +74,9 @@ void Statements::statement() {
         return;
     if (*p_ == '#') {
         comment_ = true;
+        const std::string_view text = rest();
+        if (text.starts_with("#MRGB "))
+            polypaint(text.substr(6));
         return;
     }
     const std::string_view word = token();
@@ -97,6 +104,18 @@ void Statements::statement() {
         note("points");
     else
         other(word);
+}
+
+// ZBrush writes colours of vertices as comments: MMRRGGBB for each position, in their order, MM the mask.
+void Statements::polypaint(std::string_view text) {
+    painted_line_ = painted_line_ ? painted_line_ : line_;
+    for (; text.size() >= 8 && painted_.size() / 4 < limits_.elements; text.remove_prefix(8)) {
+        std::uint32_t code = 0;
+        if (std::from_chars(text.data(), text.data() + 8, code, 16).ptr != text.data() + 8)
+            return;
+        const auto share = [code](int shift) { return static_cast<float>(code >> shift & 255u) / 255.0f; };
+        painted_.append({share(16), share(8), share(0), 1.0f});
+    }
 }
 
 void Statements::other(std::string_view word) {

@@ -38,6 +38,7 @@ class Statements : Text {
 
     void statement();
     void other(std::string_view word);
+    void polypaint(std::string_view text);
     void position();
     void smoothing();
     template <typename Real>
@@ -64,6 +65,8 @@ class Statements : Text {
     std::uint64_t keywords_ = 0;
     bool full_ = false;
     Elements elements_;
+    Buffer<float> painted_;          // 4, RGBA, of each position: what ZBrush says of it
+    std::uint64_t painted_line_ = 0; // the first of it; 0: there is none
     PlainLines plain_;
     Run state_{0, absent, absent, absent, absent};
     std::pair<std::int64_t, std::uint64_t> furthest_ = {}; // position index ahead of its vertex, and its line
