@@ -117,18 +117,23 @@ def identifier(text: str, otherwise: str) -> str:
 
 
 def copy_model(source: Path, aside: Path) -> Model:
-    """Copies the model and its files into aside/model, and measures it. Meshes that a glTF shows at many
-    places are parts of their own, which Model.write_instances writes."""
+    """Copies the model and its files into aside/model, and measures it. The files may lie in the folder above
+    the model's, as where pictures have one beside it; the copies then lie in folders of the same names.
+    Meshes that a glTF shows at many places are parts of their own, which Model.write_instances writes."""
     require_utf8_name(source)
     model = Model()
-    reads = _parts(source, model)
+    own = resolved(source).parent
+    reads = _parts(source, model, own.parent)
     split = any(one.mesh for one in reads)
-    folder, root = aside / "model", resolved(source).parent
     files = set() if split else {resolved(source)}
     for one in reads:
         _refuse_udim(source, one.model)
         maps = {path for material in one.model.materials.values() for path in _pictures_of(material)}
         files |= {resolved(path) for path in (*one.model.libraries, *one.model.unread, *maps)}
+    root = own if all(path.is_relative_to(own) for path in files) else own.parent
+    folder, place = aside / "model", own.relative_to(root)
+    if root != own:
+        model.notes.append(f"{source}: some of its files lie in {root}, and are copied with it")
     for path in files - ({resolved(source)} if split else set()):
         target = folder / path.relative_to(root)
         target.parent.mkdir(parents=True, exist_ok=True)
@@ -137,9 +142,11 @@ def copy_model(source: Path, aside: Path) -> Model:
                 copy.writelines(read_parts(path))
     _measure(model, source, reads)
     if split:
-        _add_parts(model, source, reads, aside)
+        (folder / place).mkdir(parents=True, exist_ok=True)
+        _add_parts(model, source, reads, aside, folder / place)
     else:
-        model.parts = [_part(_object_name(source.stem), source.name, reads[0].model)]
+        file = (place / resolved(source).name).as_posix()
+        model.parts = [_part(_object_name(source.stem), file, reads[0].model)]
     return model
 
 
@@ -170,24 +177,24 @@ def _measure(model: Model, source: Path, reads: Sequence[_Read]) -> None:
         )
 
 
-def _parts(source: Path, model: Model) -> list[_Read]:
+def _parts(source: Path, model: Model, root: Path) -> list[_Read]:
     """Reads a model, with notes and views: the meshes that stand at many places each alone, after the rest,
-    which may be nothing."""
+    which may be nothing. root: the folder that its files must lie in."""
     if not is_gltf(source):
-        read = read_model(source)
+        read = read_model(source, root)
         model.notes, model.views = list(read.warnings), read.views
         return [_Read(read)]
     with expecting(MODEL, source):
         document = Document(source)
         check_extensions(document)
         most = player_limits.MOST_INSTANCES - 1  # one for the rest
-        chosen = _chosen(instanced_meshes(document, source.parent, most), model, source)
+        chosen = _chosen(instanced_meshes(document, root, most), model, source)
         rest = document_without(document, chosen) if chosen else document
         found: list[_Read] = []
         notes = [*document.warnings]
         of_all = [(rest, None), *((document_of(document, one), one) for one in chosen)]
         for part, mesh in of_all:
-            one = read_document(part, source.parent)
+            one = read_document(part, root)
             notes += part.warnings
             found += [_Read(one, part, mesh)] if one else []
         if not found:
@@ -215,10 +222,10 @@ def _chosen(meshes: Iterable[InstancedMesh], model: Model, source: Path) -> list
     return chosen
 
 
-def _add_parts(model: Model, source: Path, reads: Sequence[_Read], aside: Path) -> None:
+def _add_parts(model: Model, source: Path, reads: Sequence[_Read], aside: Path, folder: Path) -> None:
     """Adds the objects of a model whose instanced meshes stand alone. Writes the rest, and the bytes that all
-    share."""
-    folder, binary = aside / "model", ""
+    share, into `folder`."""
+    place, binary = folder.relative_to(aside).as_posix(), ""
     names: set[str] = set()
     for one in reads:
         assert one.document
@@ -228,11 +235,11 @@ def _add_parts(model: Model, source: Path, reads: Sequence[_Read], aside: Path) 
         if one.mesh is None:
             file = _free(folder, source.stem, ".gltf")
             (folder / file).write_bytes(gltf_text(one.document, binary))
-            model.parts.append(_part(_object_name(source.stem), file, one.model))
+            model.parts.append(_part(_object_name(source.stem), file, one.model, place))
         else:
             name = _object_name(one.mesh.name or f"{source.stem} copies", names)
             (mesh, table) = (_free(folder, name, suffix) for suffix in (".gltf", ".csv"))
-            part = replace(_part(name, mesh, one.model), table=f"model/{table}")
+            part = replace(_part(name, mesh, one.model, place), table=f"{place}/{table}")
             model.parts.append(part)
             model._copies.append(_Copies(part, one.mesh, one.document, binary))
             what = f"{len(one.mesh.matrices)} copies of {one.mesh}"
@@ -240,9 +247,9 @@ def _add_parts(model: Model, source: Path, reads: Sequence[_Read], aside: Path) 
         names.add(model.parts[-1].name)
 
 
-def _part(name: str, file: str, read: ReadModel) -> Part:
+def _part(name: str, file: str, read: ReadModel, place: str = "model") -> Part:
     used = dict.fromkeys(group.material for group in read.mesh.groups)
-    return Part(name, f"model/{file}", tuple(one for one in used if _is_cut(read.materials.get(one))))
+    return Part(name, f"{place}/{file}", tuple(one for one in used if _is_cut(read.materials.get(one))))
 
 
 def _object_name(text: str, taken: Iterable[str] = ()) -> str:

@@ -140,6 +140,21 @@ def test_maps_and_materials_come_along_and_nothing_else(tmp_path: Path) -> None:
     }  # fmt: skip
 
 
+def test_pictures_in_the_folder_above_come_along_and_no_others(tmp_path: Path) -> None:
+    obj = "mtllib thing.mtl\n" + QUAD + "usemtl a\nf 1/1 2/2 3/3 4/4\n"
+    mtl = "newmtl a\nmap_Kd ../textures/skin.png\nmap_Pr ..\\..\\far.png\n"
+    source = write_model(tmp_path / "m/source", obj, mtl, "../textures/skin.png", "../../far.png")
+    made = new_scene(tmp_path / "s", source)
+    assert [file for file in made.files if file.startswith("model/")] == [
+        "model/source/thing.mtl", "model/source/thing.obj", "model/textures/skin.png",
+    ]  # fmt: skip
+    assert any("some of its files lie in" in note for note in made.notes)
+    assert any("far.png' lies outside" in note for note in made.notes)
+    (item,) = load_scene(made.scene).objects
+    (one,) = find_map_sets(load_scene(made.scene), made.scene).maps.sets
+    assert one.pictures == {"color": item.mesh.parent.parent / "textures/skin.png"}
+
+
 def test_a_model_without_a_material_file_is_told_to_be_white_and_which_picture_is_near(
     tmp_path: Path,
 ) -> None:
