@@ -72,10 +72,14 @@ float tapped_coverage(vec2 uv, float factor, float edge) {
     const vec2 places[4] = vec2[4](vec2(-0.125, -0.375), vec2(0.375, -0.125), vec2(0.125, 0.375), vec2(-0.375, 0.125));
     vec2 x = dFdx(v_uv);
     vec2 y = dFdy(v_uv);
+    // One whole mip, because a lookup between two reads both.
+    vec2 texels = vec2(textureSize(u_color, 0));
+    float widest = max(dot(x * texels, x * texels), dot(y * texels, y * texels));
+    float mip = max(floor(0.5 * log2(max(widest, 1e-12)) - 1.5), 0.0);
     float sum = 0.0;
     for (int i = 0; i < u_alpha_taps; ++i) {
         vec2 place = uv + places[i & 3].x * x + places[i & 3].y * y;
-        float alpha = material.has_color > 0.5 ? textureGrad(u_color, place, 0.25 * x, 0.25 * y).a : 1.0;
+        float alpha = material.has_color > 0.5 ? textureLod(u_color, place, mip).a : 1.0;
         sum += covered(alpha * factor, 0.5 * edge);
     }
     return sum / float(u_alpha_taps);

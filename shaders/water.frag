@@ -137,7 +137,7 @@ void main() {
     vec3 transmittance = exp(-min((water.rgb + u_water_scatter) * path, vec3(60.0)));
     float visibility = sun_visibility(v_position, vec3(0.0, 1.0, 0.0), distance_m);
     vec3 light = sun_radiance.rgb * max(sun_direction.y, 0.0) * (0.35 + 0.65 * visibility) * (1.0 / PI) +
-                 sky_ambient(vec3(0.0, 1.0, 0.0));
+                 sky_ambient_up();
 #if POINT_LIGHTS
     int lights = int(light_state.x);
     for (int i = 0; i < lights; ++i) {

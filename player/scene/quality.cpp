@@ -80,7 +80,7 @@ RenderSettings render_settings(const assets::SceneFile &file, const Quality &qua
     }
     out.lod_error_px = pick(quality, QualityFeature::lod, 3.0F * file.lod_error_px, file.lod_error_px,
                             0.25F * file.lod_error_px);
-    out.near_waves = has_near_waves(file) && pick(quality, QualityFeature::lod, false, false, true);
+    out.near_waves = has_near_waves(file) && pick(quality, QualityFeature::lod, false, true, true);
     out.fine_edges = pick(quality, QualityFeature::lod, false, true, true);
     return out;
 }

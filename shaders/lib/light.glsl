@@ -28,6 +28,8 @@ vec3 sky_ambient(vec3 n, vec3 zenith) {
 }
 vec3 sky_zenith() { return textureLod(u_sky, vec3(0.0, 1.0, 0.0), u_sky_blur).rgb; }
 vec3 sky_ambient(vec3 n) { return sky_ambient(n, sky_zenith()); }
+// The same of a surface that faces up, without a lookup.
+vec3 sky_ambient_up() { return ambient.rgb; }
 
 // Specular reflection of the sky by a rough surface. Without a sky, the light from all around is reflected.
 vec3 sky_specular(vec3 n, vec3 v, Reflector reflector, float alpha) {
