@@ -32,7 +32,7 @@ from paradize.readers.gltf.split import (
 )
 from paradize.readers.gltf.views import read_views
 from paradize.readers.model import read_model
-from paradize.readers.names import require_utf8_name
+from paradize.readers.names import require_utf8_name, root_of
 from paradize.readers.record import Model as ReadModel
 from paradize.readers.record import Vec3, Views
 
@@ -123,7 +123,7 @@ def copy_model(source: Path, aside: Path) -> Model:
     require_utf8_name(source)
     model = Model()
     own = resolved(source).parent
-    reads = _parts(source, model, own.parent)
+    reads = _parts(source, model, root_of(source))
     split = any(one.mesh for one in reads)
     files = set() if split else {resolved(source)}
     for one in reads:

@@ -18,7 +18,8 @@ __all__ = ["UNKNOWN_SMOOTHING", "Model", "read_model"]
 
 
 def read_model(path: Path, root: Path | None = None, on_library: list[Path] | None = None) -> Model:
-    """Reads a model and the files that it names, which must lie inside `root` (default: its folder).
+    """Reads a model and the files that it names, which must lie inside `root` (default:
+    names.root_of).
     on_library: a list to which each file beside the model is appended before it is read.
 
     Raises SourceError for a file that is missing, of another kind, damaged or without a surface. Missing

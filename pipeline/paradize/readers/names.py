@@ -12,6 +12,13 @@ from paradize.errors import SourceError
 from paradize.files import is_there, resolved
 
 
+def root_of(path: Path) -> Path:
+    """The folder that the files of a model must lie in where nothing else says it: the one above its own,
+    since pictures often have a folder beside the model's."""
+    own = resolved(path.parent)
+    return own if own.parent == Path(own.anchor) else own.parent
+
+
 def inside(root: Path, folder: Path, name: str) -> Path | None:
     """The path `name` relative to `folder`, with links followed; None where it is absolute or outside
     `root`."""

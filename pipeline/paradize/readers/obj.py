@@ -25,7 +25,7 @@ from paradize.kinds import MODEL, expecting
 from paradize.material import Material
 from paradize.readers.mtl import MAX_BYTES as MTL_BYTES
 from paradize.readers.mtl import read_mtl
-from paradize.readers.names import inside, named_file, require_utf8, spelled_otherwise
+from paradize.readers.names import inside, named_file, require_utf8, root_of, spelled_otherwise
 from paradize.readers.placed import Bounds
 from paradize.readers.record import DEFAULT_NAME, UNKNOWN_SMOOTHING, Model
 from paradize.readers.uv_transform import UvTransforms, transformed_uvs
@@ -58,7 +58,7 @@ _NOTES = {
 
 
 def read_obj(path: Path, root: Path | None = None, on_library: list[Path] | None = None) -> Model:
-    """Reads an OBJ file and its MTL files, which must lie inside `root` (default: its folder). on_library: a
+    """Reads an OBJ file and its MTL files, which must lie inside `root` (default: root_of). on_library: a
     list to which each MTL file's path is appended before it is read.
 
     Face corners whose texture coordinate or normal is not there are read without it, with a warning.
@@ -74,7 +74,7 @@ def read_obj(path: Path, root: Path | None = None, on_library: list[Path] | None
         warnings = _warnings(path, parsed)
         if len(parsed.triangles) == 0:
             raise _without_faces(path, warnings)
-    root = path.parent if root is None else root
+    root = root_of(path) if root is None else root
     materials: dict[str, Material] = {}
     transforms: dict[str, UvTransforms] = {}
     libraries: list[Path] = []

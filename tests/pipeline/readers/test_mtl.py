@@ -55,11 +55,11 @@ def test_library_names_may_hold_blanks_and_several_may_share_a_line(tmp_path: Pa
 
 
 @pytest.mark.parametrize(
-    "name", ["../out.png", "/etc/passwd", "C:\\tex\\a.png", "a/../../out.png", "link.png"]
+    "name", ["../../out.png", "/etc/passwd", "C:\\tex\\a.png", "a/../../../out.png", "link.png"]
 )
 def test_a_map_outside_the_root_is_never_used(tmp_path: Path, name: str) -> None:
-    folder = tmp_path / "model"
-    folder.mkdir()
+    folder = tmp_path / "models/model"
+    folder.mkdir(parents=True)
     (tmp_path / "out.png").write_bytes(b"")
     (folder / "link.png").symlink_to(tmp_path / "out.png")
     result = model(folder, "a.mtl", f"newmtl wood\nmap_Kd {name}\n")
@@ -97,6 +97,17 @@ def test_a_map_of_occlusion_is_read_and_a_map_of_ambient_light_like_the_colour_i
     assert result.materials["wood"].maps["occlusion"].channel == "luminance"
     (said,) = [warning for warning in result.warnings if "map_Ka" in warning]
     assert "map_Ka (line 6:" in said
+
+
+def test_a_map_in_the_folder_above_is_used_unless_a_root_says_otherwise(tmp_path: Path) -> None:
+    folder = tmp_path / "model"
+    (tmp_path / "textures").mkdir()
+    folder.mkdir()
+    (tmp_path / "textures/a.png").write_bytes(b"")
+    result = model(folder, "a.mtl", "newmtl wood\nmap_Kd ../textures/a.png\n")
+    assert result.materials["wood"].picture("color") == (tmp_path / "textures/a.png").resolve()
+    inside = read_obj(folder / "a.obj", root=folder)
+    assert not inside.materials["wood"].maps and any("lies outside" in text for text in inside.warnings)
 
 
 def test_a_root_above_the_folder_lets_maps_be_shared(tmp_path: Path) -> None:

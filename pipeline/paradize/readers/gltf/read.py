@@ -19,21 +19,22 @@ from paradize.readers.gltf.pictures import Pictures
 from paradize.readers.gltf.primitives import Primitive, read_primitive
 from paradize.readers.gltf.skins import default_weights, joints_of, morphed, vertex_matrices
 from paradize.readers.gltf.views import read_views
+from paradize.readers.names import root_of
 from paradize.readers.record import DEFAULT_NAME, Model
 
 _MAX_NAME = 120
 
 
 def read_gltf(path: Path, root: Path | None = None, on_library: list[Path] | None = None) -> Model:
-    """Reads a `.glb` or `.gltf` and the files that it names, which must lie inside `root` (default: its
-    folder). on_library: a list to which each file beside is appended before it is read.
+    """Reads a `.glb` or `.gltf` and the files that it names, which must lie inside `root` (default:
+    root_of). on_library: a list to which each file beside is appended before it is read.
 
     Raises SourceError, with a JSON pointer, for a file that does not follow the format where it matters to
     the surface, that needs an extension which is not read, or that shows no triangles.
     """
     document = Document(path)
     check_extensions(document)
-    read = read_document(document, path.parent if root is None else root, on_library)
+    read = read_document(document, root_of(path) if root is None else root, on_library)
     if read is None:
         raise nothing_shown(document)
     return read

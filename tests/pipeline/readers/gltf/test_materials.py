@@ -137,12 +137,12 @@ def test_pictures_beside_and_in_the_text_are_read(form: str, tmp_path: Path) -> 
 
 
 @pytest.mark.parametrize(
-    "uri", ["../out.png", "/etc/passwd", "http://a.b/c.png", "file:///etc/passwd", "none.png"]
+    "uri", ["../../out.png", "/etc/passwd", "http://a.b/c.png", "file:///etc/passwd", "none.png"]
 )
 def test_a_picture_that_is_missing_or_outside_is_left_out_with_its_name(uri: str, tmp_path: Path) -> None:
     (tmp_path / "out.png").write_bytes(PNG)
-    folder = tmp_path / "model"
-    folder.mkdir()
+    folder = tmp_path / "models/model"
+    folder.mkdir(parents=True)
     made, primitive = square(TEXCOORD_0=UVS)
     texture = made.add("textures", source=made.add("images", uri=uri))
     found, model = read(folder, made, primitive, normalTexture={"index": texture})
