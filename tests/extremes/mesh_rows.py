@@ -315,14 +315,14 @@ ROWS = [
     *[
         _row(
             "tangents",
-            lambda mesh, tier=tier: tangent_frames(sound(mesh), tier),
-            _frame_error if tier == "mikktspace" else lambda mesh, made: _lean(made),
+            lambda mesh, method=method: tangent_frames(sound(mesh), method),
+            _frame_error if method == "mikktspace" else lambda mesh, made: _lean(made),
             "degrees",
             0.05,
-            part=tier,
+            part=method,
             refused=GUARDED,
         )
-        for tier in ("mikktspace", "vertex")
+        for method in ("mikktspace", "vertex")
     ],
     _row("order", lambda mesh: draw_order(sound(mesh)), _other_triangles, "triangles", 0, refused=GUARDED),
     _row(

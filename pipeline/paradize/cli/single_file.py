@@ -126,9 +126,10 @@ def bake_file(
         baked.report["sheets"] = [str(path) for path in sheets.drawn]
     seconds = time.monotonic() - start
     rows = [
-        (name, tier, errors_text(errors, arguments.budget), str(size) if size else "-", f"{seconds:.2f}")
+        (name, tier, errors_text(errors, arguments.budget), str(size) if size else "-", "")
         for name, tier, errors, size in baked.rows
     ]
+    rows[-1] = (*rows[-1][:-1], f"{seconds:.2f}")  # of all
     show(table(rows, head_of(arguments.budget, status=False)), sys.stderr if arguments.json else sys.stdout)
     if guess := baked.report.get("guess"):
         say(f"paradize: {guess}")

@@ -26,28 +26,26 @@ def read_model(path: Path, root: Path | None = None, on_library: list[Path] | No
     files of materials and maps are warnings, and so are texture coordinates farther from 0 than the player
     takes: they become (0, 0).
     """
-    return _with_near_uvs(_read(path, root, on_library), path)
-
-
-def _read(path: Path, root: Path | None, on_library: list[Path] | None) -> Model:
     if is_surely_other(MODEL, path):  # an archive may hold text that reads as an OBJ
         require(MODEL, path)
     if is_gltf(path):
         from paradize.readers.gltf.read import read_gltf  # here: an OBJ needs none of it
 
         with expecting(MODEL, path):
-            return read_gltf(path, root, on_library)
-    if is_ply(path):
+            model = read_gltf(path, root, on_library)
+    elif is_ply(path):
         from paradize.readers.ply import read_ply
 
         with expecting(MODEL, path):
-            return read_ply(path)
-    if is_stl(path):
+            model = read_ply(path)
+    elif is_stl(path):
         from paradize.readers.stl import read_stl
 
         with expecting(MODEL, path):
-            return read_stl(path)
-    return read_obj(path, root, on_library)
+            model = read_stl(path)
+    else:
+        model = read_obj(path, root, on_library)
+    return _with_near_uvs(model, path)
 
 
 def _with_near_uvs(model: Model, path: Path) -> Model:

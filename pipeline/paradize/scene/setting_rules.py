@@ -117,7 +117,7 @@ def several(rule: Rule, count: int | None, what: str, *, rising: bool = False) -
             return False
         listed = list(value)
         right = all(not rule.fault(one) for one in listed)
-        return right and (not rising or all(a < b for a, b in pairwise(listed)))
+        return right and (not rising or all(a <= b for a, b in pairwise(listed)))
 
     return _where(what, is_right)
 
@@ -186,7 +186,7 @@ RULES: dict[str, dict[str, Rule]] = {
         "unwrapper": choice(*UNWRAPPERS),
         "weld_m": number(0.0, _MOST, "metres"),
         "crease_deg": number(0.0, 180.0, "degrees"),
-        "tangents": TEXT,
+        "tangents": choice("face", "vertex", "mikktspace"),
         "quantise": mapping(
             _QUANTISE, _LIMIT, f"a dict: metric -> worst value, of {', '.join(_QUANTISE)}; {{}} as they are"
         ).or_none(),

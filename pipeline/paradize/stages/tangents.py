@@ -16,28 +16,31 @@ from paradize.errors import BakeError
 from paradize.kernels.mesh import split_tangents
 from paradize.stages.split import ATTRIBUTES
 
-METHODS = ("vertex", "mikktspace")  # the quicker first
-# The methods of the tiers. All take MikkTSpace's frames, because normal maps are painted for them and they
-# take only a tenth of a second for a million triangles. `face`, one frame for each triangle, is replaced by
-# `vertex`: on the measured models it was slower, had four times the mean error and 1.5 to 5 times the bytes.
-TIERS = {"fast": "mikktspace", "balanced": "mikktspace", "exact": "mikktspace", "face": "vertex"}
+# The quicker first. Every tier takes MikkTSpace's frames unless told otherwise: normal maps are painted for
+# them, and they take only a tenth of a second for a million triangles.
+METHODS = ("vertex", "mikktspace")
 
 
-def tangent_frames(mesh: Mesh, tier: str = "mikktspace") -> Mesh:
+def method_of(setting: str) -> str:
+    """The method of a setting. `face`, one frame for each triangle, is replaced by `vertex`: on the measured
+    models it was slower, had four times the mean error and 1.5 to 5 times the bytes."""
+    return "vertex" if setting == "face" else setting
+
+
+def tangent_frames(mesh: Mesh, method: str = "mikktspace") -> Mesh:
     """Returns the mesh with tangents (n, 4): xyz unit and at right angles to the normal, w = +-1; always
     finite.
 
-    tier: `vertex`: the mean over the triangles at a vertex with the same mirroring; `mikktspace`: as
-    MikkTSpace splits, joins and weights them; or a name of TIERS. A vertex is split where the frames of its
+    method: `vertex`: the mean over the triangles at a vertex with the same mirroring; `mikktspace`: as
+    MikkTSpace splits, joins and weights them. A vertex is split where the frames of its
     corners differ, for example at a mirrored texture. New vertices are numbered in the order of their first
     use. Needs normals and uvs.
     """
     if mesh.normals is None or mesh.uvs is None:
         missing = "normals" if mesh.normals is None else "texture coordinates"
         raise BakeError(f"tangent frames need {missing}")
-    method = TIERS.get(tier, tier)
     if method not in METHODS:
-        raise BakeError(f"no tangent frames {tier!r}; there are {', '.join((*METHODS, *TIERS))}")
+        raise BakeError(f"no tangent frames {method!r}; there are {', '.join(METHODS)}")
     triangles, source, tangents = split_tangents(
         mesh.positions, mesh.normals, mesh.uvs, mesh.triangles, method=method
     )

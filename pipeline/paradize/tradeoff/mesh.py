@@ -26,8 +26,7 @@ from paradize.stages.lod import METHODS, SIMPLIFIERS, require_simplifier
 from paradize.stages.order import draw_order
 from paradize.stages.quantise import mesh_grid, quantise_levels
 from paradize.stages.tangents import METHODS as TANGENTS
-from paradize.stages.tangents import TIERS as FRAMES
-from paradize.stages.tangents import tangent_frames
+from paradize.stages.tangents import method_of, tangent_frames
 from paradize.stages.unwrappers import UNWRAPPERS, require_unwrapper
 from paradize.stages.validate import validate_mesh
 from paradize.stages.weld import weld
@@ -81,7 +80,7 @@ def mesh_groups(job: BakeJob, *, alone: bool = False) -> list[TrialGroup]:
                 tangent_tier,
                 arguments | {"tier": tier},
                 "paradize",
-                {} if tier == FRAMES.get(settings["tangents"], settings["tangents"]) else None,
+                {} if tier == method_of(settings["tangents"]) else None,
             )
             for tier in TANGENTS
         )

@@ -9,12 +9,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from paradize.bakers.mesh.bake import bake_mesh, with_two_sided
+from paradize.bakers.mesh.bake import with_two_sided
 from paradize.bakers.mesh.lods import Plan, make_levels
 from paradize.bakers.mesh.lods_by_screen_size import ScreenSize
 from paradize.build.map_sets import find_map_sets
 from paradize.data import Group, Mesh
-from paradize.errors import BakeError
 from paradize.material import Material
 from paradize.metrics.seen import Limits, largest_size, seen_difference, seen_mesh
 from paradize.metrics.surface import Original
@@ -127,23 +126,6 @@ def test_a_level_whose_switch_shows_more_than_the_limit_is_refused() -> None:
 def test_sizes_are_halved_and_never_smaller_than_what_can_be_told_apart() -> None:
     size = ScreenSize(20.0)
     assert [size.of_level(level) for level in range(1, 6)] == [20.0, 10.0, 5.0, 4.0, 4.0]
-
-
-@pytest.mark.parametrize(
-    "wrong", [{"size_px": 3.0}, {"size_px": 5000.0}, {"size_px": 64.0, "silhouette": 2.0}]
-)
-def test_a_size_out_of_range_is_refused(tmp_path: Path, wrong: dict[str, float]) -> None:
-    path = tmp_path / "tip.obj"
-    path.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
-    with pytest.raises(BakeError, match="expected 4 to 4096 pixels"):
-        bake_mesh(path, screen_size=wrong)
-
-
-def test_a_screen_size_of_an_unknown_field_is_refused_by_its_name(tmp_path: Path) -> None:
-    path = tmp_path / "a.obj"
-    path.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
-    with pytest.raises(BakeError, match="screen size has no 'pixels'"):
-        bake_mesh(path, screen_size={"size_px": 64.0, "pixels": 3})
 
 
 def test_a_scene_passes_its_limits_to_the_levels_that_ask_for_them(tmp_path: Path) -> None:

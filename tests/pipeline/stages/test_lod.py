@@ -306,9 +306,3 @@ def test_a_tier_that_is_not_there_is_told(tmp_path: Path) -> None:
     made = bake_mesh(write_obj(tmp_path / "ball.obj", sphere(6)), tier="auto")
     assert made.report["tier"] == "balanced"
     assert any("'auto'" in warning for warning in made.report["warnings"])
-
-
-@pytest.mark.parametrize("lods", [0, 9])
-def test_a_count_out_of_range_is_an_error(tmp_path: Path, lods: int) -> None:
-    with pytest.raises(BakeError, match="expected 1 to 8"):
-        bake_mesh(tmp_path / "none.obj", lods=lods)

@@ -19,28 +19,25 @@ from paradize.bakers.color import spread
 from paradize.bakers.maps.png import png_maps
 from paradize.bakers.maps.rows import Layout, MapRows, no_worse_than_fast
 from paradize.bakers.maps.textures import ktx2_maps
-from paradize.bakers.product import MapProduct, one_of, wraps_of
+from paradize.bakers.product import MapProduct, wraps_of
 from paradize.data import HeightMap, Image, Mesh
 from paradize.errors import BakeError
 from paradize.jobs.progress import report_step
 from paradize.kernels.maps import Levels
-from paradize.map_table import DERIVED
 from paradize.metrics.source import true_heights
 from paradize.readers.heightmap import guess_source, with_heights
 from paradize.readers.image import read_image, require_finite
 from paradize.readers.model import read_model
 from paradize.scene.baker_settings import MapSettings
-from paradize.scene.settings import FILTERS, Relief
+from paradize.scene.settings import Relief
 from paradize.stages import gutter
 from paradize.stages.destep import destep_pixels
 from paradize.stages.filters import choose_filter
 from paradize.stages.gloss import GlossSettings
 from paradize.stages.height import height_from_color, height_from_height
 from paradize.stages.sweep import bands_of, run
-from paradize.tiers import TIERS
 
 F32 = npt.NDArray[np.float32]
-MAX_STRENGTH = 1e6
 
 
 def bake_maps(
@@ -60,7 +57,6 @@ def bake_maps(
     Raises SourceError for what cannot be read, BakeError for settings that cannot be met.
     """
     used = replace(settings or MapSettings(), **changes)
-    _require_ranges(path, used, tier)
     rows, picture = map_rows(path, used, uv=uv, tier=tier, measure=measure)
     if used.fmt == "png":
         maps = png_maps(rows, tier=tier, warnings=picture.warnings, measure=measure)
@@ -158,22 +154,6 @@ def _levels_of(relief: Relief) -> Levels | None:
     except ValueError as error:
         raise BakeError(str(error), mend="black and white differ, and gamma is 0.001 or more") from None
     return None if levels == Levels() else levels
-
-
-def _require_ranges(path: Path, settings: MapSettings, tier: str) -> None:
-    """Raises BakeError for a setting that is out of range."""
-    one_of("map", [name for name in settings.only if name not in DERIVED], DERIVED)
-    for what, word, allowed in (
-        ("source", settings.source, ("auto", "color", "height")),
-        ("green", settings.green, ("up", "down")),
-        ("format", settings.fmt, ("ktx2", "png")),
-        ("tier", tier, TIERS),
-        ("filter", settings.filter, FILTERS),
-    ):
-        one_of(what, [] if word in allowed else [word], allowed)
-    if not -MAX_STRENGTH <= settings.strength <= MAX_STRENGTH:
-        what = f"strength {settings.strength} is out of range; up to {MAX_STRENGTH:g} is taken"
-        raise BakeError(what, file=path)
 
 
 def _slopes(settings: MapSettings, rows: int, columns: int, span: float) -> tuple[float, float]:

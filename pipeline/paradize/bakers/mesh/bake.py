@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from shlex import quote
 from typing import Any
@@ -13,11 +13,10 @@ from typing import Any
 import numpy as np
 
 from paradize.bakers.mesh.lods import TIERS, MeasuredLevel, Plan, make_levels
-from paradize.bakers.mesh.lods_by_screen_size import ScreenSize
 from paradize.bakers.mesh.prepare import prepare_mesh
 from paradize.bakers.quantise import direction_deg_of, quantised_levels
 from paradize.data import Lod, Mesh, rounded_down, rounded_up
-from paradize.errors import BakeError, GroupedError, ParadizeError, SourceError
+from paradize.errors import GroupedError, ParadizeError, SourceError
 from paradize.formats.glb.encode import encode_glb
 from paradize.formats.glb.materials import left_out
 from paradize.formats.glb.reader import verify_glb
@@ -31,8 +30,7 @@ from paradize.stages.lod import SIMPLIFIERS, simplifier_version
 from paradize.stages.order import draw_order
 from paradize.stages.reproject import take_attributes, take_sway
 from paradize.stages.sway import sway
-from paradize.stages.tangents import METHODS, tangent_frames
-from paradize.stages.tangents import TIERS as FRAMES
+from paradize.stages.tangents import METHODS, method_of, tangent_frames
 from paradize.stages.unwrappers import unwrapper_version
 
 MAX_LODS = 8
@@ -68,7 +66,6 @@ def bake_mesh(
     """
     path = Path(path)
     settings = replace(settings or MeshSettings(), **changes)
-    _require_ranges(path, settings)
     started = time.monotonic()
     with _file_named(path):
         report_step("reading")
@@ -143,31 +140,6 @@ def _file_named(path: Path) -> Iterator[None]:
         raise
 
 
-def _require_ranges(path: Path, settings: MeshSettings) -> None:
-    """Raises BakeError for a setting that is out of range."""
-    errors, crease_deg = list(settings.lod_errors), settings.crease_deg
-    if not 1 <= settings.lods <= MAX_LODS:
-        raise BakeError(f"{settings.lods} levels of detail, expected 1 to {MAX_LODS}", file=path)
-    if settings.max_error is not None and not 0 <= settings.max_error <= 1:
-        raise BakeError(f"max error {settings.max_error:g} of the diagonal, expected 0 to 1", file=path)
-    if not 0.05 <= settings.lod_ratio <= 0.95:
-        raise BakeError(f"a ratio of {settings.lod_ratio:g}, expected 0.05 to 0.95", file=path)
-    if errors != sorted(errors) or not all(0 <= bound <= 1 for bound in errors):
-        raise BakeError(f"errors {errors}, expected rising numbers from 0 to 1", file=path)
-    known = [one.name for one in fields(ScreenSize)]
-    for name in settings.screen_size or {}:
-        if name not in known:
-            mend = f"it has {', '.join(known)}"
-            raise BakeError(f"screen size has no {name!r}", file=path, mend=mend)
-    if settings.screen_size is not None and not ScreenSize(**settings.screen_size).in_range():
-        raise BakeError(f"screen size {dict(settings.screen_size)}, expected 4 to 4096 pixels", file=path)
-    if settings.simplifier not in SIMPLIFIERS:
-        mend = f"use one of {', '.join(SIMPLIFIERS)}"
-        raise BakeError(f"no simplifier {settings.simplifier!r}", file=path, mend=mend)
-    if not 0 <= crease_deg <= 180:
-        raise BakeError(f"a crease angle of {crease_deg:g} degrees, expected 0 to 180", file=path)
-
-
 def with_two_sided(plan: Plan, settings: MeshSettings, materials: Mapping[str, Material]) -> Plan:
     """Returns the plan with the model's two-sided materials, where the settings do not name them."""
     if plan.screen_size is None or "two_sided" in (settings.screen_size or {}):
@@ -188,7 +160,7 @@ def _methods_of(settings: MeshSettings, tier: str, mesh: Mesh) -> tuple[str, str
         notes.append(f"simplifier {settings.simplifier!r} has no tier 'exact'; {used!r} used")
     if settings.tangents == "face" and mesh.uvs is not None:
         notes.append("tangents 'face' are slower and err more than 'vertex', which is used")
-    return used, FRAMES.get(settings.tangents, settings.tangents), notes
+    return used, method_of(settings.tangents), notes
 
 
 def _add_sway(levels: list[MeasuredLevel]) -> None:
