@@ -169,7 +169,7 @@ def test_mirroring_the_image_turns_the_signs(method: str, axis: int) -> None:
     st.integers(0, 2**32 - 1),
     st.sampled_from([0.0, 1e-30, 1e-7, 1.0, 1e7, 1e30]),
     st.sampled_from([0.0, 1e-30, 1e-6, 1.0, 1e30]),
-    st.sampled_from(TANGENT_METHODS),
+    st.sampled_from(METHODS),
 )
 @settings(max_examples=150, deadline=None)
 def test_slivers_of_any_size_have_frames(seed: int, squeeze: float, image: float, method: str) -> None:
@@ -239,7 +239,7 @@ def test_a_part_of_a_large_mesh_tells_what_the_whole_does() -> None:
     assert frame_errors(exact, 6_000)["tangent_max_deg"] < 1e-4
 
 
-@pytest.mark.parametrize("method", TANGENT_METHODS)
+@pytest.mark.parametrize("method", METHODS)
 def test_frames_made_of_a_part_have_the_errors_of_the_whole(method: str) -> None:
     mesh = meshes.torus(40_000, mirrored=True)
     part, counted = sample_of(mesh, 6_000)
@@ -298,7 +298,7 @@ def test_a_mesh_is_baked_with_the_frames_asked_for(
 def test_coordinates_at_the_ends_of_float32_have_frames(name: str, scale: float) -> None:
     largest = np.abs(DENSE.positions).max()
     positions = (DENSE.positions.astype(np.float64) / largest * scale).astype(np.float32)
-    for method in TANGENT_METHODS:
+    for method in METHODS:
         faults = frame_faults(tangent_frames(replace(DENSE, positions=positions), method))
         assert faults["tangent_length"] < 1e-6 and faults["tangent_lean_deg"] < 1e-4, name
         assert faults["tangent_sign"] == 0
