@@ -147,6 +147,20 @@ TEST_CASE("vIsTurnedOnce") {
     CHECK(found.uvs[1] == 0.75f);
 }
 
+TEST_CASE("textureCoordinatesAndNormalsThatAreNoNumbersAreZeroAndTold") {
+    const std::string mesh = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
+    for (const char *word : {"nan", "-NaN(ind)", "-1.#IND00", "1.#QNAN", "inf", "-Infinity"}) {
+        const std::string text = mesh + "vt 0.5 " + word + "\nvn 0 0 " + word + "\nf 1/1/1 2/1/1 3/1/1\n";
+        const Parsed found = read(text);
+        CHECK(found.fault_count == 0);
+        CHECK(std::ranges::count(found.notes, "nan_uvs", &Note::what) == 1);
+        CHECK(std::ranges::count(found.notes, "nan_normals", &Note::what) == 1);
+        CHECK(std::ranges::all_of(found.normals, [](float v) { return v == 0; }));
+    }
+    CHECK(read(mesh + "vt 0.5 x\nf 1 2 3\n").fault_count == 1);
+    CHECK(read(mesh + "v 0 0 nan\nf 1 2 3\n").fault_count == 1);
+}
+
 TEST_CASE("polypaintOfZBrushIsTheColourOfEachPosition") {
     const std::string mesh = "v 0 0 0\nv 1 0 0\nv 0 1 0\n#MRGB ffff8000ff00ff00\n#MRGB 000000ff\nf 1 2 3\n";
     const Parsed painted = read(mesh);

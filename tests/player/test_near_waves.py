@@ -58,9 +58,7 @@ def test_the_waterline_and_its_swash_stay_as_they_are(posed: Posed) -> None:
     assert differs(with_waves, without, 2 / 255).mean() < 0.002
 
 
-def test_quality_fast_has_none(
-    island: Path, player: Callable[..., Any], tmp_path: Path
-) -> None:
+def test_quality_fast_has_none(island: Path, player: Callable[..., Any], tmp_path: Path) -> None:
     def fast(*args: object) -> Any:
         return player(*args, "--quality", "fast")
 

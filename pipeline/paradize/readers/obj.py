@@ -52,6 +52,8 @@ _NOTES = {
     "unchecked_polygons": "{count} concave polygons beyond the work limit; triangles may overlap",
     "broken_uvs": "{count} face corners name texture coordinates that are not there; read without them",
     "broken_normals": "{count} face corners name normals that are not there; read without them",
+    "nan_uvs": "{count} texture coordinates that are not finite; read as 0 0",
+    "nan_normals": "{count} normals that are not finite; computed",
     "polypaint": "polypaint (#MRGB) is not one colour for each vertex; ignored",
     "keywords": "{count} more statements with unknown keywords ignored",
 }

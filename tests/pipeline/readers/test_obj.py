@@ -197,6 +197,21 @@ def test_vertex_colours_are_read_and_split_vertices(tmp_path: Path) -> None:
     assert mesh.colors.tolist() == [[1, 0, 0, 1], [0, 1, 0, 0.5], [1, 1, 1, 1], [0, 0, 1, 1]]
 
 
+@pytest.mark.parametrize("word", ["nan", "-nan(ind)", "inf", "-1.#IND00", "1.#QNAN", "-1.#INF"])
+def test_texture_coordinates_and_normals_that_are_not_finite_are_left_out_and_told(
+    tmp_path: Path, word: str
+) -> None:
+    text = TRIANGLE + f"vt 0.5 0.25\nvt 0.5 {word}\nvn 0 0 1\nvn {word} 0 1\nvn 0 0 {word}\n"
+    found = read(tmp_path, text + "f 1/1/1 2/2/2 3/1/3\n")
+    assert found.mesh.uvs is not None and found.mesh.normals is not None
+    assert found.mesh.uvs.tolist() == [[0.5, 0.75], [0.0, 1.0], [0.5, 0.75]]
+    assert found.mesh.normals.tolist() == [[0, 0, 1], [0, 0, 0], [0, 0, 0]]  # zeros are computed
+    assert [said.partition(": ")[2] for said in found.warnings] == [
+        "line 5: 1 texture coordinates that are not finite; read as 0 0",
+        "line 7: 2 normals that are not finite; computed",
+    ]
+
+
 def test_polypaint_of_zbrush_is_read_or_told(tmp_path: Path) -> None:
     painted = read(tmp_path, TRIANGLE + "#MRGB ffff8000ff00ff00ff0000ff\nf 1 2 3\n")
     assert painted.mesh.colors is not None and not painted.warnings

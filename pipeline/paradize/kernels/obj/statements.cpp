@@ -1,6 +1,7 @@
 #include "obj/statements.hpp"
 
 #include <algorithm>
+#include <cctype>
 #include <charconv>
 
 #include "obj/number.hpp"
@@ -134,6 +135,16 @@ void Statements::other(std::string_view word) {
     }
 }
 
+// Whether a word stands for a number that is none, as C libraries write it: nan, -inf, -nan(ind), 1.#QNAN ...
+bool Statements::is_no_finite_number(std::string_view word) {
+    word.remove_prefix(word.starts_with('-') || word.starts_with('+'));
+    std::string text(word.substr(0, 12));
+    std::ranges::transform(text, text.begin(), [](unsigned char c) { return std::tolower(c); });
+    return text == "nan" || text.starts_with("nan(") || text == "inf" || text == "infinity" ||
+           text.starts_with("1.#ind") || text.starts_with("1.#inf") || text.starts_with("1.#qnan") ||
+           text.starts_with("1.#snan");
+}
+
 template <typename Real>
 bool Statements::number(Real &value, const char *keyword) {
     const char *const start = p_;
@@ -152,10 +163,21 @@ bool Statements::number(Real &value, const char *keyword) {
 void Statements::numbers(Buffer<float> &into, int least, int most, int kept, const char *keyword) {
     float values[8] = {};
     int count = 0;
-    bool sound = true;
-    while (sound && count < 8 && more())
-        if ((sound = number(values[count], keyword)))
-            ++count;
+    bool sound = true, finite = true;
+    while (sound && count < 8 && more()) {
+        const char *const start = p_;
+        const bool word = is_no_finite_number(token());
+        finite = finite && !word;
+        if (!word) {
+            p_ = start;
+            sound = number(values[count], keyword);
+        }
+        count += sound;
+    }
+    if (!finite) {
+        std::ranges::fill(values, 0.0f);
+        note(keyword == std::string_view("vt") ? "nan_uvs" : "nan_normals");
+    }
     if (sound && count < least)
         fault(text_of(
             {"'", keyword, "' needs ", std::to_string(least), " numbers, found ", std::to_string(count)}));

@@ -41,9 +41,11 @@ class Statements : Text {
     void polypaint(std::string_view text);
     void position();
     void smoothing();
+    static bool is_no_finite_number(std::string_view word);
     template <typename Real>
     bool number(Real &value, const char *keyword);
-    // Reads between `least` and `most` numbers and appends `kept` of them, zeros where fewer were given.
+    // Reads between `least` and `most` numbers and appends `kept` of them, zeros where fewer were given, or
+    // where one is not finite.
     void numbers(Buffer<float> &into, int least, int most, int kept, const char *keyword);
 
     enum class Kind : std::uint8_t { position, uv, normal };
