@@ -8,7 +8,13 @@ namespace paradize {
 namespace {
 
 /// The groups of Schedule::plan(), first to last.
-enum Group { seen_coarse, needed, coarse, unneeded };
+enum Group { seen_coarse, needed_now, needed_soon, coarse, unneeded };
+
+// A piece that is needed soon goes only for one that has so many times its error: else pieces would go to and
+// fro while errors change along the flight.
+constexpr float worth_a_swap = 2.0F;
+// The same of pieces that are needed now, where not all of them fit: their loss shows.
+constexpr float worth_a_loss = 4.0F;
 
 } // namespace
 
@@ -25,11 +31,14 @@ Schedule::Rank Schedule::rank(std::uint32_t piece, const Need &need) const {
     if (order_ == UploadOrder::file && budget_bytes_ == 0) {
         return {pieces_[piece].coarse ? coarse : unneeded, 0.0F};
     }
-    const float error = std::max(need.now > 1.0F ? need.now : 0.0F, need.soon > 1.0F ? need.soon : 0.0F);
-    if (pieces_[piece].coarse) {
-        return {need.now > 1.0F ? seen_coarse : error > 0.0F ? needed : coarse, error};
+    const bool is_coarse = pieces_[piece].coarse;
+    if (need.now > 1.0F) {
+        return {is_coarse ? seen_coarse : needed_now, need.now};
     }
-    return {error > 0.0F ? needed : unneeded, error};
+    if (need.soon > 1.0F) {
+        return {needed_soon, need.soon};
+    }
+    return {is_coarse ? coarse : unneeded, 0.0F};
 }
 
 void Schedule::count_needs(std::span<const Need> needs) {
@@ -45,13 +54,15 @@ void Schedule::count_needs(std::span<const Need> needs) {
 
 void Schedule::plan(std::span<const Need> needs, std::uint64_t ahead_bytes) {
     count_needs(needs);
+    const bool too_much = budget_bytes_ != 0 && needed_bytes_ > budget_bytes_;
     candidates_.clear();
     victims_.clear();
     for (std::uint32_t i = 0; i < pieces_.size(); ++i) {
         ranks_[i] = rank(i, needs[i]);
         if (states_[i] == State::absent && (ranks_[i].group != unneeded || budget_bytes_ == 0)) {
             candidates_.push_back(i);
-        } else if (states_[i] == State::resident && needs[i].now <= 1.0F) {
+        } else if (states_[i] == State::resident &&
+                   (needs[i].now <= 1.0F || (too_much && ranks_[i].group == needed_now))) {
             victims_.push_back(i);
         }
     }
@@ -70,7 +81,7 @@ void Schedule::plan(std::span<const Need> needs, std::uint64_t ahead_bytes) {
         if (budget_bytes_ == 0 || used <= budget_bytes_) {
             break;
         }
-        if (kept_children_[victim] == 0) {
+        if (kept_children_[victim] == 0 && needs[victim].now <= 1.0F) {
             plan_eviction(victim, used);
         }
     }
@@ -103,6 +114,15 @@ bool Schedule::comes_before(std::uint32_t a, std::uint32_t b) const {
                                               : ranks_[a].error > ranks_[b].error;
 }
 
+/// True if the victim may go for the piece. Then all victims before it may.
+bool Schedule::may_replace(std::uint32_t piece, std::uint32_t victim) const {
+    if (ranks_[piece].group != ranks_[victim].group) {
+        return ranks_[piece].group < ranks_[victim].group;
+    }
+    const float times = ranks_[piece].group == needed_now ? worth_a_loss : worth_a_swap;
+    return ranks_[piece].error > times * ranks_[victim].error;
+}
+
 void Schedule::plan_eviction(std::uint32_t victim, std::uint64_t &used) {
     evicted_[victim] = true;
     evictions_.push_back(victim);
@@ -116,10 +136,10 @@ void Schedule::plan_eviction(std::uint32_t victim, std::uint64_t &used) {
 bool Schedule::make_room(std::uint32_t piece, std::uint64_t &used) {
     const std::size_t first = evictions_.size();
     for (const std::uint32_t victim : victims_) {
-        if (fits(piece, used) || !comes_before(piece, victim)) {
+        if (fits(piece, used) || !may_replace(piece, victim)) {
             break;
         }
-        const bool may_go = !pieces_[victim].coarse || ranks_[piece].group == seen_coarse;
+        const bool may_go = !pieces_[victim].coarse || ranks_[piece].group <= needed_now;
         if (may_go && !evicted_[victim] && kept_children_[victim] == 0 &&
             std::ranges::find(pieces_[piece].parents, victim) == pieces_[piece].parents.end()) {
             plan_eviction(victim, used);

@@ -32,11 +32,13 @@ class Schedule {
     Schedule(std::vector<ScheduledPiece> pieces, std::uint64_t budget_bytes,
              UploadOrder order = UploadOrder::needs);
 
-    /// Finds what to load next and what to evict first. A piece that is needed now is never evicted. Loads
-    /// come in this order: coarse pieces that are needed now, the largest error first; then the other pieces
-    /// that are needed, the largest error first; coarse pieces; without a limit all others. Another piece is
-    /// evicted only for one that comes before it in this order, or while the limit is exceeded; a coarse
-    /// piece only for one that is needed now. `ahead_bytes` limits the loads, but not the first one.
+    /// Finds what to load next and what to evict first. Loads come in this order: coarse pieces that are
+    /// needed now; other pieces that are needed now; those that are needed soon; of each the largest error
+    /// first; coarse pieces; without a limit all others. So what is needed soon has the room that is left by
+    /// what is needed now. Another piece is evicted only for one of a group before its own, or for one of the
+    /// same group that has several times its error, or while the limit is exceeded; a coarse piece only for
+    /// one that is needed now. If all that is needed now fits the limit, none of it is evicted; a coarse
+    /// piece that is needed now never is. `ahead_bytes` limits the loads, but not the first one.
     /// Allocates nothing.
     void plan(std::span<const Need> needs, std::uint64_t ahead_bytes);
     std::span<const std::uint32_t> loads() const { return loads_; }
@@ -86,6 +88,7 @@ class Schedule {
                used + pieces_[piece].bytes + pieces_[piece].working_bytes <= budget_bytes_;
     }
     bool comes_before(std::uint32_t a, std::uint32_t b) const;
+    bool may_replace(std::uint32_t piece, std::uint32_t victim) const;
     void plan_eviction(std::uint32_t victim, std::uint64_t &used);
     bool make_room(std::uint32_t piece, std::uint64_t &used);
 

@@ -95,9 +95,11 @@ void obey(Schedule &schedule, const World &world, std::uint64_t limit) {
 
 } // namespace
 
-TEST_CASE("schedule: flying cameras never lose what they see, and memory stays within the limit") {
+TEST_CASE("schedule: flying cameras never lose what they see where it fits, else only for much larger "
+          "errors; memory "
+          "stays within the limit") {
     std::mt19937 random(7); // NOLINT(cert-msc32-c,cert-msc51-cpp): the same worlds in every run
-    std::uint64_t evictions = 0, coarse_evictions = 0;
+    std::uint64_t evictions = 0, coarse_evictions = 0, losses = 0;
     for (int trial = 0; trial < 60; ++trial) {
         World world(random, 30, trial % 2 == 0);
         const std::uint64_t budget = world.total() * (1 + random() % 80) / 100;
@@ -111,7 +113,15 @@ TEST_CASE("schedule: flying cameras never lose what they see, and memory stays w
             std::uint64_t used = schedule.used_bytes();
             for (const std::uint32_t piece : schedule.evictions()) {
                 REQUIRE(schedule.resident(piece));
-                CHECK(world.needs[piece].now <= 1.0F); // it is not seen at this size
+                if (world.needs[piece].now > 1.0F) { // seen at this size, and not all that is seen fits
+                    ++losses;
+                    CHECK(schedule.needed_bytes() > budget);
+                    CHECK_FALSE(world.pieces[piece].coarse);
+                    CHECK(std::ranges::any_of(schedule.loads(), [&](std::uint32_t load) {
+                        return world.needs[load].now > 4.0F * world.needs[piece].now ||
+                               (world.pieces[load].coarse && world.needs[load].now > 1.0F);
+                    }));
+                }
                 coarse_evictions += world.pieces[piece].coarse ? 1 : 0;
                 const bool is_parent = piece + 1 < world.pieces.size() && !world.pieces[piece + 1].coarse;
                 if (is_parent && schedule.resident(piece + 1)) { // its child goes first
@@ -141,6 +151,7 @@ TEST_CASE("schedule: flying cameras never lose what they see, and memory stays w
     }
     CHECK(evictions > 500); // the limit is felt
     CHECK(coarse_evictions > 50);
+    CHECK(losses > 50);
 }
 
 TEST_CASE("schedule: a coarse piece goes only for one that is needed now, after all that is needed less") {
@@ -161,6 +172,55 @@ TEST_CASE("schedule: a coarse piece goes only for one that is needed now, after 
     needs[2] = {2.0F, 0.0F};
     schedule.plan(needs, 1000); // then what is needed soon, the finer piece first
     CHECK(std::ranges::equal(schedule.evictions(), std::vector<std::uint32_t>{1}));
+}
+
+TEST_CASE("schedule: what is needed now takes the room of what is needed soon, however large its error") {
+    Schedule schedule(std::vector<ScheduledPiece>(3, ScheduledPiece{.bytes = 40, .parents = {}}), 80);
+    std::vector<Need> needs{{0.0F, 99.0F}, {0.0F, 9.0F}, {1.1F, 0.0F}};
+    for (const std::uint32_t piece : {0U, 1U}) {
+        schedule.set_loading(piece);
+        schedule.set_resident(piece);
+    }
+    schedule.plan(needs, 1000);
+    CHECK(std::ranges::equal(schedule.loads(), std::vector<std::uint32_t>{2}));
+    CHECK(std::ranges::equal(schedule.evictions(), std::vector<std::uint32_t>{1}));
+    needs[2] = {0.0F, 17.0F}; // less than twice the error of piece 1: not worth a swap
+    schedule.plan(needs, 1000);
+    CHECK(schedule.evictions().empty());
+    needs[2] = {0.0F, 19.0F};
+    schedule.plan(needs, 1000);
+    CHECK(std::ranges::equal(schedule.evictions(), std::vector<std::uint32_t>{1}));
+}
+
+TEST_CASE("schedule: while all that is seen fits, hardly a piece moves twice along a flight") {
+    std::mt19937 random(5); // NOLINT(cert-msc32-c,cert-msc51-cpp)
+    std::uint64_t uploads = 0, sights = 0;
+    for (int trial = 0; trial < 20; ++trial) {
+        World world(random, 30, false);
+        std::vector<bool> was_needed(world.pieces.size());
+        std::uint64_t most = 0;
+        for (int frame = 0; frame < 2000; ++frame) {
+            world.look(0.5F * static_cast<float>(frame), 0.5F * static_cast<float>(frame) + 40.0F);
+            std::uint64_t needed = 0;
+            for (std::size_t i = 0; i < world.pieces.size(); ++i) {
+                const bool is_needed = world.needs[i].now > 1.0F || world.needs[i].soon > 1.0F;
+                needed += world.needs[i].now > 1.0F ? world.pieces[i].bytes : 0;
+                sights += is_needed && !was_needed[i] ? 1 : 0;
+                was_needed[i] = is_needed;
+            }
+            most = std::max(most, needed);
+        }
+        Schedule schedule(world.pieces, most + most / 10);
+        for (int frame = 0; frame < 2000; ++frame) {
+            world.look(0.5F * static_cast<float>(frame), 0.5F * static_cast<float>(frame) + 40.0F);
+            schedule.plan(world.needs, world.total());
+            uploads += schedule.loads().size();
+            obey(schedule, world, world.total());
+            schedule.count_needs(world.needs);
+            CHECK(schedule.worst_error() == 0.0F); // though what is needed soon wants the room
+        }
+    }
+    CHECK(uploads < 2 * sights);
 }
 
 TEST_CASE("schedule: what goes beyond the limit is evicted when it is seen no more") {
@@ -188,15 +248,14 @@ TEST_CASE("schedule: something of everything that is seen comes first, then the 
     REQUIRE(schedule.loads().size() == world.pieces.size()); // without a limit all are loaded in the end
     const auto group = [&](std::uint32_t piece) {
         const Need &need = world.needs[piece];
-        const bool needed = need.now > 1.0F || need.soon > 1.0F;
-        return world.pieces[piece].coarse && need.now > 1.0F ? 0
-               : needed                                      ? 1
-               : world.pieces[piece].coarse                  ? 2
-                                                             : 3;
+        return need.now > 1.0F              ? world.pieces[piece].coarse ? 0 : 1
+               : need.soon > 1.0F           ? 2
+               : world.pieces[piece].coarse ? 3
+                                            : 4;
     };
     const auto error = [&](std::uint32_t piece) {
         const Need &need = world.needs[piece];
-        return std::max(need.now > 1.0F ? need.now : 0.0F, need.soon > 1.0F ? need.soon : 0.0F);
+        return need.now > 1.0F ? need.now : need.soon > 1.0F ? need.soon : 0.0F;
     };
     for (std::size_t i = 1; i < schedule.loads().size(); ++i) {
         const std::uint32_t a = schedule.loads()[i - 1];
@@ -248,8 +307,22 @@ TEST_CASE(
             obey(schedule, world, 500 + world.total());
         }
         schedule.plan(world.needs, 500);
+        // A camera that comes from elsewhere finds the room taken. A piece that is seen goes for four times
+        // its error.
+        World elsewhere = world;
+        elsewhere.look(static_cast<float>(random() % 500), 0.0F);
+        Schedule moved(world.pieces, budget);
+        for (const std::vector<Need> &needs : {elsewhere.needs, world.needs}) {
+            elsewhere.needs = needs;
+            for (int frame = 0; frame < 50; ++frame) {
+                moved.plan(needs, 500);
+                obey(moved, elsewhere, 500 + world.total());
+            }
+        }
+        moved.plan(world.needs, 500);
         if (schedule.used_bytes() <= budget) { // else coarse pieces alone exceed it
             CHECK(schedule.worst_error() == best);
+            CHECK(moved.worst_error() <= 4.0F * best);
             limited += best > 0.0F ? 1 : 0;
         }
     }

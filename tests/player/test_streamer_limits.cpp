@@ -140,8 +140,10 @@ TEST_CASE("streamer: a piece gives way only to one that fits beside it") {
     std::fill_n(needs.begin() + sky, skies - 1, Need{2.0F, 0.0F});
     streamer.set_needs(needs);
     REQUIRE(streamer.upload({}));
-    // The first of the plan is not needed now, the second is.
     needs[color + colors - 1] = {0.0F, 9.0F};
+    streamer.set_needs(needs);
+    streamer.upload({.bytes = 1}); // a part of it
+    REQUIRE_FALSE(streamer.texture("quad_color")->complete());
     needs[sky + skies - 1] = {5.0F, 0.0F};
     streamer.set_needs(needs);
     while (!streamer.upload({.bytes = 1})) {

@@ -7,10 +7,9 @@ import subprocess
 import sys
 from pathlib import Path
 
-import numpy as np
-import OpenImageIO as oiio
 import pytest
 
+from tests.made.hills import write_hills
 from tests.places import PEAK
 
 BAKE = (
@@ -39,38 +38,6 @@ sizes = [tile.file.stat().st_size for tile in made.tiles]
 print(json.dumps({"peak": most, "patches": len(patches), "tiles": sizes}))
 """
 )
-
-
-def write_hills(path: Path, side: int) -> None:
-    """A 16-bit picture of sums of smooth noise of many sizes, a band of rows at a time."""
-    rng = np.random.default_rng(3)
-    layers = []
-    cells, share = 8, 1.0
-    while cells <= side // 4:
-        layers.append((cells, share, rng.standard_normal((cells + 2, cells + 2)).astype(np.float32)))
-        cells, share = 2 * cells, 0.52 * share
-    spec = oiio.ImageSpec(side, side, 1, "uint16")
-    spec.attribute("png:compressionLevel", 1)
-    out = oiio.ImageOutput.create(str(path))
-    assert out and out.open(str(path), spec)
-    for first in range(0, side, 256):
-        last = min(first + 256, side)
-        band = np.zeros((last - first, side), np.float32)
-        for cells, share, noise in layers:
-            (i, fi), (j, fj) = (
-                _smooth(np.arange(*run) * cells / (side - 1), cells) for run in ((first, last), (0, side))
-            )
-            rows = noise[i] * (1 - fi[:, None]) + noise[i + 1] * fi[:, None]
-            band += share * (rows[:, j] * (1 - fj) + rows[:, j + 1] * fj)
-        codes = np.clip((band / 8 + 0.5) * 65535, 0, 65535).astype(np.uint16)
-        assert out.write_scanlines(first, last, 0, np.ascontiguousarray(codes[:, :, None]))
-    out.close()
-
-
-def _smooth(at: np.ndarray, cells: int) -> tuple[np.ndarray, np.ndarray]:
-    whole = np.minimum(at.astype(int), cells - 1)
-    rest = (at - whole).astype(np.float32)
-    return whole, rest * rest * (3 - 2 * rest)
 
 
 @pytest.mark.parametrize(("side", "limit"), [(1025, 0.6e9), pytest.param(16385, 6e9, marks=pytest.mark.deep)])
