@@ -212,6 +212,11 @@ def test_texture_coordinates_and_normals_that_are_not_finite_are_left_out_and_to
     ]
 
 
+def test_a_texture_map_of_the_format_is_told(tmp_path: Path) -> None:
+    found = read(tmp_path, TRIANGLE + "maplib a.map\nusemap wood\nf 1 2 3\n")
+    assert "line 4: 2 statements usemap or maplib ignored: name the picture as map_Kd" in found.warnings[0]
+
+
 def test_polypaint_of_zbrush_is_read_or_told(tmp_path: Path) -> None:
     painted = read(tmp_path, TRIANGLE + "#MRGB ffff8000ff00ff00ff0000ff\nf 1 2 3\n")
     assert painted.mesh.colors is not None and not painted.warnings

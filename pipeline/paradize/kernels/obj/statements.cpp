@@ -123,11 +123,12 @@ void Statements::other(std::string_view word) {
     static constexpr std::string_view free_form[] = {
         "vp",   "cstype", "deg", "bmat", "step", "curv", "curv2", "surf", "parm", "trim",
         "hole", "scrv",   "sp",  "end",  "con",  "bzp",  "bsp",   "cdc",  "cdp",  "res"};
-    static constexpr std::string_view display[] = {"mg",        "bevel",  "c_interp", "d_interp",
-                                                   "lod",       "maplib", "usemap",   "shadow_obj",
-                                                   "trace_obj", "ctech",  "stech"};
+    static constexpr std::string_view display[] = {"mg",         "bevel",     "c_interp", "d_interp", "lod",
+                                                   "shadow_obj", "trace_obj", "ctech",    "stech"};
     if (std::ranges::find(free_form, word) != std::end(free_form)) {
         note("free_form");
+    } else if (word == "usemap" || word == "maplib") {
+        note("texture_maps");
     } else if (std::ranges::find(display, word) == std::end(display)) {
         const std::string key = text_of({"keyword:", word.substr(0, 40)});
         note(keywords_ < limits_.told_keywords || notes_.has(key) ? key : "keywords");
