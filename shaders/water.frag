@@ -1,10 +1,16 @@
-// Macros: SWASH 1 has waves run up the beach; NEAR_WAVES 1 has waves lift the surface; default 0.
+// Macros: RIPPLES 1 has ripples run from what stands in the water; SWASH 1 has waves run up the beach; NEAR_WAVES 1 has waves lift the surface; default 0.
 #include "lib/color.glsl"
 #include "lib/fog.glsl"
 #include "lib/hash.glsl"
 #include "lib/light.glsl"
 #include "lib/swash.glsl"
 
+#ifndef RIPPLES
+#define RIPPLES 0
+#endif
+#if RIPPLES
+#include "lib/ripples.glsl"
+#endif
 #ifndef SWASH
 #define SWASH 0
 #endif
@@ -60,6 +66,10 @@ void main() {
 #if NEAR_WAVES
     tilt += v_tilt;
 #endif
+#if RIPPLES
+    vec2 ripples = ripple_tilt(xz, distance_m);
+    tilt += ripples;
+#endif
     vec3 n = wave_normal(tilt);
 
     // From below: the sky inside Snell's window, the water's own radiance around it.
@@ -94,6 +104,9 @@ void main() {
                  wave_to_world(1, texture(u_wave_dudv, wave_uv(1, xz)).rg) * resolved.y;
 #if NEAR_WAVES
     shake += LIFTED_SHAKE * v_tilt;
+#endif
+#if RIPPLES
+    shake += LIFTED_SHAKE * ripples;
 #endif
     vec2 right = vec2(view[0][0], view[2][0]);
     vec2 ahead = -v.xz * inversesqrt(max(dot(v.xz, v.xz), 1e-4));

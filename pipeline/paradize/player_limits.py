@@ -6,4 +6,5 @@ MOST_PARTICLES = 1_000_000
 MOST_LIGHTS = 256  # lights.cpp there
 MOST_LIGHT_SETS = 4096
 MOST_LIGHTS_OF_A_SET = 16  # scene_file.hpp there: a draw call takes so many
+MOST_RIPPLES = 512  # circles; ripples.cpp there
 MOST_FLOOR_CELLS = 256  # along a side; scene_terrain.cpp there

@@ -253,6 +253,7 @@ class SceneReader {
             const auto last = static_cast<long long>(out_.light_sets.size()) - 1;
             value.light_set = static_cast<std::uint32_t>(from->integer("light_set", 0, last));
         }
+        read_ripples(*from, value);
         from->reject_unknown_keys();
         out_.water = value;
     }

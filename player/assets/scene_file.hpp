@@ -175,6 +175,12 @@ struct Terrain {
     TerrainFloor floor;
 };
 
+/// Where an object crosses the water's surface.
+struct RippleCircle {
+    double x_m = 0.0, z_m = 0.0;
+    float radius_m = 0.0F;
+};
+
 struct Water {
     std::string normal, dudv;
     float level_m = 0.0F;
@@ -188,10 +194,12 @@ struct Water {
     glm::vec3 absorption_per_m{0.0F};
     float specular = 1.0F;
     float smoothness = 0.9F;
-    float swash_height_m = 0.0F; // up to which waves run up the beach; 0: none
-    int swash_waves = 1;         // in a flight
-    float wave_height_m = 0.0F;  // of waves near the camera, trough to crest; 0: the surface is flat
-    float wave_length_m = 9.0F;  // of the longest of them
+    float swash_height_m = 0.0F;  // up to which waves run up the beach; 0: none
+    int swash_waves = 1;          // in a flight
+    float wave_height_m = 0.0F;   // of waves near the camera, trough to crest; 0: the surface is flat
+    float wave_length_m = 9.0F;   // of the longest of them
+    float ripple_height_m = 0.0F; // of ripples round the circles, trough to crest
+    std::vector<RippleCircle> ripples;
     std::uint32_t light_set = 0;
 };
 

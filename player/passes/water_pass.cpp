@@ -23,6 +23,10 @@ std::string near_waves_define(const PassSetup &setup) {
     return setup.settings.near_waves ? "NEAR_WAVES 1" : "NEAR_WAVES 0";
 }
 
+std::string ripples_define(const PassSetup &setup) {
+    return setup.scene.file().water->ripples.empty() ? "RIPPLES 0" : "RIPPLES 1";
+}
+
 /// A map of WaveShares. Half floats hold them to 0.0005.
 gl::Texture share_map(const WaveShares &shares) {
     std::vector<float> pixels;
@@ -39,13 +43,15 @@ gl::Texture share_map(const WaveShares &shares) {
 WaterPass::Lit::Lit(const PassSetup &setup, bool point_lights)
     : program(setup.shaders, "water.vert", "water.frag",
               {shadow_define(setup.settings), cascades_define(setup.settings),
-               point_lights_define(point_lights), swash_define(setup), near_waves_define(setup)}),
+               point_lights_define(point_lights), swash_define(setup), near_waves_define(setup),
+               ripples_define(setup)}),
       environment(setup, program), half_size(program.location("u_half_size_m")),
       has_textures(program.location("u_has_textures")), distortion(program.location("u_distortion")),
       deep(program.location("u_deep_color")), shallow(program.location("u_shallow_color")),
       shine(program.location("u_specular_smoothness")), wave_length(program.location("u_wave_length_m")),
       fade_distance(program.location("u_fade_distance_m")), center(program.location("u_center")),
-      near_waves(program.location("u_near_waves")), share_of_xz(program.location("u_share_of_xz")) {
+      near_waves(program.location("u_near_waves")), share_of_xz(program.location("u_share_of_xz")),
+      rings(program.location("u_rings")), ripple_state(program.location("u_ripple_state")) {
     program.set_unit("u_reflection", unit_reflection);
     program.set_unit("u_refraction", unit_refraction);
     program.set_unit("u_wave_shares", unit_wave_shares);
@@ -110,6 +116,11 @@ void WaterPass::draw(const Frame &frame, const View &view) {
     gl::Program::set(lit.center, center);
     if (frame.settings.near_waves) {
         apply_waves(frame, view, lit);
+    }
+    if (lit.rings >= 0) {
+        const Ripples ripples = ripples_at(file, frame.clock.elapsed_s, view);
+        glUniform4fv(lit.rings, most_rings, glm::value_ptr(ripples.rings[0]));
+        gl::Program::set(lit.ripple_state, glm::vec2(static_cast<float>(ripples.count), ripples.phase));
     }
 
     glEnable(GL_BLEND);

@@ -93,6 +93,13 @@ def test_every_quality_compiles_for_desktop_and_web(
 
 
 @pytest.mark.parametrize("version", PREAMBLES)
+def test_the_sea_with_ripples_compiles_for_desktop_and_web(version: str, tmp_path: Path) -> None:
+    source = f"{PREAMBLES[version]}#define RIPPLES 1\n" + "\n".join(expand("water.frag", set())) + "\n"
+    assert "u_rings" in source
+    assert compiles(source, "frag", tmp_path) == ""
+
+
+@pytest.mark.parametrize("version", PREAMBLES)
 def test_the_lifted_sea_compiles_for_desktop_and_web(version: str, tmp_path: Path) -> None:
     source = f"{PREAMBLES[version]}#define NEAR_WAVES 1\n" + "\n".join(expand("water.vert", set())) + "\n"
     assert "u_wave_shares" in source

@@ -59,6 +59,7 @@ LODS_SEEN = table(
     )
 )
 SIGHTINGS = map_of(table(first_s=_positive, pixel_m=or_null(_positive)))
+RIPPLES = table(circles=list_of(list_of(_real, min_size=3, max_size=3)))
 PIXELS = table(pixel_m=or_null(_positive))
 _detail = table(
     level=_level,

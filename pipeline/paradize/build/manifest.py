@@ -289,7 +289,9 @@ def _water(scene: Scene) -> dict[str, Any] | None:
     settings = _plain(water)
     settings["scroll_per_s"] = settings.pop("scroll")
     return {key: f"water_{key}" for key in maps_of("water")} | {
-        key: value for key, value in settings.items() if key not in {"waves", "wave_strength", "wave_relief"}
+        key: value
+        for key, value in settings.items()
+        if key not in {"waves", "wave_strength", "wave_relief", "ripple_height_m"}
     }
 
 

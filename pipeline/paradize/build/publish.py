@@ -21,6 +21,7 @@ from paradize.build.nearest_view import stored_pixels, stored_sightings
 from paradize.build.object_measurements import measure_objects
 from paradize.build.options import BuildContext
 from paradize.build.provenance import BakeReport, strays
+from paradize.build.ripple_circles import add_ripples
 from paradize.build.shared_textures import equal_textures, shared, with_equal_detail
 from paradize.build.switches import with_levels_seen
 from paradize.build.tasks import Task
@@ -140,6 +141,7 @@ def publish(
             terrain_tables=baked.tree,
         )
         report.warnings += warnings
+        report.warnings += _add_ripples(context, baked, manifest)
         files = {str(one.file): (baked.data[name], one.sha256) for name, one in baked.artifacts.items()}
         report.warnings += _write(context.out, files, encode_scene(manifest))
     except ParadizeError as error:
@@ -147,6 +149,14 @@ def publish(
     finally:
         report.artifacts = list(baked.artifacts.values())
     return True
+
+
+def _add_ripples(context: BuildContext, baked: _Baked, manifest: dict[str, Any]) -> list[str]:
+    water = context.scene.water
+    if water is None or water.ripple_height_m == 0.0:
+        return []
+    force = context.options.force
+    return add_ripples(manifest, water.ripple_height_m, baked.data, baked.hashes, context.store, force=force)
 
 
 def _with_excesses(scene: Scene, one: Artifact) -> Artifact:

@@ -158,6 +158,12 @@ _light = table(
     flicker=_share,
 )
 _light_index = whole(0, player_limits.MOST_LIGHTS - 1)
+_ripples = table(
+    height_m=_positive,
+    x_m=list_of(_real, min_size=1, max_size=player_limits.MOST_RIPPLES),
+    z_m=list_of(_real, min_size=1, max_size=player_limits.MOST_RIPPLES),
+    radius_m=list_of(_positive, min_size=1, max_size=player_limits.MOST_RIPPLES),
+)
 _light_set_index = whole(0, player_limits.MOST_LIGHT_SETS - 1)
 _light_set = table(
     lights=list_of(_light_index, max_size=player_limits.MOST_LIGHTS_OF_A_SET), glow=or_null(_light_index)
@@ -299,7 +305,7 @@ _manifest = table(
     ),
     water=or_null(
         table(
-            {"light_set": _light_set_index},
+            {"light_set": _light_set_index, "ripples": _ripples},
             **dict.fromkeys(maps_of("water"), text),
             level_m=_real,
             size_m=_positive,

@@ -183,3 +183,11 @@ class Water:
         unit="m",
         meaning="length of the longest of these waves; each fades out at twice its length from the camera",
     )
+    ripple_height_m: float = number(
+        0.0,
+        low=0.0,
+        high=0.2,
+        unit="m",
+        meaning="height, from trough to crest, of ripples round what stands in the water: round sections of "
+        "objects that neither move nor sway; 0: none",
+    )
