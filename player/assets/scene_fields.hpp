@@ -30,8 +30,8 @@ std::string required_artifact(const SceneFile &scene, const JsonObject &from, st
 /// have been read before.
 std::vector<std::uint32_t> light_sets_of(const SceneFile &scene, const JsonObject &from, std::size_t count);
 
-// In lights.cpp, daytime_keys.cpp, ripples.cpp, scene_terrain.cpp and scene_objects.cpp. Each reads its members of the
-// root into `out`. The artifacts must have been read before.
+// In lights.cpp, daytime_keys.cpp, ripples.cpp, scene_terrain.cpp and scene_objects.cpp. Each reads its
+// members of the root into `out`. The artifacts must have been read before.
 void read_lights(const JsonObject &root, SceneFile &out);
 void read_ripples(const JsonObject &water, Water &out);
 void read_terrain(const JsonObject &root, SceneFile &out);
