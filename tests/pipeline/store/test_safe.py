@@ -323,11 +323,11 @@ def test_what_decays_in_the_store_while_it_is_used_is_never_published(
     cove.show(1)
     true_manifest = publish.build_manifest
 
-    def decay(*arguments: Any) -> dict[str, Any]:
+    def decay(*arguments: Any, **more: Any) -> dict[str, Any]:
         for blob in (cove.store / "blobs").glob("*/*"):
             data = blob.read_bytes()
             blob.write_bytes(bytes([data[0] ^ 1]) + data[1:] if data else b"x")
-        return true_manifest(*arguments)
+        return true_manifest(*arguments, **more)
 
     with monkeypatch.context() as patch:
         patch.setattr(publish, "build_manifest", decay)
