@@ -22,6 +22,7 @@ def posed(island: Path, player: Callable[..., Any], tmp_path_factory: pytest.Tem
     return Posed(island, player, tmp_path_factory.mktemp("posed"), frozenset({"lamp"}))
 
 
+@pytest.mark.deep
 def test_the_mirror_image_of_a_lamp_is_steady_from_frame_to_frame(posed: Posed) -> None:
     """As the camera moves, lamps cross the pixels of the mirror's picture, which are larger than they. With
     one sample a pixel 0.65 of the images are gone, with four 0.2."""

@@ -181,6 +181,7 @@ def test_fronds_cast_shadows_with_their_alpha_cutoff(posed: Posed) -> None:
     )
 
 
+@pytest.mark.deep
 def test_leaflets_cast_shadows_of_their_own(posed: Posed) -> None:
     """Beside the same shadow in a map of 4 mm a texel. One map of the whole square, 5 cm a texel,
     shows a third of its detail, at an error of 0.073."""

@@ -66,6 +66,7 @@ def test_its_shadow_moves_with_it_and_nothing_else(posed: Posed) -> None:
     assert not moved(posed, scene, eye, target, off="shadow").any()
 
 
+@pytest.mark.deep
 def test_the_water_mirrors_it_as_it_leans(posed: Posed) -> None:
     scene = dry(posed) | {"water": posed.scene()["water"]}
     scene["water"] |= {"reflection_distortion": 0.0, "scroll_per_s": [0.0, 0.0]}

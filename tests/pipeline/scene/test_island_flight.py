@@ -123,6 +123,7 @@ def test_the_eye_stays_above_the_ground_and_the_sea(moments: np.ndarray, ground:
     assert eye[:, 1].min() > 0.4
 
 
+@pytest.mark.deep
 def test_the_eye_keeps_clear_of_the_jetty_and_of_all_that_grows(
     moments: np.ndarray, objects: dict[str, np.ndarray]
 ) -> None:
