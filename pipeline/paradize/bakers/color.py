@@ -52,6 +52,7 @@ def bake_color(
     *,
     alpha: Path | None = None,
     uv: Path | None = None,
+    root: Path | None = None,
     tier: str = "balanced",
     measure: bool = True,
     **changes: Any,
@@ -61,9 +62,9 @@ def bake_color(
 
     settings: None: as they are by themselves; changes: fields of them that are others. alpha: another picture
     whose luminance (or alpha) replaces the alpha; opaque pictures have none in the texture. uv: an OBJ whose
-    UV layout the picture follows; its gutters are filled. tier: "exact" is BC7; of a picture with alpha, BC3
-    where BC7 has a lower PSNR of colour or of alpha than BC3 of tier "balanced". measure: False leaves out
-    errors (and with them the budget).
+    UV layout the picture follows; its gutters are filled. root: as of read_model. tier: "exact" is BC7; of a
+    picture with alpha, BC3 where BC7 has a lower PSNR of colour or of alpha than BC3 of tier "balanced".
+    measure: False leaves out errors (and with them the budget).
     Raises SourceError and BakeError.
     """
     used = replace(settings or ColorSettings(), **changes)
@@ -83,6 +84,7 @@ def bake_color(
         alpha_channel=used.alpha_channel,
         alpha_inverted=used.alpha_inverted,
         white=used.white,
+        root=root,
     )
     rows, columns = values.shape[:2]
     if name == "emission" and (values == values[0, 0]).all():
@@ -131,6 +133,7 @@ def color_values(
     alpha_channel: str = "luminance",
     alpha_inverted: bool = False,
     white: bool = False,
+    root: Path | None = None,
 ) -> tuple[Values, bool, list[str]]:
     """The texels (h, w, 3 or 4) of level 0 as bake_color takes them from its sources, whether they are sRGB,
     and warnings. materials: those of the UV layout that count; none: all. opaque: what the picture says of
@@ -158,7 +161,7 @@ def color_values(
         image, own = replace(image, values=enlarged), _enlarged(own, rows, columns, wraps)
     values = spread(_with_alpha(image, own), wraps)
     if uv is not None:
-        values = _filled(values, uv, wraps, materials)
+        values = _filled(values, uv, root, wraps, materials)
     return values, image.color_space == "srgb", warnings
 
 
@@ -256,9 +259,11 @@ def spread(values: Values, wraps: tuple[bool, bool]) -> Values:
     return filled
 
 
-def _filled(values: Values, uv: Path, wraps: tuple[bool, bool], materials: Collection[str]) -> Values:
+def _filled(
+    values: Values, uv: Path, root: Path | None, wraps: tuple[bool, bool], materials: Collection[str]
+) -> Values:
     """Returns the picture with the gutters of the model's UV layout filled. materials: those that count."""
-    mesh = read_model(uv).mesh
+    mesh = read_model(uv, root).mesh
     mesh = mesh.of_materials(materials) if materials else mesh
     islands = gutter.island_map(mesh, height=values.shape[0], width=values.shape[1], file=uv)
     return gutter.fill_gutter(values, gutter.layout_source(islands, mesh, wraps))

@@ -71,12 +71,12 @@ def mesh_errors(levels: list[dict[str, Any]], frames: bool = True) -> dict[str, 
     return errors | {name: max(level[name] for level in levels) for name in tangents}
 
 
-def make_mesh(sources: Sources, settings: Settings, tier: str) -> list[Product]:
+def make_mesh(sources: Sources, settings: Settings, tier: str, root: Path | None = None) -> list[Product]:
     """OBJ -> GLB with tangent frames and LODs."""
     from paradize.bakers.mesh.lods_from_path import bake_seen
     from paradize.scene.baker_settings import MeshSettings
 
-    made = bake_seen(sources["mesh"], MeshSettings(**settings), tier=tier)
+    made = bake_seen(sources["mesh"], MeshSettings(**settings), tier=tier, root=root)
     levels = made.report["lods"]
     attributes = settings["attributes"]
     errors = mesh_errors(levels, attributes is None or "TANGENT" in attributes)
@@ -110,7 +110,7 @@ def make_terrain(sources: Sources, settings: Settings, tier: str, scratch: Path)
     return found
 
 
-def make_color(sources: Sources, settings: Settings, tier: str) -> list[Product]:
+def make_color(sources: Sources, settings: Settings, tier: str, root: Path | None = None) -> list[Product]:
     """Colour map -> KTX2; or a map of emission."""
     from paradize.bakers.color import bake_color
     from paradize.scene.baker_settings import ColorSettings
@@ -119,41 +119,46 @@ def make_color(sources: Sources, settings: Settings, tier: str) -> list[Product]
         sources["image"],
         ColorSettings(**settings),
         alpha=sources.get("alpha"),
-        uv=layout_of(sources),
+        uv=layout_of(sources, root),
+        root=root,
         tier=tier,
     )
     return [_texture(settings.get("product", "color"), made)]
 
 
-def make_maps(sources: Sources, settings: Settings, tier: str) -> list[Product]:
+def make_maps(sources: Sources, settings: Settings, tier: str, root: Path | None = None) -> list[Product]:
     """Colour or height map -> the asked ones of normal, height, gloss and du/dv, each KTX2."""
     from paradize.bakers.maps.bake import bake_maps
 
-    used, layout = map_settings(sources, settings)
-    made = bake_maps(sources["image"], used, uv=layout, tier=tier)
+    used, layout = map_settings(sources, settings, root)
+    made = bake_maps(sources["image"], used, uv=layout, root=root, tier=tier)
     return [_texture(name, made[name]) for name in used.only]
 
 
-def make_authored(sources: Sources, settings: Settings, tier: str) -> list[Product]:
+def make_authored(sources: Sources, settings: Settings, tier: str, root: Path | None = None) -> list[Product]:
     """Pictures that somebody drew, by role -> the asked ones of normal, height, gloss and occlusion, each
     KTX2; of a map whose texels are all equal no bytes, but `constant`."""
     from paradize.bakers.authored.bake import bake_authored
     from paradize.scene.baker_settings import AuthoredSettings
 
     drawn = {role: path for role, path in sources.items() if role.partition(",")[0] != "layout"}
-    made = bake_authored(drawn, AuthoredSettings(**settings), uv=layout_of(sources), tier=tier)
+    made = bake_authored(
+        drawn, AuthoredSettings(**settings), uv=layout_of(sources, root), root=root, tier=tier
+    )
     return [_texture(name, one) for name, one in made.items()]
 
 
-def map_settings(sources: Sources, settings: Settings) -> tuple[MapSettings, Path | None]:
+def map_settings(
+    sources: Sources, settings: Settings, root: Path | None = None
+) -> tuple[MapSettings, Path | None]:
     """The settings of a job of maps, and the OBJ whose layout they follow: without one, all of it shines."""
     from paradize.scene.baker_settings import MapSettings
 
-    used, layout = MapSettings(**settings), layout_of(sources)
+    used, layout = MapSettings(**settings), layout_of(sources, root)
     return used if layout else replace(used, gloss_groups=()), layout
 
 
-def layout_of(sources: Sources) -> Path | None:
+def layout_of(sources: Sources, root: Path | None = None) -> Path | None:
     """The OBJ whose UV layout an object's maps follow; None where it has none of its own."""
     path = sources.get("layout")
     if path is None:
@@ -162,7 +167,7 @@ def layout_of(sources: Sources) -> Path | None:
     from paradize.readers.model import read_model
 
     try:
-        return path if read_model(path).mesh.uvs is not None else None
+        return path if read_model(path, root).mesh.uvs is not None else None
     except ParadizeError:
         return path  # the baker reads it again, after the picture, and raises
 
@@ -212,8 +217,9 @@ def _texture(name: str, made: Any) -> Product:
 
 Baker = Callable[
     ..., list[Product]
-]  # of sources, settings and tier; those of WITH_SCRATCH also a scratch folder
+]  # of sources, settings and tier; those of WITH_SCRATCH also a scratch folder, those of MODEL_READERS `root`
 WITH_SCRATCH = ("terrain",)
+MODEL_READERS = ("mesh", "color", "maps", "authored")  # root: as of read_model
 BUDGET_FORMATS = ("color", "maps", "authored")  # the bakers whose texture format a budget decides
 TEXTURES = (*BUDGET_FORMATS, "cubemap")
 # baker -> (the module whose code, with all that it imports, decides the result; the function)

@@ -18,6 +18,7 @@ from paradize.build.tasks import Task, run_tasks, stored_products, take_from_sto
 from paradize.build.tier_choice import cheapest, inside, limited, misses
 from paradize.build.tuned_settings import next_label, split_label
 from paradize.errors import GroupedError, ParadizeError
+from paradize.files import resolved
 from paradize.scene.jobs import BakeJob
 from paradize.scene.schema import Limits
 from paradize.store.file_hashes import FileHashCache
@@ -83,7 +84,9 @@ class TaskRunner:
         self.baked_s.update({task.key: task.seconds for task in firsts.values() if not task.error})
 
     def _run(self, tasks: list[Task]) -> None:
-        run_tasks(self.context.store, self.context.scratch, tasks, self.stamps, self.context.options)
+        context = self.context
+        root = resolved(context.scene_path).parent
+        run_tasks(context.store, context.scratch, tasks, self.stamps, context.options, root)
 
 
 @dataclass

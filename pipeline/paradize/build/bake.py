@@ -140,7 +140,7 @@ def derive(
     jobs = [job for job in require(scene, maps).jobs if any(map(is_wanted, job.outputs))]
     tasks = [task_of(job, hash_cache, options.tier_of(job, scene), scene) for job in jobs]
     stamps = {path: stamp(path) for job in jobs for path in job.sources.values()}
-    run_tasks(store, store.root / "scratch", tasks, stamps, options)
+    run_tasks(store, store.root / "scratch", tasks, stamps, options, resolved(scene_path).parent)
     sha256 = {
         output.artifact: str(task.products[output.product].sha256)
         for task in tasks

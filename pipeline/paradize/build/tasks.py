@@ -167,11 +167,12 @@ def run_tasks(
     tasks: list[Task],
     stamps: Mapping[Path, Stamp | None],
     options: BuildOptions,
+    root: Path,
 ) -> None:
     """Bakes the tasks in worker processes and stores their products. Errors are kept in the tasks.
 
     scratch: folder for files that workers write. stamps: of the sources when they were hashed; products of a
-    source that changed since are refused.
+    source that changed since are refused. root: folder that the files of models must lie in, the scene's.
     """
     by_name = {task.job.name: task for task in tasks}
 
@@ -197,12 +198,13 @@ def run_tasks(
             task.job.name,
             registry.BAKERS[task.job.baker][1],
             {"sources": task.job.sources, "settings": task.settings, "tier": task.tier}
-            | ({"scratch": scratch / task.key} if task.job.baker in registry.WITH_SCRATCH else {}),
+            | ({"scratch": scratch / task.key} if task.job.baker in registry.WITH_SCRATCH else {})
+            | ({"root": root} if task.job.baker in registry.MODEL_READERS else {}),
             file=next(iter(task.job.sources.values()), None),
             code=code_of(registry.BAKERS[task.job.baker][0], *SHARED_MODULES),
             timeout_s=time_limit(seconds_of(task.job.sources.values())),
             memory_bytes=memory_of(task.job.sources.values()),
-            files=files_read_by(task.job.sources.values()) if options.cluster else {},
+            files=files_read_by(task.job.sources.values(), root) if options.cluster else {},
         )
         for task in tasks
     ]

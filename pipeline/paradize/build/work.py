@@ -40,9 +40,10 @@ def run_build_jobs(
     )
 
 
-def files_read_by(sources: Iterable[Path]) -> dict[Path, bool]:
+def files_read_by(sources: Iterable[Path], root: Path) -> dict[Path, bool]:
     """Returns all files that a bake of these sources reads, for another machine: with a model also the
-    files beside it; and, as False, the maps that those name, which only have to exist."""
+    files beside it; and, as False, the maps that those name, which only have to exist. root: as of
+    read_model."""
     files: dict[Path, bool] = {}
     for path in sources:
         files[path] = True
@@ -50,7 +51,7 @@ def files_read_by(sources: Iterable[Path]) -> dict[Path, bool]:
             from paradize.readers.model import read_model
 
             try:
-                read = read_model(path)
+                read = read_model(path, root)
             except ParadizeError:
                 continue  # the baker reads it again, and raises
             files |= dict.fromkeys(read.libraries, True)

@@ -282,7 +282,7 @@ def test_watch_waits_for_the_files_beside_a_model_and_a_cluster_is_sent_them(tmp
     found = bake_again(scene, tmp_path / "out", 1, None, None, None, False)
     assert not found.errors
     assert tmp_path / "s/model/points.bin" in found.reads
-    assert files_read_by([model]) == {model: True, tmp_path / "points.bin": True}
+    assert files_read_by([model], tmp_path) == {model: True, tmp_path / "points.bin": True}
     (tmp_path / "s/model/points.bin").unlink()
     lost = bake_again(scene, tmp_path / "out", 1, None, None, None, False)
     assert lost.errors and tmp_path / "s/model/points.bin" in lost.reads

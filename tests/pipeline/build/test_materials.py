@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import shutil
 from pathlib import Path
 from typing import Any
@@ -26,7 +27,7 @@ from paradize.metrics.texels import decode_texels
 from paradize.new.scene import new_scene
 from paradize.scene.pass_inputs import unread_pictures
 from paradize.scene.settings import load_scene
-from tests.pipeline.material_scene import make_panels, noise, squares
+from tests.pipeline.material_scene import SCENE, make_panels, noise, squares
 from tests.pipeline.scenes import write_image
 from tests.sweeps import sample
 
@@ -566,3 +567,44 @@ def test_a_shared_texture_is_as_fine_as_its_nearest_user_needs(tmp_path: Path) -
         _, manifest = baked(path, tmp_path / case)
         left_out[case] = manifest["artifacts"][f"{users[0]}_color"]["required_detail"]["left_out"]
     assert left_out["far"] > left_out["near"] == left_out["both"]
+
+
+@pytest.mark.parametrize(
+    ("model", "library", "counts"),
+    [
+        ("wall.obj", "../wall.mtl", False),
+        ("models/own/wall.obj", "../../far/wall.mtl", True),
+        ("models/own/wall.obj", "../wall.mtl", True),
+    ],
+)
+def test_a_material_file_counts_in_every_artifact_where_it_lies_in_the_scenes_folder(
+    tmp_path: Path, model: str, library: str, counts: bool
+) -> None:
+    """Else in none: what a bake did not look at when it chose what to bake anew decides no bytes."""
+    folder = tmp_path / "s"
+    obj = folder / model
+    mtl = Path(os.path.normpath(obj.parent / library))
+    for path in (obj, mtl):
+        path.parent.mkdir(parents=True, exist_ok=True)
+    write_image(folder / "wood.png", noise(1))
+    obj.write_text(squares(["wood"], library))
+    scene = folder / "wall.toml"
+    text = SCENE.replace('"panel.obj"', f'"{model}"\ncolor = "wood.png"')
+    scene.write_text(
+        text.partition("[object.material")[0]
+        + "[[object.instance]]"
+        + text.partition("[[object.instance]]")[2]
+    )
+    found = []
+    for scale in (1, 3):
+        mtl.write_text(
+            f"newmtl wood\nmap_Kd -s {scale} {scale} 1 {os.path.relpath(folder / 'wood.png', mtl.parent)}\n"
+        )
+        report, _ = baked(scene, tmp_path / "out")
+        mesh = next(one for one in report.artifacts if one.name == "panel_mesh")
+        found.append((mesh.sha256, mesh.status))
+    assert (found[0][0] != found[1][0]) is counts
+    assert found[1][1] == ("baked" if counts else "reused")
+    assert not bake(scene, tmp_path / "out", BuildOptions(jobs=1, force=True)).errors
+    forced = json.loads((tmp_path / "out/scene.json").read_text())["artifacts"]["panel_mesh"]["sha256"]
+    assert forced == found[1][0]

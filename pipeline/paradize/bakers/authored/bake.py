@@ -58,6 +58,7 @@ def bake_authored(
     settings: AuthoredSettings | None = None,
     *,
     uv: Path | None = None,
+    root: Path | None = None,
     tier: str = "balanced",
     measure: bool = True,
     fmt: str | None = None,
@@ -67,10 +68,10 @@ def bake_authored(
     `occlusion_cast` there is no picture of occlusion: it is cast from the model `uv`.
 
     settings: None: as they are by themselves; changes: fields of them that are others. uv: a model whose UV
-    layout the pictures follow; its gutters are filled. Where there is a normal map, or a picture "bumps" that
-    one is made of, the mips of gloss are rougher by what its own mips lose. "brightness" is a picture that
-    gloss is made of. measure: False leaves out errors (and with them the budget). fmt: the format of all of
-    them, whatever the tier and the budget say.
+    layout the pictures follow; its gutters are filled. root: as of read_model. Where there is a normal
+    map, or a picture "bumps" that one is made of, the mips of gloss are rougher by what its own mips lose.
+    "brightness" is a picture that gloss is made of. measure: False leaves out errors (and with them the
+    budget). fmt: the format of all of them, whatever the tier and the budget say.
     Raises SourceError for what cannot be read, BakeError for settings that cannot be met.
     """
     used = replace(settings or AuthoredSettings(), **changes)
@@ -81,21 +82,25 @@ def bake_authored(
     drawn = read_drawn(sources, roles, used.channels)
     cast = None
     if used.occlusion_cast and "occlusion" in names:
-        cast = _cast(uv, used, tier, measure)
+        cast = _cast(uv, root, used, tier, measure)
         drawn["occlusion"] = cast.drawn
     wrap = wraps_of(used.wrap)
     materials = used.layout_materials
     layouts: Layouts = cache(
-        lambda size: None if uv is None else read_layout(uv, size[0], size[1], wrap, materials=materials)
+        lambda size: (
+            None if uv is None else read_layout(uv, size[0], size[1], wrap, materials=materials, root=root)
+        )
     )
     bumps = None
     if "gloss" in names and "normal" not in drawn and "bumps" in sources:
         made_with = MapSettings(**used.bumps or {})
-        bumps = map_rows(sources["bumps"], made_with, uv=uv, tier=tier, measure=measure)[0]
+        bumps = map_rows(sources["bumps"], made_with, uv=uv, root=root, tier=tier, measure=measure)[0]
     brightness, said = None, list[str]()
     if "gloss" in names and "brightness" in sources:
         made_with = MapSettings(**used.brightness or {})
-        rows, picture = map_rows(sources["brightness"], made_with, uv=uv, tier=tier, measure=measure)
+        rows, picture = map_rows(
+            sources["brightness"], made_with, uv=uv, root=root, tier=tier, measure=measure
+        )
         brightness, said = MadeGloss(rows, layouts), picture.warnings
     maps = _Maps(drawn, used, layouts, wrap, measure, bumps, brightness)
     made = {name: _product(name, maps, used, tier, fmt) for name in names}
@@ -104,11 +109,13 @@ def bake_authored(
     return made if cast is None else made | {"occlusion": _with_cast(made["occlusion"], cast)}
 
 
-def _cast(uv: Path | None, settings: AuthoredSettings, tier: str, measure: bool) -> CastMap:
+def _cast(
+    uv: Path | None, root: Path | None, settings: AuthoredSettings, tier: str, measure: bool
+) -> CastMap:
     if uv is None:
         mend = "name a model with a UV layout of its own, or give a picture of the occlusion"
         raise BakeError("occlusion is cast from a mesh, and its UVs say where to", mend=mend)
-    return cast_occlusion(uv, settings, tuple(settings.layout_materials), tier, measure=measure)
+    return cast_occlusion(uv, settings, tuple(settings.layout_materials), tier, root=root, measure=measure)
 
 
 def _with_cast(product: MapProduct, cast: CastMap) -> MapProduct:

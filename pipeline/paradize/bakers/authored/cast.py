@@ -31,12 +31,18 @@ class CastMap:
 
 
 def cast_occlusion(
-    model: Path, settings: CastSettings, materials: tuple[str, ...], tier: str, *, measure: bool = True
+    model: Path,
+    settings: CastSettings,
+    materials: tuple[str, ...],
+    tier: str,
+    *,
+    root: Path | None = None,
+    measure: bool = True,
 ) -> CastMap:
-    """The occlusion of a model on a square map. materials: whose triangles lie on it; none: all. Raises
-    SourceError for a model that cannot be read, BakeError for one without a UV layout."""
+    """The occlusion of a model on a square map. materials: whose triangles lie on it; none: all. root: as of
+    read_model. Raises SourceError for a model that cannot be read, BakeError for one without a UV layout."""
     _require_ranges(settings)
-    read = read_model(model)
+    read = read_model(model, root)
     mesh, report = validate_mesh(read.mesh, model)
     uvs = mesh.uvs
     if uvs is None:

@@ -45,6 +45,7 @@ def bake_maps(
     settings: MapSettings | None = None,
     *,
     uv: Path | None = None,
+    root: Path | None = None,
     tier: str = "balanced",
     measure: bool = True,
     **changes: Any,
@@ -52,12 +53,12 @@ def bake_maps(
     """The maps of the picture at `path`, by name.
 
     settings: None: as they are by themselves; changes: fields of them that are others. uv: an OBJ whose UV
-    layout the picture follows: slopes stay inside islands, gutters are filled. measure: False leaves out
-    errors (and with them the budget).
+    layout the picture follows: slopes stay inside islands, gutters are filled. root: as of read_model.
+    measure: False leaves out errors (and with them the budget).
     Raises SourceError for what cannot be read, BakeError for settings that cannot be met.
     """
     used = replace(settings or MapSettings(), **changes)
-    rows, picture = map_rows(path, used, uv=uv, tier=tier, measure=measure)
+    rows, picture = map_rows(path, used, uv=uv, root=root, tier=tier, measure=measure)
     if used.fmt == "png":
         maps = png_maps(rows, tier=tier, warnings=picture.warnings, measure=measure)
     else:
@@ -75,7 +76,13 @@ class Picture:
 
 
 def map_rows(
-    path: Path, settings: MapSettings, *, uv: Path | None, tier: str, measure: bool = True
+    path: Path,
+    settings: MapSettings,
+    *,
+    uv: Path | None,
+    root: Path | None = None,
+    tier: str,
+    measure: bool = True,
 ) -> tuple[MapRows, Picture]:
     """The rows of every map, level 0, that bake_maps makes textures of; arguments as there."""
     wraps = wraps_of(settings.wrap)
@@ -104,7 +111,7 @@ def map_rows(
     layout = (
         None
         if uv is None
-        else read_layout(uv, rows, columns, wraps, settings.gloss_groups, settings.layout_materials)
+        else read_layout(uv, rows, columns, wraps, settings.gloss_groups, settings.layout_materials, root)
     )
     if source == "color":
         image = replace(image, values=spread(image.values, wraps))
@@ -221,10 +228,12 @@ def read_layout(
     wraps: tuple[bool, bool],
     groups: Sequence[str] = (),
     materials: Sequence[str] = (),
+    root: Path | None = None,
 ) -> Layout:
     """Where the UV islands of a model lie on a map of so many texels. groups: those that shine; none: all.
-    materials: those whose triangles lie on the map; none: all. Raises SourceError and BakeError."""
-    mesh = read_model(uv).mesh
+    materials: those whose triangles lie on the map; none: all. root: as of read_model. Raises SourceError and
+    BakeError."""
+    mesh = read_model(uv, root).mesh
     own = mesh.of_materials(materials) if materials else mesh
     islands = gutter.island_map(own, height=rows, width=columns, file=uv)
     mask = None

@@ -59,9 +59,9 @@ def sight_plan(views: dict[str, Any], instances: Sequence[Mapping[str, Any]]) ->
     return plan
 
 
-def bake_seen(path: Path, settings: MeshSettings, *, tier: str) -> MeshProduct:
+def bake_seen(path: Path, settings: MeshSettings, *, tier: str, root: Path | None = None) -> MeshProduct:
     """Calls bake_mesh, with levels adapted to the flight if settings.sight is set. The GLB holds the
-    attributes of the settings."""
+    attributes of the settings. root: as of read_model."""
     plan = None if settings.sight is None else sight_plan(settings.sight, settings.instances)
-    product = bake_mesh(path, settings, tier=tier, plan=plan, tangent_tiers=False)
+    product = bake_mesh(path, settings, tier=tier, root=root, plan=plan, tangent_tiers=False)
     return replace(product, glb=cut_glb(product.glb, attributes=settings.attributes))
