@@ -13,8 +13,6 @@ enum Group { seen_coarse, needed_now, needed_soon, coarse, unneeded };
 // A piece that is needed soon goes only for one that has so many times its error: else pieces would go to and
 // fro while errors change along the flight.
 constexpr float worth_a_swap = 2.0F;
-// The same of pieces that are needed now, where not all of them fit: their loss shows.
-constexpr float worth_a_loss = 4.0F;
 
 } // namespace
 
@@ -54,15 +52,13 @@ void Schedule::count_needs(std::span<const Need> needs) {
 
 void Schedule::plan(std::span<const Need> needs, std::uint64_t ahead_bytes) {
     count_needs(needs);
-    const bool too_much = budget_bytes_ != 0 && needed_bytes_ > budget_bytes_;
     candidates_.clear();
     victims_.clear();
     for (std::uint32_t i = 0; i < pieces_.size(); ++i) {
         ranks_[i] = rank(i, needs[i]);
         if (states_[i] == State::absent && (ranks_[i].group != unneeded || budget_bytes_ == 0)) {
             candidates_.push_back(i);
-        } else if (states_[i] == State::resident &&
-                   (needs[i].now <= 1.0F || (too_much && ranks_[i].group == needed_now))) {
+        } else if (states_[i] == State::resident && needs[i].now <= 1.0F) {
             victims_.push_back(i);
         }
     }
@@ -81,7 +77,7 @@ void Schedule::plan(std::span<const Need> needs, std::uint64_t ahead_bytes) {
         if (budget_bytes_ == 0 || used <= budget_bytes_) {
             break;
         }
-        if (kept_children_[victim] == 0 && needs[victim].now <= 1.0F) {
+        if (kept_children_[victim] == 0) {
             plan_eviction(victim, used);
         }
     }
@@ -116,11 +112,9 @@ bool Schedule::comes_before(std::uint32_t a, std::uint32_t b) const {
 
 /// True if the victim may go for the piece. Then all victims before it may.
 bool Schedule::may_replace(std::uint32_t piece, std::uint32_t victim) const {
-    if (ranks_[piece].group != ranks_[victim].group) {
-        return ranks_[piece].group < ranks_[victim].group;
-    }
-    const float times = ranks_[piece].group == needed_now ? worth_a_loss : worth_a_swap;
-    return ranks_[piece].error > times * ranks_[victim].error;
+    return ranks_[piece].group != ranks_[victim].group
+               ? ranks_[piece].group < ranks_[victim].group
+               : ranks_[piece].error > worth_a_swap * ranks_[victim].error;
 }
 
 void Schedule::plan_eviction(std::uint32_t victim, std::uint64_t &used) {

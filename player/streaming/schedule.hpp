@@ -32,13 +32,13 @@ class Schedule {
     Schedule(std::vector<ScheduledPiece> pieces, std::uint64_t budget_bytes,
              UploadOrder order = UploadOrder::needs);
 
-    /// Finds what to load next and what to evict first. Loads come in this order: coarse pieces that are
-    /// needed now; other pieces that are needed now; those that are needed soon; of each the largest error
-    /// first; coarse pieces; without a limit all others. So what is needed soon has the room that is left by
-    /// what is needed now. Another piece is evicted only for one of a group before its own, or for one of the
-    /// same group that has several times its error, or while the limit is exceeded; a coarse piece only for
-    /// one that is needed now. If all that is needed now fits the limit, none of it is evicted; a coarse
-    /// piece that is needed now never is. `ahead_bytes` limits the loads, but not the first one.
+    /// Finds what to load next and what to evict first. A piece that is needed now is never evicted. Loads
+    /// come in this order: coarse pieces that are needed now; other pieces that are needed now; those that
+    /// are needed soon; of each the largest error first; coarse pieces; without a limit all others. So what
+    /// is needed soon has the room that is left by what is needed now. Another piece is evicted only for one
+    /// of a group before its own, or for one of the same group that has several times its error, or while
+    /// the limit is exceeded; a coarse piece only for one that is needed now. `ahead_bytes` limits the
+    /// loads, but not the first one.
     /// Allocates nothing.
     void plan(std::span<const Need> needs, std::uint64_t ahead_bytes);
     std::span<const std::uint32_t> loads() const { return loads_; }

@@ -95,11 +95,9 @@ void obey(Schedule &schedule, const World &world, std::uint64_t limit) {
 
 } // namespace
 
-TEST_CASE("schedule: flying cameras never lose what they see where it fits, else only for much larger "
-          "errors; memory "
-          "stays within the limit") {
+TEST_CASE("schedule: flying cameras never lose what they see, and memory stays within the limit") {
     std::mt19937 random(7); // NOLINT(cert-msc32-c,cert-msc51-cpp): the same worlds in every run
-    std::uint64_t evictions = 0, coarse_evictions = 0, losses = 0;
+    std::uint64_t evictions = 0, coarse_evictions = 0;
     for (int trial = 0; trial < 60; ++trial) {
         World world(random, 30, trial % 2 == 0);
         const std::uint64_t budget = world.total() * (1 + random() % 80) / 100;
@@ -113,15 +111,7 @@ TEST_CASE("schedule: flying cameras never lose what they see where it fits, else
             std::uint64_t used = schedule.used_bytes();
             for (const std::uint32_t piece : schedule.evictions()) {
                 REQUIRE(schedule.resident(piece));
-                if (world.needs[piece].now > 1.0F) { // seen at this size, and not all that is seen fits
-                    ++losses;
-                    CHECK(schedule.needed_bytes() > budget);
-                    CHECK_FALSE(world.pieces[piece].coarse);
-                    CHECK(std::ranges::any_of(schedule.loads(), [&](std::uint32_t load) {
-                        return world.needs[load].now > 4.0F * world.needs[piece].now ||
-                               (world.pieces[load].coarse && world.needs[load].now > 1.0F);
-                    }));
-                }
+                CHECK(world.needs[piece].now <= 1.0F); // it is not seen at this size
                 coarse_evictions += world.pieces[piece].coarse ? 1 : 0;
                 const bool is_parent = piece + 1 < world.pieces.size() && !world.pieces[piece + 1].coarse;
                 if (is_parent && schedule.resident(piece + 1)) { // its child goes first
@@ -151,7 +141,6 @@ TEST_CASE("schedule: flying cameras never lose what they see where it fits, else
     }
     CHECK(evictions > 500); // the limit is felt
     CHECK(coarse_evictions > 50);
-    CHECK(losses > 50);
 }
 
 TEST_CASE("schedule: a coarse piece goes only for one that is needed now, after all that is needed less") {
@@ -307,22 +296,8 @@ TEST_CASE(
             obey(schedule, world, 500 + world.total());
         }
         schedule.plan(world.needs, 500);
-        // A camera that comes from elsewhere finds the room taken. A piece that is seen goes for four times
-        // its error.
-        World elsewhere = world;
-        elsewhere.look(static_cast<float>(random() % 500), 0.0F);
-        Schedule moved(world.pieces, budget);
-        for (const std::vector<Need> &needs : {elsewhere.needs, world.needs}) {
-            elsewhere.needs = needs;
-            for (int frame = 0; frame < 50; ++frame) {
-                moved.plan(needs, 500);
-                obey(moved, elsewhere, 500 + world.total());
-            }
-        }
-        moved.plan(world.needs, 500);
         if (schedule.used_bytes() <= budget) { // else coarse pieces alone exceed it
             CHECK(schedule.worst_error() == best);
-            CHECK(moved.worst_error() <= 4.0F * best);
             limited += best > 0.0F ? 1 : 0;
         }
     }
