@@ -19,7 +19,7 @@ from collections.abc import Callable, Mapping
 from datetime import date
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from paradize.build.options import BuildOptions
 from paradize.build.provenance import BakeReport
@@ -234,6 +234,26 @@ class BakedMaps(BakedFiles):
         return [target / name for name in self.files]
 
 
+_Files = TypeVar("_Files", bound=BakedFiles)
+
+
+def _baked(
+    result: type[_Files],
+    kind: str,
+    source: AnyPath,
+    settings: tuple[Any, type[Any]],
+    tier: str,
+    budget: Mapping[str, float] | None,
+    **sources: Path | None,
+) -> _Files:
+    """Checks what a function was given, and bakes. settings: as given, and their class."""
+    _tier(tier, kind)
+    used = _settings(*settings, kind)
+    path, limits = _path(source, f"{kind}: source"), _budget(budget, kind)
+    made = bake_single(kind, path, used, tier=tier, budget=limits, **sources)
+    return result(made.files, made.report, made.rows, made.errors)
+
+
 def mesh(
     source: AnyPath,
     settings: MeshSettings | None = None,
@@ -247,10 +267,7 @@ def mesh(
     budget: metric -> worst value (scene/FIELDS.md lists the metrics); errors beyond it are warnings in the
     report, of "auto" a BakeError.
     """
-    _tier(tier, "mesh")
-    used = _settings(settings, MeshSettings, "mesh")
-    made = bake_single("mesh", _path(source, "mesh: source"), used, tier=tier, budget=_budget(budget, "mesh"))
-    return BakedMesh(made.files, made.report, made.rows, made.errors)
+    return _baked(BakedMesh, "mesh", source, (settings, MeshSettings), tier, budget)
 
 
 def maps(
@@ -263,13 +280,8 @@ def maps(
 ) -> BakedMaps:
     """Makes normal, height, gloss and du/dv maps of a colour picture or a heightmap. tier, budget: as of
     `mesh`. uv: the model whose UV layout they follow."""
-    _tier(tier, "maps")
-    used = _settings(settings, MapSettings, "maps")
     layout = None if uv is None else _path(uv, "maps: uv")
-    made = bake_single(
-        "maps", _path(source, "maps: source"), used, tier=tier, budget=_budget(budget, "maps"), uv=layout
-    )
-    return BakedMaps(made.files, made.report, made.rows, made.errors)
+    return _baked(BakedMaps, "maps", source, (settings, MapSettings), tier, budget, uv=layout)
 
 
 def occlusion(
@@ -281,12 +293,7 @@ def occlusion(
 ) -> BakedMaps:
     """Casts a map of ambient occlusion from a model, in its UV layout. tier: as of `mesh`: 64, 256 or 1024
     rays of each texel."""
-    _tier(tier, "occlusion")
-    used = _settings(settings, OcclusionSettings, "occlusion")
-    made = bake_single(
-        "occlusion", _path(source, "occlusion: source"), used, tier=tier, budget=_budget(budget, "occlusion")
-    )
-    return BakedMaps(made.files, made.report, made.rows, made.errors)
+    return _baked(BakedMaps, "occlusion", source, (settings, OcclusionSettings), tier, budget)
 
 
 def terrain(
@@ -301,12 +308,7 @@ def terrain(
     if settings is None:
         expected = "paradize.TerrainSettings(size_m=(x, z), height_m=h), metres: no picture says its size"
         raise _wrong("terrain: settings", settings, expected)
-    _tier(tier, "terrain")
-    used = _settings(settings, TerrainSettings, "terrain")
-    made = bake_single(
-        "terrain", _path(source, "terrain: source"), used, tier=tier, budget=_budget(budget, "terrain")
-    )
-    return BakedTerrain(made.files, made.report, made.rows, made.errors)
+    return _baked(BakedTerrain, "terrain", source, (settings, TerrainSettings), tier, budget)
 
 
 def bake(scene: AnyPath, out: AnyPath | None = None, options: BuildOptions | None = None) -> BakeReport:
