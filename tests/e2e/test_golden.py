@@ -76,6 +76,7 @@ def test_the_readme_s_contact_sheet_is_what_the_bake_draws(island: Path, root: P
     require_like(root / "tests/golden/sheet_palm.png", rendered)
 
 
+@pytest.mark.deep
 def test_the_rule_sees_a_small_hole_and_a_faint_drift(root: Path, tmp_path: Path) -> None:
     golden = root / "tests/golden" / f"island_{MOMENTS_S[0]:03d}.png"
     same = tmp_path / "same.png"

@@ -45,12 +45,13 @@ Soup ground(std::uint32_t n) {
 }
 
 std::vector<float> tangents(const Soup &soup) {
-    std::vector<mesh::Frame> frames(soup.triangles.size());
-    mesh::corner_tangents({soup.positions, soup.normals, soup.uvs, soup.triangles}, mesh::Method::mikktspace,
-                          frames, 1);
+    const mesh::SplitTangents split = mesh::split_tangents(
+        {soup.positions, soup.normals, soup.uvs, soup.triangles}, mesh::Method::mikktspace, 1);
     std::vector<float> out;
-    for (const mesh::Frame &frame : frames)
+    for (const std::uint32_t vertex : split.index) {
+        const mesh::Frame &frame = split.frames[vertex];
         out.insert(out.end(), {frame.x, frame.y, frame.z, frame.w});
+    }
     return out;
 }
 

@@ -60,7 +60,7 @@ def full_bake(scene: Path, out: Path, options: BuildOptions) -> BakeReport:
         found = require_only(known, colors)
         for job in found.jobs:
             if job.baker == "terrain":
-                job.settings["sight"] = None
+                job.settings["flight_views"] = None
             if job.baker == "mesh":
                 job.settings["attributes"] = ATTRIBUTES
         return found

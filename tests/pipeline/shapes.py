@@ -3,13 +3,22 @@
 from __future__ import annotations
 
 import numpy as np
+import numpy.typing as npt
 
 from paradize.data import Group, Mesh
+from paradize.stages.tangents import tangent_frames
 
 
 def soup(points: list[tuple[float, float, float]], faces: list[tuple[int, int, int]]) -> Mesh:
     """A mesh of positions and triangles alone."""
     return Mesh(np.array(points, np.float32), np.array(faces, np.uint32))
+
+
+def corner_tangents(mesh: Mesh, method: str = "mikktspace") -> npt.NDArray[np.float32]:
+    """The tangents (m, 3, 4) that a mesh's corners are given."""
+    framed = tangent_frames(mesh, method)
+    assert framed.tangents is not None
+    return framed.tangents[framed.triangles]
 
 
 def sphere(rings: int = 16, *, radius: float = 1.0, offset: tuple[float, float, float] = (0, 0, 0)) -> Mesh:

@@ -73,6 +73,7 @@ def test_its_legs_step_and_without_a_beat_they_are_stiff(posed: Posed) -> None:
     assert not differs(*moments(posed, scene, eye, target, 1.0, 1.2)).any()
 
 
+@pytest.mark.deep
 def test_a_gull_flaps_and_glides(posed: Posed) -> None:
     scene = only(posed, "gull")
     item = scene["objects"][0]

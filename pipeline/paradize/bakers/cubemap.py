@@ -35,9 +35,16 @@ def bake_cubemap(paths: Sequence[Path], settings: CubemapSettings | None = None)
     size = stack.shape[1]
     data = encode_ktx2(texture, zstd_level=(settings or CubemapSettings()).zstd)
     return MapProduct(
-        data, size, size, texture.format, error, "sky_max_relative", "balanced",
-        {"sky_max_relative": error}, warnings,
-    )  # fmt: skip
+        data=data,
+        width=size,
+        height=size,
+        format=texture.format,
+        error=error,
+        metric="sky_max_relative",
+        tier="balanced",
+        errors={"sky_max_relative": error},
+        warnings=warnings,
+    )
 
 
 def read_faces(paths: Sequence[Path]) -> tuple[F32, list[tuple[Values, bool]], list[str]]:

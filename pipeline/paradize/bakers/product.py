@@ -55,18 +55,18 @@ def texture_product(
     not measured."""
     metric = next(iter(errors), None)
     return MapProduct(
-        encode_ktx2(texture, zstd_level=zstd_level),
-        texture.width,
-        texture.height,
-        texture.format,
-        errors[metric] if metric else 0.0,
-        metric,
-        tier,
-        errors,
-        warnings,
-        levels,
-        filter_name,
-        reason,
+        data=encode_ktx2(texture, zstd_level=zstd_level),
+        width=texture.width,
+        height=texture.height,
+        format=texture.format,
+        error=errors[metric] if metric else 0.0,
+        metric=metric,
+        tier=tier,
+        errors=errors,
+        warnings=warnings,
+        levels=levels,
+        filter=filter_name,
+        reason=reason,
     )
 
 
@@ -74,7 +74,17 @@ def constant_product(
     constant: tuple[float, ...], width: int, height: int, tier: str, warnings: list[str]
 ) -> MapProduct:
     """Returns a map whose texels are all equal. constant: the values of its channels."""
-    return MapProduct(b"", width, height, "", 0.0, None, tier, warnings=warnings, constant=constant)
+    return MapProduct(
+        data=b"",
+        width=width,
+        height=height,
+        format="",
+        error=0.0,
+        metric=None,
+        tier=tier,
+        warnings=warnings,
+        constant=constant,
+    )
 
 
 def one_of(what: str, wrong: Sequence[str], allowed: Collection[str]) -> None:

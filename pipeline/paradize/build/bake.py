@@ -53,7 +53,15 @@ def bake(scene_path: Path, out: Path | None = None, options: BuildOptions | None
             with store.in_use(), store.locked(lock), store.scratch(lock) as scratch:
                 flight = plan_flight(scene.flight)
                 used = replace(options, pool=pool)
-                context = BuildContext(store, scratch, scene_path, scene, flight, folder, used)
+                context = BuildContext(
+                    store=store,
+                    scratch=scratch,
+                    scene_path=scene_path,
+                    scene=scene,
+                    flight=flight,
+                    out=folder,
+                    options=used,
+                )
                 report = _bake(context, name, scene_stamp)
         finally:
             if pool is not options.pool:
@@ -82,7 +90,7 @@ def _bake(context: BuildContext, name: str, scene_stamp: Stamp | None) -> BakeRe
     jobs = [*require(scene, found.maps).jobs, flight_job(scene, context.flight)]
     for job in jobs:
         if options.whole and job.baker == "terrain":
-            job.settings["sight"] = None
+            job.settings["flight_views"] = None
     check_tier_names(options, jobs)
     check_budget_metrics(scene, jobs, scene_path)
     tables = [item.instances_file for item in scene.objects if item.instances_file]

@@ -75,13 +75,13 @@ def measure_lods_seen(
     }
     drawn = {
         material: SeenMaterial(
-            normals.get(one["normal"], ()),
-            alphas.get(one["alpha"], ()),
-            _BLENDED if one["cutoff"] is None else one["cutoff"],
-            one["wrap"] or ("clamp", "clamp"),
-            one["two_sided"],
-            _times(lights.get(one["color"]), one["color_factor"]),
-            _times(lights.get(one["emission"]), one["emission_factor"]),
+            normals=normals.get(one["normal"], ()),
+            alpha=alphas.get(one["alpha"], ()),
+            cutoff=_BLENDED if one["cutoff"] is None else one["cutoff"],
+            wrap=one["wrap"] or ("clamp", "clamp"),
+            two_sided=one["two_sided"],
+            colors=_times(lights.get(one["color"]), one["color_factor"]),
+            glow=_times(lights.get(one["emission"]), one["emission_factor"]),
         )
         for material, one in materials.items()
     }

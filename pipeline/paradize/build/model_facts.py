@@ -125,7 +125,14 @@ def read_model_facts(
             sources[role] = replace(by, picture=replace(by.picture, data=None))
         uvs, width_m, tiles = _uv_tiles(mesh)
         materials[name] = MaterialFacts(
-            replace(material, maps=sources), uvs, width_m, tiles, palette, shrink, alpha, green
+            material=replace(material, maps=sources),
+            uvs=uvs,
+            width_m=width_m,
+            tiles=tiles,
+            palette=palette,
+            shrink=shrink,
+            alpha=alpha,
+            green=green,
         )
     libraries = tuple(dict.fromkeys([path, *read.libraries, *redrawn]))
     colors = read.mesh.colors is not None and bool((read.mesh.colors != 1.0).any())
@@ -203,14 +210,14 @@ def from_json(tree: Mapping[str, Any]) -> ModelFacts:
         }
         known = {key: tuple(value) if isinstance(value, list) else value for key, value in known.items()}
         materials[name] = MaterialFacts(
-            Material(**known, maps=maps),
-            fields["uvs"] and tuple(fields["uvs"]),
-            fields["width_m"],
-            tuple((u, v) for u, v in fields["tiles"]),
-            fields["palette"],
-            fields["shrink"],
-            fields["alpha"],
-            fields["green"],
+            material=Material(**known, maps=maps),
+            uvs=fields["uvs"] and tuple(fields["uvs"]),
+            width_m=fields["width_m"],
+            tiles=tuple((u, v) for u, v in fields["tiles"]),
+            palette=fields["palette"],
+            shrink=fields["shrink"],
+            alpha=fields["alpha"],
+            green=fields["green"],
         )
     return ModelFacts(
         materials,

@@ -121,13 +121,25 @@ def measure_objects(
                 settings = {"wrap": one.wrap, "materials": materials}
                 kinds["palettes"] = settings, textures
             measurements += [
-                _measurement(kind, item, one.name, settings, data, sha256, names)
+                _measurement(
+                    kind, item, map_set=one.name, settings=settings, data=data, sha256=sha256, textures=names
+                )
                 for kind, (settings, names) in kinds.items()
             ]
         if len(errors_m[f"{item.name}_mesh"]) > 1:
             settings, names = _as_seen(scene, item, maps, data)
             settings["errors_m"] = list(errors_m[f"{item.name}_mesh"])
-            measurements.append(_measurement("lods_seen", item, WHOLE, settings, data, sha256, names))
+            measurements.append(
+                _measurement(
+                    "lods_seen",
+                    item,
+                    map_set=WHOLE,
+                    settings=settings,
+                    data=data,
+                    sha256=sha256,
+                    textures=names,
+                )
+            )
     missing = []
     if not options.force:
         store.expect(one.key for one in measurements)

@@ -215,7 +215,14 @@ def _measure_objects(
     errors of its levels under its maps. Returns the names of the meshes whose levels were so measured."""
     scene = context.scene
     measured, errors = measure_objects(
-        context.store, scene, maps, sightings, _errors_m(baked), baked.data, baked.hashes, context.options
+        context.store,
+        scene,
+        maps=maps,
+        sightings=sightings,
+        errors_m=_errors_m(baked),
+        data=baked.data,
+        sha256=baked.hashes,
+        options=context.options,
     )
     report.errors += errors
     if errors:
@@ -312,7 +319,13 @@ def _trim(
         return
     data = Artifacts(baked.data, baked.tiles)
     needed = find_required_detail(
-        context.store, context.scene, maps, data, baked.hashes, baked.meshes, context.options
+        context.store,
+        context.scene,
+        maps=maps,
+        data=data,
+        sha256=baked.hashes,
+        facts=baked.meshes,
+        options=context.options,
     )
     detail = with_equal_detail(needed, baked.palettes, equal)
     for name, required in detail.items():

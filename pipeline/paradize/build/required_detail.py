@@ -67,7 +67,7 @@ class SeenObject:
 
 
 def measure_required_detail(
-    sight: dict[str, Any],
+    flight_views: dict[str, Any],
     objects: Mapping[str, dict[str, Any]],
     terrain: dict[str, Any] | None,
     water: dict[str, Any] | None,
@@ -79,19 +79,19 @@ def measure_required_detail(
     never). For a texture whose flat triangles (finest_mip.flat_triangles) need a finer level than all others
     it also returns {"others": the same without them}; flat_colors.py then decides.
 
-    sight: see texel_footprint.views_of, and `light_m`. objects: SeenObject's fields by object name. terrain:
-    `textures` (size by name), `tiles` (bytes or files), `repeat_m`. water: `textures`, `level_m`, `size_m`,
-    `repeat`. sky: `side` (texels), `levels`, `smoothest` (the largest smoothness that mirrors it).
+    flight_views: see texel_footprint.views_of, and `light_m`. objects: SeenObject's fields by object name.
+    terrain: `textures` (size by name), `tiles` (bytes or files), `repeat_m`. water: `textures`, `level_m`,
+    `size_m`, `repeat`. sky: `side` (texels), `levels`, `smoothest` (the largest smoothness that mirrors it).
     """
-    light_m = sight["light_m"]
+    light_m = flight_views["light_m"]
     detail: dict[str, dict[str, Any]] = {}
     for name, fields in objects.items():
-        detail |= _object_detail(name, SeenObject(**fields), sight, light_m)
-    everywhere = views_of(sight, ("camera", "reflection", "refraction"), None)
+        detail |= _object_detail(name, SeenObject(**fields), flight_views, light_m)
+    everywhere = views_of(flight_views, ("camera", "reflection", "refraction"), None)
     if terrain:
         detail |= _terrain_detail(everywhere, **terrain)
     if water:
-        detail |= _water_detail(views_of(sight, ("camera",), None), **water)
+        detail |= _water_detail(views_of(flight_views, ("camera",), None), **water)
     if sky:
         detail["sky"] = _sky_detail(everywhere, water=water is not None, **sky)
     return detail
@@ -114,10 +114,10 @@ def _detail_json(finest_mip: FinestMip, levels_s: Seconds) -> dict[str, Any]:
 
 
 def _object_detail(
-    name: str, seen_object: SeenObject, sight: dict[str, Any], light_m: float | None
+    name: str, seen_object: SeenObject, flight_views: dict[str, Any], light_m: float | None
 ) -> dict[str, dict[str, Any]]:
     levels = [lod.mesh for lod in decode_glb(seen_object.glb, name)]
-    views = views_of(sight, seen_object.drawn, light_m)
+    views = views_of(flight_views, seen_object.drawn, light_m)
     places = [Placement(one) for one in seen_object.instances]
     level, second, view, levels_s = finest_lod(
         views, seen_object.center, seen_object.radius_m, seen_object.errors_m, places
@@ -129,7 +129,7 @@ def _object_detail(
     for key, fields in seen_object.textures.items():
         texture = SeenTexture(**fields)
         if texture not in known:
-            seen = views if texture.lit else views_of(sight, seen_object.drawn, None)
+            seen = views if texture.lit else views_of(flight_views, seen_object.drawn, None)
             own = [mesh.of_materials(texture.materials) for mesh in levels]
             own = [replace(mesh, uvs=mesh.uvs1) for mesh in own] if texture.second else own
             known[texture] = _texture_detail(seen_object, texture, own, places, seen)

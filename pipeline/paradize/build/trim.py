@@ -161,10 +161,16 @@ def _queries(
     """Returns for each object, and last for the rest of the scene: the arguments of
     required_detail.measure_required_detail, the meshes whose bytes are among them, and the other
     arguments, which are part of the key."""
-    sight = scene_views(scene)
-    sight["scales"] = finest_scales(scene)
-    sight["light_m"] = finest_shadow_texel_m(scene)
-    empty: dict[str, Any] = {"sight": sight, "objects": {}, "terrain": None, "water": None, "sky": None}
+    flight_views = scene_views(scene)
+    flight_views["scales"] = finest_scales(scene)
+    flight_views["light_m"] = finest_shadow_texel_m(scene)
+    empty: dict[str, Any] = {
+        "flight_views": flight_views,
+        "objects": {},
+        "terrain": None,
+        "water": None,
+        "sky": None,
+    }
     queries: list[Part] = []
     for item in scene.objects:
         mesh = f"{item.name}_mesh"

@@ -74,7 +74,9 @@ def _layout(
             continue
         at = borders.get((width, height))
         if at is not None:
-            yield from _walk(at, texture, key, name, reaches, artifact, folder)
+            yield from _walk(
+                at, texture, key=key, name=name, reaches=reaches, artifact=artifact, folder=folder
+            )
 
 
 def _read(manifest: dict[str, Any], folder: Path, name: str) -> bytes:

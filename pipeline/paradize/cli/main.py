@@ -164,30 +164,22 @@ def main(words: Sequence[str] | None = None) -> int:
     """Runs one command and returns its exit code. words: the command line after `paradize`; None: that of
     this process. An interrupt ends with one line (cli/interrupt.py)."""
     given = sys.argv[1:] if words is None else words
-    try:
-        return interruptible(lambda: _main(given))
-    except BaseException:  # Python and libraries turn some KeyboardInterrupts into other exceptions
-        if not interrupted():
-            raise
-        return _main(given, ended=True)
-
-
-def _main(words: Sequence[str], *, ended: bool = False) -> int:
     _open_streams()
     try:
-        return _say_interrupted(words) if ended else _run(words)
+        try:
+            return interruptible(lambda: _run(given))
+        except BaseException:  # Python and libraries turn some KeyboardInterrupts into other exceptions
+            if not interrupted():
+                raise
+        if "--json" in given:
+            show_json({"error": [WHAT]})
+        say(f"paradize: {WHAT}")
+        return EXIT_CODE
     except OutputLost as lost:
         if str(lost):
             say(f"paradize: error: standard output cannot be written: {lost}")
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # buffered output goes nowhere
         return 1
-
-
-def _say_interrupted(words: Sequence[str]) -> int:
-    if "--json" in words:
-        show_json({"error": [WHAT]})
-    say(f"paradize: {WHAT}")
-    return EXIT_CODE
 
 
 if __name__ == "__main__":

@@ -10,6 +10,7 @@ from paradize.cli.single_file import add_common, add_nodata, bake_file
 from paradize.cli.values import number, whole
 from paradize.errors import BakeError
 from paradize.map_table import DERIVED
+from paradize.scene import ranges
 from paradize.scene.baker_settings import MapSettings, OcclusionSettings
 from paradize.scene.settings import FILTERS
 
@@ -84,14 +85,14 @@ def add(sub: argparse.ArgumentParser) -> None:
     )
     sub.add_argument(
         "--occlusion-px",
-        type=whole(16, 8192),
+        type=whole(**ranges.OCCLUSION_PX),
         default=512,
         metavar="N",
         help="side of the occlusion map, texels (512)",
     )
     sub.add_argument(
         "--occlusion-reach",
-        type=number(0.001, 1.0),
+        type=number(**ranges.OCCLUSION_REACH),
         default=0.25,
         metavar="X",
         help="what lies farther holds back no light, of the model's diagonal (0.25)",
@@ -118,19 +119,19 @@ def add(sub: argparse.ArgumentParser) -> None:
     sub.add_argument(
         "--destep", action="store_true", help="smooth the steps of an 8-bit source, within half a step"
     )
-    for name, default, low, text in (
-        ("black", 0.0, -1e6, "the value that becomes 0"),
-        ("white", 1.0, -1e6, "the value that becomes 1"),
-        ("gamma", 1.0, 1e-3, "above 1 lifts the middle of the heights"),
-        ("contrast", 1.0, -1e6, "about one half"),
-        ("brightness", 0.0, -1e6, "added to the heights"),
+    for name, default, limit, text in (
+        ("black", 0.0, ranges.LEVEL, "the value that becomes 0"),
+        ("white", 1.0, ranges.LEVEL, "the value that becomes 1"),
+        ("gamma", 1.0, ranges.GAMMA, "above 1 lifts the middle of the heights"),
+        ("contrast", 1.0, ranges.LEVEL, "about one half"),
+        ("brightness", 0.0, ranges.LEVEL, "added to the heights"),
     ):
         what = f"{text} ({default:g})"
-        sub.add_argument(f"--{name}", type=number(low, 1e6), default=default, metavar="X", help=what)
+        sub.add_argument(f"--{name}", type=number(**limit), default=default, metavar="X", help=what)
     sub.add_argument("--invert", action="store_true", help="white is low")
     sub.add_argument(
         "--zstd",
-        type=whole(1, 22),
+        type=whole(**ranges.ZSTD),
         nargs="?",
         const=10,
         metavar="LEVEL",

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from paradize.cli.single_file import add_common, bake_file
 from paradize.cli.values import number, rising, whole
+from paradize.scene import ranges
 from paradize.scene.baker_settings import MeshSettings
 from paradize.scene.settings import SIMPLIFIERS, UNWRAPPERS
 
@@ -16,18 +17,22 @@ def add(sub: argparse.ArgumentParser) -> None:
     sub.add_argument("input", type=Path, metavar="IN.obj|glb|gltf|ply|stl")
     sub.add_argument("-o", "--out", type=Path, metavar="OUT.glb", required=True)
     sub.add_argument(
-        "--lods", type=whole(1, 8), default=4, metavar="N", help="number of levels, the source included (4)"
+        "--lods",
+        type=whole(**ranges.LODS),
+        default=4,
+        metavar="N",
+        help="number of levels, the source included (4)",
     )
     sub.add_argument(
         "--max-error",
-        type=number(0.0, 1.0),
+        type=number(**ranges.MAX_ERROR),
         metavar="F",
         help="largest error of a level, a share of the diagonal",
     )
     sub.add_argument(
         "--ratio",
         dest="lod_ratio",
-        type=number(0.05, 0.95),
+        type=number(**ranges.LOD_RATIO),
         default=0.5,
         metavar="R",
         help="triangles of a level, as a share of the level before (0.5)",
@@ -36,7 +41,7 @@ def add(sub: argparse.ArgumentParser) -> None:
     instead.add_argument(
         "--errors",
         dest="lod_errors",
-        type=rising(0.0, 1.0),
+        type=rising(**ranges.MAX_ERROR),
         default=(),
         metavar="A,B",
         help="levels by error instead: the coarsest mesh inside each bound, shares of the diagonal",
@@ -44,14 +49,14 @@ def add(sub: argparse.ArgumentParser) -> None:
     instead.add_argument(
         "--screen-size",
         dest="size_px",
-        type=number(4.0, 4096.0),
+        type=number(**ranges.LOD_SIZE_PX),
         metavar="PIXELS",
         help="levels by how they look instead: level 1 is the coarsest mesh that looks like the source at so "
         "many pixels along its diagonal, each next one at half as many",
     )
     sub.add_argument(
         "--tangents",
-        choices=("face", "vertex", "mikktspace"),
+        choices=ranges.TANGENTS,
         default="mikktspace",
         help="tangent frames: the mean at each vertex, or those of MikkTSpace (mikktspace); face: old name "
         "of vertex",
@@ -76,7 +81,7 @@ def add(sub: argparse.ArgumentParser) -> None:
     sub.add_argument(
         "--weld",
         dest="weld_m",
-        type=number(0.0, 1e6),
+        type=number(**ranges.WELD_M),
         default=0.0,
         metavar="METRES",
         help="join vertices closer than this (0: none)",
@@ -84,7 +89,7 @@ def add(sub: argparse.ArgumentParser) -> None:
     sub.add_argument(
         "--crease",
         dest="crease_deg",
-        type=number(0.0, 180.0),
+        type=number(**ranges.CREASE_DEG),
         default=45.0,
         metavar="DEGREES",
         help="where normals are missing, faces at a larger angle meet in a sharp edge (45)",

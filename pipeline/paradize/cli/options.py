@@ -7,6 +7,7 @@ import re
 from pathlib import Path
 
 from paradize.cli.values import number, whole
+from paradize.scene import ranges
 from paradize.tiers import TIER_OPTIONS
 
 
@@ -32,7 +33,11 @@ def add_relief(
 ) -> None:
     """Declares the options of commands that make a terrain from a heightmap. size, height, max_error: the end
     of each help text."""
-    size_m, heights_m, error_m = number(1e-6, 1e6), number(-1e6, 1e6), number(0.0, 1e6)
+    size_m, heights_m, error_m = (
+        number(**ranges.SIZE_M),
+        number(**ranges.HEIGHT_M),
+        number(**ranges.MAX_ERROR_M),
+    )
     sub.add_argument(
         "--size",
         type=size_m,

@@ -8,6 +8,7 @@ from pathlib import Path
 from paradize.cli import options
 from paradize.cli.single_file import add_common, add_nodata, bake_file
 from paradize.cli.values import number
+from paradize.scene import ranges
 from paradize.scene.baker_settings import TerrainSettings
 
 
@@ -24,7 +25,7 @@ def add(sub: argparse.ArgumentParser) -> None:
     )
     sub.add_argument(
         "--scale",
-        type=number(-1e6, 1e6),
+        type=number(**ranges.HEIGHT_SCALE),
         default=1.0,
         metavar="F",
         help="factor on the heights, also on metres (1)",

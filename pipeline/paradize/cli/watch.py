@@ -33,13 +33,13 @@ def run(arguments: argparse.Namespace) -> int:
 
     require(SCENE, arguments.scene)
     watch = Watch(
-        arguments.scene,
-        arguments.out,
-        arguments.jobs or 0,
-        arguments.tier,
-        show_line if arguments.json else TextReport(),
-        arguments.cluster,
-        arguments.store,
+        scene=arguments.scene,
+        out=arguments.out,
+        jobs=arguments.jobs or 0,
+        tier=arguments.tier,
+        on_bake=show_line if arguments.json else TextReport(),
+        cluster=arguments.cluster,
+        store=arguments.store,
     )
     ignored = signal.getsignal(signal.SIGINT) is signal.SIG_IGN  # started by nohup, or by a script with &
     ends = f"`kill {os.getpid()}`" if ignored else "Ctrl-C"

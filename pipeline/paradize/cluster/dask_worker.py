@@ -80,13 +80,13 @@ def bake_here(
         for path in task["empty"]:
             _write(path_in(folder, path), b"")
         job = Job(
-            task["name"],
-            run_packed,
-            {"packed": call, "folder": folder, "originals": task["originals"]},
-            task["timeout_s"],
-            task["file"],
-            task["memory_bytes"],
-            task["code"],
+            name=task["name"],
+            call=run_packed,
+            arguments={"packed": call, "folder": folder, "originals": task["originals"]},
+            timeout_s=task["timeout_s"],
+            file=task["file"],
+            memory_bytes=task["memory_bytes"],
+            code=task["code"],
         )
         outcome = _run(bake, job, share)
         error = outcome.error

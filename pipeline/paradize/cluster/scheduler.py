@@ -54,7 +54,13 @@ def run_on_cluster(
     """
     client = connect(address)
     scheduler = _ClusterScheduler(
-        client, address, jobs, on_outcome, on_start, warn, max_parallel or len(jobs)
+        client=client,
+        address=address,
+        jobs=jobs,
+        on_outcome=on_outcome,
+        on_start=on_start,
+        warn=warn,
+        max_parallel=max_parallel or len(jobs),
     )
     try:
         return scheduler.run()

@@ -88,7 +88,15 @@ def explain(scene_path: Path, artifact: str | None = None, out: Path | None = No
     saved = saved_bytes(facts) if manifest and artifact is None else None
     pictures = [(str(renamed(str(file), found.inside)), why) for file, why in unread_pictures(scene, maps)]
     unread = [{"file": name, "reason": why} for name, why in pictures]
-    return Explanation(scene.head.name, folder, manifest is not None, why_not, facts, unread, saved)
+    return Explanation(
+        scene=scene.head.name,
+        folder=folder,
+        baked=manifest is not None,
+        why_not=why_not,
+        artifacts=facts,
+        unread=unread,
+        saved=saved,
+    )
 
 
 def _last_bake(folder: Path) -> tuple[dict[str, Any] | None, str]:

@@ -72,41 +72,41 @@ class Camera:
 
     def __init__(self, manifest: dict[str, Any]) -> None:
         with np.errstate(over="ignore", invalid="ignore"):  # a damaged path is not usable
-            demand = camera_query(manifest)
-        self.demand: VisibilityQuery = demand
-        self.pixels = demand.pixels  # that one metre covers at one metre
-        columns = (*demand.eye, *demand.ahead, *demand.reach, demand.slack_m)
+            query = camera_query(manifest)
+        self.query: VisibilityQuery = query
+        self.pixels = query.pixels  # that one metre covers at one metre
+        columns = (*query.eye, *query.ahead, *query.reach, query.slack_m)
         self.usable = all(bool((np.abs(column) < _FAR_M).all()) for column in columns)
-        self.near_m = float(demand.near_m.min())
-        firsts = np.arange(0, len(demand.start_s), _BLOCK)
-        rows = list(zip(demand.eye, demand.reach, strict=True))
-        low = [np.minimum.reduceat(eye - demand.slack_m - reach, firsts) for eye, reach in rows]
-        high = [np.maximum.reduceat(eye + demand.slack_m + reach, firsts) for eye, reach in rows]
+        self.near_m = float(query.near_m.min())
+        firsts = np.arange(0, len(query.start_s), _BLOCK)
+        rows = list(zip(query.eye, query.reach, strict=True))
+        low = [np.minimum.reduceat(eye - query.slack_m - reach, firsts) for eye, reach in rows]
+        high = [np.maximum.reduceat(eye + query.slack_m + reach, firsts) for eye, reach in rows]
         self._low, self._high = np.stack(low, axis=1), np.stack(high, axis=1)  # boxes of the eye, by block
 
     def second(self, run: int) -> float | None:
         """When a run starts; None for the free camera."""
-        start = float(self.demand.start_s[run])
-        return start if start < self.demand.duration_s else None
+        start = float(self.query.start_s[run])
+        return start if start < self.query.duration_s else None
 
     def cosine(self, sphere: Sphere, runs: Runs) -> F64:
         """The cosine of the largest angle from the middle of the picture at which the sphere may appear, at
         least that of the picture's corner. The angle is a sum, below 90 degrees: to the sphere's middle, to
         its border, and the turn of the camera in a run."""
-        demand = self.demand
-        toward = [c - eye[runs] for c, eye in zip(sphere.center, demand.eye, strict=True)]
+        query = self.query
+        toward = [c - eye[runs] for c, eye in zip(sphere.center, query.eye, strict=True)]
         away = np.sqrt(toward[0] * toward[0] + toward[1] * toward[1] + toward[2] * toward[2])
         safe = np.maximum(away, 1e-30)
-        cos = sum(a * ahead[runs] for a, ahead in zip(toward, demand.ahead, strict=True)) / safe
+        cos = sum(a * ahead[runs] for a, ahead in zip(toward, query.ahead, strict=True)) / safe
         sin = np.sqrt(np.maximum(0.0, 1.0 - cos * cos))
-        more_sines = ((sphere.radius_m + demand.slack_m[runs]) / safe, demand.turn[runs])
+        more_sines = ((sphere.radius_m + query.slack_m[runs]) / safe, query.turn[runs])
         usable = cos > 0.0
         for more_sin in more_sines:
             usable &= more_sin < 1.0
             more_cos = np.sqrt(np.maximum(0.0, 1.0 - more_sin * more_sin))
             cos, sin = cos * more_cos - sin * more_sin, sin * more_cos + cos * more_sin
             usable &= cos > 0.0
-        return np.asarray(np.where(usable, np.maximum(demand.corner, cos), demand.corner), np.float64)
+        return np.asarray(np.where(usable, np.maximum(query.corner, cos), query.corner), np.float64)
 
     def moved(self, error_m: F64, away_m: F64, cosine: F64 | float) -> F64:
         """The most pixels by which an error moves points that are `away_m` or more from the eye, at an angle
@@ -149,7 +149,7 @@ class _Search:
     def run(self, shape: Callable[[int], F64 | None]) -> Moved | None:
         surfaces, camera = self.surfaces, self.camera
         away_m = np.maximum(camera.away(surfaces), self.from_m - surfaces.beyond_m)
-        bounds = camera.moved(surfaces.error_m, away_m, camera.demand.corner)
+        bounds = camera.moved(surfaces.error_m, away_m, camera.query.corner)
         order = [int(row) for row in np.argsort(-bounds, kind="stable")]
         following = 0
         while True:
@@ -157,7 +157,7 @@ class _Search:
                 row = order[following]
                 following += 1
                 center, radius_m = surfaces.center[row], float(surfaces.radius_m[row])
-                self._look(row, None, center, radius_m, camera.demand.runs)
+                self._look(row, None, center, radius_m, camera.query.runs)
             if not self.parts:
                 return self.known
             _, _, part = heapq.heappop(self.parts)
@@ -181,23 +181,23 @@ class _Search:
 
     def _look(self, row: int, corners: F64 | None, center: F64, radius_m: float, runs: Runs) -> None:
         """Adds a part of a surface if some run shows it and may move it more than the known point."""
-        demand, camera = self.camera.demand, self.camera
+        query, camera = self.camera.query, self.camera
         self.looks += 1
         x, y, z = (float(value) for value in center)
         sphere = Sphere((x, y, z), radius_m)
-        runs = runs[demand.in_cone(sphere, runs)]
+        runs = runs[query.in_cone(sphere, runs)]
         from_m = float(self.from_m[row])
         if from_m > 0.0 and len(runs):
             gaps = [
                 np.abs(c - eye[runs]) + reach[runs]
-                for c, eye, reach in zip((x, y, z), demand.eye, demand.reach, strict=True)
+                for c, eye, reach in zip((x, y, z), query.eye, query.reach, strict=True)
             ]
-            far = np.sqrt(gaps[0] * gaps[0] + gaps[1] * gaps[1] + gaps[2] * gaps[2]) + demand.slack_m[runs]
+            far = np.sqrt(gaps[0] * gaps[0] + gaps[1] * gaps[1] + gaps[2] * gaps[2]) + query.slack_m[runs]
             runs = runs[far - self.surfaces.core_m[row] >= from_m]
         if not len(runs):
             return
         error_m = np.full(len(runs), self.surfaces.error_m[row])
-        away_m = np.maximum(demand.nearest(sphere, runs), from_m - self.surfaces.beyond_m[row])
+        away_m = np.maximum(query.nearest(sphere, runs), from_m - self.surfaces.beyond_m[row])
         px = camera.moved(error_m, away_m, camera.cosine(sphere, runs))
         if self.known is not None:
             more = px > self.known.px
@@ -212,14 +212,14 @@ class _Search:
 
     def _see(self, row: int, place: F64, runs: Runs) -> None:
         """Updates `known` with a point that the camera shows in one of the runs."""
-        demand, camera = self.camera.demand, self.camera
+        query, camera = self.camera.query, self.camera
         x, y, z = (float(value) for value in place)
         point = Sphere((x, y, z), 0.0)
-        away_m = demand.nearest(point, runs) + 2.0 * demand.slack_m[runs]
-        toward = [c - eye[runs] for c, eye in zip((x, y, z), demand.eye, strict=True)]
-        depth = sum(a * ahead[runs] for a, ahead in zip(toward, demand.ahead, strict=True))
+        away_m = query.nearest(point, runs) + 2.0 * query.slack_m[runs]
+        toward = [c - eye[runs] for c, eye in zip((x, y, z), query.eye, strict=True)]
+        depth = sum(a * ahead[runs] for a, ahead in zip(toward, query.ahead, strict=True))
         length = np.sqrt(toward[0] * toward[0] + toward[1] * toward[1] + toward[2] * toward[2])
-        shown = (demand.cosine[runs] <= 0.0) | (depth >= demand.corner * length)
+        shown = (query.cosine[runs] <= 0.0) | (depth >= query.corner * length)
         if not shown.any():
             return
         away_m = away_m[shown]

@@ -41,7 +41,7 @@ def heights_of(uvs: F32, heights: F32, triangles: U32, shape: tuple[int, int]) -
         step = max(1, _AT_ONCE // (4 * side * side))
         for first in range(0, len(chosen), step):
             part = chosen[first : first + step]
-            _draw(out, x[part], y[part], z[part], left[part], top[part], 2 * side - 1)
+            _draw(out, x[part], y=y[part], z=z[part], left=left[part], top=top[part], side=2 * side - 1)
         side *= 2
     return out
 

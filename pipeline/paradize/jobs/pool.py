@@ -62,7 +62,15 @@ def run_jobs(
     if threads is None and not os.environ.get(THREADS):
         threads = max(1, cores() // max(1, workers))
     used = WorkerPool() if pool is None else pool
-    scheduler = _Scheduler(jobs, max(1, workers), threads, on_start, on_step, on_outcome, used)
+    scheduler = _Scheduler(
+        jobs=jobs,
+        workers=max(1, workers),
+        threads=threads,
+        on_start=on_start,
+        on_step=on_step,
+        on_outcome=on_outcome,
+        pool=used,
+    )
     try:
         return scheduler.run()
     finally:

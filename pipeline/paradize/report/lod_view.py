@@ -103,7 +103,16 @@ def draw_mesh(mesh: Mesh, skins: dict[str, Skin], frame: tuple[F64, float]) -> U
     runs = [(g.material, g.first, g.count) for g in mesh.groups] or [("", 0, len(mesh.triangles))]
     for material, first, count in runs:
         skin = skins.get(material) or skins.get("") or Skin()
-        _draw(mesh, mesh.triangles[first : first + count], skin, x, y, seen[:, 2], light, depth)
+        _draw(
+            mesh,
+            mesh.triangles[first : first + count],
+            skin=skin,
+            x=x,
+            y=y,
+            z=seen[:, 2],
+            light=light,
+            depth=depth,
+        )
     return to_srgb(light.reshape(SIZE, 2, SIZE, 2, 3).mean(axis=(1, 3)))
 
 
@@ -137,7 +146,7 @@ def _draw(
             part = chosen[first : first + step]
             covered = _covered(px[part], py[part], left[part], top[part], 2 * side - 1)
             if len(covered[0]):
-                _shade(mesh, triangles[part], skin, z, covered, light, depth)
+                _shade(mesh, triangles[part], skin=skin, z=z, covered=covered, light=light, depth=depth)
         side *= 2
 
 

@@ -44,7 +44,7 @@ class MeshSettings(BakerSettings):
     lod_ratio: triangles of a level, of those of the one before, 0.05 to 0.95. lod_errors: rising bounds of
     the levels after the source, of the diagonal, instead of lod_ratio: each is the coarsest mesh inside its
     bound. screen_size: fields of bakers/mesh/lods_by_screen_size.ScreenSize, for levels by how they look.
-    sight, instances: for levels by what the flight sees, as lods_from_path.py takes them.
+    flight_views, instances: for levels by what the flight sees, as lods_from_path.py takes them.
     simplifier: what makes the levels, one of SIMPLIFIERS; another than ours has tier balanced alone.
     atlas: make texture coordinates where there are none or they overlap; painted: only where there are none,
     since maps are painted for those there are. unwrapper: what makes them, one of UNWRAPPERS.
@@ -62,7 +62,7 @@ class MeshSettings(BakerSettings):
     lod_ratio: float = 0.5
     lod_errors: Sequence[float] = ()
     screen_size: Mapping[str, Any] | None = None
-    sight: dict[str, Any] | None = None
+    flight_views: dict[str, Any] | None = None
     instances: Sequence[Mapping[str, Any]] = ()
     simplifier: str = SIMPLIFIERS[0]
     atlas: bool = False
@@ -229,14 +229,14 @@ class TileSettings(TerrainSettings):
     """What decides the tiles of a terrain. max_error_m: of the finest level; tier "exact" makes it 0.
 
     patch_px: side of the finest cells, pixels. tile_mb: a tile's limit, megabytes, up to 64; a patch that is
-    larger has a tile for itself. tangents: whether anything reads them. sight: as query.plan_query takes it;
-    None: every patch is made. floor_cells: the table `floor` of the highest ground has at most so many cells
-    along a side; 0: there is no such table.
+    larger has a tile for itself. tangents: whether anything reads them. flight_views: as query.plan_query
+    takes it; None: every patch is made. floor_cells: the table `floor` of the highest ground has at most so
+    many cells along a side; 0: there is no such table.
     """
 
     max_error_m: float = 0.03
     patch_px: int = 128
     tile_mb: float = 64.0
     tangents: bool = True
-    sight: dict[str, Any] | None = None
+    flight_views: dict[str, Any] | None = None
     floor_cells: int = 0

@@ -15,10 +15,15 @@ FLOOR_CELLS = 48  # of the terrain along a side, for the waves: so many that the
 
 
 def add_terrain(
-    required: Requirements, terrain: Terrain, views: tuple[str, ...], sight: dict[str, Any], *, waves: bool
+    required: Requirements,
+    terrain: Terrain,
+    views: tuple[str, ...],
+    flight_views: dict[str, Any],
+    *,
+    waves: bool,
 ) -> None:
-    """Adds the jobs of the terrain. views: those beside the camera's. sight: from scene_views. waves: whether
-    waves lift the water, which need its depth."""
+    """Adds the jobs of the terrain. views: those beside the camera's. flight_views: from scene_views. waves:
+    whether waves lift the water, which need its depth."""
     readers = ("terrain",)
     relief = terrain.effect_height or terrain.effect_color
     bumps = terrain.sand_strength > 0.0 or (relief is not None and terrain.effect_strength > 0.0)
@@ -35,7 +40,7 @@ def add_terrain(
             TileSettings.of(
                 terrain,
                 tangents=bumps,
-                sight=sight,
+                flight_views=flight_views,
                 floor_cells=FLOOR_CELLS if waves else 0,
             )
         ),

@@ -29,12 +29,12 @@ def add_object(
     item: SceneObject,
     maps: SceneMaps,
     views: tuple[str, ...],
-    sight: dict[str, Any] | None,
+    flight_views: dict[str, Any] | None,
     size: dict[str, Any] | None,
     quantise_limits: dict[str, float],
 ) -> None:
-    """Adds the job of an object's mesh. views: those that draw it. sight: from camera_views; None: its levels
-    of detail do not follow the flight. size: from screen_size; None: they are not by how they look."""
+    """Adds the job of an object's mesh. views: those that draw it. flight_views: from camera_views; None: its
+    levels of detail do not follow the flight. size: from screen_size; None: they are not by how they look."""
     name = item.name
     sets = list(maps.of_object(name))
     read: dict[bool, list[str]] = {False: [], True: []}  # by MapSet.second
@@ -52,9 +52,9 @@ def add_object(
                 item,
                 attributes=list(inputs),
                 quantise=quantise_limits if item.quantise else None,
-                sight=sight,
+                flight_views=flight_views,
                 screen_size=size,
-                instances=stands(item) if sight else [],
+                instances=stands(item) if flight_views else [],
                 atlas=bool(sets),  # a map needs a UV layout
                 painted=True,  # overlapping UVs are the author's choice: the maps are painted for them
                 base_colors=_base_colors(maps.objects[name]),

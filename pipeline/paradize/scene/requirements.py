@@ -39,7 +39,15 @@ def require(scene: Scene, maps: SceneMaps) -> Requirements:
         size = (
             screen_size(scene.head, item, maps.objects[item.name]) if item.lods_by == "screen_size" else None
         )
-        add_object(required, item, maps, drawn_in[item.name], path, size, quantise_limits)
+        add_object(
+            required,
+            item,
+            maps=maps,
+            views=drawn_in[item.name],
+            flight_views=path,
+            size=size,
+            quantise_limits=quantise_limits,
+        )
         for one in [one for one in left if item.name in one.materials]:
             left.remove(one)  # a shared set comes with its first object
             add_map_set(required, one, maps, drawn_in)

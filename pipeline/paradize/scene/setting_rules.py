@@ -16,12 +16,12 @@ from typing import Any
 
 from paradize.errors import ArgumentError, GroupedError
 from paradize.map_table import DERIVED
+from paradize.scene import ranges
 from paradize.scene.budget import METRICS
 from paradize.scene.schema.field import suggestion
 from paradize.scene.settings import SIMPLIFIERS, UNWRAPPERS
 from paradize.scene.settings.relief import FILTERS
 
-_MOST = 1e6
 ATTRIBUTES = ("POSITION", "NORMAL", "TANGENT", "TEXCOORD_0", "TEXCOORD_1", "COLOR_0", "_SWAY")
 
 
@@ -148,12 +148,12 @@ TEXT = _where("a text", lambda v: isinstance(v, str))
 _WRAP = choice("repeat", "clamp")
 _LIMIT = number(0.0)
 LIMITS = mapping(None, _LIMIT, "a dict: metric -> worst value")
-_SIZE_M = several(number(0.0, above=True), 2, "two numbers above 0, (x, z) in metres")
+_SIZE_M = several(number(**ranges.SIZE_M), 2, "two numbers above 0, (x, z) in metres, up to 1e+06")
 ANY_SIZE_M = _SIZE_M.or_none()
-_LEVEL = number(-_MOST, _MOST)
+_LEVEL = number(**ranges.LEVEL)
 _QUANTISE = {metric: _LIMIT for metric in METRICS if metric.startswith("quantise_")}
 _SCREEN = {
-    "size_px": number(4.0, 4096.0, "pixels"),
+    "size_px": number(**ranges.LOD_SIZE_PX, unit="pixels"),
     "normal_deg": number(0.0, 180.0, "degrees"),
     "silhouette": number(0.0, 1.0),
     "flip": number(0.0, 1.0, above=True),
@@ -162,7 +162,7 @@ _SCREEN = {
 _TEXTURE = {
     "wrap": _WRAP | several(_WRAP, 2, "two of them, along x and y"),
     "budget": LIMITS,
-    "zstd": whole(1, 22).or_none(),
+    "zstd": whole(**ranges.ZSTD).or_none(),
     "uncompressed": FLAG,
     "layout_materials": names(),
     "fmt": choice("ktx2", "png"),
@@ -171,22 +171,24 @@ _NODATA = number() | choice("auto", "none")
 # By the name of the class of settings, then by field.
 RULES: dict[str, dict[str, Rule]] = {
     "MeshSettings": {
-        "lods": whole(1, 8),
-        "max_error": number(0.0, 1.0, "of the diagonal").or_none(),
-        "lod_ratio": number(0.05, 0.95),
-        "lod_errors": several(number(0.0, 1.0), None, "rising numbers, 0 to 1, of the diagonal", rising=True),
+        "lods": whole(**ranges.LODS),
+        "max_error": number(**ranges.MAX_ERROR, unit="of the diagonal").or_none(),
+        "lod_ratio": number(**ranges.LOD_RATIO),
+        "lod_errors": several(
+            number(**ranges.MAX_ERROR), None, "rising numbers, 0 to 1, of the diagonal", rising=True
+        ),
         "screen_size": mapping(
             _SCREEN, TEXT, f"a dict of {', '.join(_SCREEN)}", required=["size_px"]
         ).or_none(),
-        "sight": mapping(None, _where("", lambda _: True), "a dict, of a scene's flight").or_none(),
+        "flight_views": mapping(None, _where("", lambda _: True), "a dict, of a scene's flight").or_none(),
         "instances": several(instance(Mapping, ""), None, "a sequence of dicts, of a scene's instances"),
         "simplifier": choice(*SIMPLIFIERS),
         "atlas": FLAG,
         "painted": FLAG,
         "unwrapper": choice(*UNWRAPPERS),
-        "weld_m": number(0.0, _MOST, "metres"),
-        "crease_deg": number(0.0, 180.0, "degrees"),
-        "tangents": choice("face", "vertex", "mikktspace"),
+        "weld_m": number(**ranges.WELD_M, unit="metres"),
+        "crease_deg": number(**ranges.CREASE_DEG, unit="degrees"),
+        "tangents": choice(*ranges.TANGENTS),
         "quantise": mapping(
             _QUANTISE, _LIMIT, f"a dict: metric -> worst value, of {', '.join(_QUANTISE)}; {{}} as they are"
         ).or_none(),
@@ -202,30 +204,30 @@ RULES: dict[str, dict[str, Rule]] = {
         "only": names(DERIVED, least=1),
         "source": choice("auto", "color", "height"),
         "nodata": _NODATA,
-        "strength": number(-_MOST, _MOST, "percent of the width"),
+        "strength": number(-1e6, 1e6, "percent of the width"),
         "slope_scale": (number() | several(number(), 2, "two of them, along x and y")).or_none(),
         "size_m": ANY_SIZE_M,
         "green": choice("up", "down"),
         "gloss_groups": names(),
         **dict.fromkeys(("black", "white", "contrast", "brightness"), _LEVEL),
-        "gamma": number(1e-3, _MOST),
+        "gamma": number(**ranges.GAMMA),
         "invert": FLAG,
         "filter": choice(*FILTERS),
         "destep": FLAG,
     },
     "OcclusionSettings": {
         **_TEXTURE,
-        "occlusion_px": whole(16, 8192),
-        "occlusion_reach": number(0.0, 1.0, "of the diagonal", above=True),
+        "occlusion_px": whole(**ranges.OCCLUSION_PX),
+        "occlusion_reach": number(**ranges.OCCLUSION_REACH, unit="of the diagonal"),
         "see_through": names(),
     },
     "TerrainSettings": {
         "size_m": _SIZE_M,
-        "height_m": number(unit="metres").or_none(),
-        "base_m": number(unit="metres"),
-        "height_scale": number(),
+        "height_m": number(**ranges.HEIGHT_M, unit="metres").or_none(),
+        "base_m": number(**ranges.HEIGHT_M, unit="metres"),
+        "height_scale": number(**ranges.HEIGHT_SCALE),
         "nodata": _NODATA,
-        "max_error_m": number(0.0, unit="metres").or_none(),
+        "max_error_m": number(**ranges.MAX_ERROR_M, unit="metres").or_none(),
         "sand_repeat": number(),
         "quantise": FLAG,
     },

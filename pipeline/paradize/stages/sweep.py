@@ -78,7 +78,16 @@ def sweep(
             run(lambda band, s=source, k=level: visit(k, band[0], s(*band)), bands_of(height, width))  # type: ignore[misc]
             return
         gathered: Bundle = {}
-        work = _worker(height, width, max(1, deep), source, visit, halve, level, gathered)
+        work = _worker(
+            height,
+            width,
+            deep=max(1, deep),
+            source=source,
+            visit=visit,
+            halve=halve,
+            level=level,
+            gathered=gathered,
+        )
         bands = _halved_bands(height, width, max(1, deep))
         work(bands[0])  # first, because it allocates the arrays that all bands write into
         run(work, bands[1:] or [])

@@ -13,12 +13,12 @@ import numpy as np
 
 from paradize.data import Mesh
 from paradize.errors import BakeError
-from paradize.kernels.mesh import split_tangents
+from paradize.kernels.mesh import TANGENT_METHODS, split_tangents
 from paradize.stages.split import ATTRIBUTES
 
 # The quicker first. Every tier takes MikkTSpace's frames unless told otherwise: normal maps are painted for
 # them, and they take only a tenth of a second for a million triangles.
-METHODS = ("vertex", "mikktspace")
+METHODS = TANGENT_METHODS
 
 
 def method_of(setting: str) -> str:

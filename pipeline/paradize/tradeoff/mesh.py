@@ -9,8 +9,8 @@ from typing import Any
 
 from paradize.bakers.mesh.atlas import overlaps, sound_quality
 from paradize.bakers.mesh.lods import TIERS, Plan, make_levels
-from paradize.bakers.mesh.lods_from_path import sight_plan
-from paradize.bakers.mesh.prepare import with_normals, without_tangents
+from paradize.bakers.mesh.lods_from_path import plan_by_flight
+from paradize.bakers.mesh.prepare import prepare_mesh
 from paradize.bakers.quantise import direction_deg_of
 from paradize.data import Lod, Mesh
 from paradize.errors import BakeError
@@ -18,7 +18,6 @@ from paradize.formats.glb.encode import encode_glb
 from paradize.metrics.draw import draw_costs
 from paradize.metrics.quantised import quantised_errors
 from paradize.metrics.tangent import frame_errors
-from paradize.readers.model import read_model
 from paradize.scene.baker_settings import MeshSettings
 from paradize.scene.jobs import BakeJob
 from paradize.stages import atlas
@@ -28,8 +27,6 @@ from paradize.stages.quantise import mesh_grid, quantise_levels
 from paradize.stages.tangents import METHODS as TANGENTS
 from paradize.stages.tangents import method_of, tangent_frames
 from paradize.stages.unwrappers import UNWRAPPERS, require_unwrapper
-from paradize.stages.validate import validate_mesh
-from paradize.stages.weld import weld
 from paradize.tradeoff.timing import Trial, TrialGroup, TrialResult, timed
 
 Settings = dict[str, Any]
@@ -51,7 +48,14 @@ def mesh_groups(job: BakeJob, *, alone: bool = False) -> list[TrialGroup]:
         metrics = ("atlas_seam_length", "atlas_stretch", "atlas_packing")
         note = "" if bare.uvs is None else "The model's own overlaps; levels and tangent frames keep it."
         layouts = _tier_group(
-            name, "atlas", artifact, metrics, tuple(atlas.TIERS), arguments, atlas_tier, note
+            name,
+            "atlas",
+            artifact=artifact,
+            metrics=metrics,
+            tiers=tuple(atlas.TIERS),
+            arguments=arguments,
+            call=atlas_tier,
+            note=note,
         )
         found.append(
             _with_libraries(layouts, "unwrapper", UNWRAPPERS, settings["unwrapper"], require_unwrapper)
@@ -59,12 +63,12 @@ def mesh_groups(job: BakeJob, *, alone: bool = False) -> list[TrialGroup]:
     levels = _tier_group(
         name,
         "levels of detail",
-        artifact,
-        ("surface_rms", "surface_max"),
-        tuple(dict.fromkeys(TIERS.values())),
-        arguments,
-        lod_tier,
-        "The time includes the measuring that decides which levels are kept.",
+        artifact=artifact,
+        metrics=("surface_rms", "surface_max"),
+        tiers=tuple(dict.fromkeys(TIERS.values())),
+        arguments=arguments,
+        call=lod_tier,
+        note="The time includes the measuring that decides which levels are kept.",
     )
 
     levels = replace(levels, beside=_BESIDE)
@@ -120,7 +124,16 @@ def _tier_group(
     own = "paradize"  # the name of the series
     trials = tuple(Trial(tier, call, arguments | {"tier": tier}, own, {"tier": tier}) for tier in tiers)
     units = {"atlas_seam_length": "of the surface's side"} if stage == "atlas" else {}
-    return TrialGroup(f"{name} {stage}", stage, artifact, metrics, trials, tiers, note, units)
+    return TrialGroup(
+        name=f"{name} {stage}",
+        stage=stage,
+        artifact=artifact,
+        metrics=metrics,
+        trials=trials,
+        declared=tiers,
+        note=note,
+        units=units,
+    )
 
 
 def _with_libraries(
@@ -144,12 +157,8 @@ def _with_libraries(
 
 
 def _mended_mesh(path: Path, settings: Settings) -> Mesh:
-    """The source as bake_mesh passes it to its stages: welded, validated, with normals, by material."""
-    read = read_model(path)
-    joined, _ = weld(read.mesh, settings["weld_m"])
-    mesh, validation = validate_mesh(joined, path)
-    smoothing = read.smoothing[validation.kept]
-    return without_tangents(with_normals(mesh, smoothing, settings["crease_deg"]))[0]
+    """The source as bake_mesh passes it to its stages, without the layout that a bake may make."""
+    return prepare_mesh(path, replace(MeshSettings(**settings), atlas=False), "balanced")[0]
 
 
 def _laid_out(path: Path, settings: Settings) -> Mesh:
@@ -198,8 +207,8 @@ def lod_tier(
     counted; None: as many as a bake makes. Raises BakeError if a library makes no level."""
     mesh = _laid_out(path, settings)
     plan = replace(Plan.of(MeshSettings(**settings)), simplifier=simplifier)
-    if settings.get("sight"):
-        plan = sight_plan(settings["sight"], settings["instances"])(mesh, plan)
+    if settings.get("flight_views"):
+        plan = plan_by_flight(settings["flight_views"], settings["instances"])(mesh, plan)
     if most_levels is not None:
         plan = replace(plan, count=most_levels)
     seconds, (made, notes) = timed(lambda: make_levels(mesh, plan, tier), runs)

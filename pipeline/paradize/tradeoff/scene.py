@@ -56,7 +56,16 @@ def measure_scene(
             raise error.renamed(found.inside) from None
         bars: list[dict[str, Any]] = []
         if player is not None:
-            drawn = _PlayerMeasurements(path, scene, jobs, rows, scratch, tier, player, on_progress)
+            drawn = _PlayerMeasurements(
+                path=path,
+                scene=scene,
+                jobs=jobs,
+                rows=rows,
+                scratch=scratch,
+                tier=tier,
+                player=player,
+                on_progress=on_progress,
+            )
             try:
                 bars = drawn.attribution()
             except ParadizeError as error:
@@ -90,7 +99,14 @@ class _PlayerMeasurements:
         stages = swaps(self.jobs, {name: row["tier"] for name, row in self.rows.items()})
         used, scratch = self.scratch / "used", self.scratch
         return attribute(
-            self.path, self.scene, stages, used, self.tier, self.player, scratch, self.on_progress
+            self.path,
+            self.scene,
+            stages=stages,
+            used=used,
+            tier=self.tier,
+            player=self.player,
+            scratch=scratch,
+            on_progress=self.on_progress,
         )
 
     def qualities(self) -> Iterator[Group]:

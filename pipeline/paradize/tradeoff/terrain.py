@@ -35,7 +35,17 @@ def tree_groups(job: BakeJob) -> list[TrialGroup]:
         "The tree of patches that the flight needs; the time includes the measuring that decides its splits."
     )
     artifact = job.outputs[0].artifact
-    return [TrialGroup("terrain", "terrain", artifact, _METRICS, trials, ("balanced", "exact"), note)]
+    return [
+        TrialGroup(
+            name="terrain",
+            stage="terrain",
+            artifact=artifact,
+            metrics=_METRICS,
+            trials=trials,
+            declared=("balanced", "exact"),
+            note=note,
+        )
+    ]
 
 
 def tree_tier(path: Path, settings: dict[str, Any], tier: str, runs: int | None) -> TrialResult:
@@ -69,7 +79,17 @@ def height_map_groups(
         f"{size_m[0]:g} x {size_m[1]:g} m, {high_m:g} m high; fast and balanced keep a bound of "
         f"{max_error_m:g} m, fast with more triangles; exact has a vertex at every pixel."
     )
-    return [TrialGroup(f"{path.stem} terrain", "terrain", path.stem, _METRICS, trials, TIERS, note)]
+    return [
+        TrialGroup(
+            name=f"{path.stem} terrain",
+            stage="terrain",
+            artifact=path.stem,
+            metrics=_METRICS,
+            trials=trials,
+            declared=TIERS,
+            note=note,
+        )
+    ]
 
 
 def height_map_tier(

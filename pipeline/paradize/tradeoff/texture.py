@@ -45,7 +45,17 @@ def color_groups(job: BakeJob) -> list[TrialGroup]:
     trials = _format_trials(own, color_tier, arguments)
     note = "The time includes the mips, in linear light."
     artifact = job.outputs[0].artifact
-    return [TrialGroup(job.name, "block compression", artifact, MAPS[name].metrics, trials, TIERS, note)]
+    return [
+        TrialGroup(
+            name=job.name,
+            stage="block compression",
+            artifact=artifact,
+            metrics=MAPS[name].metrics,
+            trials=trials,
+            declared=TIERS,
+            note=note,
+        )
+    ]
 
 
 def authored_groups(job: BakeJob) -> list[TrialGroup]:
@@ -66,7 +76,17 @@ def authored_groups(job: BakeJob) -> list[TrialGroup]:
         if name == "occlusion" and job.settings["occlusion_cast"]:
             stage, metrics = "cast occlusion", ("occlusion_cast_p99", "occlusion_cast_mean", *metrics)
             note = "The time includes reading the model, the rays and the mips."
-        groups.append(TrialGroup(title, stage, output.artifact, metrics, trials, TIERS, note))
+        groups.append(
+            TrialGroup(
+                name=title,
+                stage=stage,
+                artifact=output.artifact,
+                metrics=metrics,
+                trials=trials,
+                declared=TIERS,
+                note=note,
+            )
+        )
     return groups
 
 
@@ -94,7 +114,17 @@ def map_groups(job: BakeJob) -> list[TrialGroup]:
             )
         metrics = MAPS[output.product].metrics
         note = "The time includes the map's rows and its mips."
-        groups.append(TrialGroup(title, "block compression", output.artifact, metrics, trials, TIERS, note))
+        groups.append(
+            TrialGroup(
+                name=title,
+                stage="block compression",
+                artifact=output.artifact,
+                metrics=metrics,
+                trials=trials,
+                declared=TIERS,
+                note=note,
+            )
+        )
     return groups
 
 
@@ -211,7 +241,15 @@ def _filter_group(job: BakeJob, base: str, artifact: str) -> TrialGroup:
     if named == "auto":
         trials = tuple(Trial(t, filter_tier, arguments | {"tier": t}, "paradize", {"tier": t}) for t in TIERS)
     metrics = ("normal_filter_p99_deg", "normal_filter_deg", "normal_filter_max_deg")
-    return TrialGroup(f"{base} slopes", "slope filter", artifact, metrics, trials, TIERS, note)
+    return TrialGroup(
+        name=f"{base} slopes",
+        stage="slope filter",
+        artifact=artifact,
+        metrics=metrics,
+        trials=trials,
+        declared=TIERS,
+        note=note,
+    )
 
 
 def filter_tier(sources: dict[str, Path], settings: Settings, tier: str, runs: int | None) -> TrialResult:

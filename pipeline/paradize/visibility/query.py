@@ -156,32 +156,32 @@ def is_lit(sphere: Sphere, light: _Light) -> bool:
     )
 
 
-def plan_query(sight: dict[str, Any]) -> VisibilityQuery:
+def plan_query(flight_views: dict[str, Any]) -> VisibilityQuery:
     """The visibility query of a scene.
 
-    sight: as scene/finest_views.py makes it: `flight` (scene.settings.Flight as a dict), `viewport` (largest,
-    pixels), `error_px`, `mirror_m` and `water_m` (water level for reflection and refraction, or None),
-    `shadow` (extent_m and center, or None), `sun` (unit vector towards it), and optionally `region`
+    flight_views: as scene/finest_views.py makes it: `flight` (scene.settings.Flight as a dict), `viewport`
+    (largest, pixels), `error_px`, `mirror_m` and `water_m` (water level for reflection and refraction, or
+    None), `shadow` (extent_m and center, or None), `sun` (unit vector towards it), and optionally `region`
     (scene.settings.FreeCamera as a dict).
     """
-    flight = dict(sight["flight"])
+    flight = dict(flight_views["flight"])
     flight["eye"] = tuple(EyePoint(**point) for point in flight["eye"])
     flight["target"] = tuple(TargetPoint(**point) for point in flight["target"])
     settings = FlightSettings(**flight)
-    return _query(plan_flight(settings), settings.fov_deg, sight)
+    return _query(plan_flight(settings), settings.fov_deg, flight_views)
 
 
 def camera_query(manifest: dict[str, Any]) -> VisibilityQuery:
     """The query of the camera's view alone for the flight and the free camera's box of a scene.json. The
     accepted error is one pixel of the largest picture."""
     flight = Flight.from_json(manifest["flight"])
-    sight = {"viewport": manifest["largest_viewport"], "error_px": 1.0}
-    sight |= {"mirror_m": None, "water_m": None, "shadow": None, "region": manifest["free_camera"]}
-    return _query(flight, flight.fov_rad * (180.0 / PI), sight)
+    flight_views = {"viewport": manifest["largest_viewport"], "error_px": 1.0}
+    flight_views |= {"mirror_m": None, "water_m": None, "shadow": None, "region": manifest["free_camera"]}
+    return _query(flight, flight.fov_rad * (180.0 / PI), flight_views)
 
 
-def _query(flight: Flight, fov_deg: float, sight: dict[str, Any]) -> VisibilityQuery:
-    width, height = sight["viewport"]
+def _query(flight: Flight, fov_deg: float, flight_views: dict[str, Any]) -> VisibilityQuery:
+    width, height = flight_views["viewport"]
     sine, cosine = sine_cosine(0.5 * fov_deg)
     tangent = sine / cosine
     corner_slope = tangent * tangent * (1.0 + (width / height) * (width / height))  # squared tangent
@@ -197,7 +197,7 @@ def _query(flight: Flight, fov_deg: float, sight: dict[str, Any]) -> VisibilityQ
     ahead = (fx / safe, fy / safe, fz / safe)
     near_m = np.full(len(start_s), flight.near_m)
     reach = (np.zeros(len(start_s)), np.zeros(len(start_s)), np.zeros(len(start_s)))
-    if region := sight.get("region"):
+    if region := flight_views.get("region"):
         low, high = region["low"], region["high"]
         eye = _append(eye, [0.5 * (a + b) for a, b in zip(low, high, strict=True)])
         reach = _append(reach, [0.5 * (b - a) for a, b in zip(low, high, strict=True)])
@@ -205,7 +205,7 @@ def _query(flight: Flight, fov_deg: float, sight: dict[str, Any]) -> VisibilityQ
         start_s, eye_slack = np.append(start_s, flight.duration_s), np.append(eye_slack, 0.0)
         near_m = np.append(near_m, max(flight.near_m, region["near_m"]))
         cone_cos, turn = np.append(cone_cos, -1.0), np.append(turn, 1.0)  # it looks in all directions
-    shadow = sight["shadow"]
+    shadow = flight_views["shadow"]
     return VisibilityQuery(
         duration_s=flight.duration_s,
         start_s=start_s,
@@ -216,13 +216,13 @@ def _query(flight: Flight, fov_deg: float, sight: dict[str, Any]) -> VisibilityQ
         cosine=cone_cos,
         corner=float(half_cos),
         turn=np.minimum(turn, 1.0),
-        pixels=height / (2.0 * tangent) / sight["error_px"],
+        pixels=height / (2.0 * tangent) / flight_views["error_px"],
         near_m=near_m,
         reach=reach,
         far_m=flight.far_m,
-        mirror_m=sight["mirror_m"],
-        water_m=sight["water_m"],
-        light=_light(shadow["extent_m"], shadow["center"], sight["sun"]) if shadow else None,
+        mirror_m=flight_views["mirror_m"],
+        water_m=flight_views["water_m"],
+        light=_light(shadow["extent_m"], shadow["center"], flight_views["sun"]) if shadow else None,
     )
 
 

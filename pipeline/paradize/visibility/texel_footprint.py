@@ -113,19 +113,19 @@ class Views:
 
 
 @lru_cache(maxsize=2)
-def _query_of(sight: str) -> VisibilityQuery:
+def _query_of(flight_views: str) -> VisibilityQuery:
     """Cached: many objects share one flight."""
-    return plan_query(json.loads(sight))
+    return plan_query(json.loads(flight_views))
 
 
-def views_of(sight: dict[str, Any], drawn: tuple[str, ...], light_m: float | None) -> Views:
-    """The views of an object. sight: as for plan_query, and `scales` of reflection and refraction by name.
-    drawn: names of the views that draw the object (scene.settings.VIEWS). light_m: as in Views."""
-    query = _query_of(json.dumps(sight))
-    scales = sight["scales"]
+def views_of(flight_views: dict[str, Any], drawn: tuple[str, ...], light_m: float | None) -> Views:
+    """The views of an object. flight_views: as for plan_query, and `scales` of reflection and refraction by
+    name. drawn: names of the views that draw the object (scene.settings.VIEWS). light_m: as in Views."""
+    query = _query_of(json.dumps(flight_views))
+    scales = flight_views["scales"]
     return Views(
         query,
-        1.0 / (query.pixels * sight["error_px"]),
+        1.0 / (query.pixels * flight_views["error_px"]),
         "camera" in drawn,
         scales.get("reflection") if "reflection" in drawn else None,
         scales.get("refraction") if "refraction" in drawn else None,

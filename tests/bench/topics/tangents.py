@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 import meshes
 from paradize.data import Mesh
-from paradize.kernels.mesh import corner_tangents, split_tangents
+from paradize.kernels.mesh import split_tangents
 from paradize.kernels.reference import angles_deg, mikktspace_tangents
 from row import Row, median_ms, on
 from tests.places import ROOT
@@ -52,21 +52,21 @@ def bench(name: str, mesh: Mesh, runs: int, folder: Path) -> Iterator[Row]:
     assert mesh.normals is not None and mesh.uvs is not None
     theirs_ms, theirs = npm(mesh, max(1, runs // 3), folder)
     truth = mikktspace_tangents(*surface)
-    ours = corner_tangents(*surface, threads=1)
+    index, _, tangents = split_tangents(*surface, threads=1)
+    ours = tangents[index]
     size, shares = against(ours, theirs)
     message = f"{shares}, {size} from npm's; {against(ours, truth)[0]} from float64"
     peer_error = f"{against(theirs, truth)[0]} from float64"
     peer = "npm mikktspace (WASM), time inside node"
-    for work, function in (
-        ("tangents of corners", corner_tangents),
-        ("tangents of vertices, split where they differ", split_tangents),
-    ):
-        ours_ms = median_ms(partial(function, *surface, threads=1), runs)
-        title = f"{work}, {name}, {len(mesh.triangles)} triangles, one thread"
-        yield Row(
-            title, ours_ms, peer, theirs_ms, message, peer_error, PROMISE,
-            inside="arrays in memory to the frame of every corner", ours_on=on(1), peer_on=on(1, "WASM"),
-        )  # fmt: skip
+    ours_ms = median_ms(partial(split_tangents, *surface, threads=1), runs)
+    title = (
+        f"tangents of vertices, split where they differ, {name}, {len(mesh.triangles)} triangles, one thread"
+    )
+    yield Row(
+        title, ours_ms, peer, theirs_ms, message, peer_error, PROMISE,
+        inside="arrays in memory to the frame of every corner; ours makes an indexed mesh of them too",
+        ours_on=on(1), peer_on=on(1, "WASM"),
+    )  # fmt: skip
 
 
 def rows(runs: int, folder: Path) -> Iterator[Row]:

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from paradize.bakers.mesh.bake import bake_mesh
 from paradize.bakers.mesh.lods import NO_ERROR, TIERS, MeasuredLevel, Plan, make_levels
-from paradize.bakers.mesh.lods_from_path import bake_seen, sight_plan
+from paradize.bakers.mesh.lods_from_path import bake_seen, plan_by_flight
 from paradize.data import Group, Mesh
 from paradize.metrics.surface import Original, diagonal, surface_distance
 from paradize.scene.baker_settings import MeshSettings
@@ -148,7 +148,7 @@ def test_a_better_tier_is_nearer_to_the_source() -> None:
 
 
 @given(st.integers(2, 10), st.sampled_from([*TIERS]), st.floats(0.3, 0.9), st.booleans())
-@settings(max_examples=6, deadline=None)
+@settings(max_examples=4, deadline=None)
 def test_no_level_has_more_triangles_or_less_error_than_the_one_before(
     size: int, tier: str, ratio: float, closed: bool
 ) -> None:
@@ -208,7 +208,7 @@ def cove(tmp_path: Path, **instance: object) -> tuple[dict, list[dict], float]:
 def test_by_sight_nothing_finer_than_a_pixel_at_the_nearest_view_is_baked(tmp_path: Path, tier: str) -> None:
     seen, stands, pixel = cove(tmp_path, position=(0.0, 0.0, 0.0))
     mesh = sphere(64, radius=0.5)
-    plan = sight_plan(seen, [placed(one) for one in stands])(mesh, Plan(count=8))
+    plan = plan_by_flight(seen, [placed(one) for one in stands])(mesh, Plan(count=8))
     flight = plan_flight(load_scene(tmp_path / "cove.toml").flight)
     met = sightings_of(flight, 50.0, 1280 / 720, [((0.0, 0.0, 0.0), diagonal(mesh) / 2)])[0]
     assert plan.finest == pytest.approx(met.nearest_m * pixel / diagonal(mesh), rel=1e-6)
@@ -244,17 +244,17 @@ def test_by_sight_the_nearest_and_the_farthest_of_all_instances_count(tmp_path: 
         for key in ("nearest_m", "farthest_seen_m")
     )
     assert abs(near[0] - near[1]) > 0.5 and abs(far[0] - far[1]) > 0.5
-    plan = sight_plan(seen, [placed(one) for one in stands])(mesh, Plan(limit=1.0))
+    plan = plan_by_flight(seen, [placed(one) for one in stands])(mesh, Plan(limit=1.0))
     assert plan.finest == pytest.approx(share * min(near), rel=1e-4)
     assert plan.farthest == pytest.approx(share * max(far), rel=1e-4)
-    unseen = sight_plan(seen, [placed(one) for one in stands[2:]])(mesh, Plan(count=5, limit=0.03))
+    unseen = plan_by_flight(seen, [placed(one) for one in stands[2:]])(mesh, Plan(count=5, limit=0.03))
     assert (unseen.count, unseen.finest, unseen.farthest) == (1, 0.03, None)
 
 
 def test_by_sight_what_the_camera_touches_keeps_its_source(tmp_path: Path) -> None:
     seen, stands, _ = cove(tmp_path, position=(9.0, 2.0, 0.0))
     mesh = sphere(16)
-    plan = sight_plan(seen, [placed(one) for one in stands])(mesh, Plan())
+    plan = plan_by_flight(seen, [placed(one) for one in stands])(mesh, Plan())
     assert plan.finest == 0
     assert np.array_equal(make_levels(mesh, plan, "balanced")[0][0].mesh.positions, mesh.positions)
 

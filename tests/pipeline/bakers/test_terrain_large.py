@@ -26,11 +26,14 @@ ways = ((0.6, 0.0), (0.0, 0.6), (-0.6, 0.0), (0.0, -0.6))
 eye = tuple(EyePoint(position=(a * side / 2, 0.18 * side, b * side / 2)) for a, b in ways)
 target = tuple(TargetPoint(position=(b * side / 2, 0.1 * side, a * side / 2)) for a, b in ways)
 flight = Flight(duration_s=240.0, fov_deg=52.0, near_m=1.0, far_m=2 * side, eye=eye, target=target)
-sight = {"flight": asdict(flight), "viewport": [1920, 1080], "error_px": 1.0}
-sight |= {"mirror_m": None, "water_m": None, "shadow": None, "sun": [0.0, 1.0, 0.0]}
+flight_views = {"flight": asdict(flight), "viewport": [1920, 1080], "error_px": 1.0}
+flight_views |= {"mirror_m": None, "water_m": None, "shadow": None, "sun": [0.0, 1.0, 0.0]}
 made = bake_tiles(
     Path(sys.argv[1]), Path(sys.argv[2]),
-    TileSettings(size_m=(side, side), height_m=0.2 * side, max_error_m=1.0, patch_px=256, sight=sight),
+    TileSettings(
+        size_m=(side, side), height_m=0.2 * side, max_error_m=1.0, patch_px=256,
+        flight_views=flight_views,
+    ),
 )
 most = peak()
 patches = made.tables["patches"]["level"]

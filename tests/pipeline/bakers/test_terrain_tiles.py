@@ -35,7 +35,7 @@ from paradize.store.local import key_of
 from paradize.visibility.query import plan_query
 from tests.pipeline.glb_json import document
 from tests.pipeline.scenes import make_cove, write_image
-from tests.pipeline.visibility.test_terrain_demand import flight_settings, sight_of
+from tests.pipeline.visibility.test_terrain_demand import flight_settings, flight_views_of
 from tests.sweeps import sweep
 
 
@@ -175,15 +175,20 @@ def test_a_tile_is_needed_when_its_first_patch_is_and_errs_as_its_patches_do_by_
     tmp_path: Path, seen: bool
 ) -> None:
     path = make_coast(tmp_path).parent / "height.png"
-    sight = sight_of(flight_settings(True)) if seen else None
+    flight_views = flight_views_of(flight_settings(True)) if seen else None
     settings: dict[str, Any] = {"size_x_m": 60.0, "size_z_m": 80.0, "height_m": 4.0}
     tiles = TileSettings(
-        size_m=(60.0, 80.0), height_m=4.0, max_error_m=0.05, patch_px=16, tile_mb=0.05, sight=sight
+        size_m=(60.0, 80.0),
+        height_m=4.0,
+        max_error_m=0.05,
+        patch_px=16,
+        tile_mb=0.05,
+        flight_views=flight_views,
     )
     made = bake_tiles(path, tmp_path / "room", tiles)
     ground, _ = read_heightmap(path, **settings)
-    demand = plan_query(sight) if sight else None
-    grower = Grower(ground, max_error_m=0.05, leaf_px=16, sand_repeat=1.0, demand=demand)
+    query = plan_query(flight_views) if flight_views else None
+    grower = Grower(ground, max_error_m=0.05, leaf_px=16, sand_repeat=1.0, query=query)
     tree = grower.grow()
     spans, sizes = [], set()
     for tile in made.tiles:

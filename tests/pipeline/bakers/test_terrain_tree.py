@@ -35,10 +35,8 @@ def rough(rows: int, columns: int, seed: int = 5) -> Heightfield:
     return Heightfield(heights.astype(np.float32), float(columns - 1), 0.5 * (rows - 1))
 
 
-def grown(
-    ground: Heightfield, leaf_px: int = 8, demand: VisibilityQuery | None = None
-) -> tuple[Grower, Tree]:
-    grower = Grower(ground, max_error_m=0.2, leaf_px=leaf_px, sand_repeat=3.0, demand=demand)
+def grown(ground: Heightfield, leaf_px: int = 8, query: VisibilityQuery | None = None) -> tuple[Grower, Tree]:
+    grower = Grower(ground, max_error_m=0.2, leaf_px=leaf_px, sand_repeat=3.0, query=query)
     return grower, grower.grow()
 
 
@@ -255,7 +253,7 @@ def test_noise_fills_16_bit_indices_and_no_more() -> None:
     """A coarse patch that would need every pixel keeps to the limit, and says what that costs."""
     rng = np.random.default_rng(1)
     ground = Heightfield(rng.uniform(-50, 50, (513, 513)).astype(np.float32), 512.0, 512.0)
-    grower = Grower(ground, max_error_m=0.01, leaf_px=128, sand_repeat=1.0, demand=None)
+    grower = Grower(ground, max_error_m=0.01, leaf_px=128, sand_repeat=1.0, query=None)
     tree = grower.grow()
     assert max(patch.sizes[0] for patch in tree.patches) <= MOST_VERTICES
     roots = [patch for patch in tree.patches if patch.level == 0]
@@ -286,7 +284,7 @@ EXTREMES: dict[str, tuple[np.ndarray, float, float, float]] = {
 def test_extremes_keep_the_bound_at_the_finest_level(name: str, leaf_px: int) -> None:
     heights, size_x_m, size_z_m, bound_m = EXTREMES[name]
     ground = Heightfield(np.ascontiguousarray(heights, np.float32), size_x_m, size_z_m)
-    grower = Grower(ground, max_error_m=bound_m, leaf_px=leaf_px, sand_repeat=1.0, demand=None)
+    grower = Grower(ground, max_error_m=bound_m, leaf_px=leaf_px, sand_repeat=1.0, query=None)
     tree = grower.grow()
     check_tree(tables_of(tree) | {"tiles": ["terrain_mesh"]})
     finest = [p.error for p in tree.patches if p.level == grower.shape.finest]
@@ -295,8 +293,8 @@ def test_extremes_keep_the_bound_at_the_finest_level(name: str, leaf_px: int) ->
 
 def test_a_bound_that_codes_cannot_hold_is_refused() -> None:
     ground = Heightfield((NOISE * 100).astype(np.float32), 89.0, 69.0)
-    grower = Grower(ground, max_error_m=1e-4, leaf_px=16, sand_repeat=1.0, demand=None, quantise=True)
-    with pytest.raises(BakeError, match="16-bit codes reach no less") as raised:
+    grower = Grower(ground, max_error_m=1e-4, leaf_px=16, sand_repeat=1.0, query=None, quantise=True)
+    with pytest.raises(BakeError, match="16-bit positions reach no less") as raised:
         grower.grow()
     assert raised.value.place and raised.value.mend
 
@@ -338,7 +336,7 @@ def test_blocks_know_the_range_of_what_they_touch() -> None:
 
 def test_codes_keep_the_bound_and_leave_no_crack() -> None:
     ground = FIELDS["tall"]
-    grower = Grower(ground, max_error_m=0.2, leaf_px=8, sand_repeat=3.0, demand=None, quantise=True)
+    grower = Grower(ground, max_error_m=0.2, leaf_px=8, sand_repeat=3.0, query=None, quantise=True)
     tree = grower.grow()
     assert grower.grid is not None
     finest = [p for p in tree.patches if p.level == grower.shape.finest]
@@ -362,7 +360,7 @@ def test_codes_of_all_patches_have_the_same_types() -> None:
     draws a tile in one call, with one layout of vertices."""
     for sand_repeat, uvs in ((3.0, np.float32), (0.5, np.uint16)):
         grower = Grower(
-            FIELDS["square"], max_error_m=0.2, leaf_px=4, sand_repeat=sand_repeat, demand=None, quantise=True
+            FIELDS["square"], max_error_m=0.2, leaf_px=4, sand_repeat=sand_repeat, query=None, quantise=True
         )
         codes = [grower.quantized(grower.mesh(patch)) for patch in grower.grow().patches]
         types = {

@@ -287,7 +287,7 @@ def test_a_broken_map_leaves_the_gutters_of_the_others_checked(cove: Path, tmp_p
         (tmp_path / "out" / manifest["artifacts"][name]["file"]).write_bytes(b"no texture")
     walked = []
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("paradize.checks.gutters._walk", lambda *given: walked.append(given[2]) or ())
+        patch.setattr("paradize.checks.gutters._walk", lambda *_, key, **more: walked.append(key) or ())
         list(check_gutters(manifest, tmp_path / "out"))
     assert walked == ["height", "gloss"]
 

@@ -345,7 +345,7 @@ def test_each_worker_is_given_its_share_of_the_cores(monkeypatch: pytest.MonkeyP
     given: list[int | None] = []
 
     class Recorder:
-        def __init__(self, jobs: Any, workers: int, threads: int | None, *more: Any) -> None:
+        def __init__(self, *, threads: int | None, **more: Any) -> None:
             given.append(threads)
 
         def run(self) -> list[Outcome]:

@@ -309,7 +309,7 @@ def test_the_script_strews_the_same_again(scripts: Any, script: str, folder: str
 
 
 # The lamps ask for the ground's height, which takes ten seconds.
-@pytest.mark.parametrize("name", ["bar", "boat", pytest.param("lamps", marks=pytest.mark.deep)])
+@pytest.mark.parametrize("name", sweep(["bar", "boat", "lamps"], test=["boat"]))
 def test_the_script_builds_the_same_bar_boat_and_lamps_again(scripts: Any, name: str, tmp_path: Path) -> None:
     scripts[name].make(tmp_path)
     made, kept = (sorted((top / name).iterdir()) for top in (tmp_path, RAW))

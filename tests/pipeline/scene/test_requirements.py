@@ -217,22 +217,22 @@ def test_the_sun_stands_where_its_angles_say() -> None:
 
 
 def test_what_is_seen_of_the_ground_follows_from_the_views_that_there_are(tmp_path: Path) -> None:
-    def sight_with(name: str, *changes: tuple[str, str]) -> dict[str, object]:
+    def flight_views_with(name: str, *changes: tuple[str, str]) -> dict[str, object]:
         found: dict[str, object] = jobs_by_name(edited(tmp_path / name, *changes))["terrain"].settings[
-            "sight"
+            "flight_views"
         ]
         return found
 
-    whole = sight_with("whole", ("[water]\n", "[water]\nlevel_m = 0.25\n"))
+    whole = flight_views_with("whole", ("[water]\n", "[water]\nlevel_m = 0.25\n"))
     assert (whole["mirror_m"], whole["water_m"], whole["viewport"]) == (0.25, 0.25, [1280, 720])
     assert whole["shadow"] == {"extent_m": 20.0, "center": [0.0, 0.0, 0.0]} and "region" not in whole
-    assert sight_with("flat", ("[refraction]\n", ""))["water_m"] is None
-    assert sight_with("dull", ("[reflection]\n", ""))["mirror_m"] is None
-    assert sight_with("dark", ("[shadow]\nsize = 256\nextent_m = 20.0\n", ""))["shadow"] is None
+    assert flight_views_with("flat", ("[refraction]\n", ""))["water_m"] is None
+    assert flight_views_with("dull", ("[reflection]\n", ""))["mirror_m"] is None
+    assert flight_views_with("dark", ("[shadow]\nsize = 256\nextent_m = 20.0\n", ""))["shadow"] is None
     large = ('name = "cove"\n', 'name = "cove"\nlargest_viewport = [2560, 720]\n')
-    assert sight_with("large", large)["viewport"] == [2560, 720]
+    assert flight_views_with("large", large)["viewport"] == [2560, 720]
     region = "[free_camera]\nlow = [0, 2, 0]\nhigh = [1, 2, 1]\n"
-    free = sight_with("free", ("[reflection]\n", f"{region}[reflection]\n"))
+    free = flight_views_with("free", ("[reflection]\n", f"{region}[reflection]\n"))
     assert free["region"] == {"low": (0.0, 2.0, 0.0), "high": (1.0, 2.0, 1.0), "near_m": 1.0}
 
 

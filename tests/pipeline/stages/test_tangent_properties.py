@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 from paradize.bakers.mesh.bake import bake_mesh
 from paradize.data import Mesh
 from paradize.errors import BakeError
-from paradize.kernels.mesh import TANGENT_METHODS, corner_tangents, split_tangents
+from paradize.kernels.mesh import split_tangents
 from paradize.kernels.reference import angles_deg, mikktspace_tangents
 from paradize.metrics.tangent import frame_errors, frame_faults, sample_of
 from paradize.readers.obj import read_obj
@@ -26,17 +26,10 @@ from paradize.stages.split import split_by
 from paradize.stages.tangents import METHODS, method_of, tangent_frames
 from paradize.stages.validate import validate_mesh
 from tests.bench import meshes
-from tests.pipeline.shapes import grid, sphere
+from tests.pipeline.shapes import corner_tangents, grid, sphere
 
 Corners = npt.NDArray[np.float32]
 DENSE = meshes.sphere(3_000, mirrored=True)
-
-
-def corners(mesh: Mesh, method: str = "mikktspace", threads: int | None = None) -> Corners:
-    assert mesh.normals is not None and mesh.uvs is not None
-    return corner_tangents(
-        mesh.positions, mesh.normals, mesh.uvs, mesh.triangles, method=method, threads=threads
-    )
 
 
 def degrees(a: Corners, b: Corners) -> float:
@@ -67,7 +60,7 @@ def soup_of(count: int, seed: int) -> Mesh:
 def test_frames_are_those_of_the_float64_reference(mesh: Mesh) -> None:
     assert mesh.normals is not None and mesh.uvs is not None
     truth = mikktspace_tangents(mesh.positions, mesh.normals, mesh.uvs, mesh.triangles)
-    found = corners(mesh)
+    found = corner_tangents(mesh)
     assert np.array_equal(found[..., 3], truth[..., 3])
     assert degrees(found, truth) < 2e-3
 
@@ -77,24 +70,24 @@ def test_whatever_the_faces_signs_are_those_of_the_reference(seed: int) -> None:
     mesh = soup_of(20 + 10 * seed, 10 + seed)
     assert mesh.normals is not None and mesh.uvs is not None
     truth = mikktspace_tangents(mesh.positions, mesh.normals, mesh.uvs, mesh.triangles)
-    assert np.array_equal(corners(mesh)[..., 3], truth[..., 3])
+    assert np.array_equal(corner_tangents(mesh)[..., 3], truth[..., 3])
 
 
-@pytest.mark.parametrize("method", TANGENT_METHODS)
+@pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("mesh", [meshes.torus(60_000, mirrored=True), noise(DENSE, 4), soup_of(200, 5)])
 def test_the_number_of_threads_changes_no_byte(mesh: Mesh, method: str) -> None:
     assert mesh.normals is not None and mesh.uvs is not None
     surface = (mesh.positions, mesh.normals, mesh.uvs, mesh.triangles)
-    once = [corners(mesh, method, 1), *split_tangents(*surface, method=method, threads=1)]
+    once = split_tangents(*surface, method=method, threads=1)
     for threads in (2, 5):
-        again = [corners(mesh, method, threads), *split_tangents(*surface, method=method, threads=threads)]
+        again = split_tangents(*surface, method=method, threads=threads)
         assert [a.tobytes() for a in again] == [a.tobytes() for a in once]
 
 
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("mesh", [DENSE, noise(DENSE, 6), soup_of(100, 7), sphere(6)])
 def test_the_split_mesh_has_the_corners_frames(mesh: Mesh, method: str) -> None:
-    found = corners(mesh, method)
+    found = corner_tangents(mesh, method)
     framed, plain = tangent_frames(mesh, method), split_by(mesh, tangents=found)
     for name in ("positions", "triangles", "normals", "uvs", "tangents"):
         assert np.array_equal(getattr(framed, name), getattr(plain, name)), name
@@ -121,12 +114,12 @@ def test_turning_and_scaling_a_mesh_turns_its_frames(
     angles: tuple[float, float, float], scale: float
 ) -> None:
     moved, turn = turned(DENSE, angles, scale)
-    before, after = corners(DENSE), corners(moved)
+    before, after = corner_tangents(DENSE), corner_tangents(moved)
     assert np.array_equal(before[..., 3], after[..., 3])
     assert degrees(after, (before[..., :3].astype(np.float64) @ turn.T).astype(np.float32)) < 0.01
 
 
-@pytest.mark.parametrize("method", TANGENT_METHODS)
+@pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("mesh", [DENSE, noise(DENSE, 8), soup_of(100, 9)])
 def test_the_length_of_normals_changes_no_frame(mesh: Mesh, method: str) -> None:
     assert mesh.normals is not None
@@ -134,12 +127,12 @@ def test_the_length_of_normals_changes_no_frame(mesh: Mesh, method: str) -> None
     # By position, so that vertices that are one stay one.
     _, place = np.unique(mesh.positions, axis=0, return_inverse=True)
     scaled = replace(mesh, normals=mesh.normals * lengths[place.reshape(-1)])
-    before, after = corners(mesh, method), corners(scaled, method)
+    before, after = corner_tangents(mesh, method), corner_tangents(scaled, method)
     assert np.array_equal(after[..., 3], before[..., 3])
     assert degrees(after, before) < 1e-4
 
 
-@given(st.integers(0, 2**32 - 1), st.sampled_from(TANGENT_METHODS))
+@given(st.integers(0, 2**32 - 1), st.sampled_from(METHODS))
 @settings(max_examples=20, deadline=None)
 def test_the_order_of_faces_and_of_their_corners_does_not_matter(seed: int, method: str) -> None:
     random = np.random.default_rng(seed)
@@ -147,19 +140,19 @@ def test_the_order_of_faces_and_of_their_corners_does_not_matter(seed: int, meth
     shift = random.integers(0, 3, len(order))
     places = (np.arange(3) + shift[:, None]) % 3
     triangles = np.take_along_axis(DENSE.triangles[order], places, axis=1)
-    after = corners(replace(DENSE, triangles=np.ascontiguousarray(triangles)), method)
-    before = np.take_along_axis(corners(DENSE, method)[order], places[:, :, None], axis=1)
+    after = corner_tangents(replace(DENSE, triangles=np.ascontiguousarray(triangles)), method)
+    before = np.take_along_axis(corner_tangents(DENSE, method)[order], places[:, :, None], axis=1)
     assert np.array_equal(after[..., 3], before[..., 3])
     assert degrees(after, before) < 1e-4
 
 
-@pytest.mark.parametrize("method", TANGENT_METHODS)
+@pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("axis", [0, 1])
 def test_mirroring_the_image_turns_the_signs(method: str, axis: int) -> None:
     assert DENSE.uvs is not None
     uvs = DENSE.uvs.copy()
     uvs[:, axis] = -uvs[:, axis]  # exact, so that no area changes by rounding
-    before, after = corners(DENSE, method), corners(replace(DENSE, uvs=uvs), method)
+    before, after = corner_tangents(DENSE, method), corner_tangents(replace(DENSE, uvs=uvs), method)
     assert np.array_equal(after[..., 3], -before[..., 3])
     expected = before[..., :3] * np.float32(-1 if axis == 0 else 1)
     assert degrees(after, expected) < 1e-4
@@ -192,20 +185,6 @@ def test_slivers_of_any_size_have_frames(seed: int, squeeze: float, image: float
     assert framed.tangents is not None and np.isfinite(framed.tangents).all()
     assert faults["tangent_length"] < 1e-6 and faults["tangent_lean_deg"] < 1e-4
     assert faults["tangent_sign"] == 0
-
-
-def test_a_face_tier_has_each_faces_own_direction() -> None:
-    mesh = grid(4, height=0.1)
-    mesh = complete_normals(replace(mesh, normals=None))[0]
-    found = corners(mesh, "face")
-    p = mesh.positions[mesh.triangles].astype(np.float64)
-    facing = np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0])
-    # u grows with x alone: T = (y, -x, 0) of the face's normal.
-    along = np.stack([facing[:, 1], -facing[:, 0], np.zeros(len(p))], axis=1)
-    assert mesh.normals is not None
-    n = mesh.normals[mesh.triangles].astype(np.float64)
-    expected = along[:, None] - (along[:, None] * n).sum(-1, keepdims=True) * n
-    assert degrees(found, expected.astype(np.float32)) < 1e-4
 
 
 def test_errors_grow_from_tier_to_tier_and_are_told() -> None:
@@ -312,7 +291,7 @@ def test_every_model_has_the_references_frames(sources: Path) -> None:
         if mesh.uvs is None or mesh.normals is None:
             continue
         truth = mikktspace_tangents(mesh.positions, mesh.normals, mesh.uvs, mesh.triangles)
-        found = corners(mesh)
+        found = corner_tangents(mesh)
         assert (found[..., 3] != truth[..., 3]).mean() <= 4e-5, path
         angles = angles_deg(found[..., :3].reshape(-1, 3), truth[..., :3].reshape(-1, 3))
         assert (angles > 1).mean() <= 1e-4, path

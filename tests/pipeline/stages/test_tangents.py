@@ -13,12 +13,11 @@ from hypothesis import strategies as st
 
 from paradize.data import Mesh
 from paradize.errors import BakeError
-from paradize.kernels.mesh import corner_tangents
 from paradize.metrics.tangent import frame_faults
 from paradize.readers.obj import read_obj
 from paradize.stages.normals import complete_normals
 from paradize.stages.tangents import tangent_frames
-from tests.pipeline.shapes import cube, grid, sphere
+from tests.pipeline.shapes import corner_tangents, cube, grid, sphere
 
 Corners = npt.NDArray[np.float64]
 
@@ -66,10 +65,10 @@ def test_positions_and_triangles_keep_their_values() -> None:
 def test_a_turned_and_scaled_mesh_has_the_turned_frames() -> None:
     mesh = sphere(10)
     turn = np.array([[0, 0, 1], [1, 0, 0], [0, 1, 0]], np.float32)
-    assert mesh.normals is not None and mesh.uvs is not None
-    before = corner_tangents(mesh.positions, mesh.normals, mesh.uvs, mesh.triangles)
+    assert mesh.normals is not None
+    before = corner_tangents(mesh)
     after = corner_tangents(
-        mesh.positions @ turn * np.float32(1024), mesh.normals @ turn, mesh.uvs, mesh.triangles
+        replace(mesh, positions=mesh.positions @ turn * np.float32(1024), normals=mesh.normals @ turn)
     )
     assert np.allclose(after[:, :, :3], before[:, :, :3] @ turn, atol=1e-6)
     assert np.array_equal(after[:, :, 3], before[:, :, 3])
@@ -84,9 +83,7 @@ def per_corner(path: Path) -> tuple[Corners, npt.NDArray[np.float32]]:
         if line.startswith("f ")
     ]
     mesh = complete_normals(read_obj(path).mesh)[0]
-    assert mesh.normals is not None and mesh.uvs is not None
-    ours = corner_tangents(mesh.positions, mesh.normals, mesh.uvs, mesh.triangles)
-    return stored[np.array(faces)], ours
+    return stored[np.array(faces)], corner_tangents(mesh)
 
 
 @pytest.mark.parametrize(
@@ -114,8 +111,7 @@ def test_frames_agree_with_published_models(corpus: Path, name: str, off: float,
 def test_frames_of_a_vase_are_those_of_its_formula(made: Path) -> None:
     """Its image goes round it, mirrored half-way: T lies along the turn, within half a column's angle."""
     mesh = read_obj(made / "tangent/made/vase.obj").mesh
-    assert mesh.normals is not None and mesh.uvs is not None
-    found = corner_tangents(mesh.positions, mesh.normals, mesh.uvs, mesh.triangles)
+    found = corner_tangents(mesh)
     places = mesh.positions[mesh.triangles].astype(float)
     middle = places.mean(axis=1)
     half = np.where(middle[:, 2] > 0, 1.0, -1.0)  # u rises along the turn in one half, and falls in the other

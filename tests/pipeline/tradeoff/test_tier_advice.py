@@ -88,7 +88,7 @@ def groups(draw: st.DrawFn) -> Group:
 
 
 @given(groups())
-@settings(deadline=None, max_examples=300)
+@settings(deadline=None, max_examples=100)
 def test_no_sentence_compares_tiers_of_different_series(group: Group) -> None:
     warnings = conclude(group)
     points = {point["tier"]: point for point in group["points"]}
@@ -110,7 +110,7 @@ def test_no_sentence_compares_tiers_of_different_series(group: Group) -> None:
 
 
 @given(groups())
-@settings(deadline=None, max_examples=300)
+@settings(deadline=None, max_examples=100)
 def test_tiers_that_are_said_to_err_alike_do_in_every_other_sentence(group: Group) -> None:
     warnings = conclude(group)
     result, claims = group.get("advice"), claims_of(group["sentence"])
@@ -129,7 +129,7 @@ def test_tiers_that_are_said_to_err_alike_do_in_every_other_sentence(group: Grou
 
 
 @given(groups())
-@settings(deadline=None, max_examples=300)
+@settings(deadline=None, max_examples=100)
 def test_where_the_curve_is_said_to_bend_no_sentence_finds_a_better_tier(group: Group) -> None:
     conclude(group)
     result = group.get("advice")
@@ -143,7 +143,7 @@ def test_where_the_curve_is_said_to_bend_no_sentence_finds_a_better_tier(group: 
 
 
 @given(groups())
-@settings(deadline=None, max_examples=300)
+@settings(deadline=None, max_examples=100)
 def test_a_warning_says_what_the_sentence_says(group: Group) -> None:
     warnings, claims = conclude(group), claims_of(group["sentence"])
     found = set()
@@ -159,7 +159,7 @@ def test_a_warning_says_what_the_sentence_says(group: Group) -> None:
 
 
 @given(groups())
-@settings(deadline=None, max_examples=300)
+@settings(deadline=None, max_examples=100)
 def test_the_page_asks_for_no_other_tier_than_the_advice(group: Group) -> None:
     conclude(group)
     kind, words = _verdict(group)
@@ -172,7 +172,7 @@ def test_the_page_asks_for_no_other_tier_than_the_advice(group: Group) -> None:
 
 
 @given(groups())
-@settings(deadline=None, max_examples=300)
+@settings(deadline=None, max_examples=100)
 def test_a_comparison_is_the_same_from_both_sides(group: Group) -> None:
     for a, b in itertools.product(group["points"], repeat=2):
         if series_of(a) != series_of(b):

@@ -13,7 +13,7 @@ from paradize.scene.settings import Flight as FlightSettings
 from paradize.visibility.finest_mip import SLACK, Placement, finest_lod, surface_of
 from paradize.visibility.first_seconds import mip_seconds, texels_by_run
 from paradize.visibility.texel_footprint import views_of
-from tests.pipeline.visibility.test_required_detail import FOV_DEG, HEIGHT, sight_of, texels_at, waves
+from tests.pipeline.visibility.test_required_detail import FOV_DEG, HEIGHT, flight_views_of, texels_at, waves
 
 EARLIER_S = 1.0  # that bounds may be: half a level, and boxes a quarter of the surface wide
 
@@ -39,7 +39,7 @@ def first(moments: np.ndarray, needed: np.ndarray) -> float | None:
 def test_a_mip_is_needed_from_the_second_on_that_a_pixel_first_samples_it() -> None:
     flight, mesh, size = approach(90.0, 6.0), waves(12, 4.0, 0.3), (4096, 4096)
     assert mesh.uvs is not None
-    views = views_of(sight_of(flight), ("camera",), None)
+    views = views_of(flight_views_of(flight), ("camera",), None)
     texels = texels_by_run(views, surface_of(mesh, mesh.uvs, *size), [Placement()])
     stated = mip_seconds(views.query, texels, 13)
     moments = np.linspace(0.0, 8.0, 80, endpoint=False)
@@ -58,7 +58,7 @@ def test_a_level_of_detail_is_needed_from_the_second_on_that_the_player_first_dr
     flight, errors = approach(200.0, 8.0), [0.0, 0.02, 0.1, 0.5]
     where = ((0.0, 1.0), (-9.0, 2.0))  # z and scale
     places = [Placement(placed(Instance(position=(0.0, 0.0, z), scale=scale))) for z, scale in where]
-    views = views_of(sight_of(flight), ("camera",), None)
+    views = views_of(flight_views_of(flight), ("camera",), None)
     *_, stated = finest_lod(views, (0.0, 0.0, 0.0), 1.0, errors, places)
     pixels, planned = HEIGHT / (2 * np.tan(np.radians(FOV_DEG) / 2)), plan_flight(flight)
     moments = np.linspace(0.0, 8.0, 800, endpoint=False)
@@ -83,7 +83,7 @@ def test_a_level_of_detail_is_needed_from_the_second_on_that_the_player_first_dr
 def test_what_is_never_seen_is_never_needed() -> None:
     mesh = waves(4, 4.0, 0.3)
     assert mesh.uvs is not None
-    views = views_of(sight_of(approach(90.0, 6.0)), ("camera",), None)
+    views = views_of(flight_views_of(approach(90.0, 6.0)), ("camera",), None)
     away = Placement(placed(Instance(position=(0.0, 900.0, 0.0))))
     texels = texels_by_run(views, surface_of(mesh, mesh.uvs, 64, 64), [away])
     assert mip_seconds(views.query, texels, 7) == [None] * 7
@@ -94,7 +94,7 @@ def test_what_is_never_seen_is_never_needed() -> None:
 def test_the_coarsest_mip_is_needed_as_soon_as_anything_is_seen(levels: int) -> None:
     mesh = waves(4, 4.0, 0.3)
     assert mesh.uvs is not None
-    views = views_of(sight_of(approach(90.0, 6.0)), ("camera",), None)
+    views = views_of(flight_views_of(approach(90.0, 6.0)), ("camera",), None)
     texels = texels_by_run(views, surface_of(mesh, mesh.uvs, 64, 64), [Placement()])
     seen_s = mip_seconds(views.query, texels, levels)[-1]
     assert seen_s is not None and 0.0 < seen_s < 4.0

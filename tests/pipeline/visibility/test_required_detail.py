@@ -73,7 +73,7 @@ def circle(radius_m: float, height_m: float, *, up_m: float = 0.0) -> FlightSett
     )
 
 
-def sight_of(flight: FlightSettings, **more: Any) -> dict[str, Any]:
+def flight_views_of(flight: FlightSettings, **more: Any) -> dict[str, Any]:
     message = {"flight": asdict(flight), "viewport": [WIDTH, HEIGHT], "error_px": 1.0, "mirror_m": None}
     return message | {"water_m": None, "shadow": None, "sun": [0.0, 1.0, 0.0], "scales": {}} | more
 
@@ -163,7 +163,7 @@ def test_no_pixel_asks_for_a_finer_mip_than_is_baked(
 ) -> None:
     mesh, flight, size = waves(12, size_m, bend), circle(radius_m, height_m), (2048, 1024)
     assert mesh.uvs is not None
-    views = views_of(sight_of(flight), ("camera",), None)
+    views = views_of(flight_views_of(flight), ("camera",), None)
     found = finest(views, [(surface_of(mesh, mesh.uvs, *size), Placement())])
     least = least_texels(plan_flight(flight), mesh, size)
     assert found.texels <= least * 1.0001  # float32 vertices
@@ -176,9 +176,9 @@ def test_the_mirror_asks_by_its_own_eye_and_its_own_pixels() -> None:
     mesh, size = waves(12, 6.0, 0.3), (1024, 1024)
     assert mesh.uvs is not None
     flight = circle(30.0, 8.0)
-    sight = sight_of(flight, mirror_m=-2.0, scales={"reflection": 2.0})
+    flight_views = flight_views_of(flight, mirror_m=-2.0, scales={"reflection": 2.0})
     surface = surface_of(mesh, mesh.uvs, *size)
-    found = finest(views_of(sight, ("reflection",), None), [(surface, Placement())])
+    found = finest(views_of(flight_views, ("reflection",), None), [(surface, Placement())])
     least = least_texels(plan_flight(flight), mesh, size, mirror_m=-2.0, rows=2 * HEIGHT)
     assert found.view == "mirror"
     assert found.texels <= least * 1.0001 < FINER * found.texels
@@ -198,7 +198,7 @@ def test_instances_turn_scale_and_move_a_surface(scale: float | tuple[float, flo
     there = Mesh(positions=moved, uvs=mesh.uvs, triangles=mesh.triangles)
     flight = circle(40.0, 9.0)
     found = finest(
-        views_of(sight_of(flight), ("camera",), None), [(surface_of(mesh, mesh.uvs, *size), place)]
+        views_of(flight_views_of(flight), ("camera",), None), [(surface_of(mesh, mesh.uvs, *size), place)]
     )
     least = least_texels(plan_flight(flight), there, size)
     assert (
@@ -212,8 +212,8 @@ def asked_of_waves(rows: int, **more: Any) -> tuple[FinestMip, Surface]:
     mesh = waves(rows, 4.0, 0.4)
     assert mesh.uvs is not None
     surface = surface_of(mesh, mesh.uvs, 2048, 2048)
-    sight = sight_of(circle(60.0, 12.0), **more)
-    return finest(views_of(sight, ("camera",), None), [(surface, Placement())]), surface
+    flight_views = flight_views_of(circle(60.0, 12.0), **more)
+    return finest(views_of(flight_views, ("camera",), None), [(surface, Placement())]), surface
 
 
 @pytest.mark.deep
@@ -239,7 +239,7 @@ def test_what_no_view_shows_asks_for_nothing() -> None:
     assert mesh.uvs is not None
     surface = surface_of(mesh, mesh.uvs, 512, 512)
     found = finest(
-        views_of(sight_of(flight), ("camera",), None),
+        views_of(flight_views_of(flight), ("camera",), None),
         [(surface, FAR_AWAY)],
     )
     assert found == FinestMip(float("inf"), None, None)
@@ -270,7 +270,7 @@ def test_levels_follow_texels_with_the_slack_that_devices_are_allowed() -> None:
 
 def test_the_finest_level_of_a_mesh_is_the_one_that_the_player_takes_where_it_is_nearest() -> None:
     flight = circle(50.0, 5.0)
-    views = views_of(sight_of(flight), ("camera",), None)
+    views = views_of(flight_views_of(flight), ("camera",), None)
     errors = [0.0, 0.01, 0.1, 1.0]
     pixels = HEIGHT / (2.0 * np.tan(np.radians(FOV_DEG) / 2))
     planned = plan_flight(flight)

@@ -26,49 +26,58 @@ from paradize.visibility.finest_mip import Placement, finest, surface_of
 from paradize.visibility.query import Sphere
 from paradize.visibility.texel_footprint import views_of
 from tests.pipeline.scenes import make_cove
-from tests.pipeline.visibility.test_required_detail import FOV_DEG, HEIGHT, WIDTH, circle, sight_of, waves
+from tests.pipeline.visibility.test_required_detail import (
+    FOV_DEG,
+    HEIGHT,
+    WIDTH,
+    circle,
+    flight_views_of,
+    waves,
+)
 
 TANGENT = float(np.tan(np.radians(FOV_DEG) / 2))
 PIXEL = 2.0 * TANGENT / HEIGHT  # width at one metre straight ahead
 CORNER = 1.0 / (1.0 + TANGENT**2 * (1.0 + (WIDTH / HEIGHT) ** 2))  # squared cosine to the picture's corner
 
 
-def required(sight: dict[str, Any], **parts: Any) -> dict[str, dict[str, Any]]:
+def required(flight_views: dict[str, Any], **parts: Any) -> dict[str, dict[str, Any]]:
     plain: dict[str, Any] = {"objects": {}, "terrain": None, "water": None, "sky": None}
-    return measure_required_detail(sight=sight | {"light_m": None}, **plain | parts)
+    return measure_required_detail(flight_views=flight_views | {"light_m": None}, **plain | parts)
 
 
 def test_the_sky_is_asked_for_by_the_camera_by_what_mirrors_it_and_by_what_shines() -> None:
-    sight, cube = sight_of(circle(60.0, 12.0)), {"side": 8192, "levels": 14, "smoothest": None}
+    flight_views, cube = flight_views_of(circle(60.0, 12.0)), {"side": 8192, "levels": 14, "smoothest": None}
     texels = 0.5 * 8192 * PIXEL * CORNER
     water = {"textures": {}, "level_m": 0.0, "size_m": 100.0, "repeat": 10.0}
 
     def level(more: dict[str, Any], **parts: Any) -> int:
-        return int(required(sight, sky=cube | more, **parts)["sky"]["level"])
+        return int(required(flight_views, sky=cube | more, **parts)["sky"]["level"])
 
-    assert required(sight, sky=cube)["sky"]["texels"] == pytest.approx(texels, rel=1e-5)
+    assert required(flight_views, sky=cube)["sky"]["texels"] == pytest.approx(texels, rel=1e-5)
     assert level({}) == 3
     assert 8 * 2**0.5 <= texels < 16 * 2**0.5
     assert level({}, water=water) == 2  # shaders/water.frag
     # The square root of 1 - smoothness of 14 - 2.3 levels.
     for smoothest, found in ((0.99, 1), (0.95, 2), (0.5, 3), (0.0, 3)):
         assert level({"smoothest": smoothest}) == found
-    sharp = sight | {"mirror_m": 0.0, "scales": {"reflection": 2.0}}
+    sharp = flight_views | {"mirror_m": 0.0, "scales": {"reflection": 2.0}}
     assert required(sharp, sky=cube)["sky"]["texels"] == pytest.approx(0.5 * texels, rel=1e-5)
-    dull = sight | {"mirror_m": 0.0, "scales": {"reflection": 0.5}}
+    dull = flight_views | {"mirror_m": 0.0, "scales": {"reflection": 0.5}}
     assert required(dull, sky=cube)["sky"]["texels"] == pytest.approx(texels, rel=1e-5)
 
 
 def test_waves_are_asked_for_along_their_shorter_side_and_wholly_from_under_water() -> None:
     water = {"level_m": 0.0, "size_m": 400.0, "repeat": 5.0}
     sizes = {"water_dudv": (4096, 1024), "water_normal": (1024, 4096)}
-    found = required(sight_of(circle(60.0, 30.0)), water=water | {"textures": sizes})
-    square = required(sight_of(circle(60.0, 30.0)), water=water | {"textures": {"water_dudv": (1024, 1024)}})
+    found = required(flight_views_of(circle(60.0, 30.0)), water=water | {"textures": sizes})
+    square = required(
+        flight_views_of(circle(60.0, 30.0)), water=water | {"textures": {"water_dudv": (1024, 1024)}}
+    )
     assert len(found["water_dudv"].pop("levels_s")) == 13  # it has two mips more than the square
     assert len(square["water_dudv"].pop("levels_s")) == 11
     assert found["water_dudv"] == square["water_dudv"]
     assert found["water_normal"]["texels"] == pytest.approx(0.137 * found["water_dudv"]["texels"], rel=1e-4)
-    below = required(sight_of(circle(60.0, -3.0)), water=water | {"textures": sizes})
+    below = required(flight_views_of(circle(60.0, -3.0)), water=water | {"textures": sizes})
     assert below["water_dudv"]["texels"] == below["water_normal"]["texels"] == 0.0
     assert found["water_dudv"]["texels"] > 0.01
 
@@ -86,11 +95,11 @@ def test_sand_is_asked_for_as_grains_as_lumps_and_no_farther_than_its_reference(
 
     def texels(repeat_m: float) -> tuple[float, float, float]:
         result = {"textures": sizes, "tiles": [tile], "repeat_m": repeat_m}
-        found = required(sight_of(circle(60.0, 12.0)), terrain=result)
+        found = required(flight_views_of(circle(60.0, 12.0)), terrain=result)
         color, normal, effect = (found[name]["texels"] for name in sizes)
         return color, normal, effect
 
-    views = views_of(sight_of(circle(60.0, 12.0)), ("camera",), None)
+    views = views_of(flight_views_of(circle(60.0, 12.0)), ("camera",), None)
     sand, once = (
         finest(views, [(surface_of(ground, uvs, 256, 256), Placement())]).texels
         for uvs in (3 * mesh.uvs, mesh.uvs)
@@ -117,9 +126,9 @@ def thing(
 
 
 def test_parallax_moves_samples_by_a_share_of_the_longer_side() -> None:
-    mesh, sight = waves(6, 8.0, 0.3), sight_of(circle(60.0, 12.0))
+    mesh, flight_views = waves(6, 8.0, 0.3), flight_views_of(circle(60.0, 12.0))
     plain, moved = (
-        required(sight, objects={"a": thing(mesh, mesh, spread=spread)})["a_color"]["texels"]
+        required(flight_views, objects={"a": thing(mesh, mesh, spread=spread)})["a_color"]["texels"]
         for spread in (0.0, 0.001)
     )
     assert plain > 2.0 and plain - moved == pytest.approx(1.024, rel=0.15)  # both are bounds
@@ -129,13 +138,13 @@ def test_parallax_moves_samples_by_a_share_of_the_longer_side() -> None:
 def test_a_coarse_level_is_not_seen_nearer_than_its_error_allows(scale: float, error_m: float) -> None:
     """Its texels lie so sparsely that it decides. Of a mesh of another scale the error is as much larger and
     its texels as much sparser, which cancels."""
-    fine, sight = waves(6, 8.0, 0.3), sight_of(circle(60.0, 12.0))
+    fine, flight_views = waves(6, 8.0, 0.3), flight_views_of(circle(60.0, 12.0))
     assert fine.uvs is not None
     sparse = (0.01 * fine.uvs).astype(np.float32)
     stand = placed(Instance(scale=scale))
     found, alone = (
         required(
-            sight,
+            flight_views,
             objects={"a": thing(fine, coarse, instances=[stand], errors_m=[0.0, error_m], size=(128, 64))},
         )
         for coarse in (replace(fine, uvs=sparse), fine)
@@ -150,8 +159,10 @@ def test_a_finer_picture_of_mirror_or_refraction_covers_less() -> None:
     for name, view in (("reflection", "mirror"), ("refraction", "refraction")):
         found = []
         for scale in (1.0, 0.25):
-            sight = sight_of(circle(30.0, 12.0), mirror_m=-1.0, water_m=2.0, scales={name: scale})
-            views = views_of(sight, (name,), None)
+            flight_views = flight_views_of(
+                circle(30.0, 12.0), mirror_m=-1.0, water_m=2.0, scales={name: scale}
+            )
+            views = views_of(flight_views, (name,), None)
             found.append(views.covered(ball, views.query.runs)[view])
         assert np.isfinite(found[0]).any()
         assert np.array_equal(found[1], 4.0 * found[0])

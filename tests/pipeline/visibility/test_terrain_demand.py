@@ -27,13 +27,13 @@ def flight_settings(low: bool) -> Flight:
     return Flight(duration_s=12.0, fov_deg=50.0, near_m=0.2, far_m=500.0, eye=eye, target=target)
 
 
-def sight_of(flight: Flight, **more: Any) -> dict[str, Any]:
+def flight_views_of(flight: Flight, **more: Any) -> dict[str, Any]:
     plain = {"mirror_m": None, "water_m": None, "shadow": None, "sun": [0.3, 0.9, 0.3]}
     return {"flight": asdict(flight), "viewport": [160, 90], "error_px": 1.0} | plain | more
 
 
-def still_demand() -> VisibilityQuery:
-    return plan_query(sight_of(flight_settings(False)))
+def still_query() -> VisibilityQuery:
+    return plan_query(flight_views_of(flight_settings(False)))
 
 
 def looks(flight: Flight, count: int) -> list[tuple[np.ndarray, np.ndarray]]:
@@ -106,8 +106,8 @@ def test_what_any_moment_wants_of_the_whole_tree_is_baked(
     everything: Tree, low: bool, mirror_m: float | None, water_m: float | None
 ) -> None:
     flight, known = flight_settings(low), Known(everything)
-    demand = plan_query(sight_of(flight, mirror_m=mirror_m, water_m=water_m))
-    _, demanded = grown(FIELDS["square"], 4, demand)
+    query = plan_query(flight_views_of(flight, mirror_m=mirror_m, water_m=water_m))
+    _, demanded = grown(FIELDS["square"], 4, query)
     baked = {(diamond.level, diamond.key) for diamond in demanded.diamonds}
     wanted = set()
     for eye, target in looks(flight, 331):
@@ -121,7 +121,7 @@ def test_what_any_moment_wants_of_the_whole_tree_is_baked(
 
 def test_patches_drawn_in_view_are_within_the_accepted_error_or_the_finest() -> None:
     flight = flight_settings(False)
-    grower, tree = grown(FIELDS["square"], 4, plan_query(sight_of(flight)))
+    grower, tree = grown(FIELDS["square"], 4, plan_query(flight_views_of(flight)))
     tables, pixels = tables_of(tree), 90 / (2 * math.tan(math.radians(flight.fov_deg) / 2))
     centers = np.array([patch.sphere.center for patch in tree.patches])
     radii = np.array([patch.sphere.radius_m for patch in tree.patches])
@@ -140,8 +140,8 @@ def test_patches_drawn_in_view_are_within_the_accepted_error_or_the_finest() -> 
 
 def test_ground_in_the_lights_square_counts_as_seen() -> None:
     flight = flight_settings(True)
-    dark = plan_query(sight_of(flight))
-    lit = plan_query(sight_of(flight, shadow={"extent_m": 30.0, "center": [0.0, 0.0, 0.0]}))
+    dark = plan_query(flight_views_of(flight))
+    lit = plan_query(flight_views_of(flight, shadow={"extent_m": 30.0, "center": [0.0, 0.0, 0.0]}))
     inside, outside = Sphere((3.0, 0.0, 3.0), 1.0), Sphere((0.0, 400.0, 0.0), 1.0)
     assert len(lit.seeing(inside, lit.runs)) == len(lit.runs)
     assert len(dark.seeing(inside, dark.runs)) < len(dark.runs)
@@ -154,46 +154,46 @@ def test_ground_that_water_lifts_into_view_counts_as_seen() -> None:
     target = (TargetPoint(position=(0.0, 1.0, -10.0)),) * 4
     eye = (*eye[:3], EyePoint(position=(0.1, 1.0, 10.0)))
     flight = replace(flight_settings(True), eye=eye, target=target)
-    dry, wet = (plan_query(sight_of(flight, water_m=level)) for level in (None, 0.0))
+    dry, wet = (plan_query(flight_views_of(flight, water_m=level)) for level in (None, 0.0))
     for depth_m in (8.0, 40.0):
         floor = Sphere((0.0, -depth_m, 2.0), 0.5)
         assert len(dry.seeing(floor, dry.runs)) == 0
         assert len(wet.seeing(floor, wet.runs)) == len(wet.runs)
     behind = Sphere((0.0, -8.0, 20.0), 0.5)
     assert len(wet.seeing(behind, wet.runs)) == 0
-    below = plan_query(sight_of(flight, water_m=2.0))  # an eye under water sees things where they are
+    below = plan_query(flight_views_of(flight, water_m=2.0))  # an eye under water sees things where they are
     assert len(below.seeing(Sphere((0.0, -8.0, 2.0), 0.5), below.runs)) == 0
 
 
 def test_runs_hold_the_eye_and_the_view_at_every_moment() -> None:
     flight = flight_settings(True)
-    planned, demand = plan_flight(flight), still_demand()
-    demand = plan_query(sight_of(flight))
+    planned, query = plan_flight(flight), still_query()
+    query = plan_query(flight_views_of(flight))
     for k in range(1999):
         t = flight.duration_s * k / 1999
         eye, target = planned.view(t)
-        run = int(np.searchsorted(demand.start_s, t, side="right")) - 1
-        starts = np.flatnonzero(demand.start_s == demand.start_s[run])
-        balls = [math.dist(eye, [axis[i] for axis in demand.eye]) - demand.slack_m[i] for i in starts]
+        run = int(np.searchsorted(query.start_s, t, side="right")) - 1
+        starts = np.flatnonzero(query.start_s == query.start_s[run])
+        balls = [math.dist(eye, [axis[i] for axis in query.eye]) - query.slack_m[i] for i in starts]
         assert min(balls) <= 1e-9
         i = starts[int(np.argmin(balls))]
         ahead = np.array(target) - eye
-        corner = np.array([axis[i] for axis in demand.ahead]) @ ahead / np.linalg.norm(ahead)
-        assert corner >= demand.cosine[i]  # the picture's middle, far inside
+        corner = np.array([axis[i] for axis in query.ahead]) @ ahead / np.linalg.norm(ahead)
+        assert corner >= query.cosine[i]  # the picture's middle, far inside
 
 
-def runs_at(demand: VisibilityQuery, t: float) -> set[int]:
+def runs_at(query: VisibilityQuery, t: float) -> set[int]:
     """The runs that hold a second: those that start last before it."""
-    start = demand.start_s[int(np.searchsorted(demand.start_s, t, side="right")) - 1]
-    return set(np.flatnonzero(demand.start_s == start).tolist())
+    start = query.start_s[int(np.searchsorted(query.start_s, t, side="right")) - 1]
+    return set(np.flatnonzero(query.start_s == start).tolist())
 
 
 def test_what_one_moment_wants_or_sees_is_wanted_or_seen_by_its_run() -> None:
     """Points in the very corners of the picture, at its far plane, and at the distance that just asks."""
     flight = replace(flight_settings(True), duration_s=3.0, far_m=40.0)  # fast: metres in every run
-    planned, demand = plan_flight(flight), plan_query(sight_of(flight))
+    planned, query = plan_flight(flight), plan_query(flight_views_of(flight))
     tangent = math.tan(math.radians(flight.fov_deg) / 2)
-    mirrored, images = plan_query(sight_of(flight, mirror_m=1.5)), 0
+    mirrored, images = plan_query(flight_views_of(flight, mirror_m=1.5)), 0
     for k in range(400):
         t = flight.duration_s * (k + 0.37) / 400
         eye, target = (np.array(place) for place in planned.view(t))
@@ -205,44 +205,46 @@ def test_what_one_moment_wants_or_sees_is_wanted_or_seen_by_its_run() -> None:
         corner = ahead + tangent * (across * 160 / 90 * right + along * up)
         for deep in (0.3, 5.0, 39.99):
             point = Sphere(tuple((eye + deep * corner).tolist()), 0.0)
-            assert runs_at(demand, t) & set(demand.seeing(point, demand.runs).tolist())
+            assert runs_at(query, t) & set(query.seeing(point, query.runs).tolist())
             x, y, z = point.center
             if y < 1.5:  # in the mirror's picture stands what is as far above the water
                 image = Sphere((x, 3.0 - y, z), 0.0)
-                assert runs_at(demand, t) & set(mirrored.seeing(image, demand.runs).tolist())
+                assert runs_at(query, t) & set(mirrored.seeing(image, query.runs).tolist())
                 images += 1
         ball = Sphere(tuple((eye + 9.0 * corner).tolist()), 1.5)
         away = math.dist(ball.center, eye) - ball.radius_m
-        asking = away / demand.pixels * (1.0 + 1e-6)
-        assert runs_at(demand, t) & set(demand.wanting(asking, ball, demand.runs).tolist())
+        asking = away / query.pixels * (1.0 + 1e-6)
+        assert runs_at(query, t) & set(query.wanting(asking, ball, query.runs).tolist())
     assert images > 100
-    assert demand.pixels == pytest.approx(90 / (2 * tangent))
-    half = plan_query(sight_of(flight, error_px=2.0))
-    assert half.pixels == pytest.approx(demand.pixels / 2)
+    assert query.pixels == pytest.approx(90 / (2 * tangent))
+    half = plan_query(flight_views_of(flight, error_px=2.0))
+    assert half.pixels == pytest.approx(query.pixels / 2)
 
 
 def test_the_light_sees_its_whole_box_and_not_much_more() -> None:
     """A square of 30 m across the light, three times as deep: also where the sun stands in the zenith."""
     for sun, side in (([0.0, 1.0, 0.0], (1.0, 0.0, 0.0)), ([0.6, 0.8, 0.0], (0.0, 0.0, 1.0))):
-        sight = sight_of(flight_settings(True), shadow={"extent_m": 30.0, "center": [0, 500.0, 0]}, sun=sun)
-        demand = plan_query(sight)
+        flight_views = flight_views_of(
+            flight_settings(True), shadow={"extent_m": 30.0, "center": [0, 500.0, 0]}, sun=sun
+        )
+        query = plan_query(flight_views)
         for direction, reach in ((side, 15.0), (tuple(sun), 45.0)):
             for share, seen in ((0.99, True), (1.01, False)):
                 x, y, z = (share * reach * axis for axis in direction)
-                found = demand.seeing(Sphere((x, 500.0 + y, z), 0.0), demand.runs)
-                assert (len(found) == len(demand.runs)) is seen
+                found = query.seeing(Sphere((x, 500.0 + y, z), 0.0), query.runs)
+                assert (len(found) == len(query.runs)) is seen
 
 
 def test_a_tree_is_the_same_whatever_asks_for_it_first() -> None:
     ground, flight = FIELDS["wide"], flight_settings(True)
-    first, again = (grown(ground, 4, plan_query(sight_of(flight))) for _ in range(2))
+    first, again = (grown(ground, 4, plan_query(flight_views_of(flight))) for _ in range(2))
     assert tables_of(first[1]) == tables_of(again[1])
     for one, other in zip(first[1].patches, again[1].patches, strict=True):
         assert first[0].mesh(one).triangles.tobytes() == again[0].mesh(other).triangles.tobytes()
 
 
 def test_a_plain_needs_its_corners_only() -> None:
-    grower, tree = grown(Heightfield(np.full((65, 65), 2.5, np.float32), 64.0, 64.0), demand=still_demand())
+    grower, tree = grown(Heightfield(np.full((65, 65), 2.5, np.float32), 64.0, 64.0), query=still_query())
     assert [patch.sizes for patch in tree.patches] == [(3, 1), (3, 1)]
     assert tree.needed_s is None
     assert tree.left_out == sum(grower.shape.count()) - 2

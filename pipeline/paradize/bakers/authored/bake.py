@@ -102,7 +102,15 @@ def bake_authored(
             sources["brightness"], made_with, uv=uv, root=root, tier=tier, measure=measure
         )
         brightness, said = MadeGloss(rows, layouts), picture.warnings
-    maps = _Maps(drawn, used, layouts, wrap, measure, bumps, brightness)
+    maps = _Maps(
+        drawn=drawn,
+        settings=used,
+        layouts=layouts,
+        wrap=wrap,
+        measure=measure,
+        bumps=bumps,
+        brightness=brightness,
+    )
     made = {name: _product(name, maps, used, tier, fmt) for name in names}
     if brightness is not None:
         made["gloss"] = replace(made["gloss"], warnings=[*made["gloss"].warnings, *said])

@@ -18,7 +18,6 @@ from paradize.stages.validate import validate_mesh
 
 _SHARED = 0.01  # of the texels: more that several triangles show are a warning
 _DARK = 0.1  # the same of those that no light reaches
-SIZES = (16, 8192)  # texels
 
 
 @dataclass(frozen=True)
@@ -41,7 +40,6 @@ def cast_occlusion(
 ) -> CastMap:
     """The occlusion of a model on a square map. materials: whose triangles lie on it; none: all. root: as of
     read_model. Raises SourceError for a model that cannot be read, BakeError for one without a UV layout."""
-    _require_ranges(settings)
     read = read_model(model, root)
     mesh, report = validate_mesh(read.mesh, model)
     uvs = mesh.uvs
@@ -79,15 +77,6 @@ def cast_occlusion(
         found = cast_errors(made.values, mesh, on.triangles, blocking.triangles, reach=reach)
         errors = {f"occlusion_{name}": value for name, value in found.items()}
     return CastMap(Drawn(model, made.values, cast=True), errors, _warnings(model, made))
-
-
-def _require_ranges(settings: CastSettings) -> None:
-    """Raises BakeError for a setting that is out of range."""
-    low, high = SIZES
-    if not low <= settings.occlusion_px <= high:
-        raise BakeError(f"occlusion_px is {settings.occlusion_px}; {low} to {high} texels are taken")
-    if not 0.0 < settings.occlusion_reach <= 1.0:
-        raise BakeError(f"occlusion_reach is {settings.occlusion_reach}; above 0, up to 1 of the diagonal")
 
 
 def _warnings(model: Path, made: Occlusion) -> list[str]:

@@ -111,7 +111,15 @@ def map_rows(
     layout = (
         None
         if uv is None
-        else read_layout(uv, rows, columns, wraps, settings.gloss_groups, settings.layout_materials, root)
+        else read_layout(
+            uv,
+            rows,
+            columns=columns,
+            wraps=wraps,
+            groups=settings.gloss_groups,
+            materials=settings.layout_materials,
+            root=root,
+        )
     )
     if source == "color":
         image = replace(image, values=spread(image.values, wraps))
@@ -143,13 +151,30 @@ def map_rows(
     slopes = _slopes(settings, rows, columns, unit[1])
     down = settings.green == "down"
     height_map = HeightMap(
-        heights, slopes, wraps, filter_name, down, islands, codes, held, truth, reference_levels
+        heights=heights,
+        slope_scale=slopes,
+        wrap=wraps,
+        filter_name=filter_name,
+        green_down=down,
+        islands=islands,
+        height_levels=codes,
+        clamp_slopes=held,
+        reference_heights=truth,
+        reference_levels=reference_levels,
     )
     picture = image if shaped else None
     del image  # the codes of a height map are not needed any more
     if settings.filter == "auto":
         height_map = no_worse_than_fast(height_map)
-    made = MapRows(height_map, tuple(settings.only), unit, picture, GlossSettings(), layout, true_light)
+    made = MapRows(
+        height_map=height_map,
+        names=tuple(settings.only),
+        unit=unit,
+        picture=picture,
+        gloss=GlossSettings(),
+        layout=layout,
+        truth=true_light,
+    )
     return made, Picture(source, guess, warnings)
 
 

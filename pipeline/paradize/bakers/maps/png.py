@@ -40,16 +40,16 @@ def png_maps(rows: MapRows, *, tier: str, warnings: Sequence[str], measure: bool
         del shown
         metric = next(iter(errors), None)
         made[name] = MapProduct(
-            data,
-            width,
-            height,
-            kind,
-            errors[metric] if metric else 0.0,
-            metric,
-            tier,
-            errors,
-            list(warnings),
-            [] if level is None else [level],
+            data=data,
+            width=width,
+            height=height,
+            format=kind,
+            error=errors[metric] if metric else 0.0,
+            metric=metric,
+            tier=tier,
+            errors=errors,
+            warnings=list(warnings),
+            levels=[] if level is None else [level],
             filter=None if name == "height" else rows.height_map.filter_name,
         )
     return made

@@ -120,7 +120,13 @@ class MapRows:
     def with_heights(self, height_map: HeightMap) -> MapRows:
         """The same rows, of other heights or another filter."""
         return MapRows(
-            height_map, self.names, self._unit, self._picture, self._gloss, self._layout, self._truth
+            height_map=height_map,
+            names=self.names,
+            unit=self._unit,
+            picture=self._picture,
+            gloss=self._gloss,
+            layout=self._layout,
+            truth=self._truth,
         )
 
     def rows(self, name: str, first: int, last: int) -> F32:

@@ -77,21 +77,21 @@ def bake_mesh(
         tiers = _tangent_tiers(levels[0].mesh) if tangent_tiers else {}
         if settings.attributes is not None and "_SWAY" in settings.attributes:
             _add_sway(levels)
-        framed = _framed_levels(mesh, levels, frames)
-        del mesh  # saves memory: a level is about as large as its part of the file
-        levels, costs_before = _in_draw_order(framed)
-        lods = tuple(_lod(level) for level in levels)
+        lods, costs_before = [], []
+        while levels:  # saves memory: a level is about as large as its part of the file
+            lod, cost = _drawable(mesh, levels.pop(0), frames)
+            lods.append(lod)
+            costs_before.append(cost)
+        del mesh
         if settings.quantise is not None:
-            lods = quantised_levels(lods, direction_deg=direction_deg_of(settings.quantise))
+            lods = list(quantised_levels(lods, direction_deg=direction_deg_of(settings.quantise)))
         report_step("writing")
         alone = settings.base_colors is None
         described = found.materials if alone else None
         glb = encode_glb(lods, path.stem, base_colors=settings.base_colors, described=described)
         verify_glb(glb, path.with_suffix(".glb"))
-        rows = [
-            _level_report(*level, found.loading) for level in zip(levels, lods, costs_before, strict=True)
-        ]
-    first = levels[0].mesh
+        rows = [_level_report(lod, cost, found.loading) for lod, cost in zip(lods, costs_before, strict=True)]
+    first = lods[0].mesh
     materials = [group.material for group in first.groups]
     if alone and (without := left_out(found.materials, materials)):
         notes.append(
@@ -122,7 +122,7 @@ def bake_mesh(
         "seconds": round(time.monotonic() - started, 3),
         "warnings": found.warnings + [f"{path}: {note}" for note in (*notes, *fewer)],
     }
-    return MeshProduct(glb, report, lods)
+    return MeshProduct(glb, report, tuple(lods))
 
 
 @contextmanager
@@ -171,37 +171,34 @@ def _add_sway(levels: list[MeasuredLevel]) -> None:
         levels[k] = replace(levels[k], mesh=take_sway(first, levels[k].mesh))
 
 
-def _framed_levels(source: Mesh, levels: list[MeasuredLevel], tangents: str) -> list[MeasuredLevel]:
-    """Returns the levels with colours and tangents. Empties `levels`, to save memory."""
-    framed = []
-    while levels:
-        level = levels.pop(0)
-        framed.append(replace(level, mesh=_framed(source, level.mesh, tangents)))
-    return framed
+def _drawable(source: Mesh, level: MeasuredLevel, tangents: str) -> tuple[Lod, dict[str, float]]:
+    """Returns a level with vertex colours, with tangents if it has UVs, and in draw order; and the cost of
+    drawing it before."""
+    mesh, errors = _colored(source, level.mesh), dict(level.errors)
+    if mesh.uvs is not None:
+        mesh = tangent_frames(mesh, tangents)
+    return Lod(draw_order(mesh), errors.pop("error_max"), errors.pop("error_rms"), errors), draw_costs(mesh)
 
 
-def _in_draw_order(levels: list[MeasuredLevel]) -> tuple[list[MeasuredLevel], list[dict[str, float]]]:
-    """Returns the levels in draw order, and the cost of drawing each before. Empties `levels`."""
-    ordered, costs_before = [], []
-    while levels:
-        level = levels.pop(0)
-        ordered.append(replace(level, mesh=draw_order(level.mesh)))
-        costs_before.append(draw_costs(level.mesh))
-    return ordered, costs_before
+def _colored(source: Mesh, level: Mesh) -> Mesh:
+    """Returns the level with the source's vertex colours at the nearest places. Simplifiers do not keep
+    them."""
+    if source.colors is None or level.positions is source.positions:
+        return level
+    taken = take_attributes(source, replace(level, colors=None, tangents=None), ("colors",))
+    assert taken.colors is not None
+    return replace(taken, colors=np.clip(taken.colors, 0, 1))  # the mean of three may round beyond 1
 
 
-def _level_report(
-    level: MeasuredLevel, lod: Lod, cost_before: Mapping[str, float], loading: LoadingError
-) -> dict[str, Any]:
+def _level_report(lod: Lod, cost_before: Mapping[str, float], loading: LoadingError) -> dict[str, Any]:
     before = {"acmr_before": cost_before["acmr"], "atvr_before": cost_before["atvr"]}
     return {
-        "triangles": len(level.mesh.triangles),
-        "vertices": len(level.mesh.positions),
-        **level.errors,
+        "triangles": len(lod.mesh.triangles),
+        "vertices": len(lod.mesh.positions),
         **_errors_from_text(lod, loading),
-        **frame_faults(level.mesh),
-        **frame_errors(level.mesh),
-        "draw": draw_costs(level.mesh) | before,
+        **frame_faults(lod.mesh),
+        **frame_errors(lod.mesh),
+        "draw": draw_costs(lod.mesh) | before,
     }
 
 
@@ -216,19 +213,6 @@ def _tangent_tiers(mesh: Mesh) -> dict[str, dict[str, float]]:
     }
 
 
-def _framed(source: Mesh, level: Mesh, tangents: str) -> Mesh:
-    """Returns a level with the vertex colours of the source, and with tangents if it has UVs."""
-    if level is not source:
-        colored = _colored(source, replace(level, tangents=None))
-        level = colored if source.colors is not None else level
-    return level if level.uvs is None else tangent_frames(level, tangents)
-
-
-def _lod(level: MeasuredLevel) -> Lod:
-    more = {key: value for key, value in level.errors.items() if key not in ("error_max", "error_rms")}
-    return Lod(level.mesh, level.errors["error_max"], level.errors["error_rms"], more)
-
-
 def _errors_from_text(lod: Lod, loading: LoadingError) -> dict[str, float]:
     """Returns a level's errors against the text of the source: its distance from level 0 plus the error of
     loading."""
@@ -236,13 +220,3 @@ def _errors_from_text(lod: Lod, loading: LoadingError) -> dict[str, float]:
     whole = {key: rounded_up(value + loading.largest) for key, value in errors.items()}
     lower = max(0.0, lod.errors["error_max_lower"] - loading.largest)
     return {**whole, **lod.errors, "error_max_lower": rounded_down(lower), **loading.errors}
-
-
-def _colored(source: Mesh, level: Mesh) -> Mesh:
-    """Returns the level with the source's vertex colours at the nearest places. Simplifiers do not keep
-    them."""
-    if source.colors is None or level is source or level.positions is source.positions:
-        return level
-    taken = take_attributes(source, replace(level, colors=None), ("colors",))
-    assert taken.colors is not None
-    return replace(taken, colors=np.clip(taken.colors, 0, 1))  # the mean of three may round beyond 1

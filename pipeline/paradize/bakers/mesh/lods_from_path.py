@@ -23,7 +23,9 @@ from paradize.scene.flight import plan_flight, sightings_of, sine_cosine
 from paradize.scene.settings import EyePoint, Flight, TargetPoint
 
 
-def sight_plan(views: dict[str, Any], instances: Sequence[Mapping[str, Any]]) -> Callable[[Mesh, Plan], Plan]:
+def plan_by_flight(
+    views: dict[str, Any], instances: Sequence[Mapping[str, Any]]
+) -> Callable[[Mesh, Plan], Plan]:
     """Returns a function that adapts a plan to a mesh. views: from scene/finest_views.py. instances: as
     in scene.json. A mesh that the flight never sees keeps one level, as coarse as the plan's limit allows."""
     fields = dict(views["flight"])
@@ -60,8 +62,10 @@ def sight_plan(views: dict[str, Any], instances: Sequence[Mapping[str, Any]]) ->
 
 
 def bake_seen(path: Path, settings: MeshSettings, *, tier: str, root: Path | None = None) -> MeshProduct:
-    """Calls bake_mesh, with levels adapted to the flight if settings.sight is set. The GLB holds the
+    """Calls bake_mesh, with levels adapted to the flight if settings.flight_views is set. The GLB holds the
     attributes of the settings. root: as of read_model."""
-    plan = None if settings.sight is None else sight_plan(settings.sight, settings.instances)
+    plan = (
+        None if settings.flight_views is None else plan_by_flight(settings.flight_views, settings.instances)
+    )
     product = bake_mesh(path, settings, tier=tier, root=root, plan=plan, tangent_tiers=False)
     return replace(product, glb=cut_glb(product.glb, attributes=settings.attributes))

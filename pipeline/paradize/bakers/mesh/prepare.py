@@ -85,8 +85,8 @@ def prepare_mesh(
     welded = {"welded": welding.joined, "welded_most_m": welding.largest_m}
     repaired: dict[str, Any] = {**read.repairs, **repairs(validation, read.lines), **welded}
     del read, joined  # saves memory while the layout is made
-    mesh = with_normals(mesh, smoothing, settings.crease_deg)
-    mesh, strange = without_tangents(mesh)
+    mesh = _with_normals(mesh, smoothing, settings.crease_deg)
+    mesh, strange = _without_tangents(mesh)
     warnings += [f"{path}: {text}" for text in strange]
     layout = None
     if settings.atlas and not (settings.painted and mesh.uvs is not None):
@@ -97,7 +97,7 @@ def prepare_mesh(
     return mesh, Preparation(loading, validation, repaired, layout, materials, warnings)
 
 
-def without_tangents(mesh: Mesh) -> tuple[Mesh, list[str]]:
+def _without_tangents(mesh: Mesh) -> tuple[Mesh, list[str]]:
     """The mesh without the tangents of its file: every level is given those of MikkTSpace, for which normal
     maps are painted. Tangents that differ from these by more than rounding are reported. Vertices that only
     their tangents told apart become one."""
@@ -133,7 +133,7 @@ def _validated(mesh: Mesh, path: Path, welding: Welding) -> tuple[Mesh, Report]:
         raise SourceError(what, file=path, mend="join with a smaller tolerance") from error
 
 
-def with_normals(mesh: Mesh, smoothing: npt.NDArray[np.uint32], crease_deg: float) -> Mesh:
+def _with_normals(mesh: Mesh, smoothing: npt.NDArray[np.uint32], crease_deg: float) -> Mesh:
     """Returns the mesh with a unit normal at every vertex. Its triangles are sorted by material, in the order
     of first use, so that each material is one draw. smoothing: (m,) smoothing group of each triangle."""
     mesh = complete_normals(mesh, smoothing, crease_deg=crease_deg)[0]

@@ -50,14 +50,14 @@ class Grower:
         max_error_m: float,
         leaf_px: int,
         sand_repeat: float,
-        demand: VisibilityQuery | None,
+        query: VisibilityQuery | None,
         quantise: bool = False,
     ) -> None:
-        """demand: None needs everything. quantise: vertices are quantized to one grid, and errors include
+        """query: None needs everything. quantise: vertices are quantized to one grid, and errors include
         that. Raises BakeError if there is no such grid."""
         rows, columns = heightfield.heights_m.shape
         self.heightfield, self.max_error_m, self.sand_repeat = heightfield, max_error_m, sand_repeat
-        self.demand = demand
+        self.query = query
         self.shape = Shape(rows, columns, leaf_px)
         self.blocks = Blocks.of(heightfield.heights_m, max(1, leaf_px // 2))
         low, high = float(self.blocks.low.min()), float(self.blocks.high.max())
@@ -94,12 +94,12 @@ class Grower:
         """The mesh of a patch, in the whole terrain's space, as floats."""
         vertices, triangles = patch.sizes
         self._spool.seek(patch.at)
-        codes = np.frombuffer(self._spool.read(4 * vertices + 6 * triangles), np.uint16)
-        pixels = codes[: 2 * vertices].reshape(-1, 2).astype(np.int32)
+        packed = np.frombuffer(self._spool.read(4 * vertices + 6 * triangles), np.uint16)
+        pixels = packed[: 2 * vertices].reshape(-1, 2).astype(np.int32)
         return pixels_mesh(
             self.heightfield,
             pixels,
-            codes[2 * vertices :].reshape(-1, 3).astype(np.uint32),
+            packed[2 * vertices :].reshape(-1, 3).astype(np.uint32),
             sand_repeat=self.sand_repeat,
         )
 
@@ -113,8 +113,8 @@ class Grower:
 
     def _shown(self, mesh: Mesh) -> Mesh:
         """The mesh as a reader of its file has it."""
-        codes = self.quantized(mesh)
-        return mesh if codes is None else decoded_mesh(mesh, codes)
+        values = self.quantized(mesh)
+        return mesh if values is None else decoded_mesh(mesh, values)
 
     def tolerance_m(self, level: int) -> float:
         """The vertical tolerance of a level; of borders too."""
@@ -159,11 +159,11 @@ class Grower:
     def _make(self, new: Patch) -> None:
         """Meshes and measures a patch; runs on any thread."""
         with self._large if self._box_px(new) > LARGE_PX else nullcontext():
-            codes, sizes, error = self._made(new)
+            packed, sizes, error = self._made(new)
         with self._lock:
             self._spool.seek(self._end)
-            self._spool.write(codes)
-            new.at, self._end = self._end, self._end + len(codes)
+            self._spool.write(packed)
+            new.at, self._end = self._end, self._end + len(packed)
         new.error, new.sizes = error, sizes
 
     def _box_px(self, new: Patch) -> float:
@@ -191,8 +191,8 @@ class Grower:
                 break
             inside = max(0.0, inside - 4.0 * (error.max_m - self.max_error_m))
         self._require_good(new, error, finest)
-        codes = vertices.astype(np.uint16).tobytes() + triangles.astype(np.uint16).tobytes()
-        return codes, (len(vertices), len(triangles)), error
+        packed = vertices.astype(np.uint16).tobytes() + triangles.astype(np.uint16).tobytes()
+        return packed, (len(vertices), len(triangles)), error
 
     def _require_good(self, new: Patch, error: TerrainError, finest: bool) -> None:
         if error.holes or error.flipped or error.strays:
@@ -204,7 +204,7 @@ class Grower:
                 mend="give the terrain a larger size, or the heightmap fewer pixels",
             )
         if finest and error.max_m > self.max_error_m > 0.0:
-            what = "16-bit codes" if self.grid else "float32 positions"
+            what = "16-bit positions" if self.grid else "float32 positions"
             raise BakeError(
                 f"the error is {error.max_m:.6g} m, allowed {self.max_error_m:.6g} m: {what} reach no less",
                 place=f"pixel ({error.worst[1]}, {error.worst[0]})",
@@ -213,9 +213,9 @@ class Grower:
 
     def _may_ask(self, diamond: Diamond) -> bool:
         """Whether some run may ask for anything below the diamond; keeps those runs."""
-        if self.demand is None:
+        if self.query is None:
             return True
-        runs = self.demand.runs
+        runs = self.query.runs
         for whole in diamond.patches:
             maker = whole.made_by
             if maker is not None and maker.runs is not None and len(maker.runs) < len(runs):
@@ -223,8 +223,8 @@ class Grower:
         reach, low, high = self._reach(diamond)
         below = min(self.tolerance_m(diamond.level + 1), high - low)
         error_m = max([below, *(error_of(whole) for whole in diamond.patches)])
-        runs = self.demand.wanting(error_m, reach, runs)
-        diamond.runs = self.demand.seeing(reach, runs)
+        runs = self.query.wanting(error_m, reach, runs)
+        diamond.runs = self.query.seeing(reach, runs)
         return len(diamond.runs) > 0
 
     def _reach(self, diamond: Diamond) -> tuple[Sphere, float, float]:
@@ -260,15 +260,15 @@ class Grower:
 
     def _ask(self, diamond: Diamond) -> None:
         """Notes when the flight first asks for more than the diamond's own patches."""
-        if self.demand is None:
+        if self.query is None:
             diamond.first_s = 0.0
             return
         for whole in diamond.patches:
-            runs = self.demand.runs if diamond.runs is None else diamond.runs
-            runs = self.demand.wanting(error_of(whole), whole.sphere, runs)
-            runs = self.demand.seeing(whole.sphere, runs)
+            runs = self.query.runs if diamond.runs is None else diamond.runs
+            runs = self.query.wanting(error_of(whole), whole.sphere, runs)
+            runs = self.query.seeing(whole.sphere, runs)
             if len(runs):
-                diamond.first_s = min(diamond.first_s, float(self.demand.start_s[runs[0]]))
+                diamond.first_s = min(diamond.first_s, float(self.query.start_s[runs[0]]))
 
     def _saturate(self, diamond: Diamond, below: list[Diamond]) -> None:
         inner = [whole.sphere for whole in diamond.patches] + [child.sphere for child in below]
@@ -302,19 +302,19 @@ class Grower:
         return Tree(patches, diamonds, left, round(bytes_left), asked if asked < math.inf else None)
 
     def _bytes(self, known: Patch) -> int:
-        """About how long a patch is in a tile: 56 bytes a vertex as floats, 28 or so as codes."""
+        """About how long a patch is in a tile: 56 bytes a vertex as floats, 28 or so quantized."""
         vertices, triangles = known.sizes
         return (56 if self.grid is None else 28) * vertices + 6 * triangles + _BYTES
 
     def _first_seen(self, kept: Patch) -> float:
         """When a view first shows the patch while the player draws it or finer; the flight's end if never."""
-        if self.demand is None:
+        if self.query is None:
             return 0.0
-        runs = self.demand.runs
+        runs = self.query.runs
         if kept.made_by is not None:
-            runs = self.demand.wanting(kept.made_by.error_m, kept.made_by.sphere, runs)
-        runs = self.demand.seeing(kept.sphere, runs)
-        return float(self.demand.start_s[runs[0]]) if len(runs) else self.demand.duration_s
+            runs = self.query.wanting(kept.made_by.error_m, kept.made_by.sphere, runs)
+        runs = self.query.seeing(kept.sphere, runs)
+        return float(self.query.start_s[runs[0]]) if len(runs) else self.query.duration_s
 
     # -- places
 

@@ -53,14 +53,14 @@ def bake_tiles(path: Path, scratch: Path, settings: TileSettings, *, tier: str =
         raise ValueError(f"no tier {tier!r}")
     report_step("reading")
     heightfield, warnings = height_map_of(path, settings)
-    sight = settings.sight
+    flight_views = settings.flight_views
     try:
         grower = Grower(
             heightfield,
             max_error_m=0.0 if tier == "exact" else settings.max_error_m,
             leaf_px=settings.patch_px,
             sand_repeat=settings.sand_repeat,
-            demand=None if sight is None else plan_query(sight),
+            query=None if flight_views is None else plan_query(flight_views),
             quantise=settings.quantise,
         )
         report_step("patches")

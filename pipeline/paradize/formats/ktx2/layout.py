@@ -54,7 +54,15 @@ def _plain(
         name = _ALPHA if channel == 3 else channel
         linear_alpha = _QUALIFY_LINEAR if channel == 3 and transfer == _SRGB else 0
         samples.append((name | qualifiers | linear_alpha, channel * bits, bits, lower, upper))
-    return Format(vk, bits // 8, 1, channels * bits // 8, _RGBSDA, transfer, tuple(samples))
+    return Format(
+        vk=vk,
+        type_size=bits // 8,
+        block=1,
+        block_bytes=channels * bits // 8,
+        model=_RGBSDA,
+        transfer=transfer,
+        samples=tuple(samples),
+    )
 
 
 def _block(
@@ -73,7 +81,15 @@ def _block(
     for index, name in enumerate(names):
         linear_alpha = _QUALIFY_LINEAR if name == _ALPHA and transfer == _SRGB else 0
         samples.append((name | qualifiers | linear_alpha, bits * index, bits, lower, upper))
-    return Format(vk, 1, 4, bits // 8 * len(names), model, transfer, tuple(samples))
+    return Format(
+        vk=vk,
+        type_size=1,
+        block=4,
+        block_bytes=bits // 8 * len(names),
+        model=model,
+        transfer=transfer,
+        samples=tuple(samples),
+    )
 
 
 FORMATS: dict[str, Format] = {

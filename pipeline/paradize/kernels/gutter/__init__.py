@@ -120,6 +120,16 @@ def walk(
         threads,
     )
     return [
-        Bleed(row[0], row[1], row[2], row[3], int(row[4]), int(row[5]), int(row[6]), int(row[7]), row[8])
+        Bleed(
+            mean=row[0],
+            p99=row[1],
+            all_p99=row[2],
+            worst=row[3],
+            x=int(row[4]),
+            y=int(row[5]),
+            island=int(row[6]),
+            samples=int(row[7]),
+            own=row[8],
+        )
         for row in result.tolist()
     ]

@@ -16,7 +16,7 @@ U32: TypeAlias = npt.NDArray[np.uint32]
 UNKNOWN_SMOOTHING = 0xFFFFFFFF
 _NONE = 0xFFFFFFFF
 # A frame per face, the mean at each vertex, MikkTSpace's rules.
-TANGENT_METHODS = ("face", "vertex", "mikktspace")
+TANGENT_METHODS = ("vertex", "mikktspace")
 
 
 @dataclass(frozen=True)
@@ -101,25 +101,6 @@ def corner_normals(
     return out.reshape(-1, 3, 3)
 
 
-def corner_tangents(
-    positions: F32,
-    normals: F32,
-    uvs: F32,
-    triangles: U32,
-    *,
-    method: str = "mikktspace",
-    threads: int | None = None,
-) -> F32:
-    """(m, 3, 4) tangents of all corners; w is such that w * cross(N, T) points up the image.
-
-    positions, normals: (n, 3), normals unit. uvs: (n, 2), top-left origin. method: one of TANGENT_METHODS.
-    """
-    out: F32 = _mesh.corner_tangents(
-        *_surface(positions, normals, uvs, triangles), TANGENT_METHODS.index(method), _workers(threads)
-    )
-    return out.reshape(-1, 3, 4)
-
-
 def split_tangents(
     positions: F32,
     normals: F32,
@@ -131,7 +112,10 @@ def split_tangents(
 ) -> tuple[U32, U32, F32]:
     """Tangents of an indexed mesh whose vertices are split where their corners' tangents differ. Returns new
     triangles (m, 3), and the old vertex (k,) and the tangent (k, 4) of each new vertex, numbered by first
-    use."""
+    use; w is such that w * cross(N, T) points up the image.
+
+    positions, normals: (n, 3), normals unit. uvs: (n, 2), top-left origin. method: one of TANGENT_METHODS.
+    """
     index, source, tangents = _mesh.split_tangents(
         *_surface(positions, normals, uvs, triangles), TANGENT_METHODS.index(method), _workers(threads)
     )

@@ -26,21 +26,6 @@ mesh::Surface surface_of(const Rows<float> &positions, const Rows<float> &normal
     return {flat(positions), flat(normals), flat(uvs), flat(triangles)};
 }
 
-nb::object corner_tangents(Rows<float> positions, Rows<float> normals, Rows<float> uvs,
-                           Rows<std::uint32_t> triangles, int method, int threads) {
-    using Frames = mesh::Buffer<mesh::Frame>;
-    static_assert(sizeof(mesh::Frame) == 4 * sizeof(float));
-    auto out = std::make_unique<Frames>(triangles.size());
-    {
-        nb::gil_scoped_release unlocked;
-        mesh::corner_tangents(surface_of(positions, normals, uvs, triangles),
-                              static_cast<mesh::Method>(method), {out->data(), out->size()}, threads);
-    }
-    auto *const values = reinterpret_cast<float *>(out->data());
-    nb::capsule owner(out.release(), [](void *p) noexcept { delete static_cast<Frames *>(p); });
-    return nb::cast(nb::ndarray<nb::numpy, float>(values, {triangles.size(), 4}, owner));
-}
-
 nb::tuple split_tangents(Rows<float> positions, Rows<float> normals, Rows<float> uvs,
                          Rows<std::uint32_t> triangles, int method, int threads) {
     mesh::SplitTangents split;
@@ -49,6 +34,7 @@ nb::tuple split_tangents(Rows<float> positions, Rows<float> normals, Rows<float>
         split = mesh::split_tangents(surface_of(positions, normals, uvs, triangles),
                                      static_cast<mesh::Method>(method), threads);
     }
+    static_assert(sizeof(mesh::Frame) == 4 * sizeof(float));
     auto *const frames = new std::vector<mesh::Frame>(std::move(split.frames));
     nb::capsule owner(frames, [](void *p) noexcept { delete static_cast<std::vector<mesh::Frame> *>(p); });
     auto *const values = reinterpret_cast<float *>(frames->data());
@@ -158,7 +144,6 @@ nb::tuple reach(Rows<float> places, Rows<std::uint32_t> triangles, double rooted
 
 NB_MODULE(_mesh, m) {
     m.doc() = "Mesh kernels: tangent frames, normals, topology.";
-    m.def("corner_tangents", &corner_tangents);
     m.def("split_tangents", &split_tangents);
     m.def("corner_normals", &corner_normals);
     m.def("number_rows", &rows_by_value);

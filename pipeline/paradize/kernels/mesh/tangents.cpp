@@ -6,7 +6,7 @@
 
 #include "mesh/tangents_faces.hpp"
 #include "mesh/tangents_fans.hpp"
-#include "mesh/tangents_simple.hpp"
+#include "mesh/tangents_vertex.hpp"
 #include "parallel.hpp"
 
 namespace paradize::mesh {
@@ -95,26 +95,12 @@ class Splitter {
 
 } // namespace
 
-void corner_tangents(const Surface &surface, Method method, std::span<Frame> out, int threads) {
-    if (method != Method::mikktspace) {
-        simple_tangents(surface, method, out);
-        return;
-    }
-    const Frames frames = frames_of(surface, threads);
-    for_rows(out.size() / faces_at_once + 1, threads, [&](std::size_t first, std::size_t last) {
-        for (std::size_t c = first * faces_at_once; c < std::min(last * faces_at_once, out.size()); ++c)
-            out[c] = frames.of_vertex[frames.welded.number[surface.triangles[c]]];
-    });
-    for (const Odd &odd : frames.odd)
-        out[odd.corner] = odd.frame;
-}
-
 SplitTangents split_tangents(const Surface &surface, Method method, int threads) {
     Splitter split(surface);
     const std::size_t corners = surface.triangles.size();
-    if (method != Method::mikktspace) {
+    if (method == Method::vertex) {
         std::vector<Frame> frames(corners);
-        simple_tangents(surface, method, frames);
+        vertex_tangents(surface, frames);
         for (std::size_t c = 0; c < corners; ++c)
             split.set(c, frames[c]);
         return split.take();

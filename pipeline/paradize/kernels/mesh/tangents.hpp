@@ -21,16 +21,14 @@ struct Frame {
     bool operator==(const Frame &) const = default;
 };
 
-// face: each triangle its own; vertex: the mean at each vertex; mikktspace: by the thesis's rules.
-enum class Method { face, vertex, mikktspace };
+// vertex: the mean at each vertex; mikktspace: by the thesis's rules.
+enum class Method { vertex, mikktspace };
 
-// out: (m, 3) frame of every corner. Corners whose triangles have no area in the image (or in space) take the
-// frame of a neighbour, or any unit vector at right angles to the normal with w = 1. The bytes do not depend
-// on `threads`.
-void corner_tangents(const Surface &surface, Method method, std::span<Frame> out, int threads);
-
-// The same as an indexed mesh: index (m, 3) of each corner; source: the vertex that each new one was; a
-// vertex is split where its corners' frames differ. New ones are numbered in the order of their first use.
+// The frame of every corner, as an indexed mesh: index (m, 3) of each corner; source: the vertex that each
+// new one was; a vertex is split where its corners' frames differ. New ones are numbered in the order of
+// their first use. Corners whose triangles have no area in the image (or in space) take the frame of a
+// neighbour, or any unit vector at right angles to the normal with w = 1. The bytes do not depend on
+// `threads`.
 struct SplitTangents {
     std::vector<std::uint32_t> index, source;
     std::vector<Frame> frames;

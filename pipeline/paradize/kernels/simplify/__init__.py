@@ -118,4 +118,13 @@ def simplify(
     points, remaining, carried, vertex, position_ids, triangle, error, stop = found
     if width == 0:
         carried = np.zeros((len(points), 0), np.float32)
-    return Simplified(points, remaining, carried, vertex, position_ids, triangle, error, STOPS[stop])
+    return Simplified(
+        positions=points,
+        triangles=remaining,
+        attributes=carried,
+        vertex=vertex,
+        place=position_ids,
+        triangle=triangle,
+        error=error,
+        stop=STOPS[stop],
+    )

@@ -91,7 +91,17 @@ def place_part(
         colors = _finite(document, colors, "colours", place)
         if colors.shape[1] == 3:
             colors = np.concatenate([colors, np.ones((len(colors), 1))], axis=1)
-    return Part(name, material.material.name, positions, triangles, normals, tangents, uvs, uvs1, colors)
+    return Part(
+        name=name,
+        material=material.material.name,
+        positions=positions,
+        triangles=triangles,
+        normals=normals,
+        tangents=tangents,
+        uvs=uvs,
+        uvs1=uvs1,
+        colors=colors,
+    )
 
 
 def _coordinates(

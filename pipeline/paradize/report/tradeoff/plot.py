@@ -105,7 +105,7 @@ def plot(group: Mapping[str, Any]) -> str:
     parts += _fronts(points, at)
     series = series_colors(points)
     for point, (px, py) in zip(points, at, strict=True):
-        parts.append(_marker(group, point, px, py, x, _radius(point, points), series))
+        parts.append(_marker(group, point, px=px, py=py, x=x, radius=_radius(point, points), series=series))
     parts.append(_labels(points, at, [_radius(point, points) for point in points], words))
     label = escape(f"{group['name']}: {group['metric']} against time. {group['sentence']}", quote=True)
     return (

@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from paradize.material import WRAPS
+from paradize.scene import ranges
 from paradize.scene.schema import (
-    FAR,
     choice,
     choices,
     flag,
@@ -134,11 +134,10 @@ class SceneObject:
         None, meaning="colour map of all materials; without it each has that of the model"
     )
     alpha: Path | None = source(None, meaning="grey picture of the alpha; without it the alpha of color")
-    lods: int = whole(4, low=1, high=8, meaning="number of levels of detail, the source included")
+    lods: int = whole(4, **ranges.LODS, meaning="number of levels of detail, the source included")
     max_error: float | None = number(
         None,
-        low=0.0,
-        high=1.0,
+        **ranges.MAX_ERROR,
         unit="of the diagonal",
         meaning="largest error of a level; without it 0.1, or the largest of lod_errors",
     )
@@ -149,19 +148,17 @@ class SceneObject:
         meaning="levels by share of triangles, by error, by how they look, or by what the flight can see",
     )
     lod_ratio: float = number(
-        0.5, low=0.05, high=0.95, meaning="triangles of a level, as a share of the level before"
+        0.5, **ranges.LOD_RATIO, meaning="triangles of a level, as a share of the level before"
     )
     lod_errors: tuple[float, ...] = numbers(
         (),
-        low=0.0,
-        high=1.0,
+        **ranges.MAX_ERROR,
         unit="of the diagonal",
         meaning='error of each level after the first, with lods_by = "error"',
     )
     lod_size_px: float | None = number(
         None,
-        low=4.0,
-        high=4096.0,
+        **ranges.LOD_SIZE_PX,
         unit="pixels",
         meaning="along the diagonal, where level 1 takes over, and each next at half; without it 256. With "
         'lods_by = "screen_size" only',
@@ -171,18 +168,17 @@ class SceneObject:
         "paradize", among=UNWRAPPERS, meaning="library that makes UVs for a mesh without them"
     )
     weld_m: float = number(
-        0.0, low=0.0, high=FAR, unit="m", meaning="vertices closer than this are joined; 0: none"
+        0.0, **ranges.WELD_M, unit="m", meaning="vertices closer than this are joined; 0: none"
     )
     crease_deg: float = number(
         45.0,
-        low=0.0,
-        high=180.0,
+        **ranges.CREASE_DEG,
         unit="degrees",
         meaning="where normals are missing, faces at a larger angle meet in a sharp edge",
     )
     tangents: str = choice(
         "mikktspace",
-        among=("face", "vertex", "mikktspace"),
+        among=ranges.TANGENTS,
         meaning="how tangent frames are made; face is the same as vertex",
     )
     quantise: bool = flag(False, meaning="16-bit vertices; the budget limits their error")
@@ -216,11 +212,12 @@ class SceneObject:
         meaning="mesh: materials without a map of ambient occlusion get one that is cast from the mesh; "
         "materials with holes, and blended ones, hold back no light",
     )
-    occlusion_px: int = whole(512, low=16, high=8192, unit="texels", meaning="side of the map that is cast")
+    occlusion_px: int = whole(
+        512, **ranges.OCCLUSION_PX, unit="texels", meaning="side of the map that is cast"
+    )
     occlusion_reach: float = number(
         0.25,
-        low=0.001,
-        high=1.0,
+        **ranges.OCCLUSION_REACH,
         unit="of the diagonal",
         meaning="what lies farther than this holds back no light",
     )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from paradize.scene import ranges
 from paradize.scene.schema import choice, flag, number
 
 # The derivative filters that a user may name. "auto" chooses one by the heights (stages/filters.py).
@@ -15,13 +16,11 @@ class Relief:
     """How a picture becomes heights, and heights become slopes. The levels apply in the order of the
     fields, to values in 0..1."""
 
-    black: float = number(0.0, low=-1e6, high=1e6, meaning="value of the picture that becomes height 0")
-    white: float = number(
-        1.0, low=-1e6, high=1e6, meaning="value that becomes height 1; must differ from black"
-    )
-    gamma: float = number(1.0, low=1e-3, high=1e6, meaning="above 1 lifts the middle heights")
-    contrast: float = number(1.0, low=-1e6, high=1e6, meaning="factor on heights around one half")
-    brightness: float = number(0.0, low=-1e6, high=1e6, meaning="added to the heights")
+    black: float = number(0.0, **ranges.LEVEL, meaning="value of the picture that becomes height 0")
+    white: float = number(1.0, **ranges.LEVEL, meaning="value that becomes height 1; must differ from black")
+    gamma: float = number(1.0, **ranges.GAMMA, meaning="above 1 lifts the middle heights")
+    contrast: float = number(1.0, **ranges.LEVEL, meaning="factor on heights around one half")
+    brightness: float = number(0.0, **ranges.LEVEL, meaning="added to the heights")
     invert: bool = flag(False, meaning="true: white is low")
     filter: str = choice(
         "auto", among=FILTERS, meaning="derivative filter of the slopes; auto looks at the heights"

@@ -6,6 +6,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
+from paradize.scene import ranges
 from paradize.scene.schema import FAR, flag, number, number_or, source, table, vector, whole
 from paradize.scene.settings.relief import Relief
 
@@ -16,28 +17,26 @@ class Terrain:
         meaning="grey picture, .hgt, .asc, or square .raw, .r16, .r32 of heights; each pixel is a vertex"
     )
     size_m: tuple[float, float] = vector(
-        size=2, low=1e-6, high=FAR, unit="m", meaning="x and z, from the first to the last pixel"
+        size=2, **ranges.SIZE_M, unit="m", meaning="x and z, from the first to the last pixel"
     )
 
     height_m: float | None = number(
         None,
-        low=-FAR,
-        high=FAR,
+        **ranges.HEIGHT_M,
         unit="m",
         meaning="height of white above black; metres (floats, signed integers, .hgt, .asc) need none",
     )
-    height_scale: float = number(1.0, low=-FAR, high=FAR, meaning="factor on the heights, also on metres")
+    height_scale: float = number(1.0, **ranges.HEIGHT_SCALE, meaning="factor on the heights, also on metres")
     nodata: float | str = number_or(
         ("auto", "none"),
         low=-1e39,
         high=1e39,
         meaning="value of pixels without a height; auto: as the file says",
     )
-    base_m: float = number(0.0, low=-FAR, high=FAR, unit="m", meaning="y of black")
+    base_m: float = number(0.0, **ranges.HEIGHT_M, unit="m", meaning="y of black")
     max_error_m: float = number(
         0.03,
-        low=0.0,
-        high=FAR,
+        **ranges.MAX_ERROR_M,
         unit="m",
         meaning="largest vertical error of the mesh; 0: a vertex at every pixel",
     )

@@ -1,4 +1,4 @@
-#include "mesh/tangents_simple.hpp"
+#include "mesh/tangents_vertex.hpp"
 
 #include <algorithm>
 #include <array>
@@ -31,7 +31,7 @@ Direction direction_of(const Surface &surface, const std::uint32_t *triangle) {
 
 } // namespace
 
-void simple_tangents(const Surface &surface, Method method, std::span<Frame> out) {
+void vertex_tangents(const Surface &surface, std::span<Frame> out) {
     const std::size_t vertices = surface.positions.size() / 3;
     // Sums by handedness, not mirrored first; those of a vertex without any face of area stay zero.
     std::vector<std::array<Vec, 2>> sums(vertices);
@@ -45,23 +45,16 @@ void simple_tangents(const Surface &surface, Method method, std::span<Frame> out
         }
     }
     std::vector<std::array<Frame, 2>> frames(vertices);
-    std::vector<Vec> normals(vertices);
     for (std::size_t v = 0; v < vertices; ++v) {
-        normals[v] = unit(at3(surface.normals, v));
+        const Vec normal = unit(at3(surface.normals, v));
         for (const bool preserves : {true, false})
-            frames[v][preserves ? 0 : 1] =
-                frame_of(sums[v][preserves ? 0 : 1], normals[v], sign_of(preserves));
+            frames[v][preserves ? 0 : 1] = frame_of(sums[v][preserves ? 0 : 1], normal, sign_of(preserves));
     }
     for (std::size_t c = 0; c < out.size(); ++c) {
         const Direction &face = faces[c / 3];
         const std::uint32_t vertex = surface.triangles[c];
-        const bool area = face.s != Vec{};
-        if (area && method == Method::face)
-            out[c] = frame_of(face.s, normals[vertex], sign_of(face.preserves));
-        else if (area)
-            out[c] = frames[vertex][face.preserves ? 0 : 1];
-        else
-            out[c] = frames[vertex][sums[vertex][0] != Vec{} ? 0 : 1];
+        const bool first = face.s != Vec{} ? face.preserves : sums[vertex][0] != Vec{};
+        out[c] = frames[vertex][first ? 0 : 1];
     }
 }
 
