@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from functools import lru_cache
 from pathlib import Path, PurePosixPath, PureWindowsPath
 from urllib.parse import unquote
@@ -10,6 +11,8 @@ from urllib.parse import unquote
 from paradize import files
 from paradize.errors import SourceError
 from paradize.files import is_there, resolved
+
+_COMMENT = re.compile(r"\s+#(?:\s|$)")
 
 
 def root_of(path: Path) -> Path:
@@ -32,6 +35,11 @@ def inside(root: Path, folder: Path, name: str) -> Path | None:
         return path if path.is_relative_to(resolved(root)) else None
     except (OSError, RuntimeError, ValueError):
         return None
+
+
+def without_comment(name: str) -> str:
+    """A name without a comment behind it: ` # ` and what follows. 3ds Max names materials `Material #25`."""
+    return _COMMENT.split(name, maxsplit=1)[0]
 
 
 def named_file(path: Path, named_by: str, limit: int = files.MAX_BYTES) -> bool:
@@ -62,11 +70,11 @@ def require_utf8(head: bytes, path: Path) -> None:
 
 def spelled_otherwise(root: Path, folder: Path, name: str) -> tuple[Path, str] | None:
     """The file inside `root` that is meant by a name that leads to none, and a note for a warning: without
-    quotes, with %20 as a blank, with other letters, small or capital, as Windows and macOS find it, or beside
-    the file where exporters write a path of the machine they run on. None where no file or several are
-    meant."""
+    quotes or a comment, with %20 as a blank, with other letters, small or capital, as Windows and macOS find
+    it, or beside the file where exporters write a path of the machine they run on. None where no file or
+    several are meant."""
     plain = name.strip().strip("\"'").strip()
-    for spelling in dict.fromkeys((name, plain, unquote(plain))):
+    for spelling in dict.fromkeys((name, plain, unquote(plain), without_comment(plain))):
         elsewhere = _name_of_absolute(spelling)
         path = inside(root, folder, spelling if elsewhere is None else elsewhere)
         if path is None:

@@ -40,7 +40,8 @@ def suspects(
       a tenth of the range of all heights away from them; or
     - held by two pixels or more, beyond 9,000 m, and ten times the range of all others away from them.
     So a real height is taken for a hole only if it equals a marker exactly and nothing is near it (the one
-    deepest pixel of a chart at -9999.0). A marker is kept where real depths surround it.
+    deepest pixel of a chart at -9999.0). A marker is kept where real depths surround it. Where all pixels are
+    markers, none is a height.
 
     A number is doubtful (reported, not filled) if it is the smallest or largest and farther from all others
     than half of their range (a quarter, where two pixels or more hold it) and than four times the widest gap
@@ -52,8 +53,8 @@ def suspects(
     while metres and low_high and (new_markers := [value for value in set(low_high) if _is_marker(value)]):
         markers += new_markers
         low_high = _range(values, [*known, *markers])
-    if low_high is None:  # only markers
-        return [], None
+    if low_high is None:  # only markers, or nothing
+        return sorted(markers), None
     low, high = low_high
     certain = sorted(
         mark for mark in markers if max(low - mark, mark - high) >= _MARKER_MARGIN * (high - low)

@@ -11,6 +11,7 @@ from __future__ import annotations
 import errno
 import os
 from collections.abc import Callable, Collection, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -25,7 +26,14 @@ from paradize.kinds import MODEL, expecting
 from paradize.material import Material
 from paradize.readers.mtl import MAX_BYTES as MTL_BYTES
 from paradize.readers.mtl import read_mtl
-from paradize.readers.names import inside, named_file, require_utf8, root_of, spelled_otherwise
+from paradize.readers.names import (
+    inside,
+    named_file,
+    require_utf8,
+    root_of,
+    spelled_otherwise,
+    without_comment,
+)
 from paradize.readers.placed import Bounds
 from paradize.readers.record import DEFAULT_NAME, UNKNOWN_SMOOTHING, Model
 from paradize.readers.uv_transform import UvTransforms, transformed_uvs
@@ -115,6 +123,11 @@ def read_obj(path: Path, root: Path | None = None, on_library: list[Path] | None
         read_library(own, kept=list(materials))
         missing = [name for name in missing if name not in materials]
         warnings.append(f"{path}: no mtllib line names {own.name!r}; its name is the model's, so it is read")
+    meant = _without_comments(missing, materials)
+    for name, other in meant.items():
+        warnings.append(f"{path}: material {name[:120]!r} is not defined; read as {other[:120]!r}")
+    groups = tuple(replace(group, material=meant.get(group.material, group.material)) for group in groups)
+    missing = [name for name in missing if name not in meant]
     warnings = list(dict.fromkeys(warnings))
     if missing:
         shown = ", ".join(repr(name[:120]) for name in missing[:8]) + (", ..." if len(missing) > 8 else "")
@@ -183,6 +196,16 @@ def _bounds_of(parsed: ParsedObj, groups: Sequence[Group]) -> Callable[[str], Bo
         return (*low, *high)
 
     return bounds
+
+
+def _without_comments(missing: Collection[str], materials: Collection[str]) -> dict[str, str]:
+    """The defined material that each missing one means: that whose name is the same without the comments
+    behind both. Names that mean none, or several, are left out."""
+    plain: dict[str, list[str]] = {}
+    for name in materials:
+        plain.setdefault(without_comment(name), []).append(name)
+    found = {name: plain.get(without_comment(name), []) for name in missing}
+    return {name: those[0] for name, those in found.items() if len(those) == 1}
 
 
 def _of_same_name(path: Path, root: Path) -> Path | None:
@@ -262,7 +285,9 @@ def _libraries(path: Path, root: Path, statement: str, warnings: list[str], abse
         absent += [] if exact is None else [exact]
         warnings.append(f"{path}: material file {other[1]}")
         return [other[0]]
-    words = statement.replace("\\ ", " ").split(" ")[:MAX_WORDS]
+    words = without_comment(statement).replace("\\ ", " ").split(" ")[:MAX_WORDS]
+    if len(words) > 1 and (whole := inside(root, path.parent, " ".join(words))):
+        absent.append(whole)
     libraries = []
     index = 0
     while index < len(words):

@@ -27,6 +27,7 @@ UVS = np.array([[0, 1], [1, 1], [1, 0], [0, 0]], np.float32)
         ("My%20Bark.png", "my bark.png"),
         ("file:///C:/tex/bark.png", "bark.png"),
         ("C:\\tex\\BARK.png", "bark.png"),
+        ("bark.png # of oak", "bark.png"),
     ],
 )
 def test_a_map_is_found_where_its_name_is_spelled_otherwise(tmp_path: Path, name: str, file: str) -> None:
@@ -61,6 +62,34 @@ def test_a_material_file_is_found_in_other_letters(tmp_path: Path) -> None:
     assert result.materials["wood"].color == (1.0, 0.0, 0.0)
     said = "material file 'My Wood.mtl' does not exist; 'my wood.mtl' is read instead"
     assert result.warnings[0].endswith(said)
+
+
+@pytest.mark.parametrize(
+    ("library", "used", "defined"),
+    [
+        ("a.mtl # mine", "wood # oak", "wood"),
+        ("a.mtl", "wood", "wood # oak"),
+        ("a.mtl b.mtl # both", "wood # trunk", "wood\t# oak"),
+    ],
+)
+def test_what_stands_behind_a_name_as_a_comment_is_none_of_it(
+    tmp_path: Path, library: str, used: str, defined: str
+) -> None:
+    (tmp_path / "a.mtl").write_text(f"newmtl {defined}\nKd 1 0 0\n")
+    (tmp_path / "b.mtl").write_text("newmtl stone\n")
+    result = read(tmp_path, f"mtllib {library}\n{TRIANGLE}usemtl {used}\nf 1 2 3\n")
+    assert result.materials[result.mesh.groups[0].material].color == (1.0, 0.0, 0.0)
+    assert [text for text in result.warnings if "is not defined; read as" in text]
+    assert not [text for text in result.warnings if "missing" in text or "drawn white" in text]
+
+
+def test_a_sign_that_belongs_to_a_name_stays(tmp_path: Path) -> None:
+    (tmp_path / "a #1.mtl").write_text("newmtl Material #25\nKd 1 0 0\nnewmtl wood # oak\nKd 0 1 0\n")
+    names = ("Material #25", "wood # oak", "Material #26")
+    faces = "".join(f"usemtl {name}\nf 1 2 3\n" for name in names)
+    result = read(tmp_path, f"mtllib a #1.mtl\n{TRIANGLE}{faces}")
+    assert [group.material for group in result.mesh.groups] == list(names)
+    assert len(result.warnings) == 1 and "not defined: 'Material #26'" in result.warnings[0]
 
 
 def test_a_path_of_another_machine_leads_to_the_file_beside(tmp_path: Path) -> None:

@@ -144,11 +144,16 @@ def test_nodata_by_name_is_what_is_filled_and_none_fills_nothing(tmp_path: Path)
     assert field.heights_m.max() < 40.001 and "(65535, as given)" in result
 
 
-def test_a_picture_of_nothing_but_markers_is_what_it_is(tmp_path: Path) -> None:
-    field, message = read(tiff(tmp_path / "h.tif", np.full((5, 5), -9999, np.float32)))
-    assert (field.heights_m == -9999).all() and message == []
-    with pytest.raises(SourceError, match="no height in any"):
-        read(tiff(tmp_path / "h.tif", np.full((5, 5), -9999, np.float32)), -9999.0)
+@pytest.mark.parametrize("values", [[-9999.0], [-32768.0], [FLOAT_MAX], [-9999.0, -32768.0]])
+def test_a_picture_of_nothing_but_markers_has_no_heights(tmp_path: Path, values: list[float]) -> None:
+    path = tiff(tmp_path / "h.tif", np.resize(np.array(values, np.float32), (8, 8)))
+    with pytest.raises(SourceError, match="no height in any pixel") as caught:
+        read(path)
+    assert all(f"{np.float32(value):.10g}" in caught.value.what for value in values)
+    assert "--nodata none" in str(caught.value.mend)
+    if max(values) < 0.0:
+        field, message = read(path, "none")
+        assert field.heights_m.min() == min(values) and message == []
 
 
 # --- what a GeoTIFF says of its numbers ---------------------------------------------------------------------
