@@ -214,6 +214,28 @@ TEST_CASE("aSearchThatIsCutShortStillBoundsTheDistance") {
     }
 }
 
+TEST_CASE("aSearchOverNeedlesThatMeetCountsTheTrianglesThatItTests") {
+    // A part of a disc: a look-up of a place tests most of the needles. After so little work nothing is
+    // known.
+    const auto fan = [](std::uint32_t count) {
+        Soup soup;
+        soup.positions = {0, 0, 0};
+        for (std::uint32_t i = 0; i <= count; ++i) {
+            const double angle = 1.5 * i / count;
+            soup.positions.insert(soup.positions.end(), {static_cast<float>(std::cos(angle)), 0,
+                                                         static_cast<float>(std::sin(angle))});
+            if (i > 0)
+                soup.triangles.insert(soup.triangles.end(), {0, i, i + 1});
+        }
+        return soup;
+    };
+    const Soup fine = fan(400), coarse = fan(300);
+    const reference::Tree from({fine.positions, fine.triangles}), to({coarse.positions, coarse.triangles});
+    const std::vector<std::uint32_t> near(400, 0);
+    CHECK(reference::farthest(from, to, near, 0, {1e-6, 0, 480'000}, 2).most > 1);
+    CHECK(reference::farthest(from, to, near, 0, {1e-6, 0, 40'000'000}, 2).most < 1e-5);
+}
+
 TEST_CASE("anglesAreRightAtBothEnds") {
     const std::vector<float> a = {1, 0, 0, 1, 0, 0, 1, 0, 0, 0, 0, 0},
                              b = {1, 1e-6f, 0, -2, 0, 0, 0, 3, 0, 1, 0, 0};

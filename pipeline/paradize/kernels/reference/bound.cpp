@@ -16,7 +16,8 @@ namespace {
 // threads.
 constexpr std::size_t chunk_size = 256, few = 16;
 constexpr std::size_t patience = 32;  // pieces of each triangle or piece that a chunk looks at in one round
-constexpr std::uint64_t look_up = 16; // tests that a look-up in the tree counts for
+constexpr std::uint64_t look_up = 16; // tests that a place's look-up in the tree counts for at least
+constexpr std::uint64_t share = 4;    // of the tests of a look-up of Packet::size places side by side
 constexpr double rounding = 1e-14;    // of distances, as a share of them: smaller differences are none
 constexpr double infinite = std::numeric_limits<double>::infinity();
 
@@ -93,14 +94,14 @@ void Work::look_up_all(std::span<Piece> pieces) {
         packet.best[i] = packet.best[0];
     }
     packet.slot.fill(-1);
-    to_.nearest(packet, asked[0]->slot, nullptr);
+    const std::uint64_t tested = to_.nearest(packet, asked[0]->slot, nullptr);
     for (std::size_t i = 0; i < count; ++i) {
         if (packet.slot[i] >= 0)
             asked[i]->slot = static_cast<std::uint32_t>(packet.slot[i]);
         asked[i]->looked_up = true;
         least_ = std::max(least_, std::sqrt(packet.best[i]));
     }
-    tests_ += count * look_up;
+    tests_ += std::max(count * look_up, tested * share);
 }
 
 void Work::look(const Piece &piece) {

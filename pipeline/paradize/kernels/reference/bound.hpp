@@ -38,7 +38,7 @@ Bounds farthest(const Tree &from, const Tree &to, std::span<const std::uint32_t>
 
 // samples: as one_sided. gap, resolution: as Closeness has them, `resolution` of the first one's diagonal.
 // Each direction ends after 60 million tests of a place against a triangle and 600 for each triangle of both;
-// a look-up of the nearest counts for 16.
+// a look-up of the nearest counts for 16, and for more where it tests many triangles.
 TwoSided two_sided(const Tree &a, const Tree &b, std::uint64_t samples, double gap, double resolution,
                    unsigned threads);
 

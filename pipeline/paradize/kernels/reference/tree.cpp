@@ -92,8 +92,8 @@ struct Bounds {
     return sum;
 }
 
-PARADIZE_CLONES void look(const Tree::Node *nodes, const std::array<float, 9> *corners, Packet &p,
-                          double hint, const Point *facing) {
+PARADIZE_CLONES std::size_t look(const Tree::Node *nodes, const std::array<float, 9> *corners, Packet &p,
+                                 double hint, const Point *facing) {
     Bounds bounds{{biggest, biggest, biggest}, {-biggest, -biggest, -biggest}};
     for (std::size_t i = 0; i < Packet::size; ++i) {
         const Point at{p.x[i], p.y[i], p.z[i]};
@@ -106,6 +106,7 @@ PARADIZE_CLONES void look(const Tree::Node *nodes, const std::array<float, 9> *c
     if (facing == nullptr || faces(first, *facing))
         measure(first, hint, p);
     double most = farthest(p);
+    std::size_t tests = 0;
     std::array<Tree::Entry, Tree::most_open> open;
     std::size_t depth = 1;
     open[0] = {0, 0};
@@ -122,6 +123,7 @@ PARADIZE_CLONES void look(const Tree::Node *nodes, const std::array<float, 9> *c
                     continue;
                 measure(c, static_cast<double>(i), p);
                 measured = true;
+                ++tests;
             }
             if (measured)
                 most = farthest(p);
@@ -147,6 +149,7 @@ PARADIZE_CLONES void look(const Tree::Node *nodes, const std::array<float, 9> *c
             open[to] = {distance[k], node.child[k]};
         }
     }
+    return tests;
 }
 
 } // namespace
@@ -312,8 +315,8 @@ std::uint64_t Tree::build(Range range, unsigned depth) {
     return number;
 }
 
-void Tree::nearest(Packet &packet, double hint, const Point *facing) const {
-    look(nodes_.data(), corners_.data(), packet, hint < 0 ? 0 : hint, facing);
+std::size_t Tree::nearest(Packet &packet, double hint, const Point *facing) const {
+    return look(nodes_.data(), corners_.data(), packet, hint < 0 ? 0 : hint, facing);
 }
 
 } // namespace paradize::reference

@@ -77,8 +77,8 @@ class Tree {
 
     // Lowers `best` and sets `slot` of every point to those of the nearest triangle; `hint` (a slot) is tried
     // first. With `facing` (any length; null: none) only triangles whose normal has a positive product with
-    // it count.
-    void nearest(Packet &packet, double hint, const Point *facing) const;
+    // it count. Returns how many triangles were tested: nearly all where they lie along one another.
+    std::size_t nearest(Packet &packet, double hint, const Point *facing) const;
 
     // The corners of the triangle in a slot: of neighbours they lie side by side.
     Corners corners(std::size_t slot) const {
