@@ -12,7 +12,8 @@ from paradize import files
 from paradize.errors import SourceError
 from paradize.files import is_there, resolved
 
-_COMMENT = re.compile(r"\s+#(?:\s|$)")
+_BLANK = r"[\s\N{REPLACEMENT CHARACTER}]"  # a tab of a name is read as the latter
+_COMMENT = re.compile(rf"{_BLANK}+#(?:{_BLANK}|$)")
 
 
 def root_of(path: Path) -> Path:

@@ -55,6 +55,27 @@ def test_library_names_may_hold_blanks_and_several_may_share_a_line(tmp_path: Pa
 
 
 @pytest.mark.parametrize(
+    ("used", "defined"),
+    [
+        ("材質".encode("shift_jis"), "材質".encode("shift_jis")),
+        ("Grün".encode(), "Grün".encode()),
+        (b"no\xa0break", b"no\xa0break"),
+        (b"two\tparts", b"two\tparts"),
+    ],
+)
+@pytest.mark.parametrize("comment", [b"", "# Größe".encode("latin-1"), "# Größe".encode()])
+def test_names_in_any_encoding_are_the_same_in_both_files(
+    tmp_path: Path, used: bytes, defined: bytes, comment: bytes
+) -> None:
+    (tmp_path / "a.mtl").write_bytes(comment + b"\nnewmtl " + defined + b"\nKd 1 0 0\n")
+    text = b"mtllib a.mtl\n" + TRIANGLE.encode() + b"usemtl " + used + b"\nf 1 2 3\n"
+    (tmp_path / "a.obj").write_bytes(text)
+    result = read_obj(tmp_path / "a.obj")
+    assert result.materials[result.mesh.groups[0].material].color == (1.0, 0.0, 0.0)
+    assert result.warnings == []
+
+
+@pytest.mark.parametrize(
     "name", ["../../out.png", "/etc/passwd", "C:\\tex\\a.png", "a/../../../out.png", "link.png"]
 )
 def test_a_map_outside_the_root_is_never_used(tmp_path: Path, name: str) -> None:

@@ -65,13 +65,22 @@ class ParsedObj:
     first_collapsed: int
 
 
-def decode_name(raw: bytes) -> str:
-    """Decodes a name: UTF-8, else Latin-1; control characters are replaced."""
+def decode(raw: bytes) -> str:
+    """Decodes a text: UTF-8, else Latin-1."""
     try:
-        text = raw.decode("utf-8")
+        return raw.decode("utf-8")
     except UnicodeDecodeError:
-        text = raw.decode("latin-1")
-    return "".join(c if c.isprintable() else "\N{REPLACEMENT CHARACTER}" for c in text)
+        return raw.decode("latin-1")
+
+
+def decode_name(raw: bytes) -> str:
+    """Decodes a name; control characters are replaced."""
+    return printable(decode(raw))
+
+
+def printable(name: str) -> str:
+    """A name with control characters replaced."""
+    return "".join(c if c.isprintable() else "\N{REPLACEMENT CHARACTER}" for c in name)
 
 
 def parse_obj(text: bytes, *, elements: int = 200_000_000, ear_tests: int = 400_000_000) -> ParsedObj:

@@ -14,6 +14,7 @@ from pathlib import Path
 
 from paradize.errors import GroupedError, SourceError
 from paradize.files import read_file
+from paradize.kernels.obj import decode, printable
 from paradize.material import MAX_EMISSION, Material
 from paradize.readers.mtl.maps import floats, read_map_statement
 from paradize.readers.mtl.material import BLENDER_ROLES, PACKED, ROLES, Statements, material_of
@@ -73,12 +74,8 @@ def read_mtl(
     except OSError as error:
         raise SourceError(f"cannot be read: {error.strerror or error}", file=path) from None
     require_utf8(raw[:4], path)
-    try:
-        text = raw.decode("utf-8")
-    except UnicodeDecodeError:
-        text = raw.decode("latin-1")
     reader = _Reader(path, root, absent)
-    found = reader.statements(text)
+    found = reader.statements(raw)
     library = Library({}, reader.warnings, {})
     for name, statements in found.items():
         library.materials[name], transform = material_of(name, statements, reader.warn, bounds_of)
@@ -99,16 +96,18 @@ class _Reader:
         self.color_text = ""  # of the last map_Kd, as written
         self.ambient: tuple[str, int, list[str]] | None = None  # map_Ka: keyword, line, picture
 
-    def statements(self, text: str) -> dict[str, Statements]:
-        """The statements of each material. Raises what was found wrong."""
-        blender = text.startswith("# Blender")
-        meshlab = "meshlab" in text[:_HEAD].lower()
+    def statements(self, text: bytes) -> dict[str, Statements]:
+        """The statements of each material. Raises what was found wrong. Each line is decoded by itself, as
+        names in OBJ are: files of several programs mix encodings."""
+        blender = text.startswith(b"# Blender")
+        meshlab = b"meshlab" in text[:_HEAD].lower()
         found: dict[str, Statements] = {}
         current: Statements | None = None
-        joined = text.replace("\r\n", "\n").replace("\r", "\n").replace("\\\n", " ")
-        for number, line in enumerate(joined.split("\n"), 1):
+        joined = text.replace(b"\r\n", b"\n").replace(b"\r", b"\n").replace(b"\\\n", b" ")
+        for number, line in enumerate(joined.split(b"\n"), 1):
             word, rest = _split(line)
             if word.lower() == "newmtl":
+                rest = printable(rest)
                 if rest in found:
                     self.warn(number, f"material {rest[:120]!r} is defined again; the last one counts")
                 self.drop_ambient()
@@ -205,7 +204,7 @@ class _Reader:
             self.drop(option, line)
 
 
-def _split(line: str) -> tuple[str, str]:
+def _split(line: bytes) -> tuple[str, str]:
     """The keyword and the rest of a line."""
     parts = line.split(None, 1)
-    return (parts[0] if parts else ""), (parts[1].strip() if len(parts) > 1 else "")
+    return (decode(parts[0]) if parts else ""), (decode(parts[1].strip()) if len(parts) > 1 else "")
