@@ -6,6 +6,7 @@
 #include <epoxy/gl.h>
 
 #include <algorithm>
+#include <memory>
 #include <numeric>
 #include <utility>
 
@@ -39,43 +40,80 @@ std::uint64_t PatchLayout::bytes(std::size_t vertices, std::size_t indices) cons
            indices * index_bytes;
 }
 
-PatchPage::PatchPage(std::uint32_t page_id, const PatchLayout &of, std::size_t vertex_count,
-                     std::size_t index_count)
-    : id(page_id), layout(of), free_vertices(vertex_count), free_indices(index_count),
-      bytes(of.bytes(vertex_count, index_count)) {
+namespace {
+
+PatchPage make_page(const PatchLayout &layout, std::size_t vertex_count, std::size_t index_count) {
+    PatchPage page;
+    page.id = next_id++;
+    page.layout = layout;
+    page.vertex_count = vertex_count;
+    page.index_count = index_count;
+    page.bytes = layout.bytes(vertex_count, index_count);
     std::size_t end = 0;
-    for (std::size_t part = 0; part < attribute_offsets.size(); ++part) {
-        attribute_offsets[part] = end;
+    for (std::size_t part = 0; part < page.attribute_offsets.size(); ++part) {
+        page.attribute_offsets[part] = end;
         end = attribute_end(end, vertex_count * layout.vertex_bytes[part]);
     }
-    vertex_array = gl::VertexArray::create();
-    glBindVertexArray(vertex_array.name());
-    vertices = gl::make_buffer(GL_ARRAY_BUFFER, end, gl::Usage::fixed);
-    for (std::uint32_t part = 0; part < attribute_offsets.size(); ++part) {
+    page.vertex_array = gl::VertexArray::create();
+    glBindVertexArray(page.vertex_array.name());
+    page.vertices = gl::make_buffer(GL_ARRAY_BUFFER, end, gl::Usage::fixed);
+    for (std::uint32_t part = 0; part < page.attribute_offsets.size(); ++part) {
         if (layout.vertex_bytes[part] != 0) {
-            attach_attribute(layout.formats[part], part, vertices, attribute_offsets[part]);
+            attach_attribute(layout.formats[part], part, page.vertices, page.attribute_offsets[part]);
         }
     }
-    indices = gl::make_buffer(GL_ELEMENT_ARRAY_BUFFER, index_count * layout.index_bytes, gl::Usage::fixed);
+    page.indices =
+        gl::make_buffer(GL_ELEMENT_ARRAY_BUFFER, index_count * layout.index_bytes, gl::Usage::fixed);
     glBindVertexArray(0);
+    return page;
 }
 
-/// Finds room for the slot in this page; false: it has none.
-bool PatchPool::place(PatchSlot &slot, PatchPage &page) {
-    const std::optional<std::size_t> first_vertex = page.free_vertices.take(slot.vertices);
-    if (!first_vertex) {
-        return false;
+/// Finds the first gap between the page's blocks that the slot fits; false: there is none.
+bool place(PatchSlot &slot, PatchPage &page) {
+    std::size_t vertex = 0; // where the gap begins
+    std::size_t index = 0;
+    for (PatchSlot **link = &page.first;; link = &(*link)->next) {
+        PatchSlot *const after = *link;
+        const std::size_t last_vertex = after != nullptr ? after->first_vertex : page.vertex_count;
+        const std::size_t last_index = after != nullptr ? after->first_index : page.index_count;
+        if (last_vertex - vertex >= slot.vertices && last_index - index >= slot.indices) {
+            slot.page = &page;
+            slot.first_vertex = vertex;
+            slot.first_index = index;
+            slot.next = after;
+            *link = &slot;
+            page.used_bytes += page.layout.bytes(slot.vertices, slot.indices);
+            return true;
+        }
+        if (after == nullptr) {
+            return false;
+        }
+        vertex = after->first_vertex + after->vertices;
+        index = after->first_index + after->indices;
     }
-    const std::optional<std::size_t> first_index = page.free_indices.take(slot.indices);
-    if (!first_index) {
-        page.free_vertices.give(*first_vertex, slot.vertices);
-        return false;
+}
+
+/// Frees the slot's room in its page.
+void remove(PatchSlot &slot) {
+    PatchPage &page = *slot.page;
+    PatchSlot **link = &page.first;
+    while (*link != &slot) {
+        link = &(*link)->next;
     }
-    slot.page = &page;
-    slot.first_vertex = *first_vertex;
-    slot.first_index = *first_index;
-    page.used_bytes += page.layout.bytes(slot.vertices, slot.indices);
-    return true;
+    *link = std::exchange(slot.next, nullptr);
+    slot.page = nullptr;
+    page.used_bytes -= page.layout.bytes(slot.vertices, slot.indices);
+}
+
+} // namespace
+
+void PatchPool::reserve(std::size_t blocks) {
+    const std::size_t pages = pages_.size() + closed_.size() + blocks; // each block may have its own
+    pages_.reserve(pages);
+    closed_.reserve(pages);
+    for (std::size_t i = 0; i < blocks; ++i) {
+        closed_.push_back(std::make_unique<PatchPage>());
+    }
 }
 
 bool PatchPool::place_in_any(PatchSlot &slot, const PatchLayout &layout, const PatchPage *except) {
@@ -84,22 +122,28 @@ bool PatchPool::place_in_any(PatchSlot &slot, const PatchLayout &layout, const P
     });
 }
 
-/// Frees the slot's room in its page.
-void PatchPool::remove(const PatchSlot &slot) {
-    PatchPage &page = *slot.page;
-    page.free_vertices.give(slot.first_vertex, slot.vertices);
-    page.free_indices.give(slot.first_index, slot.indices);
-    page.used_bytes -= page.layout.bytes(slot.vertices, slot.indices);
+PatchPage &PatchPool::open(const PatchLayout &layout, std::size_t vertices, std::size_t indices) {
+    if (closed_.empty()) {
+        reserve(1);
+    }
+    pages_.push_back(std::move(closed_.back()));
+    closed_.pop_back();
+    PatchPage &page = *pages_.back();
+    page = make_page(layout, vertices, indices);
+    bytes_ += page.bytes;
+    return page;
 }
 
-void PatchPool::close(const PatchPage *page) {
-    bytes_ -= page->bytes;
-    std::erase_if(pages_, [&](const std::unique_ptr<PatchPage> &other) { return other.get() == page; });
+void PatchPool::close(PatchPage &page) {
+    bytes_ -= page.bytes;
+    page = PatchPage();
+    const auto at = std::ranges::find(pages_, &page, &std::unique_ptr<PatchPage>::get);
+    closed_.push_back(std::move(*at));
+    pages_.erase(at);
 }
 
-const PatchSlot *PatchPool::take(const PatchLayout &layout, std::size_t vertices, std::size_t indices,
-                                 double indices_per_vertex) {
-    PatchSlot &slot = *slots_.emplace_back(std::make_unique<PatchSlot>());
+void PatchPool::take(PatchSlot &slot, const PatchLayout &layout, std::size_t vertices, std::size_t indices,
+                     double indices_per_vertex) {
     slot.vertices = vertices;
     slot.indices = indices;
     const std::uint64_t bytes = layout.bytes(vertices, indices);
@@ -115,20 +159,16 @@ const PatchSlot *PatchPool::take(const PatchLayout &layout, std::size_t vertices
             page_vertices = std::max(vertices, static_cast<std::size_t>(count));
             page_indices = std::max(indices, static_cast<std::size_t>(count * indices_per_vertex));
         }
-        pages_.push_back(std::make_unique<PatchPage>(next_id++, layout, page_vertices, page_indices));
-        bytes_ += pages_.back()->bytes;
-        place(slot, *pages_.back());
+        place(slot, open(layout, page_vertices, page_indices));
     }
     used_bytes_ += bytes;
-    return &slot;
 }
 
-void PatchPool::release(const PatchSlot *slot) {
-    PatchPage *const page = slot->page;
-    remove(*slot);
-    used_bytes_ -= page->layout.bytes(slot->vertices, slot->indices);
-    std::erase_if(slots_, [&](const std::unique_ptr<PatchSlot> &other) { return other.get() == slot; });
-    if (page->used_bytes == 0) {
+void PatchPool::release(PatchSlot &slot) {
+    PatchPage &page = *slot.page;
+    used_bytes_ -= page.layout.bytes(slot.vertices, slot.indices);
+    remove(slot);
+    if (page.used_bytes == 0) {
         close(page);
     }
     while (unused_bytes() > slack_bytes_ && empty_sparsest()) {
@@ -140,17 +180,18 @@ void PatchPool::release(const PatchSlot *slot) {
 bool PatchPool::empty_sparsest() {
     const auto sparsest = std::ranges::max_element(
         pages_, {}, [](const std::unique_ptr<PatchPage> &page) { return page->bytes - page->used_bytes; });
-    PatchPage *const page = sparsest->get();
-    for (const std::unique_ptr<PatchSlot> &slot : slots_) {
-        if (slot->page != page) {
-            continue;
-        }
-        const PatchSlot before = *slot;
-        if (!place_in_any(*slot, page->layout, page)) {
+    PatchPage &page = **sparsest;
+    while (page.first != nullptr) {
+        PatchSlot &slot = *page.first;
+        const PatchSlot before = slot;
+        remove(slot);
+        if (!place_in_any(slot, page.layout, &page)) {
+            slot = before; // where it was, because nothing was copied
+            page.first = &slot;
+            page.used_bytes += page.layout.bytes(slot.vertices, slot.indices);
             return false;
         }
-        copy_slot(before, *slot);
-        remove(before);
+        copy_slot(before, slot);
     }
     close(page);
     return true;

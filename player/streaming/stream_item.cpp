@@ -6,7 +6,6 @@
 #include <epoxy/gl.h>
 
 #include <utility>
-#include <vector>
 
 namespace paradize {
 
@@ -82,31 +81,31 @@ void StreamItem::finish(std::uint32_t piece_index) {
     --pieces_left;
 }
 
-void StreamItem::evict(std::uint32_t piece_index, bool on_device) {
+void StreamItem::evict(std::uint32_t piece_index, std::vector<std::byte> *held) {
     const assets::Piece &piece = loaded.plan.pieces[piece_index];
     if (loaded.tile) {
         tile.evict(piece_index);
     } else if (kind == assets::ArtifactKind::mesh) {
         mesh.evict(piece.first_level);
     } else {
-        evict_mips(piece.first_level, piece.first_level + piece.levels, on_device);
+        evict_mips(piece.first_level, piece.first_level + piece.levels, held);
     }
     ++pieces_left;
 }
 
 /// Keeps the mips from `coarser` on.
-void StreamItem::evict_mips(std::uint32_t finest, std::uint32_t coarser, bool on_device) {
+void StreamItem::evict_mips(std::uint32_t finest, std::uint32_t coarser, std::vector<std::byte> *held) {
     gl::Texture left;
     if (coarser < loaded.ktx.levels.size()) {
         const LevelsFrom all{texture.texture_, finest};
-        if (on_device) {
+        if (held == nullptr) {
             left = allocate_texture(loaded.ktx, coarser, best_storage());
             copy_levels(loaded.ktx, all, {left, coarser});
         } else {
-            const std::vector<std::byte> held = read_levels(loaded.ktx, all, coarser);
+            read_levels(loaded.ktx, all, coarser, *held);
             texture.texture_ = {};
             left = allocate_texture(loaded.ktx, coarser, best_storage());
-            write_levels(loaded.ktx, {left, coarser}, coarser, held);
+            write_levels(loaded.ktx, {left, coarser}, coarser, *held);
         }
         make_sampled(loaded.ktx, {left, coarser}, max_level);
     }

@@ -11,6 +11,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <vector>
 
 namespace paradize {
 
@@ -25,9 +26,9 @@ struct StreamItem {
     void upload(const assets::Piece &piece, const assets::UploadChunk &chunk, const std::byte *data);
     /// Makes an uploaded piece visible.
     void finish(std::uint32_t piece_index);
-    /// `on_device`: there is room for a copy of a texture's coarser mips. Else they go through the memory of
-    /// the process, and the driver waits for the device.
-    void evict(std::uint32_t piece_index, bool on_device);
+    /// A texture's coarser mips are copied: on the device or, where there is no room for the copy, through
+    /// `held`, for which the driver waits for the device. nullptr: on the device.
+    void evict(std::uint32_t piece_index, std::vector<std::byte> *held);
 
     assets::LoadedArtifact loaded; // its file is released when everything is uploaded
     StreamedTexture texture;
@@ -41,7 +42,7 @@ struct StreamItem {
 
   private:
     void make_texture();
-    void evict_mips(std::uint32_t finest, std::uint32_t coarser, bool on_device);
+    void evict_mips(std::uint32_t finest, std::uint32_t coarser, std::vector<std::byte> *held);
 };
 
 } // namespace paradize

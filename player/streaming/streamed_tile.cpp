@@ -43,6 +43,8 @@ StreamedTile::StreamedTile(const assets::Glb &glb, std::span<const assets::Piece
     : pool_(std::move(pool)) {
     const assets::GlbLevel &first = glb.levels.front();
     ranges_.reserve(glb.levels.size());
+    blocks_.reserve(pieces.size()); // the pool keeps the addresses of their slots
+    pool_->reserve(pieces.size());
     const auto height_m = [&](float y) {
         return static_cast<float>(glb.grid.origin[1] + glb.grid.step[1] * y);
     };
@@ -94,7 +96,7 @@ StreamedTile::~StreamedTile() {
 
 void StreamedTile::release_all() {
     for (std::uint32_t block = 0; block < blocks_.size(); ++block) {
-        if (blocks_[block].slot != nullptr) {
+        if (blocks_[block].slot.page != nullptr) {
             evict(block);
         }
     }
@@ -102,13 +104,13 @@ void StreamedTile::release_all() {
 
 void StreamedTile::begin(std::uint32_t block) {
     TileBlock &made = blocks_[block];
-    made.slot = pool_->take(layout_, made.vertices, made.indices, indices_per_vertex_);
+    pool_->take(made.slot, layout_, made.vertices, made.indices, indices_per_vertex_);
 }
 
 void StreamedTile::upload(const assets::Glb &glb, const assets::UploadChunk &chunk, const std::byte *bytes) {
     const assets::GlbLevel &level = glb.levels[chunk.level];
     const PatchRange &range = ranges_[chunk.level];
-    const PatchSlot &slot = *blocks_[range.block].slot;
+    const PatchSlot &slot = blocks_[range.block].slot;
     const PatchPage &page = *slot.page;
     const std::span<const std::byte> data(bytes, chunk.bytes.size());
     // A copy target leaves the element buffer of the bound vertex array unchanged.
@@ -125,7 +127,7 @@ void StreamedTile::upload(const assets::Glb &glb, const assets::UploadChunk &chu
 void StreamedTile::evict(std::uint32_t block) {
     TileBlock &made = blocks_[block];
     made.resident = false;
-    pool_->release(std::exchange(made.slot, nullptr));
+    pool_->release(made.slot);
 }
 
 } // namespace paradize

@@ -28,7 +28,7 @@ struct PatchRange {
 struct TileBlock {
     std::uint32_t first_patch = 0, patches = 0;
     std::size_t vertices = 0, indices = 0;
-    const PatchSlot *slot = nullptr; // nullptr while the block is not loaded
+    PatchSlot slot; // without a page while the block is not loaded
     bool resident = false;
 };
 

@@ -73,7 +73,8 @@ struct Streamer::Impl {
     std::vector<std::uint32_t> queue; // loads of the last plan that have not begun
     std::size_t pieces_left = 0;      // that are not resident
     StreamingCounts counts;
-    std::size_t reused = 0; // items taken over from the previous scene
+    std::size_t reused = 0;      // items taken over from the previous scene
+    std::vector<std::byte> held; // mips while their texture is made anew
     std::vector<std::string> failures;
 
     /// The piece that is being uploaded.
@@ -179,6 +180,9 @@ struct Streamer::Impl {
                 }
             }
         }
+        if (limits.vram_bytes != 0 && !scheduled.empty()) {
+            held.reserve(std::ranges::max(scheduled, {}, &ScheduledPiece::working_bytes).working_bytes);
+        }
         const std::uint64_t reserve_bytes = patch_pages(scene, limits.vram_bytes).reserve_bytes;
         schedule.emplace(std::move(scheduled), limits.vram_bytes - reserve_bytes, limits.order);
         for (std::uint32_t i = 0; i < pieces.size(); ++i) {
@@ -218,7 +222,7 @@ struct Streamer::Impl {
         schedule->plan(needs, ahead_bytes);
         for (const std::uint32_t piece : schedule->evictions()) {
             count_peak(schedule->bytes_while_evicted(piece));
-            item_of(piece).evict(pieces[piece].index, schedule->has_room_to_copy(piece));
+            item_of(piece).evict(pieces[piece].index, schedule->has_room_to_copy(piece) ? nullptr : &held);
             schedule->set_absent(piece);
             counts.resident_bytes -= plan_of(piece).bytes;
             ++counts.evictions;

@@ -75,6 +75,17 @@ std::vector<bool> shore_diamonds(const assets::Terrain &terrain, const Streamer 
     return out;
 }
 
+bool patch_in_view(const View &view, const glm::dvec3 &center, float radius_m, double water_m) {
+    const glm::vec3 bottom = view.local(center);
+    glm::vec3 top = bottom;
+    if (view.kind == ViewKind::refraction) {
+        top.y = std::max(top.y, static_cast<float>(water_m - view.anchor.y));
+    }
+    return std::ranges::all_of(view.planes, [&](const glm::vec4 &side) {
+        return above(side, bottom) >= -radius_m || above(side, top) >= -radius_m;
+    });
+}
+
 TerrainTiles::TerrainTiles(const assets::Terrain &terrain, const Streamer &streamer)
     : terrain_(terrain), streamer_(streamer), cut_(terrain.patches, terrain.diamonds) {
     for (std::size_t i = 0; i < terrain.tiles.size(); ++i) {
@@ -134,14 +145,7 @@ bool TerrainTiles::sees(const View &view, const glm::vec4 &plane, std::uint32_t 
     if (above(plane, center) < -radius_m) {
         return false;
     }
-    // The refraction view lifts what is below the water, so the sphere is swept upwards.
-    glm::vec3 top = center;
-    if (view.kind == ViewKind::refraction) {
-        top.y = std::max(top.y, static_cast<float>(water_m_ - view.anchor.y));
-    }
-    return std::ranges::all_of(view.planes, [&](const glm::vec4 &side) {
-        return above(side, center) >= -radius_m || above(side, top) >= -radius_m;
-    });
+    return patch_in_view(view, terrain_.patches.center[patch], radius_m, water_m_);
 }
 
 PatchFade TerrainTiles::fade_in(const View &view, std::uint32_t patch) const {
@@ -165,7 +169,7 @@ void TerrainTiles::choose(const View &view, const glm::vec4 &plane, PatchKinds k
             const StreamedTile &tile = streamer_.tile(tile_index);
             const PatchRange &range = tile.range(patch - first_patch_[tile_index]);
             seen_.push_back({patch, same_model_[tile_index], lights != nullptr && lights->draws_lit ? set : 0,
-                             fade_in(view, patch), tile.blocks()[range.block].slot, &range});
+                             fade_in(view, patch), &tile.blocks()[range.block].slot, &range});
         }
     }
     // Those that one call draws lie together. Of them the last patch is the first: fine patches are near and

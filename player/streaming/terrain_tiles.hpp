@@ -61,6 +61,10 @@ struct PatchLights {
 /// diamond splits the waterline moves, which is seen more than other changes: those fade.
 std::vector<bool> shore_diamonds(const assets::Terrain &terrain, const Streamer &streamer, double water_m);
 
+/// True if any part of a patch's bounding sphere is inside the view. The refraction view lifts what is below
+/// the water, so it sees the sphere swept upwards to the water's height.
+bool patch_in_view(const View &view, const glm::dvec3 &center, float radius_m, double water_m);
+
 class TerrainTiles {
   public:
     /// `terrain` and `streamer` must outlive this object.

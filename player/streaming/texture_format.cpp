@@ -182,16 +182,18 @@ void copy_levels(const assets::Ktx2 &ktx, LevelsFrom from, LevelsFrom to) {
 
 void copy_levels_by_memory(const assets::Ktx2 &ktx, LevelsFrom from, LevelsFrom to) {
     const std::uint32_t first = std::max(from.first_level, to.first_level);
-    write_levels(ktx, to, first, read_levels(ktx, from, first));
+    std::vector<std::byte> held;
+    read_levels(ktx, from, first, held);
+    write_levels(ktx, to, first, held);
 }
 
-std::vector<std::byte> read_levels(const assets::Ktx2 &ktx, LevelsFrom from, std::uint32_t first) {
+void read_levels(const assets::Ktx2 &ktx, LevelsFrom from, std::uint32_t first, std::vector<std::byte> &out) {
     const Format format = gl_format(ktx.format);
     std::size_t size = 0;
     for (std::uint32_t i = first; i < ktx.levels.size(); ++i) {
         size += ktx.levels[i].bytes.size();
     }
-    std::vector<std::byte> out(size);
+    out.resize(size);
     std::byte *to = out.data();
     glPixelStorei(GL_PACK_ALIGNMENT, 1);
     glBindTexture(target_of(ktx), from.texture.name());
@@ -206,7 +208,6 @@ std::vector<std::byte> read_levels(const assets::Ktx2 &ktx, LevelsFrom from, std
             to += ktx.levels[i].bytes.size() / ktx.faces;
         }
     }
-    return out;
 }
 
 void write_levels(const assets::Ktx2 &ktx, LevelsFrom to, std::uint32_t first,

@@ -37,9 +37,9 @@ void make_sampled(const assets::Ktx2 &ktx, LevelsFrom levels, std::optional<int>
 void copy_levels(const assets::Ktx2 &ktx, LevelsFrom from, LevelsFrom to);
 /// The same without ARB_copy_image.
 void copy_levels_by_memory(const assets::Ktx2 &ktx, LevelsFrom from, LevelsFrom to);
-/// Reads the levels from `first` of the file on, finest first, and writes what was read. Reading waits for
-/// the device.
-std::vector<std::byte> read_levels(const assets::Ktx2 &ktx, LevelsFrom from, std::uint32_t first);
+/// Reads the levels from `first` of the file on into `out`, finest first, and writes what was read. Reading
+/// waits for the device.
+void read_levels(const assets::Ktx2 &ktx, LevelsFrom from, std::uint32_t first, std::vector<std::byte> &out);
 void write_levels(const assets::Ktx2 &ktx, LevelsFrom to, std::uint32_t first,
                   std::span<const std::byte> bytes);
 

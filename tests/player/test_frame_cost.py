@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import shutil
 import subprocess
 from collections.abc import Callable
 from pathlib import Path
@@ -11,49 +10,67 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.conftest import ROOT
+from tests.player.conftest import Counted
+from tests.player.patches import tiled
 from tests.player.synthetic import checker, identity, instance, texture, write_scene
+from tests.player.test_streaming import six_boxes
 from tests.sweeps import sweep
 
 Player = Callable[..., "subprocess.CompletedProcess[str]"]
 BUDGET_BYTES = 4 << 20
 
 
-@pytest.fixture(scope="module")
-def counter(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A shared library that counts what the program allocates."""
-    compiler = shutil.which("g++") or shutil.which("c++")
-    assert compiler, "no C++ compiler"
-    library = tmp_path_factory.mktemp("count") / "count_new.so"
-    source = ROOT / "tests/player/preload/count_new.cpp"
-    subprocess.run([compiler, "-std=c++20", "-shared", "-fPIC", "-O1", source, "-o", library], check=True)
-    return library
-
-
 @pytest.mark.parametrize("arguments", sweep([[], ["--vram", "50"]], test=[["--vram", "50"]]), ids=" ".join)
 def test_frames_of_every_pass_allocate_nothing(
-    player: Player, counter: Path, tmp_path: Path, arguments: list[str]
+    counted: Counted, tmp_path: Path, arguments: list[str]
 ) -> None:
     """Under a limit of device memory each frame plans anew."""
     scene = write_scene(tmp_path / "scene")
 
     def allocations(frames: int, *options: str) -> int:
-        out = tmp_path / "count"
-        environment = {
-            "LD_PRELOAD": str(counter),
-            "PARADIZE_COUNT_FILE": str(out),
-            # Mesa allocates through templates that the linker merges with ours, the same number in every run.
-            "MESA_SHADER_CACHE_DISABLE": "true",
-        }
-        result = player(scene, "--frames", frames, "--wait-resident", *options, env=environment)
-        assert result.returncode == 0, result.stderr
-        return int(out.read_text())
+        return counted(scene, "--frames", frames, "--wait-resident", *options)[1]
 
     few = allocations(6, *arguments)
     assert few > 100  # the counter works: loading allocates,
     assert allocations(26, *arguments) == few  # twenty more frames, no more allocations
     if not arguments:
         assert allocations(16, "--check-finite") >= few + 16  # and so does the check of each picture
+
+
+def plain(folder: Path, seconds: float) -> Path:
+    """A flat terrain of 2 MB, and a flight close above it from rim to rim."""
+    terrain = tiled(60.0, levels=8, refine=8, error_m=1.0)
+    scene = write_scene(folder, terrain=terrain, objects=[], particles=[], water=None, shadow=None)
+    manifest = json.loads((scene / "scene.json").read_text())
+    manifest |= {"reflection": None, "refraction": None, "lod_error_px": 4.0}
+    manifest["flight"] |= {
+        "duration_s": seconds,
+        "segments": [
+            {
+                "eye": [[-30.0, 60.0, 0.0, 0.0], [2.0, 0.0, 0.0, 0.0], [-12.0, 24.0, 0.0, 0.0]],
+                "target": [[-25.0, 60.0, 0.0, 0.0], [0.0, 0.0, 0.0, 0.0], [-10.0, 24.0, 0.0, 0.0]],
+                "roll": [0.0, 0.0, 0.0, 0.0],
+            }
+        ],
+        "time_table": [[0.0, 0.0, 1.0 / seconds], [seconds, 1.0, 1.0 / seconds]],
+        "waypoint_u": [0],
+    }
+    (scene / "scene.json").write_text(json.dumps(manifest))
+    return scene
+
+
+@pytest.mark.parametrize("what", sweep(["maps", "patches"], test=["maps"]))
+def test_frames_allocate_nothing_while_what_they_need_comes_and_goes(
+    what: str, counted: Counted, player: Player, tmp_path: Path
+) -> None:
+    """Frames after the first second of a flight, on which a limit of device memory evicts. Without --json in
+    the counted runs, because its text is longer for more frames."""
+    scene = six_boxes(tmp_path / "boxes") if what == "maps" else plain(tmp_path / "plain", seconds=4.0)
+    frames = 110
+    flight = ("--vram", 4 if what == "maps" else 3)
+    assert counted(scene, *flight, "--frames", frames)[1] == counted(scene, *flight, "--frames", 30)[1]
+    report = json.loads(player(scene, *flight, "--frames", frames, "--json").stdout)
+    assert report["streaming"]["evictions"] >= 4  # one of them in the first second
 
 
 def large_scene(folder: Path) -> Path:
@@ -95,7 +112,7 @@ def test_streaming_keeps_to_its_budget_and_ends_with_the_same_picture(player: Pl
 
 @pytest.mark.deep
 def test_two_thousand_instances_take_as_many_draw_calls_as_a_few_and_allocate_nothing(
-    player: Player, counter: Path, tmp_path: Path
+    counted: Counted, tmp_path: Path
 ) -> None:
     def crowd(side: int) -> Path:
         scene = write_scene(tmp_path / f"scene_{side}")
@@ -109,15 +126,8 @@ def test_two_thousand_instances_take_as_many_draw_calls_as_a_few_and_allocate_no
         return scene
 
     def run(scene: Path, frames: int) -> tuple[int, int]:
-        out = tmp_path / "count"
-        environment = {
-            "LD_PRELOAD": str(counter),
-            "PARADIZE_COUNT_FILE": str(out),
-            "MESA_SHADER_CACHE_DISABLE": "true",
-        }
-        result = player(scene, "--frames", frames, "--wait-resident", "--json", env=environment)
-        assert result.returncode == 0, result.stderr
-        return json.loads(result.stdout)["draw_calls"], int(out.read_text())
+        result, allocations = counted(scene, "--frames", frames, "--wait-resident", "--json")
+        return json.loads(result.stdout)["draw_calls"], allocations
 
     few, _ = run(crowd(4), 2)
     many = crowd(45)

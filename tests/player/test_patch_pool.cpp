@@ -11,7 +11,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <optional>
+#include <memory>
 #include <utility>
 #include <vector>
 
@@ -60,59 +60,32 @@ bool holds(const PatchSlot &slot, unsigned value) {
 
 } // namespace
 
-TEST_CASE("free ranges: what is taken never overlaps, and all that is given back can be taken as one") {
-    FreeRanges ranges(1000);
-    Pcg random(7);
-    std::vector<std::pair<std::size_t, std::size_t>> taken;
-    std::vector<bool> used(1000);
-    for (int step = 0; step < 3000; ++step) {
-        if (random.next() % 2 == 0) {
-            const std::size_t count = 1 + random.next() % 60;
-            if (const std::optional<std::size_t> first = ranges.take(count)) {
-                REQUIRE(*first + count <= used.size());
-                for (std::size_t i = *first; i < *first + count; ++i) {
-                    REQUIRE_FALSE(used[i]);
-                    used[i] = true;
-                }
-                taken.emplace_back(*first, count);
-            }
-        } else if (!taken.empty()) {
-            std::swap(taken[random.next() % taken.size()], taken.back());
-            const auto [first, count] = taken.back();
-            taken.pop_back();
-            std::fill_n(used.begin() + static_cast<std::ptrdiff_t>(first), count, false);
-            ranges.give(first, count);
-        }
-    }
-    for (const auto &[first, count] : taken) {
-        ranges.give(first, count);
-    }
-    CHECK(ranges.take(1000) == std::optional<std::size_t>(0));
-}
-
 TEST_CASE("patch pool: small blocks share a page, large ones and other layouts have their own") {
     if (!test::have_context()) {
         return;
     }
     PatchPool pool(1 << 16, 1 << 20);
     const PatchLayout layout = positions_and_normals();
-    const PatchSlot *const a = pool.take(layout, 100, 300, 3.0);
-    const PatchSlot *const b = pool.take(layout, 100, 300, 3.0);
-    const PatchSlot *const large = pool.take(layout, 2000, 6000, 3.0);
     PatchLayout wide = layout;
     wide.index_bytes = 4;
-    const PatchSlot *const other = pool.take(wide, 100, 300, 3.0);
-    CHECK(a->page == b->page);
-    CHECK(large->page != a->page);
-    CHECK(large->page->bytes == large->page->used_bytes);
-    CHECK(other->page != a->page);
-    for (const PatchSlot *slot : {a, b, large, other}) {
-        pool.release(slot);
+    PatchSlot a, b, large, other;
+    pool.take(a, layout, 100, 300, 3.0);
+    pool.take(b, layout, 100, 300, 3.0);
+    pool.take(large, layout, 2000, 6000, 3.0);
+    pool.take(other, wide, 100, 300, 3.0);
+    CHECK(a.page == b.page);
+    CHECK(large.page != a.page);
+    CHECK(large.page->bytes == large.page->used_bytes);
+    CHECK(other.page != a.page);
+    for (PatchSlot *slot : {&a, &b, &large, &other}) {
+        pool.release(*slot);
+        CHECK(slot->page == nullptr);
     }
     CHECK(pool.bytes() == 0);
     CHECK(pool.pages() == 0);
     PatchPool tight(1 << 16, 1 << 10); // a page that is nearly empty exceeds the bound
-    const PatchSlot *const alone = tight.take(layout, 100, 300, 3.0);
+    PatchSlot alone;
+    tight.take(alone, layout, 100, 300, 3.0);
     CHECK(tight.unused_bytes() == 0);
     tight.release(alone);
     test::throw_on_error();
@@ -127,7 +100,7 @@ TEST_CASE("patch pool: unused memory stays within its bound, and blocks that mov
     PatchPool pool(page_bytes, slack_bytes);
     Pcg random(3);
     struct Block {
-        const PatchSlot *slot = nullptr;
+        std::unique_ptr<PatchSlot> slot;
         unsigned value = 0; // of its bytes
         const PatchPage *page = nullptr;
     };
@@ -138,12 +111,14 @@ TEST_CASE("patch pool: unused memory stays within its bound, and blocks that mov
         const bool grows = step / 100 % 2 == 0;
         if (random.next() % 4 < (grows ? 3U : 1U)) {
             const std::size_t vertices = 20 + random.next() % 300;
-            const PatchSlot *const slot = pool.take(positions_and_normals(), vertices, 3 * vertices, 3.0);
-            fill(*slot, step % 250);
-            blocks.push_back({slot, step % 250, slot->page});
+            Block block{std::make_unique<PatchSlot>(), step % 250};
+            pool.take(*block.slot, positions_and_normals(), vertices, 3 * vertices, 3.0);
+            fill(*block.slot, step % 250);
+            block.page = block.slot->page;
+            blocks.push_back(std::move(block));
         } else if (!blocks.empty()) {
             std::swap(blocks[random.next() % blocks.size()], blocks.back());
-            pool.release(blocks.back().slot);
+            pool.release(*blocks.back().slot);
             blocks.pop_back();
             for (Block &block : blocks) {
                 if (std::exchange(block.page, block.slot->page) != block.slot->page) {

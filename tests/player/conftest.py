@@ -1,0 +1,38 @@
+"""What tests of the player share."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+from collections.abc import Callable
+
+import pytest
+
+from tests.places import ROOT
+
+Player = Callable[..., "subprocess.CompletedProcess[str]"]
+Counted = Callable[..., tuple["subprocess.CompletedProcess[str]", int]]
+
+
+@pytest.fixture(scope="session")
+def counted(player: Player, tmp_path_factory: pytest.TempPathFactory) -> Counted:
+    """Runs the player, and counts what its own code allocates: counted(DIR, "--frames", 3)."""
+    compiler = shutil.which("g++") or shutil.which("c++")
+    assert compiler, "no C++ compiler"
+    folder = tmp_path_factory.mktemp("count")
+    library, out = folder / "count_new.so", folder / "count"
+    source = ROOT / "tests/player/preload/count_new.cpp"
+    subprocess.run([compiler, "-std=c++20", "-shared", "-fPIC", "-O1", source, "-o", library], check=True)
+    environment = {
+        "LD_PRELOAD": str(library),
+        "PARADIZE_COUNT_FILE": str(out),
+        # Mesa allocates through templates that the linker merges with ours, the same number in every run.
+        "MESA_SHADER_CACHE_DISABLE": "true",
+    }
+
+    def run(*arguments: object) -> tuple[subprocess.CompletedProcess[str], int]:
+        result = player(*arguments, env=environment)
+        assert result.returncode == 0, result.stderr
+        return result, int(out.read_text())
+
+    return run
