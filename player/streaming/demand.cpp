@@ -17,11 +17,17 @@ namespace {
 
 // What a look ahead of a steered camera has seen fades with each further look.
 constexpr float fading = 0.9F;
-constexpr float certain = 1e6F;                 // error of what must always be there: the terrain's roots
+constexpr double turn_s = 4.0;  // terrain that is near but in no view counts as if it were seen after this
+constexpr float certain = 1e6F; // error of what must always be there: the terrain's roots
 const float drawn = std::nextafter(1.0F, 2.0F); // the least error of what is drawn, or replaces what is
 
 void raise(float &error, float to) {
     error = std::max(error, to);
+}
+
+/// What an error above 1 counts that is seen after so many seconds.
+float less_the_later(float error, double after_s) {
+    return 1.0F + (error - 1.0F) * static_cast<float>(1.0 / (1.0 + after_s));
 }
 
 } // namespace
@@ -91,12 +97,14 @@ Demand::Demand(const Scene &scene, const Streamer &streamer) : scene_(scene), st
             }
         }
         diamond_errors_.resize(terrain.diamonds.size());
+        diamonds_in_view_.resize(terrain.diamonds.size());
         fading_.resize(terrain.diamonds.size());
         if (file.water) {
             fading_ = shore_diamonds(terrain, streamer, file.water->level_m);
         }
     }
     now_.resize(streamer.piece_count());
+    around_.resize(now_.size());
     for (std::vector<Sighting> &sightings : soon_) {
         sightings.resize(now_.size());
     }
@@ -116,7 +124,8 @@ Demand::MapUse Demand::map_use(std::string_view artifact, float uv_per_m) const 
 
 void Demand::update(const Outlook &outlook) {
     std::ranges::fill(now_, 0.0F);
-    look(outlook.now, outlook.elapsed_s, outlook, now_);
+    std::ranges::fill(around_, 0.0F);
+    look(outlook.now, outlook.elapsed_s, outlook, now_, &around_);
     for (std::size_t i = 0; i < outlook.horizons_s.size(); ++i) {
         if (first_ || i == turn_) {
             look_ahead(i, outlook);
@@ -126,14 +135,16 @@ void Demand::update(const Outlook &outlook) {
     turn_ = (turn_ + 1) % outlook.horizons_s.size();
     for (std::size_t piece = 0; piece < needs_.size(); ++piece) {
         needs_[piece] = {now_[piece], 0.0F};
+        if (around_[piece] > 1.0F) {
+            needs_[piece].soon = less_the_later(around_[piece], turn_s);
+        }
         for (std::size_t i = 0; i < outlook.horizons_s.size(); ++i) {
             const Sighting &then = soon_[i][piece];
             if (then.error > 1.0F) { // what is accepted then is not needed; what is not, remains needed
                 const double after_s =
                     outlook.steered ? outlook.horizons_s[i]
                                     : std::clamp(then.at_s - outlook.elapsed_s, 0.0, outlook.horizons_s[i]);
-                const auto later = static_cast<float>(1.0 / (1.0 + after_s));
-                raise(needs_[piece].soon, 1.0F + (then.error - 1.0F) * later);
+                raise(needs_[piece].soon, less_the_later(then.error, after_s));
             }
         }
     }
@@ -143,7 +154,7 @@ void Demand::update(const Outlook &outlook) {
 void Demand::look_ahead(std::size_t horizon, const Outlook &outlook) {
     const double at_s = outlook.elapsed_s + outlook.horizons_s[horizon];
     std::ranges::fill(seen_, 0.0F);
-    look(outlook.soon[horizon], at_s, outlook, seen_);
+    look(outlook.soon[horizon], at_s, outlook, seen_, nullptr);
     for (std::size_t piece = 0; piece < seen_.size(); ++piece) {
         Sighting &kept = soon_[horizon][piece];
         if (outlook.steered) {
@@ -157,7 +168,8 @@ void Demand::look_ahead(std::size_t horizon, const Outlook &outlook) {
     }
 }
 
-void Demand::look(const Pose &pose, double elapsed_s, const Outlook &outlook, std::vector<float> &errors) {
+void Demand::look(const Pose &pose, double elapsed_s, const Outlook &outlook, std::vector<float> &errors,
+                  std::vector<float> *around) {
     const assets::SceneFile &file = scene_.file();
     const Daylight daylight = daylight_at(file, flight_second(elapsed_s, file.flight.duration_s));
     const Views views =
@@ -169,19 +181,21 @@ void Demand::look(const Pose &pose, double elapsed_s, const Outlook &outlook, st
     }
     add_surfaces(main, errors);
     add_sky(daylight, main.pixels_at_1m, errors);
-    add_terrain(main, outlook.settings.lod_error_px, errors);
+    add_terrain(views, outlook.settings.lod_error_px, errors, around);
+}
+
+bool Demand::is_used(ViewKind view) const {
+    const assets::SceneFile &file = scene_.file();
+    return view == ViewKind::light ? file.shadow.has_value()
+                                   : view == ViewKind::main || file.water.has_value();
 }
 
 NearestInstance Demand::nearest(const Object &object, const Views &views, float error_px) const {
-    const assets::SceneFile &file = scene_.file();
     const View &main = views[static_cast<std::size_t>(ViewKind::main)];
     NearestInstance out{0.0F, static_cast<int>(object.errors_m.size())};
     for (const View &view : views) {
-        const bool is_light = view.kind == ViewKind::light;
-        const bool is_used =
-            is_light ? file.shadow.has_value() : view.kind == ViewKind::main || file.water.has_value();
-        if (is_used && drawn_in(*object.file, view.kind)) {
-            const View &seen_from = is_light ? main : view;
+        if (is_used(view.kind) && drawn_in(*object.file, view.kind)) {
+            const View &seen_from = view.kind == ViewKind::light ? main : view;
             object.tree.find_nearest(object.instances, view,
                                      {seen_from.eye, seen_from.pixels_at_1m, error_px, object.errors_m},
                                      main.near_m, out);
@@ -283,13 +297,18 @@ void Demand::add_sky(const Daylight &daylight, float pixels_at_1m, std::vector<f
     add_map(clouds_, pixels_at_1m, errors);
 }
 
-/// As in TerrainCut: a patch is needed if the diamond whose split shows it wants to be split.
-void Demand::add_terrain(const View &main, float error_px, std::vector<float> &errors) {
-    if (!scene_.file().terrain) {
+/// As in TerrainCut: a patch is needed if the diamond whose split shows it wants to be split. It counts as
+/// seen where a patch of that split, or of a finer one, is in a view: a cut splits all diamonds above one.
+void Demand::add_terrain(const Views &views, float error_px, std::vector<float> &errors,
+                         std::vector<float> *around) {
+    const assets::SceneFile &file = scene_.file();
+    if (!file.terrain) {
         return;
     }
-    const assets::TerrainPatches &patches = scene_.file().terrain->patches;
-    const assets::TerrainDiamonds &diamonds = scene_.file().terrain->diamonds;
+    const View &main = views[static_cast<std::size_t>(ViewKind::main)];
+    const double water_m = file.water ? static_cast<double>(file.water->level_m) : -1e30;
+    const assets::TerrainPatches &patches = file.terrain->patches;
+    const assets::TerrainDiamonds &diamonds = file.terrain->diamonds;
     const glm::vec3 eye(glm::dvec3(main.eye) + main.anchor);
     const float accepted_px = std::max(error_px, 1e-3F);
     for (std::size_t d = 0; d < diamonds.size(); ++d) {
@@ -299,10 +318,31 @@ void Demand::add_terrain(const View &main, float error_px, std::vector<float> &e
             std::min(diamonds.error_m[d] * main.pixels_at_1m / (begin_px * std::max(main.near_m, distance_m)),
                      certain);
     }
+    diamonds_in_view_.assign(diamonds.size(), false);
+    for (std::size_t patch = patches.size(); patch-- > 0;) { // the finest levels first
+        const std::int32_t parent = patches.parent_diamond[patch];
+        if (parent < 0 || diamond_errors_[static_cast<std::size_t>(parent)] <= 1.0F ||
+            diamonds_in_view_[static_cast<std::size_t>(parent)]) {
+            continue;
+        }
+        const std::int32_t below = patches.diamond[patch];
+        diamonds_in_view_[static_cast<std::size_t>(parent)] =
+            (below >= 0 && diamonds_in_view_[static_cast<std::size_t>(below)]) ||
+            std::ranges::any_of(views, [&](const View &view) {
+                return is_used(view.kind) &&
+                       patch_in_view(view, patches.center[patch], patches.radius_m[patch], water_m);
+            });
+    }
     for (std::size_t patch = 0; patch < patches.size(); ++patch) {
         const std::int32_t parent = patches.parent_diamond[patch];
-        raise(errors[piece_of_patch_[patch]],
-              parent < 0 ? certain : diamond_errors_[static_cast<std::size_t>(parent)]);
+        float &error = errors[piece_of_patch_[patch]];
+        if (parent < 0) {
+            raise(error, certain);
+        } else if (diamonds_in_view_[static_cast<std::size_t>(parent)]) {
+            raise(error, diamond_errors_[static_cast<std::size_t>(parent)]);
+        } else if (around != nullptr) {
+            raise((*around)[piece_of_patch_[patch]], diamond_errors_[static_cast<std::size_t>(parent)]);
+        }
     }
 }
 

@@ -67,15 +67,19 @@ class Demand {
 
     void look_ahead(std::size_t horizon, const Outlook &outlook);
     MapUse map_use(std::string_view artifact, float uv_per_m) const;
-    /// Raises `errors` to those that the pose sees.
-    void look(const Pose &pose, double elapsed_s, const Outlook &outlook, std::vector<float> &errors);
+    /// Raises `errors` to those that the pose sees, and `around` to those of terrain that it would see where
+    /// it turned; nullptr: not asked for.
+    void look(const Pose &pose, double elapsed_s, const Outlook &outlook, std::vector<float> &errors,
+              std::vector<float> *around);
+    bool is_used(ViewKind view) const;
     NearestInstance nearest(const Object &object, const Views &views, float error_px) const;
     void add_objects(const Views &views, const RenderSettings &settings, std::vector<float> &errors) const;
     void add_shadows(const Views &views, const RenderSettings &settings, std::vector<float> &errors) const;
     void add_map(const MapUse &map, float pixels_per_m, std::vector<float> &errors) const;
     void add_surfaces(const View &main, std::vector<float> &errors) const;
     void add_sky(const Daylight &daylight, float pixels_at_1m, std::vector<float> &errors) const;
-    void add_terrain(const View &main, float error_px, std::vector<float> &errors);
+    void add_terrain(const Views &views, float error_px, std::vector<float> &errors,
+                     std::vector<float> *around);
 
     const Scene &scene_;
     const Streamer &streamer_;
@@ -87,7 +91,8 @@ class Demand {
     std::vector<std::uint32_t> piece_of_patch_; // of the terrain
     std::vector<bool> fading_;                  // per diamond of the terrain, as in the cut
     std::vector<float> diamond_errors_;
-    std::vector<float> now_;
+    std::vector<bool> diamonds_in_view_;
+    std::vector<float> now_, around_;
     std::array<std::vector<Sighting>, near_horizons_s.size()> soon_; // per horizon and piece
     std::vector<float> seen_;                                        // of one look
     std::vector<Need> needs_;

@@ -285,6 +285,30 @@ def test_a_quantized_terrain_is_drawn_like_floats_in_every_view(player: Player, 
         assert (off > 4 / 255).mean() < 0.001
 
 
+def test_terrain_in_no_view_is_loaded_after_what_is_seen_and_does_not_count_as_needed(
+    player: Player, tmp_path: Path
+) -> None:
+    """The eye looks out over a corner."""
+    terrain = tiled(SIZE_M, levels=7, refine=8, error_m=2.0)
+    folder = write_scene(
+        tmp_path / "flat", terrain=terrain, objects=[], particles=[], water=None, shadow=None
+    )
+    manifest = pose(json.loads((folder / "scene.json").read_text()), (15.0, 2.0, 15.0), (20.0, 2.0, 20.0))
+    manifest |= {"reflection": None, "refraction": None, "lod_error_px": 0.5}
+    scene = place(tmp_path / "scene", folder, manifest)
+    pictures = []
+    for vram_mb in (50, 2):
+        picture = tmp_path / f"{vram_mb}.png"
+        result = player(scene, "--vram", vram_mb, "--size", "96x54", "--json", "--screenshot", picture)
+        report = json.loads(result.stdout)
+        assert report["streaming"]["worst_error"] == 0.0
+        if vram_mb == 50:
+            assert report["resident_bytes"] > 2.3e6  # where there is room, the rest is loaded too
+            assert report["streaming"]["needed_bytes"] < 0.75 * report["resident_bytes"]
+        pictures.append(picture.read_bytes())
+    assert pictures[0] == pictures[1]
+
+
 def test_a_window_larger_than_the_bake_covers_gives_one_warning(
     hilly: Path, player: Player, tmp_path: Path
 ) -> None:
