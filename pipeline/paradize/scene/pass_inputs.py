@@ -14,6 +14,11 @@ BLACK = (0.0, 0.0, 0.0)
 _NAMED = 4  # objects, and materials of one, that a reason names
 
 
+def drawing_passes(views: tuple[str, ...]) -> tuple[str, ...]:
+    """The passes that draw an object. views: those that the object is drawn in, the camera's first."""
+    return ("objects", *views[1:]) if "camera" in views else views
+
+
 def listed(*what: str, most: int | None = None) -> str:
     """Joins texts as a list in English: one, two and three. most: of them that are named, and then how many
     more there are."""

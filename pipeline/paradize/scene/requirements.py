@@ -13,8 +13,9 @@ from paradize.scene.daytime import KeySky, key_skies
 from paradize.scene.finest_views import camera_views, scene_views
 from paradize.scene.ground_jobs import add_color, add_terrain, add_water
 from paradize.scene.jobs import Output, Requirements
+from paradize.scene.map_jobs import add_map_set
 from paradize.scene.map_sets import SceneMaps
-from paradize.scene.object_jobs import add_map_set, add_object, screen_size
+from paradize.scene.object_jobs import add_object, screen_size
 from paradize.scene.pass_inputs import listed, views_of_objects
 from paradize.scene.settings import VIEWS, Scene, sound_files
 
