@@ -19,7 +19,10 @@ namespace {
 
 constexpr std::size_t upload_bytes_per_frame = std::size_t{4} << 20U;
 constexpr double upload_ms_per_frame = 2.0; // in a window
-constexpr int pass_frames = 10;             // frames of --bench that wait for each pass
+// The first frame follows on none that it could delay, and is worth little without what shows most.
+constexpr std::size_t first_upload_bytes = std::size_t{16} << 20U;
+constexpr double first_upload_ms = 50.0;
+constexpr int pass_frames = 10; // frames of --bench that wait for each pass
 
 Device device() {
     Device out;
@@ -178,11 +181,14 @@ void Playback::frame(double elapsed_s, const Outlook &outlook, gl::DebugLog &log
     // Headless frames wait for data, so that they do not depend on timing. Frames in a window do not
     // wait.
     log_unless_empty(bake_limits_->check_size(renderer_->width_px(), renderer_->height_px()));
-    const UploadBudget budget =
-        options_.headless
-            ? UploadBudget{.bytes = upload_bytes_per_frame,
-                           .not_ready = options_.file_order ? NotReady::wait : NotReady::wait_if_seen}
-            : UploadBudget{upload_bytes_per_frame, upload_ms_per_frame, NotReady::skip};
+    const bool is_first = std::exchange(is_first_, false);
+    UploadBudget budget{.bytes = upload_bytes_per_frame,
+                        .urgent_bytes = is_first && !options_.file_order ? first_upload_bytes : 0,
+                        .not_ready = options_.file_order ? NotReady::wait : NotReady::wait_if_seen};
+    if (!options_.headless) {
+        budget.ms = is_first ? first_upload_ms : upload_ms_per_frame;
+        budget.not_ready = NotReady::skip;
+    }
     stream_ms_ = 0.0;
     {
         const CpuTimer timer(stream_ms_);

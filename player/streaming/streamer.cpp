@@ -57,6 +57,7 @@ PatchPages patch_pages(const assets::SceneFile &scene, std::uint64_t vram_bytes)
     return out;
 }
 
+constexpr float urgent_error = 2.0F;                            // as a multiple of the accepted one
 constexpr std::uint64_t ahead_bytes = std::uint64_t{16} << 20U; // staged ahead of the upload, or one piece
 
 } // namespace
@@ -266,6 +267,10 @@ struct Streamer::Impl {
     }
 
     bool is_seen(std::uint32_t piece) const { return needs[piece].now > 1.0F; }
+    /// Bytes that a call may upload while the piece is next.
+    std::size_t bytes_for(std::uint32_t piece, const UploadBudget &budget) const {
+        return needs[piece].now > urgent_error ? std::max(budget.bytes, budget.urgent_bytes) : budget.bytes;
+    }
 
     /// Returns the place in the queue of the piece to upload next, or nothing if none is ready. Its parents
     /// come first. `shows_something`: this call has uploaded what is needed now.
@@ -536,19 +541,16 @@ bool Streamer::upload(const UploadBudget &budget) {
         }
         impl_->give_way(budget.not_ready);
         if (!impl_->current) {
-            if (used >= budget.bytes) {
-                break; // waits for no file that this frame does not use
-            }
             const std::optional<std::size_t> place = impl_->next_piece(budget.not_ready, shows_something);
-            if (!place) {
-                break;
+            if (!place || used >= impl_->bytes_for(impl_->queue[*place], budget)) {
+                break; // waits for no file that this frame does not use
             }
             impl_->begin(*place);
             continue;
         }
         const std::size_t bytes = impl_->next_chunk().bytes.size();
         const bool late = std::chrono::duration<double, std::milli>(Clock::now() - start).count() > budget.ms;
-        if (used != 0 && (used + bytes > budget.bytes || late)) {
+        if (used != 0 && (used + bytes > impl_->bytes_for(impl_->current->piece, budget) || late)) {
             break;
         }
         used += bytes;

@@ -64,6 +64,8 @@ enum class NotReady { wait, wait_if_seen, skip };
 /// progresses.
 struct UploadBudget {
     std::size_t bytes = std::numeric_limits<std::size_t>::max();
+    /// The same for pieces whose absence shows now as more than twice the accepted error, where it is more.
+    std::size_t urgent_bytes = 0;
     double ms = std::numeric_limits<double>::infinity();
     NotReady not_ready = NotReady::wait;
 };

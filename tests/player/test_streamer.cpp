@@ -189,3 +189,23 @@ TEST_CASE("streamer: an index beyond the vertices, a wrong size and a flat sky a
     std::filesystem::remove(scene.folder.path() / "sky.ktx2");
     CHECK_THROWS_AS(scene.streamer(), Error);
 }
+
+TEST_CASE("streamer: a budget for what shows much holds for it alone") {
+    if (!test::have_context()) {
+        return;
+    }
+    SmallScene scene;
+    scene.put("quad_color", test::ktx2_file(assets::PixelFormat::rgba8_srgb, 1024, 1024)); // 5.6 MB
+    const UploadBudget first{.bytes = 1 << 20, .urgent_bytes = 16 << 20, .not_ready = NotReady::wait_if_seen};
+    for (const float error : {1.5F, 5.0F}) {
+        Streamer streamer = scene.streamer();
+        std::vector<Need> needs(streamer.piece_count());
+        const auto [begin, count] = streamer.pieces_of("quad_color");
+        std::fill_n(needs.begin() + begin, count, Need{error, 0.0F});
+        streamer.set_needs(needs);
+        streamer.upload(first);
+        CHECK(streamer.texture("quad_color")->complete() == (error > 2.0F));
+        CHECK((streamer.counts().uploaded_bytes <= first.bytes) == (error < 2.0F));
+    }
+    test::throw_on_error();
+}
