@@ -199,14 +199,15 @@ def _fill(image: Image, holes: dict[Any, str], path: Path) -> tuple[Image, list[
     if values.dtype.kind == "f":
         kinds.append(("NaN", np.isnan))
     missing = np.zeros(values.shape, np.bool_)
-    warnings = []
+    warnings, found = [], []
     for why, is_hole in kinds:
         count, place = _mark(values, is_hole, missing)
         if count:
+            found.append(why.partition(",")[0])
             how = f"without a height ({why}) are filled from their surroundings"
             warnings.append(f"{path}: {count} pixels {how}, the first at pixel {place}")
     if missing.all():
-        what = f"has no height in any pixel: each is {' or '.join(dict.fromkeys(why for why, _ in kinds))}"
+        what = f"has no height in any pixel: each is {' or '.join(found)}"
         mend = "save the heights again; if such numbers are heights, nodata none keeps them (--nodata none)"
         raise SourceError(what, file=path, mend=mend)
     if values.dtype.kind == "f":

@@ -67,7 +67,7 @@ def test_ascii_grids_of_the_corpus_are_the_pictures_that_were_made_of_them(corpu
         (HEADER + "1 2 3 4 inf 6\n", r"pixel \(1, 1\): holds infinity"),
         (
             HEADER + "NODATA_value 7\n7 7 7 7 7 7\n",
-            r"has no height in any pixel: each is 7, as the file says",
+            r"has no height in any pixel: each is 7;",
         ),
         (HEADER + "nan nan nan nan nan nan\n", r"has no height in any pixel: each is NaN; save the heights"),
     ],
@@ -92,6 +92,14 @@ def test_raw_squares_are_read_in_the_order_of_bytes_that_is_smooth(
     assert np.abs(field.heights_m - truth).max() < 1e-2
     said = f"{'low' if order == '<' else 'high'} byte first (guessed from its size and its numbers)"
     assert "read as 33 x 33 " in warnings[0] and said in warnings[0]
+
+
+def test_raw_floats_that_are_signalling_nan_in_the_other_order_are_read(
+    tmp_path: Path,
+) -> None:
+    field, warnings = heights(grid(tmp_path, np.full((4, 4), 0x4120807F, "<u4").tobytes(), "a.r32"))
+    assert np.allclose(field.heights_m, 10.03137)
+    assert len(warnings) == 1 and "low byte first" in warnings[0]
 
 
 def test_raw_heights_of_8_bits_made_16_stay_high(tmp_path: Path) -> None:

@@ -54,7 +54,8 @@ def read_raw(data: bytes, path: Path, max_side: int) -> Image:
 def _doubt(values: npt.NDArray[np.generic]) -> float:
     """How little numbers look like heights: of integers the mean difference of neighbours in a row as a share
     of their range, of floats the share that is neither 0 nor of a size that heights have."""
-    rows = values[:: max(1, len(values) // 64)].astype(np.float64)
+    with np.errstate(invalid="ignore"):  # in the wrong order some are signalling NaN
+        rows = values[:: max(1, len(values) // 64)].astype(np.float64)
     if values.dtype.kind == "f":
         sizes = np.abs(rows)
         return float(np.mean(~((sizes == 0.0) | ((sizes >= 1e-6) & (sizes <= 1e7)))))
