@@ -66,7 +66,8 @@ class Mesh:
     (n, 2) float32, 0..1, how far wind moves a vertex (stages/sway.py).
 
     groups: cover all triangles in order without gaps or overlaps, one for each run of triangles with the same
-    name and material. origin: position of the mesh, x y z in metres. It is 0 except for a mesh far from 0,
+    name and material. second_frames: the materials whose normal maps lie on uvs1, so that tangents follow
+    these there. origin: position of the mesh, x y z in metres. It is 0 except for a mesh far from 0,
     where float32 positions would lose small distances.
     """
 
@@ -79,6 +80,7 @@ class Mesh:
     colors: F32 | None = None
     sway: F32 | None = None
     groups: tuple[Group, ...] = ()
+    second_frames: frozenset[str] = frozenset()
     origin: Vec3 = ORIGIN
 
     @property
@@ -97,6 +99,28 @@ class Mesh:
     def all_groups(self) -> tuple[Group, ...]:
         """The groups; of a mesh without any, one of all triangles."""
         return self.groups or (Group("default", "default", 0, len(self.triangles)),)
+
+    def laid_out_for_frames(self) -> tuple[Mesh, U32 | None]:
+        """The mesh with the texture coordinates that tangents follow as `uvs`, and the vertex of this mesh
+        that each of its own is; None: the same. A vertex where materials of both kinds meet becomes two. The
+        triangles keep their order."""
+        if not self.second_frames or self.uvs is None or self.uvs1 is None:
+            return self, None
+        second = np.zeros(len(self.triangles), np.bool_)
+        for group in self.all_groups:
+            second[group.first : group.first + group.count] = group.material in self.second_frames
+        count = len(self.positions)
+        keys, corners = np.unique(self.triangles + second[:, None] * np.int64(count), return_inverse=True)
+        source = (keys % count).astype(np.uint32)
+        arrays = {
+            name: values[source]
+            for name in ("positions", "normals", "tangents", "colors", "sway")
+            if (values := getattr(self, name)) is not None
+        }
+        uvs = np.where((keys >= count)[:, None], self.uvs1[source], self.uvs[source])
+        triangles = corners.reshape(-1, 3).astype(np.uint32)
+        mesh = replace(self, **arrays, uvs=uvs, uvs1=None, triangles=triangles, second_frames=frozenset())
+        return mesh, source
 
     def of_materials(self, names: Collection[str]) -> Mesh:
         """The triangles of these materials, with all vertices."""

@@ -49,6 +49,8 @@ def frame_errors(
     """
     if mesh.tangents is None or mesh.normals is None or mesh.uvs is None:
         return _summary(np.zeros(0), 0)
+    mesh, _ = mesh.laid_out_for_frames()
+    assert mesh.tangents is not None and mesh.uvs is not None
     triangles, counted = (mesh.triangles, valid.copy()) if valid is not None else _sample(mesh, max_triangles)
     if reference is None:
         reference = true_tangents(replace(mesh, triangles=triangles, groups=()))
@@ -60,6 +62,7 @@ def frame_errors(
 
 def true_tangents(mesh: Mesh) -> npt.NDArray[np.float32]:
     """(3 m, 4) float32: MikkTSpace's tangent of each corner of a mesh with normals and UVs."""
+    mesh, _ = mesh.laid_out_for_frames()
     assert mesh.normals is not None and mesh.uvs is not None
     return mikktspace_tangents(mesh.positions, mesh.normals, mesh.uvs, mesh.triangles).reshape(-1, 4)
 
@@ -68,6 +71,7 @@ def sample_of(mesh: Mesh, max_triangles: int = _MAX_TRIANGLES) -> tuple[Mesh, np
     """The triangles that frame_errors measures, as a mesh of about max_triangles triangles in one group, and
     which of its corners (3 m,) have all their neighbours in it, so that their frames equal the whole mesh's.
     """
+    mesh, _ = mesh.laid_out_for_frames()
     triangles, valid = _sample(mesh, max_triangles)
     return replace(mesh, triangles=triangles, groups=()), valid
 

@@ -69,7 +69,7 @@ def read_ply(path: Path) -> Model:
         triangles=np.ascontiguousarray(ids[place.reshape(-1, 3)]),
         groups=(Group(DEFAULT_NAME, DEFAULT_NAME, 0, total),),
         origin=origin,
-        **{name: np.ascontiguousarray(rows[kept]) for name, rows in arrays.items()},
+        **{name: np.ascontiguousarray(rows[kept]) for name, rows in arrays.items()},  # type: ignore[arg-type]
     )
     in_file = len(columns["x"])
     counts = {"faces": len(faces.counts), "triangles": total, "vertices": len(kept)}

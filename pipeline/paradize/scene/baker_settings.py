@@ -54,7 +54,8 @@ class MeshSettings(BakerSettings):
     quantise: vertices as codes inside these limits (metric -> worst value; none: as stages/quantise.py has
     it); None: as floats.
     base_colors: linear RGB by material, instead of all factors of the model's materials. attributes: of
-    the mesh (glTF's names), those that the GLB holds; None: all.
+    the mesh (glTF's names), those that the GLB holds; None: all. second_frames: the materials whose tangents
+    follow the second texture coordinates, since their normal map lies there; None: as the model says.
     """
 
     lods: int = 4
@@ -74,6 +75,7 @@ class MeshSettings(BakerSettings):
     quantise: Mapping[str, float] | None = None
     base_colors: Mapping[str, Sequence[float]] | None = None
     attributes: Sequence[str] | None = None
+    second_frames: Sequence[str] | None = None
 
 
 @dataclass(frozen=True, kw_only=True)

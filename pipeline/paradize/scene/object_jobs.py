@@ -51,6 +51,11 @@ def add_object(
                 atlas=bool(sets),  # a map needs a UV layout
                 painted=True,  # overlapping UVs are the author's choice: the maps are painted for them
                 base_colors=_base_colors(maps.objects[name]),
+                second_frames=[
+                    material
+                    for material, one in maps.objects[name].second.items()
+                    if "normal" in one.pictures
+                ],
             )
         ),
     )

@@ -198,6 +198,7 @@ RULES: dict[str, dict[str, Rule]] = {
             "a dict: material -> linear RGB",
         ).or_none(),
         "attributes": names(ATTRIBUTES).or_none(),
+        "second_frames": names().or_none(),
     },
     "MapSettings": {
         **_TEXTURE,

@@ -34,16 +34,19 @@ def tangent_frames(mesh: Mesh, method: str = "mikktspace") -> Mesh:
     method: `vertex`: the mean over the triangles at a vertex with the same mirroring; `mikktspace`: as
     MikkTSpace splits, joins and weights them. A vertex is split where the frames of its
     corners differ, for example at a mirrored texture. New vertices are numbered in the order of their first
-    use. Needs normals and uvs.
+    use. Needs normals and uvs; materials of second_frames take uvs1.
     """
     if mesh.normals is None or mesh.uvs is None:
         missing = "normals" if mesh.normals is None else "texture coordinates"
         raise BakeError(f"tangent frames need {missing}")
     if method not in METHODS:
         raise BakeError(f"no tangent frames {method!r}; there are {', '.join(METHODS)}")
+    laid, vertex = mesh.laid_out_for_frames()
+    assert laid.normals is not None and laid.uvs is not None
     triangles, source, tangents = split_tangents(
-        mesh.positions, mesh.normals, mesh.uvs, mesh.triangles, method=method
+        laid.positions, laid.normals, laid.uvs, laid.triangles, method=method
     )
+    source = source if vertex is None else vertex[source]
     arrays = {
         name: None if (values := getattr(mesh, name)) is None else np.ascontiguousarray(values[source])
         for name in ("positions", *ATTRIBUTES)

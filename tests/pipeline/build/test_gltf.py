@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from paradize.bakers.mesh.bake import bake_mesh
 from paradize.build.bake import bake
 from paradize.build.map_sets import find_map_sets
 from paradize.build.options import BuildOptions
@@ -21,6 +22,7 @@ from paradize.errors import SourceError
 from paradize.explain.facts import explain
 from paradize.export.scene import export
 from paradize.formats.glb.document import glb_document
+from paradize.formats.glb.reader import decode_glb
 from paradize.formats.scene_manifest import read_scene
 from paradize.new.scene import new_scene
 from paradize.scene.requirements import require
@@ -294,6 +296,36 @@ def test_a_model_that_cannot_be_read_leaves_no_folder(tmp_path: Path) -> None:
     with pytest.raises(SourceError, match="shows no triangles"):
         new_scene(tmp_path / "s", path)
     assert not (tmp_path / "s").exists()
+
+
+def test_tangents_follow_the_coordinates_of_the_normal_map(tmp_path: Path) -> None:
+    """On second ones that are turned against the first; of a scene's own normal map, on the first."""
+    flat = np.tile(np.float32([0, 0, 1]), (4, 1))
+    made, primitive = square(TEXCOORD_0=UVS, TEXCOORD_1=UVS[:, ::-1], NORMAL=flat)
+    held = io.BytesIO()
+    Image.new("RGB", (16, 16), (188, 128, 239)).save(held, "PNG")
+    pictures = (checker(), held.getvalue())
+    images = [made.add("images", bufferView=made.view(data), mimeType="image/png") for data in pictures]
+    color, bumps = ({"index": made.add("textures", source=image)} for image in images)
+    primitive["material"] = made.add(
+        "materials",
+        name="paint",
+        pbrMetallicRoughness={"baseColorTexture": color},
+        normalTexture=bumps | {"texCoord": 1},
+    )
+    model = shown(primitive, made).glb(tmp_path / "Panel.glb")
+    scene = new_scene(tmp_path / "s", model).scene
+    assert states(scene, tmp_path / "out").keys() >= {"panel_second_normal"}
+    (mesh,) = (tmp_path / "out").glob("panel_mesh-*.glb")
+    alone = bake_mesh(model, lods=1).lods[0].mesh
+    for level in (decode_glb(mesh.read_bytes())[0].mesh, alone):
+        assert level.tangents is not None and level.uvs is not None and level.uvs1 is not None
+        assert np.allclose(level.tangents, [0, -1, 0, -1], atol=1e-2)  # UVS run down, u of the second too
+    Image.new("RGB", (16, 16), (128, 128, 255)).save(scene.parent / "own.png")
+    said = '[object.material.paint]\nnormal = "own.png"\n'
+    scene.write_text(scene.read_text().replace("[[object.instance]]", said + "[[object.instance]]", 1))
+    required = require(load_scene(scene), find_map_sets(load_scene(scene), scene).maps)
+    assert [job.settings["second_frames"] for job in required.jobs if job.baker == "mesh"] == [[]]
 
 
 def two_sets() -> Made:

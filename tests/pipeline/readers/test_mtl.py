@@ -487,7 +487,9 @@ def test_scale_and_offset_move_the_texture_coordinates_of_their_material_alone(t
             ["map_ke"],
         ),
         ("norm -s 4 1 b.png", ("normal",), []),
-        ("norm -s -4 1 b.png", (), ["norm"]),  # its frame would be another
+        ("norm -s -4 1 b.png", ("normal",), []),  # its frame is another
+        ("norm -s -4 1 b.png\nmap_Pr -s 3 3 b.png", ("normal",), ["map_pr"]),
+        ("map_Pr -s 3 3 b.png\nnorm -s -4 1 b.png", ("normal",), ["map_pr"]),
         ("map_d -s 3 3 b.png\nmap_Bump -imfchan l -s 3 3 b.png", (), ["map_d", "map_bump"]),
         ("map_Pr -s 3 3 b.png\nmap_Ks -s 2 2 b.png", (), ["map_pr"]),  # gloss lies in one place
         ("map_Pr -s 2 2 b.png", (), []),

@@ -11,9 +11,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from paradize.data import Mesh
+from paradize.data import Group, Mesh
 from paradize.errors import BakeError
-from paradize.metrics.tangent import frame_faults
+from paradize.metrics.tangent import frame_errors, frame_faults
 from paradize.readers.obj import read_obj
 from paradize.stages.normals import complete_normals
 from paradize.stages.tangents import tangent_frames
@@ -51,6 +51,26 @@ def test_a_mirrored_image_turns_the_sign_and_splits_the_vertices_between() -> No
     right = framed.positions[:, 0] > 0.75
     assert np.allclose(framed.tangents[left], [-1, 0, 0, -1], atol=1e-6)
     assert np.allclose(framed.tangents[right], [1, 0, 0, 1], atol=1e-6)
+
+
+def test_tangents_follow_second_coordinates_where_a_material_s_normal_map_lies_on_them() -> None:
+    """Two materials share vertices and both sets; where they meet, vertices are split."""
+    mesh = grid(2)
+    assert mesh.uvs is not None
+    half = len(mesh.triangles) // 2
+    groups = (Group("a", "stone", 0, half), Group("b", "moss", half, len(mesh.triangles) - half))
+    mesh = replace(mesh, uvs1=np.ascontiguousarray(mesh.uvs[:, ::-1]), groups=groups)
+    framed = tangent_frames(replace(mesh, second_frames=frozenset({"moss"})))
+    assert framed.tangents is not None and framed.uvs is not None and framed.uvs1 is not None
+    corners = framed.tangents[framed.triangles]
+    assert np.allclose(corners[:half], [1, 0, 0, 1], atol=1e-6)
+    assert np.allclose(corners[half:], [0, 0, 1, -1], atol=1e-6)  # u runs along Z there
+    for name in ("positions", "uvs", "uvs1"):
+        assert np.array_equal(getattr(framed, name)[framed.triangles], getattr(mesh, name)[mesh.triangles])
+    assert len(framed.positions) == sum(len(np.unique(part)) for part in np.split(mesh.triangles, [half]))
+    assert frame_errors(framed)["tangent_max_deg"] < 1e-3 and frame_errors(framed)["tangent_turned"] == 0.0
+    assert frame_errors(replace(framed, second_frames=frozenset()))["tangent_max_deg"] > 80.0
+    assert frame_errors(framed, 6)["tangent_max_deg"] < 1e-3  # of a sample
 
 
 def test_positions_and_triangles_keep_their_values() -> None:

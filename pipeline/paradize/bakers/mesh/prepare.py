@@ -86,6 +86,10 @@ def prepare_mesh(
     repaired: dict[str, Any] = {**read.repairs, **repairs(validation, read.lines), **welded}
     del read, joined  # saves memory while the layout is made
     mesh = _with_normals(mesh, smoothing, settings.crease_deg)
+    framed = settings.second_frames
+    if framed is None:
+        framed = [name for name, one in materials.items() if "normal" in one.second]
+    mesh = replace(mesh, second_frames=frozenset(framed))
     mesh, strange = _without_tangents(mesh)
     warnings += [f"{path}: {text}" for text in strange]
     layout = None

@@ -78,7 +78,10 @@ def place_part(
     uvs1 = None
     if material.second is not None:
         uvs1 = _coordinates(document, read, material.second, place, needed=True)
-    if placement is not None and placement != Placement():
+    moved = placement is not None and placement != Placement()
+    if material.second is not None and "normal" in material.material.second:
+        moved = material.second.matrix != Placement().matrix
+    if moved:
         tangents = None  # they are those of the untransformed coordinates
     if tangents is not None and normals is not None and uvs is not None:
         tangents = _finite(document, tangents, "tangents", place)
@@ -154,7 +157,7 @@ def joined(document: Document, parts: Sequence[Part]) -> tuple[Mesh, SourcePosit
         triangles=ids[corners],
         groups=_groups(parts),
         origin=origin,
-        **{name: np.ascontiguousarray(rows[first]) for name, rows in arrays.items()},
+        **{name: np.ascontiguousarray(rows[first]) for name, rows in arrays.items()},  # type: ignore[arg-type]
     )
     counts = [len(part.triangles) for part in parts]
     smooth = [0 if part.normals is None else UNKNOWN_SMOOTHING for part in parts]

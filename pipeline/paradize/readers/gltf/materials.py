@@ -258,7 +258,7 @@ class _Reader:
             return None, None, ()
         first = self.placements[roles[0]]
         others = [role for role in roles if not self._is_same(self.placements[role], first)]
-        able = [role for role in others if self._may_lie_elsewhere(role, first, others)]
+        able = [role for role in others if self._may_lie_elsewhere(role, others)]
         anew = {role: found for role in others if (found := self._drawn_anew(role, roles[0]))}
         # second coordinates cost no picture, and are all there is for what cannot be drawn anew
         able.sort(key=anew.__contains__)
@@ -275,8 +275,7 @@ class _Reader:
             what = f"material {name!r}: {of} {', '.join(texts)} left out"
             where = f"where that of {roles[0]} does ({first})"
             where += f" or that of {on_second[0]} ({second})" if on_second else ""
-            why = f"; a normal map needs the tangents of {roles[0]}" if left_out == ["normal"] else ""
-            self.document.warn(f"{what}; maps lie {where}{why}", self.place)
+            self.document.warn(f"{what}; maps lie {where}", self.place)
         return first, second, tuple(on_second)
 
     def _drawn_anew(self, role: str, leading: str) -> Placed | None:
@@ -287,10 +286,8 @@ class _Reader:
         wraps = (self.maps[role].wrap or REPEATED, self.maps[leading].wrap or REPEATED)
         return placed_on(*found, None, wraps)
 
-    def _may_lie_elsewhere(self, role: str, first: Placement, others: list[str]) -> bool:
+    def _may_lie_elsewhere(self, role: str, others: list[str]) -> bool:
         """Whether a map may lie on second texture coordinates. What gloss is made of lies in one place."""
-        if role == "normal":
-            return self.placements[role].has_frame_of(first)
         split = role in ("roughness", "smoothness") and "specular" in self.maps and "specular" not in others
         return role in SECOND_ROLES and not split
 

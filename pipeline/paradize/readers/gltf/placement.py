@@ -27,12 +27,6 @@ class Placement:
             return None
         return (along, down), (own_x - along * x, own_y - down * y)
 
-    def has_frame_of(self, other: Placement) -> bool:
-        """Whether tangents along the coordinates of both have one direction: the same set, only scaled and
-        moved."""
-        found = self.relative_to(other)
-        return found is not None and min(found[0]) > 0.0
-
     def __str__(self) -> str:
         moved = ", moved by KHR_texture_transform" if self.matrix != (1.0, 0.0, 0.0, 0.0, 1.0, 0.0) else ""
         return f"TEXCOORD_{self.coordinates}{moved}"

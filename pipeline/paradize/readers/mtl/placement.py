@@ -25,7 +25,7 @@ def transforms_of(
         return None, (), {}
     leading = roles.get("color") or next(iter(roles.values()))
     others = [role for role, one in roles.items() if _placed(one) != _placed(leading)]
-    able = [role for role in others if _may_lie_elsewhere(role, roles, leading, others)]
+    able = [role for role in others if _may_lie_elsewhere(role, roles, others)]
     first = _transform(leading, warn)
     anew = {
         role: found
@@ -71,14 +71,8 @@ def _placed(one: MapStatement) -> tuple[tuple[float, float], tuple[float, float]
     return one.scale, one.offset
 
 
-def _may_lie_elsewhere(
-    role: str, roles: Mapping[str, MapStatement], leading: MapStatement, others: Collection[str]
-) -> bool:
-    """Whether a map may lie on second texture coordinates: a normal map where the frame of the first is its
-    own. What gloss is made of lies in one place."""
-    if role == "normal":
-        pairs = zip(roles[role].scale, leading.scale, strict=True)
-        return all(own * other > 0.0 for own, other in pairs)
+def _may_lie_elsewhere(role: str, roles: Mapping[str, MapStatement], others: Collection[str]) -> bool:
+    """Whether a map may lie on second texture coordinates. What gloss is made of lies in one place."""
     split = role in ("roughness", "smoothness") and "specular" in roles and "specular" not in others
     return role in SECOND_ROLES and not split
 
