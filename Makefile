@@ -40,7 +40,7 @@ endef
 # than cores, because some tests wait.
 beside := -n $(shell echo $$(($(jobs) + 1))) --dist loadfile --no-loadscope-reorder --durations=10
 
-.PHONY: help setup setup-test assets run wheel check test extremes bench sheets deep fix clean lint types island cpp-tests \
+.PHONY: help setup setup-test assets run moments wheel check test extremes bench sheets deep fix clean lint types island cpp-tests \
     cpp-sanitized compiled-tests
 .DEFAULT_GOAL := help
 
@@ -55,6 +55,9 @@ assets: setup ## bake the island into build/assets/island; bakes only what chang
 run: assets ## bake, then fly over the island: in a window, or into build/flight where there is no display
 	@if [ -n "$${DISPLAY:-}$${WAYLAND_DISPLAY:-}" ]; then $(player) $(island); \
 	else $(bin)/python player/record.py $(player) $(island) build/flight; fi
+
+moments: assets ## build/moments: 24 moments of the flight on one sheet; strips="58 212" adds 60 frames from these seconds on
+	@$(bin)/python player/contact_sheet.py $(player) $(island) build/moments $(strips)
 
 wheel: $(stamps)/kernels ## build/wheel: what pip installs elsewhere, without a compiler (setup/README.md)
 	@rm -rf build/wheel

@@ -2,24 +2,44 @@
 
 from __future__ import annotations
 
-import importlib.util
+import importlib
 from pathlib import Path
+from typing import Any
 
 import av
 import numpy as np
 import pytest
 import soundfile
 
-from tests.pictures import save
+from tests.pictures import load, save
+
+
+def script(root: Path, name: str, monkeypatch: pytest.MonkeyPatch) -> Any:
+    monkeypatch.syspath_prepend(str(root / "player"))
+    return importlib.import_module(name)
+
+
+def test_a_sheet_holds_every_picture_at_its_place_with_its_second(
+    root: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    sheets = script(root, "contact_sheet", monkeypatch)
+    greys = np.linspace(0.1, 0.9, 5)
+    pictures = [tmp_path / f"{k}.png" for k in range(len(greys))]
+    for path, grey in zip(pictures, greys, strict=True):
+        save(path, np.full((120, 160, 3), grey, np.float32))
+    sheets.join(pictures, [0.0, 2.5, 5.0, 7.5, 10.0], 3, 2, tmp_path / "sheet.png")
+    sheet = load(tmp_path / "sheet.png")
+    assert sheet.shape == (2 * 60, 3 * 80, 3)
+    for k, grey in enumerate([*greys, 0.0]):
+        tile = sheet[60 * (k // 3) :, 80 * (k % 3) :][:60, :80]
+        assert tile[30:].mean() == pytest.approx(grey, abs=0.01)
+        assert (np.ptp(tile[:20]) > 0.5) == (k < len(greys)), "white words with a dark rim"
 
 
 def test_the_video_shows_every_frame_a_thirtieth_of_a_second_apart_and_has_the_flight_s_sound(
-    root: Path, tmp_path: Path
+    root: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    spec = importlib.util.spec_from_file_location("record", root / "player/record.py")
-    assert spec is not None and spec.loader is not None
-    record = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(record)
+    record = script(root, "record", monkeypatch)
     greys = np.linspace(0.1, 0.9, 15)
     frames = [tmp_path / f"f_{k:04d}.png" for k in range(len(greys))]
     for path, grey in zip(frames, greys, strict=True):
