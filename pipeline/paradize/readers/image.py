@@ -28,6 +28,7 @@ from paradize.errors import BakeError, SourceError
 from paradize.files import library_path, open_file
 from paradize.kinds import PICTURE, expecting
 from paradize.readers.damage import check_damage, damaged
+from paradize.readers.dds import DdsHead, read_dds_head
 from paradize.readers.grids import read_grid
 from paradize.readers.names import require_utf8_name
 from paradize.readers.pnm import exact_shares
@@ -117,6 +118,9 @@ def _read_image(path: Path, color_space: str | None, finite: bool) -> Image:
                 raise SourceError(what.replace(name, path.name), file=path, mend=mend)
             try:
                 return _read_open(source, path, color_space, finite)
+            except SourceError as error:
+                what = error.what.replace(name, path.name)  # libraries name what they were given
+                raise SourceError(what, file=error.file, place=error.place, mend=error.mend) from None
             finally:
                 source.close()
     except OSError as error:
@@ -197,22 +201,33 @@ def _read_open(source: Any, path: Path, color_space: str | None, finite: bool) -
         require_finite(values, path)
     if values.shape[2] in (2, 4) and _is_premultiplied(spec, kind):
         values = _straighten(Image(values, "data", 32).pixels)
-    if values.shape[2] == 2 and spec.alpha_channel != 1:  # two channels, red and green
+    dds = read_dds_head(path) if kind == "dds" else DdsHead()
+    two_channels = values.shape[2] == 2 and spec.alpha_channel != 1
+    if two_channels and kind != "targa" and not dds.grey_alpha:  # red and green
         values = np.concatenate([values, np.zeros_like(values[:, :, :1])], axis=2)
     if color_space is None:
         declared = spec.get_string_attribute("oiio:ColorSpace").lower()
         linear = name in _PLAIN_NUMBERS or declared.startswith("lin")
         color_space = "linear" if linear else "srgb"
     bits = _PLAIN_NUMBERS.get(name) or {"uint8": 8, "uint16": 16}.get(name, 32)
-    return Image(values, color_space, bits, top, notes=_notes(source, kind))
+    notes = (*((dds.note,) if dds.note else ()), *_notes(source, kind))
+    return Image(values, color_space, bits, top, notes=notes)
 
 
 def _notes(source: Any, kind: str) -> tuple[str, ...]:
     """What a user should know of a picture that was read."""
+    notes = []
+    way = source.spec().get_int_attribute("Orientation", 1)
+    if way > 1:
+        notes.append(
+            f"says that it is to be turned (orientation {way}); read as its texels lie: save it upright"
+        )
     with _silenced():
         several = kind not in _LAYERED and source.seek_subimage(1, 0)
     _message(source)  # of a seek that finds nothing
-    return ("holds several pictures; the first is read",) if several else ()
+    if several:
+        notes.append("holds several pictures; the first is read")
+    return tuple(notes)
 
 
 def _types(spec: Any) -> list[str]:

@@ -149,6 +149,31 @@ def test_a_targa_cut_before_its_last_texel_is_refused(tmp_path: Path, compressio
             read_image(path)
 
 
+@pytest.mark.parametrize("compression", [None, "tga_rle"])
+def test_a_targa_of_grey_and_alpha_is_not_red_and_green(tmp_path: Path, compression: str | None) -> None:
+    codes = np.stack([np.arange(0, 240, 5), np.arange(255, 15, -5)], axis=1).reshape(6, 8, 2).astype(np.uint8)
+    PIL.Image.fromarray(codes, "LA").save(tmp_path / "a.tga", compression=compression)
+    assert np.array_equal(read_image(tmp_path / "a.tga").values, codes)
+
+
+def test_a_picture_that_says_to_be_turned_is_told(tmp_path: Path) -> None:
+    said = PIL.Image.Exif()
+    said[0x112] = 6
+    PIL.Image.new("RGB", (8, 4)).save(tmp_path / "a.jpg", exif=said)
+    image = read_image(tmp_path / "a.jpg")
+    assert image.values.shape == (4, 8, 3) and "orientation 6" in image.notes[0]
+
+
+def test_damage_is_told_without_the_place_that_the_decoder_read_from(tmp_path: Path) -> None:
+    noise = np.random.default_rng(1).integers(0, 256, (64, 64, 3), np.uint8)
+    PIL.Image.fromarray(noise).save(tmp_path / "a.jpg")
+    data = (tmp_path / "a.jpg").read_bytes()
+    (tmp_path / "a.jpg").write_bytes(data[:900] + bytes(200) + data[-2:])
+    with pytest.raises(SourceError, match="damaged or cut") as caught:
+        read_image(tmp_path / "a.jpg")
+    assert '("a.jpg")' in caught.value.what
+
+
 @pytest.mark.parametrize("bits", [15, 16, 24])
 def test_a_targa_with_a_palette_ends_where_its_last_texel_does(tmp_path: Path, bits: int) -> None:
     """Colours of a palette take whole bytes: two where they have 15 bits."""

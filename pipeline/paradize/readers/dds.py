@@ -1,0 +1,45 @@
+"""What the header of a DDS picture says that OpenImageIO overlooks.
+
+Source: Microsoft, "DDS_PIXELFORMAT structure" and "Programming guide for DDS", documentation of Direct3D.
+"""
+
+from __future__ import annotations
+
+import struct
+from typing import TYPE_CHECKING, NamedTuple
+
+from paradize.errors import SourceError
+from paradize.files import open_file
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+_HEAD = 132  # bytes: magic, header, the format of "DX10"
+_CODE, _LUMINANCE = 0x4, 0x20000  # flags: a code names the format; grey, with alpha where there are two
+_SHORTS = (11, 13, 35, 37, 56, 58)  # DXGI formats of 16 bits a channel that are decoded
+_NARROWED = "has channels of more than 8 bits, which are read with 8; a PNG of 16 bits keeps them"
+
+
+class DdsHead(NamedTuple):
+    """grey_alpha: whether two channels are grey and alpha, not red and green. note: for the user, or ""."""
+
+    grey_alpha: bool = False
+    note: str = ""
+
+
+def read_dds_head(path: Path) -> DdsHead:
+    """Raises SourceError where a channel's bits lie outside its texel, as some programs write grey."""
+    with open_file(path) as file:
+        data = file.read(_HEAD)
+    if len(data) < _HEAD:
+        return DdsHead()
+    flags, code, bits, *masks = struct.unpack_from("<7I", data, 80)
+    if flags & _CODE:
+        wide = code == int.from_bytes(b"DX10", "little") and struct.unpack_from("<I", data, 128)[0] in _SHORTS
+        return DdsHead(note=_NARROWED if wide else "")
+    used = masks[0] | masks[1] | masks[2] | masks[3]
+    if used >> bits:
+        what = f"a channel has bits {used:#x} of a texel of {bits} bits"
+        raise SourceError(what, file=path, mend="save it as PNG")
+    wide = any(mask.bit_count() > 8 for mask in masks)
+    return DdsHead(bool(flags & _LUMINANCE), _NARROWED if wide else "")
