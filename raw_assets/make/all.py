@@ -27,11 +27,12 @@ import shells
 import shrubs
 import sky
 import sound
+import starfish
 import terrain
 import water
 
 SOUNDS = (sound, nearby, music)
-MODELS = (palm, jetty, bar, boat, lamps, grove, shells, driftwood, rocks, animals, shrubs)
+MODELS = (palm, jetty, bar, boat, lamps, grove, shells, starfish, driftwood, rocks, animals, shrubs)
 MAKERS = (terrain, sand, effect, water, sky, clouds, *SOUNDS, *MODELS)
 
 

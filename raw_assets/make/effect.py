@@ -8,6 +8,7 @@ relief, from which the terrain's normal map is baked. Row 0 at -Z, column 0 at -
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
@@ -27,6 +28,7 @@ DRY, WET, FLOOR, DEEP = (hex_color(c) for c in ("#E8D3A2", "#C3A676", "#E4DAB9",
 HOLLOW, GRASS, RUBBLE = (hex_color(c) for c in ("#8F7A58", "#66845A", "#77705A"))
 FIBRE = hex_color("#7C6646")
 STARS = ("#DB7440", "#CC5546", "#E5A050", "#BC5C74", "#DE9272")
+LAGOON_M = ((-12.0, 22.0), (-4.0, 34.0))  # x and z of the floor that the flight passes over
 CORALS = ("#C98F86", "#DDAF8E", "#B98A9C", "#D6BA92", "#C77F6E")
 
 
@@ -145,15 +147,51 @@ def grow(ground: Ground, height: Array) -> None:
         ground.stamp(point, 1.2 * radius, shade, 0.10 + 0.10 * pick[0], strokes.coral(radius, 6.28 * pick[2]))
 
 
-def strew(ground: Ground, height: Array) -> None:
-    """Starfish in shallow water. Shells on the beach are too small for texels of 10 cm: shells.py."""
+@dataclass(frozen=True)
+class Star:
+    """A starfish. point: column and row of its middle; turn, bend: see strokes.starfish."""
+
+    point: tuple[float, float]
+    radius_m: float
+    turn: float
+    bend: float
+    shade: str
+
+
+def stars(height: Array) -> list[Star]:
+    """All starfish, in shallow water."""
     sea = smoothstep(-0.25, -0.6, height) * smoothstep(-4.2, -2.4, height)
-    for point, pick in scatter(4.4, 97, 0.26 * sea):
-        shade = hex_color(STARS[int(pick[1] * len(STARS))])
-        radius = (0.27 + 0.24 * pick[0]) / TEXEL_M
-        ground.stamp(point, 2.6 * radius, HOLLOW, 0.025, strokes.hollow(0.9 * radius, 0.32))
-        turn, bend = 6.28 * pick[2], 0.9 * (pick[3] - 0.5)
-        ground.stamp(point, 1.1 * radius + 1, shade, 0.065, strokes.starfish(radius, turn, bend))
+    return [
+        Star(
+            point,
+            0.27 + 0.24 * pick[0],
+            6.28 * pick[2],
+            0.9 * (pick[3] - 0.5),
+            STARS[int(pick[1] * len(STARS))],
+        )
+        for point, pick in scatter(4.4, 97, 0.26 * sea)
+    ]
+
+
+def place_m(star: Star) -> tuple[float, float]:
+    """Its x and z."""
+    return (star.point[0] / PIXELS - 0.5) * terrain.SIZE_M, (star.point[1] / PIXELS - 0.5) * terrain.SIZE_M
+
+
+def is_near(star: Star) -> bool:
+    """Whether the flight looks at it from near by, over the lagoon: too near for texels of 10 cm."""
+    return all(low < v < high for v, (low, high) in zip(place_m(star), LAGOON_M, strict=True))
+
+
+def strew(ground: Ground, height: Array) -> None:
+    """Starfish but for near ones, which are meshes (starfish.py), as shells on the beach are (shells.py)."""
+    for star in stars(height):
+        if is_near(star):
+            continue
+        radius = star.radius_m / TEXEL_M
+        ground.stamp(star.point, 2.6 * radius, HOLLOW, 0.025, strokes.hollow(0.9 * radius, 0.32))
+        draw = strokes.starfish(radius, star.turn, star.bend)
+        ground.stamp(star.point, 1.1 * radius + 1, hex_color(star.shade), 0.065, draw)
 
 
 def litter(ground: Ground) -> None:

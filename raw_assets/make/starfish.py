@@ -1,0 +1,105 @@
+"""Starfish on the floor of the lagoon: shore/starfish.obj, coloured by vertex, and starfish.csv.
+
+effect.py says where they lie, and paints those that the flight does not see from near by.
+
+Usage: python starfish.py RAW_ASSETS
+"""
+
+from __future__ import annotations
+
+import math
+import sys
+from pathlib import Path
+
+import numpy as np
+
+import effect
+import terrain
+from objfile import smooth_normals, write_mtl
+from terrain import height_at
+
+ARMS, RINGS, AROUND = 5, 6, 8  # points along an arm's length, and from its one side to the other
+RIDGE_COLOR, RIM_COLOR, TIP_COLOR = (1.0, 0.88, 0.62), (0.76, 0.20, 0.09), (1.0, 0.80, 0.50)  # linear
+LIFT_M = 0.22  # of the rim above the sand. Near the eye wide triangles of sand are drawn that much too high:
+# only their corners are lifted to where water shows them (shaders/lib/position.glsl).
+
+
+def arm(number: int) -> tuple[list[list[float]], list[list[float]]]:
+    """The points and colours of an arm of a starfish of radius 1, rows from its root to its tip."""
+    points, colors = [], []
+    middle = 2.0 * math.pi * (number + 0.5) / ARMS
+    for ring in range(RINGS):
+        s = ring / (RINGS - 1)
+        along = 0.10 + 0.90 * s
+        width = 0.27 * (1.0 - s) ** 0.8 + 0.045 * (1.0 - s * s)
+        for k in range(AROUND + 1):
+            across = 2.0 * k / AROUND - 1.0
+            dome = math.sqrt(max(1.0 - across * across, 0.0))
+            x = along * math.cos(middle) - across * width * math.sin(middle)
+            z = along * math.sin(middle) + across * width * math.cos(middle)
+            points.append([x, 0.17 * dome * (1.0 - 0.75 * s), z])
+            knobs = 1.0 - 0.16 * ((ring + k) % 2)
+            ridge = dome**3
+            color = [
+                (rim + (mid - rim) * ridge) * (1.0 - 0.5 * s) + 0.5 * s * tip
+                for rim, mid, tip in zip(RIM_COLOR, RIDGE_COLOR, TIP_COLOR, strict=True)
+            ]
+            colors.append([min(1.0, c * knobs) for c in color])
+    return points, colors
+
+
+def write_starfish(folder: Path) -> None:
+    """Writes starfish.obj and starfish.mtl: five arms that meet under a dome, 1 m from middle to tip."""
+    points: list[list[float]] = [[0.0, 0.2, 0.0]]
+    colors: list[list[float]] = [list(RIDGE_COLOR)]
+    faces = []
+    for number in range(ARMS):
+        first = len(points)
+        more, shades = arm(number)
+        points += more
+        colors += shades
+        row = AROUND + 1
+        for k in range(AROUND):
+            faces.append([0, first + k + 1, first + k])
+            for ring in range(RINGS - 1):
+                a = first + ring * row + k
+                faces += [[a, a + 1, a + row], [a + 1, a + row + 1, a + row]]
+    place, triangles = np.array(points), np.array(faces)
+    normals = smooth_normals(place, triangles)
+    note = "A starfish, made by raw_assets/make/starfish.py; metres, Y up"
+    text = [f"# {note}", "mtllib starfish.mtl"]
+    text += [
+        "v " + " ".join(f"{v:.5f}" for v in row) + " " + " ".join(f"{c:.3f}" for c in color)
+        for row, color in zip(place, colors, strict=True)
+    ]
+    text += ["vn " + " ".join(f"{v + 0.0:.4f}" for v in row) for row in normals]
+    text += ["g starfish", "usemtl starfish"]
+    text += ["f " + " ".join(f"{v + 1}//{v + 1}" for v in face) for face in triangles]
+    (folder / "starfish.obj").write_text("\n".join(text) + "\n", encoding="ascii", newline="\n")
+    write_mtl(
+        folder / "starfish.mtl", note, {"starfish": ["Ka 0 0 0", "Kd 1 1 1", "Ks 0 0 0", "d 1", "illum 1"]}
+    )
+
+
+def places() -> list[tuple[float, float, float, float, float]]:
+    """x, y, z, yaw in degrees, and radius of those on the lagoon's floor."""
+    found = []
+    for star in effect.stars(effect.spread(terrain.heights_m())):
+        x, z = effect.place_m(star)
+        if effect.is_near(star):
+            found.append((x, height_at(x, z) + LIFT_M, z, math.degrees(star.turn), star.radius_m))
+    return found
+
+
+def make(out: Path) -> None:
+    """Writes the starfish into the folder shore under out."""
+    folder = out / "shore"
+    folder.mkdir(parents=True, exist_ok=True)
+    lines = ["x,y,z,yaw_deg,scale"]
+    lines += [f"{x:.2f},{y:.3f},{z:.2f},{yaw:.1f},{radius:.3f}" for x, y, z, yaw, radius in places()]
+    (folder / "starfish.csv").write_text("\n".join(lines) + "\n", encoding="ascii", newline="\n")
+    write_starfish(folder)
+
+
+if __name__ == "__main__":
+    make(Path(sys.argv[1]))
