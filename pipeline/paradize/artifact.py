@@ -34,6 +34,10 @@ PUBLISHED = (
     "required_detail", "gutter", "also",
 )  # fmt: skip
 
+# What a level of detail changes in pictures, as its record says: the size on the screen, then the normals,
+# the silhouette and FLIP (build/lods_seen.py).
+SEEN = ("seen_px", "seen_p99_deg", "seen_mean_deg", "seen_silhouette", "seen_flip")
+
 
 @dataclass(frozen=True)
 class Artifact:

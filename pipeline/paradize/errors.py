@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
 # Control characters, line separators, direction marks and characters without a glyph. The player's
-# app/messages.cpp has the same list.
+# app/messages.cpp has the same list, but keeps tabs and line feeds.
 _INVISIBLE = (
     r"[\x00-\x1f\x7f-\x9f\xad\u061c\u180e\u200b-\u200f\u2028-\u202e\u2060-\u206f\ufe00-\ufe0f\ufeff\ufff9-\ufffb"
     r"\U0001d173-\U0001d17a\U000e0000-\U000e0fff]"

@@ -139,3 +139,8 @@ def library_path(path: Path) -> AbstractContextManager[str]:
                 yield name
 
     return named()
+
+
+def bytes_text(count: float) -> str:
+    """A number of bytes for people: a MB is a million."""
+    return f"{count / 1e6:.3g} MB" if count >= 1e6 else f"{count / 1e3:.3g} kB"

@@ -1,6 +1,11 @@
-"""What the player takes in a scene, all objects or clouds together (player/assets/scene_objects.cpp)."""
+"""What the player takes in a scene, all objects or clouds together (player/assets/scene_objects.cpp). Pairs
+are the least and the largest value."""
 
 FARTHEST_UV = 1e7  # tiles from 0; payload.cpp there
+SCALES = (1e-6, 1e6)  # of an instance along an axis; mirrored: negative
+FLIGHT_S = (1e-3, 86_400.0)
+FOV_RAD = (1e-3, 3.1)
+NEAR_M, FAR_M = (1e-5, 1e7), (1e-4, 1e8)
 MOST_INSTANCES = 200_000
 MOST_PARTICLES = 1_000_000
 MOST_LIGHTS = 256  # lights.cpp there

@@ -48,8 +48,8 @@ std::uint32_t code_point(std::string_view sequence) {
     return out;
 }
 
-/// True for control characters, line separators, direction marks and zero-width characters. The same list
-/// stands in the pipeline's errors.py.
+/// True for control characters but tabs and line feeds, line separators, direction marks and characters
+/// without a glyph. The pipeline's errors.py has the same list, with these two.
 bool is_invisible(std::uint32_t code) {
     struct Range {
         std::uint32_t first, last;

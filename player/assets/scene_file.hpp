@@ -206,10 +206,10 @@ struct Water {
 /// What alpha does: nothing; texels below the cutoff are holes; the surface mixes with what is behind it.
 enum class AlphaMode { opaque, mask, blend };
 
-/// Factors multiply what their maps hold. Without the map they stand alone.
 /// What lies beyond the edges of a material's maps.
 enum class Wrap { repeat, clamp, mirror };
 
+/// Factors multiply what their maps hold. Without the map they stand alone.
 struct Material {
     std::string name;
     PerMap<std::string> maps;                                    // artifacts; empty: none

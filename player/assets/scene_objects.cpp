@@ -10,6 +10,7 @@ namespace {
 
 constexpr double max_turn_rad = 1e3;
 constexpr double min_scale = 1e-6, max_scale = 1e6;
+constexpr double max_flight_s = 86400.0, max_fov_rad = 3.1;
 constexpr int max_laps = 10000, max_beats = 100000;
 constexpr double max_beat_rad = 1.6;          // a quarter of a turn
 constexpr double max_pause = 0.9;             // of the time
@@ -250,8 +251,8 @@ void read_particles(const JsonObject &root, SceneFile &out) {
 void read_flight(const JsonObject &root, SceneFile &out) {
     const JsonObject from = root.object("flight");
     Flight &value = out.flight;
-    value.duration_s = from.number("duration_s", 1e-3, 1e6);
-    value.fov_rad = real(from, "fov_rad", 1e-3, 3.1);
+    value.duration_s = from.number("duration_s", 1e-3, max_flight_s);
+    value.fov_rad = real(from, "fov_rad", 1e-3, max_fov_rad);
     value.near_m = real(from, "near_m", 1e-5, max_length_m);
     value.far_m = real(from, "far_m", 1e-4, 10.0 * max_length_m);
     if (value.near_m >= value.far_m) {

@@ -9,6 +9,7 @@ from typing import TypeVar
 from paradize.data import Texture
 from paradize.errors import BakeError
 from paradize.formats.ktx2.encode import encode_ktx2
+from paradize.scene.budget import is_beyond
 
 LevelErrors = list[dict[str, float]]
 Made = TypeVar("Made")
@@ -114,11 +115,11 @@ def flat_errors(name: str, level: Mapping[str, float]) -> dict[str, float]:
 
 
 def beyond(errors: Mapping[str, float], budget: Mapping[str, float]) -> list[str]:
-    """Returns the metrics that exceed their budget, each with its value. For dB more is better."""
+    """Returns the metrics that exceed their budget, each with its value."""
     found = []
     for metric, limit in budget.items():
         value = errors.get(metric)
-        if value is not None and (value < limit if metric.endswith("_db") else value > limit):
+        if value is not None and is_beyond(metric, value, limit):
             found.append(f"{metric} {value:g}, budget {limit:g}")
     return found
 

@@ -72,7 +72,7 @@ def mesh_errors(levels: list[dict[str, Any]], frames: bool = True) -> dict[str, 
 
 
 def make_mesh(sources: Sources, settings: Settings, tier: str, root: Path | None = None) -> list[Product]:
-    """OBJ -> GLB with tangent frames and LODs."""
+    """Model -> GLB with tangent frames and LODs."""
     from paradize.bakers.mesh.lods_from_path import bake_seen
     from paradize.scene.baker_settings import MeshSettings
 
@@ -151,7 +151,7 @@ def make_authored(sources: Sources, settings: Settings, tier: str, root: Path | 
 def map_settings(
     sources: Sources, settings: Settings, root: Path | None = None
 ) -> tuple[MapSettings, Path | None]:
-    """The settings of a job of maps, and the OBJ whose layout they follow: without one, all of it shines."""
+    """The settings of a job of maps, and the model whose layout they follow; None: all of the map shines."""
     from paradize.scene.baker_settings import MapSettings
 
     used, layout = MapSettings(**settings), layout_of(sources, root)
@@ -159,7 +159,7 @@ def map_settings(
 
 
 def layout_of(sources: Sources, root: Path | None = None) -> Path | None:
-    """The OBJ whose UV layout an object's maps follow; None where it has none of its own."""
+    """The model whose UV layout an object's maps follow; None where it has none of its own."""
     path = sources.get("layout")
     if path is None:
         return None

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from paradize.artifact import SEEN
 from paradize.data import rounded
 from paradize.formats.glb.reader import decode_glb
 from paradize.formats.ktx2.reader import decode_ktx2
@@ -35,7 +36,6 @@ if TYPE_CHECKING:
 
     from paradize.data import Texture
 
-SEEN = ("seen_px", "seen_p99_deg", "seen_mean_deg", "seen_silhouette", "seen_flip")
 _FINEST_TEXELS = 2048  # along a side: finer mips are not read, because no picture here is so large
 _COLOR_TEXELS = 512  # the same of colours: metrics/switch.py draws no picture that is larger
 _BLENDED = 0.5  # of alpha: what has less counts as a hole

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 from paradize.build.artifacts import read_artifact
 from paradize.build.entries import PIXELS, SIGHTINGS, fits
 from paradize.errors import FormatError
-from paradize.formats.glb.document import glb_document
+from paradize.formats.glb.document import finest_corners
 from paradize.jobs.code import code_digest
 from paradize.placement import largest_scale, to_world
 from paradize.scene.flight import Flight, Vec, sine_cosine
@@ -38,53 +38,25 @@ _STEP_S = 0.25
 _ROUNDING = 1e-9  # relative, of bounds
 _AT_ONCE = 256  # instances
 _GOLDEN = 2654435769  # of 2^32
-_TYPES = {5121: "B", 5123: "H", 5125: "I", 5126: "f"}  # glTF's component types
-_COUNTS = {"SCALAR": 1, "VEC3": 3}
 
 
 def sample_points(glb: bytes, name: str) -> list[Vec]:
     """Returns points of a GLB's finest level, metres in its space: corners of triangles, and points inside
     them where there are few. Raises FormatError if Paradize did not write it."""
+    runs = list(finest_corners(glb, name))
+    total = sum(map(len, runs))
+    parts = 1
+    while total * (parts + 1) * (parts + 2) < _POINTS:
+        parts += 1
     try:
-        tree, start = glb_document(glb, name)
-        node = tree["nodes"][0]
-        step, origin = node.get("scale", (1.0, 1.0, 1.0)), node.get("translation", (0.0, 0.0, 0.0))
-
-        def at(index: int) -> tuple[int, int, int, int]:
-            """Returns first byte, stride in bytes, count and component type of an accessor."""
-            accessor_json = tree["accessors"][index]
-            view = tree["bufferViews"][accessor_json["bufferView"]]
-            offset = start + view.get("byteOffset", 0) + accessor_json.get("byteOffset", 0)
-            component = int(accessor_json["componentType"])
-            stride = view.get(
-                "byteStride", _COUNTS[accessor_json["type"]] * struct.calcsize(_TYPES[component])
-            )
-            return offset, stride, int(accessor_json["count"]), component
-
-        def point(raw: Sequence[float]) -> Vec:
-            x, y, z = (a + b * c for a, b, c in zip(origin, step, raw, strict=True))
-            return x, y, z
-
-        runs = [
-            (at(primitive["attributes"]["POSITION"]), at(primitive["indices"]))
-            for primitive in tree["meshes"][node["mesh"]]["primitives"]
+        return [
+            point
+            for corners in runs
+            for triangle in _chosen_triangles(len(corners), total)
+            for point in _spread(corners.of(triangle), parts)
         ]
-        total = sum(count // 3 for _, (_, _, count, _) in runs)
-        parts = 1
-        while total * (parts + 1) * (parts + 2) < _POINTS:
-            parts += 1
-        points: list[Vec] = []
-        for (positions, stride, _, coordinate), (indices, size, count, component) in runs:
-            form, row = f"<3{_TYPES[component]}", f"<3{_TYPES[coordinate]}"
-            for triangle in _chosen_triangles(count // 3, total):
-                corners = [
-                    point(struct.unpack_from(row, glb, positions + stride * index))
-                    for index in struct.unpack_from(form, glb, indices + 3 * triangle * size)
-                ]
-                points += _spread(corners, parts)
-    except (KeyError, IndexError, TypeError, ValueError, struct.error) as error:
+    except (TypeError, ValueError, struct.error) as error:
         raise FormatError(f"is not a mesh that Paradize wrote: {error}", file=name) from None
-    return points
 
 
 def _chosen_triangles(count: int, total: int) -> Iterable[int]:

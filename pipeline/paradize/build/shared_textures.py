@@ -13,6 +13,7 @@ from typing import Any
 from paradize.artifact import Artifact
 from paradize.build.trim import RequiredDetail, finest_of
 from paradize.map_table import MAPS, maps_of
+from paradize.scene.budget import worst
 from paradize.scene.map_sets import SceneMaps
 
 _WORST = {"islands": max, "needed_texels": max, "level_in_use": max, "level_by_width": min}
@@ -66,12 +67,11 @@ def shared(artifacts: Mapping[str, Artifact], equal: Iterable[Sequence[str]]) ->
 
 
 def _worst(errors: Sequence[Mapping[str, float]]) -> dict[str, float]:
-    worst: dict[str, float] = {}
+    found: dict[str, float] = {}
     for one in errors:
         for metric, value in one.items():
-            pick = min if metric.endswith("_db") else max
-            worst[metric] = pick(value, worst.get(metric, value))
-    return worst
+            found[metric] = worst(metric, (value, found.get(metric, value)))
+    return found
 
 
 def _worst_gutter(gutters: Sequence[Mapping[str, Any]]) -> dict[str, Any] | None:

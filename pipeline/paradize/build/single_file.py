@@ -162,7 +162,7 @@ def mesh_files(path: Path, settings: MeshSettings, *, tier: str) -> BakedFiles:
     made = bake_mesh(path, settings, tier=tier)
     if settings.atlas and not made.report["atlas"]:
         what = "has texture coordinates that its maps may be painted for; no atlas made"
-        made.report["warnings"].append(f"{path}: {what}; take them out of the OBJ for a new layout")
+        made.report["warnings"].append(f"{path}: {what}; take them out of the model for a new layout")
     rows = []
     used = str(made.report["tier"])
     for i, level in enumerate(made.report["lods"]):
@@ -199,7 +199,7 @@ def terrain_files(path: Path, settings: TerrainSettings, *, tier: str) -> BakedF
 
 
 def map_files(path: Path, settings: MapSettings, *, tier: str, uv: Path | None = None) -> BakedFiles:
-    """`paradize maps`: a file `<stem>_<map>.<fmt>` for each map. uv: the OBJ whose layout they follow."""
+    """`paradize maps`: a file `<stem>_<map>.<fmt>` for each map. uv: the model whose layout they follow."""
     from paradize.bakers.maps.bake import bake_maps
 
     made = bake_maps(path, settings, uv=uv, tier=tier)

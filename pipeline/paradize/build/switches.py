@@ -11,12 +11,11 @@ from dataclasses import replace
 from itertools import accumulate
 from typing import Any
 
-from paradize.artifact import Artifact
+from paradize.artifact import SEEN, Artifact
 from paradize.build.manifest import MeshFacts
 from paradize.scene.settings import Scene
 
-MEASURED = ("seen_px", "seen_p99_deg", "seen_mean_deg", "seen_silhouette", "seen_flip")
-SEEN_OF_LEVELS = MEASURED[1:]  # what budgets may limit of them
+SEEN_OF_LEVELS = SEEN[1:]  # what budgets may limit of them
 
 
 def with_levels_seen(
@@ -26,9 +25,7 @@ def with_levels_seen(
     much at any size is drawn where the whole mesh is a pixel wide, and its differences do not count."""
     pixel_m = 2.0 * facts.radius_m * scene.head.lod_error_px
     switch_m = accumulate((pixel_m if one["switch_m"] is None else one["switch_m"] for one in seen), max)
-    levels = [
-        level | {key: one[key] for key in MEASURED} for level, one in zip(mesh.levels, seen, strict=True)
-    ]
+    levels = [level | {key: one[key] for key in SEEN} for level, one in zip(mesh.levels, seen, strict=True)]
     drawn = [one for one in seen if one["switch_m"] is not None]
     worst = {f"lod_{key}": max(one[key] for one in drawn) for key in SEEN_OF_LEVELS}
     return replace(mesh, levels=levels, errors=mesh.errors | worst), replace(facts, switch_m=tuple(switch_m))

@@ -79,7 +79,7 @@ def _choices(action: argparse.Action) -> dict[str, _Parser]:
 # run(). Only the module of the command that is called is imported.
 COMMANDS = {
     "bake": "Bake everything that a scene requires.",
-    "mesh": "Bake a model (OBJ, glTF) into a GLB with tangent frames and levels of detail.",
+    "mesh": "Bake a model (OBJ, glTF, PLY, STL) into a GLB with tangent frames and levels of detail.",
     "maps": "Bake a colour or height map into normal, height, gloss and du/dv maps.",
     "terrain": "Bake a heightmap into a GLB under a bound on its vertical error.",
     "explain": "Say why each artifact of a scene exists, and what its error does to the picture.",

@@ -39,8 +39,13 @@ def _names(text: str) -> list[str]:
 
 def add(sub: argparse.ArgumentParser) -> None:
     """Declares the options of `paradize maps`."""
-    sub.add_argument("input", type=Path, metavar="IN.png|obj|glb")
-    sub.add_argument("-o", "--out", type=Path, metavar="DIR", required=True)
+    sub.add_argument(
+        "input",
+        type=Path,
+        metavar="IN.png|obj|glb|gltf|ply|stl",
+        help="a picture; with --only occlusion a model: .obj, .glb, .gltf, .ply or .stl",
+    )
+    sub.add_argument("-o", "--out", type=Path, metavar="DIR", required=True, help="the folder to write into")
     sub.add_argument(
         "--only",
         type=_maps,
@@ -58,10 +63,10 @@ def add(sub: argparse.ArgumentParser) -> None:
     add_nodata(sub)
     sub.add_argument(
         "--strength",
-        type=number(0.0, 1e6),
-        default=1.0,
+        type=number(**ranges.STRENGTH),
+        default=MapSettings.strength,
         metavar="S",
-        help="height of full white, in percent of the map's width (1)",
+        help=f"height of full white, in percent of the map's width ({MapSettings.strength:g})",
     )
     sub.add_argument(
         "--wrap",
@@ -86,16 +91,17 @@ def add(sub: argparse.ArgumentParser) -> None:
     sub.add_argument(
         "--occlusion-px",
         type=whole(**ranges.OCCLUSION_PX),
-        default=512,
+        default=OcclusionSettings.occlusion_px,
         metavar="N",
-        help="side of the occlusion map, texels (512)",
+        help=f"side of the occlusion map, texels ({OcclusionSettings.occlusion_px})",
     )
     sub.add_argument(
         "--occlusion-reach",
         type=number(**ranges.OCCLUSION_REACH),
-        default=0.25,
+        default=OcclusionSettings.occlusion_reach,
         metavar="X",
-        help="what lies farther holds back no light, of the model's diagonal (0.25)",
+        help="what lies farther holds back no light, of the model's diagonal "
+        f"({OcclusionSettings.occlusion_reach:g})",
     )
     sub.add_argument(
         "--materials",
@@ -123,7 +129,7 @@ def add(sub: argparse.ArgumentParser) -> None:
         ("black", 0.0, ranges.LEVEL, "the value that becomes 0"),
         ("white", 1.0, ranges.LEVEL, "the value that becomes 1"),
         ("gamma", 1.0, ranges.GAMMA, "above 1 lifts the middle of the heights"),
-        ("contrast", 1.0, ranges.LEVEL, "about one half"),
+        ("contrast", 1.0, ranges.LEVEL, "factor on heights around one half"),
         ("brightness", 0.0, ranges.LEVEL, "added to the heights"),
     ):
         what = f"{text} ({default:g})"

@@ -10,7 +10,7 @@ from typing import Any
 from paradize.cli import options
 from paradize.cli.output import say, show, show_json, warn
 from paradize.cli.values import whole
-from paradize.errors import BakeError, one_line
+from paradize.errors import one_line
 from paradize.jobs.progress import OnProgress
 from paradize.tiers import TIER_OPTIONS
 
@@ -50,11 +50,10 @@ def run(arguments: argparse.Namespace) -> int:
     from paradize.cli.progress import progress
     from paradize.kinds import require_folder
     from paradize.report.tradeoff.page import tradeoff_page
-    from paradize.store.atomic import write_whole
+    from paradize.store.atomic import require_place, write_whole
 
     require_folder(arguments.out)
-    if arguments.out.exists() and not arguments.out.is_dir():  # before minutes are spent
-        raise BakeError("is not a folder", file=arguments.out, mend="name a folder with -o")
+    require_place(arguments.out)  # before minutes are spent
     with progress() as shown:
         tradeoff = _measure(arguments, shown.step)
     page = arguments.out / "tradeoff.html"

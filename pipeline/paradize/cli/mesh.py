@@ -1,4 +1,4 @@
-"""`paradize mesh`: bakes a model (OBJ, glTF) into a GLB with tangent frames and levels of detail."""
+"""`paradize mesh`: bakes a model into a GLB with tangent frames and levels of detail."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from paradize.scene.settings import SIMPLIFIERS, UNWRAPPERS
 
 def add(sub: argparse.ArgumentParser) -> None:
     """Declares the options of `paradize mesh`."""
-    sub.add_argument("input", type=Path, metavar="IN.obj|glb|gltf|ply|stl")
-    sub.add_argument("-o", "--out", type=Path, metavar="OUT.glb", required=True)
+    sub.add_argument("input", type=Path, metavar="IN.obj|glb|gltf|ply|stl", help="the model")
+    sub.add_argument("-o", "--out", type=Path, metavar="OUT.glb", required=True, help="the file to write")
     sub.add_argument(
         "--lods",
         type=whole(**ranges.LODS),
-        default=4,
+        default=MeshSettings.lods,
         metavar="N",
-        help="number of levels, the source included (4)",
+        help=f"number of levels, the source included ({MeshSettings.lods})",
     )
     sub.add_argument(
         "--max-error",
@@ -33,9 +33,9 @@ def add(sub: argparse.ArgumentParser) -> None:
         "--ratio",
         dest="lod_ratio",
         type=number(**ranges.LOD_RATIO),
-        default=0.5,
+        default=MeshSettings.lod_ratio,
         metavar="R",
-        help="triangles of a level, as a share of the level before (0.5)",
+        help=f"triangles of a level, as a share of the level before ({MeshSettings.lod_ratio:g})",
     )
     instead = sub.add_mutually_exclusive_group()
     instead.add_argument(
@@ -57,9 +57,9 @@ def add(sub: argparse.ArgumentParser) -> None:
     sub.add_argument(
         "--tangents",
         choices=ranges.TANGENTS,
-        default="mikktspace",
-        help="tangent frames: the mean at each vertex, or those of MikkTSpace (mikktspace); face: old name "
-        "of vertex",
+        default=MeshSettings.tangents,
+        help="tangent frames: the mean at each vertex, or those of MikkTSpace (mikktspace); face: the same "
+        "as vertex",
     )
     sub.add_argument(
         "--simplifier",
@@ -82,7 +82,7 @@ def add(sub: argparse.ArgumentParser) -> None:
         "--weld",
         dest="weld_m",
         type=number(**ranges.WELD_M),
-        default=0.0,
+        default=MeshSettings.weld_m,
         metavar="METRES",
         help="join vertices closer than this (0: none)",
     )
@@ -90,9 +90,10 @@ def add(sub: argparse.ArgumentParser) -> None:
         "--crease",
         dest="crease_deg",
         type=number(**ranges.CREASE_DEG),
-        default=45.0,
+        default=MeshSettings.crease_deg,
         metavar="DEGREES",
-        help="where normals are missing, faces at a larger angle meet in a sharp edge (45)",
+        help="where normals are missing, faces at a larger angle meet in a sharp edge "
+        f"({MeshSettings.crease_deg:g})",
     )
     add_common(sub, "mesh")
 

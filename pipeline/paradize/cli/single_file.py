@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import os
 import sys
 import time
 from collections.abc import Callable
@@ -93,8 +92,9 @@ def bake_file(
     code."""
     from paradize import api
     from paradize.cli.progress import progress
+    from paradize.jobs.limits import cores
     from paradize.jobs.pool import Job, run_jobs
-    from paradize.store.atomic import write_whole
+    from paradize.store.atomic import require_place, write_whole
 
     start = time.monotonic()
     if out is None:
@@ -103,15 +103,16 @@ def bake_file(
         raise BakeError("is the input itself", file=out, mend="name another file with -o")
     else:
         require_glb(out)
+    require_place(arguments.out if out is None else out.parent)
     calls: dict[str, Callable[..., BakedFiles]]
     calls = {"mesh": api.mesh, "maps": api.maps, "terrain": api.terrain, "occlusion": api.occlusion}
     given = {"source": arguments.input, "settings": settings, **sources}
     given |= {"tier": arguments.tier, "budget": arguments.budget}
     job = Job(arguments.input.name, calls[kind], given, file=arguments.input)
-    cores = os.cpu_count() or 1
+    threads = min(arguments.jobs, cores()) if arguments.jobs else None
     with progress() as shown:
         shown.step(job.name, 0, 1)
-        outcome = run_jobs([job], 1, on_step=shown.reached, threads=min(arguments.jobs or cores, cores))[0]
+        outcome = run_jobs([job], 1, on_step=shown.reached, threads=threads)[0]
     if outcome.error:
         raise outcome.error
     baked = outcome.value

@@ -14,8 +14,13 @@ from paradize.scene.baker_settings import TerrainSettings
 
 def add(sub: argparse.ArgumentParser) -> None:
     """Declares the options of `paradize terrain`."""
-    sub.add_argument("input", type=Path, metavar="IN.png")
-    sub.add_argument("-o", "--out", type=Path, metavar="OUT.glb", required=True)
+    sub.add_argument(
+        "input",
+        type=Path,
+        metavar="IN.png",
+        help="the heightmap: a grey picture, .hgt, .asc, .tif, .exr, .raw",
+    )
+    sub.add_argument("-o", "--out", type=Path, metavar="OUT.glb", required=True, help="the file to write")
     options.add_relief(
         sub,
         required=True,

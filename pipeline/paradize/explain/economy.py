@@ -8,14 +8,13 @@ from itertools import groupby
 from pathlib import Path
 from typing import Any
 
+from paradize.artifact import SEEN
 from paradize.errors import FormatError
-from paradize.files import open_file
+from paradize.files import bytes_text, open_file
 from paradize.formats.ktx2.layout import full_level_count, level_bytes
 from paradize.formats.ktx2.size import SIZE_BYTES, ktx2_size
 from paradize.formats.scene_manifest import maps_of_material
 from paradize.map_table import DERIVED, MAPS
-
-SEEN = ("seen_px", "seen_p99_deg", "seen_mean_deg", "seen_silhouette", "seen_flip")
 
 
 def textures_by_owner(manifest: dict[str, Any]) -> dict[str, list[str]]:
@@ -107,8 +106,12 @@ SAVED = {
 
 def saved_words(saved: dict[str, int]) -> str:
     """The same in words."""
-    parts = [f"{SAVED[name]} ({short(size)})" for name, size in saved.items() if size]
-    return f"not baked, {short(sum(saved.values()))}: {', '.join(parts)}" if parts else "nothing was left out"
+    parts = [f"{SAVED[name]} ({bytes_text(size)})" for name, size in saved.items() if size]
+    return (
+        f"not baked, {bytes_text(sum(saved.values()))}: {', '.join(parts)}"
+        if parts
+        else "nothing was left out"
+    )
 
 
 def chain_bytes(name: str, width: int, height: int) -> int:
@@ -163,7 +166,7 @@ def economy_words(facts: dict[str, Any], kind: str) -> list[str]:
             plural = "s are" if count > 1 else " is"
             words.append(f"{count} {what} level{plural} left out{why}")
     if facts["left_out"] or coarser:
-        words[-1] += f": {short(facts['saved_bytes'])} saved"
+        words[-1] += f": {bytes_text(facts['saved_bytes'])} saved"
     if coarser:
         words[-1] += '; lods_by = "screen_size" of the object makes levels that may be drawn nearer'
     for k, level in enumerate(facts["seen"], start=1):
@@ -179,7 +182,7 @@ def economy_words(facts: dict[str, Any], kind: str) -> list[str]:
                 'lods_by = "screen_size" of the object makes levels that are drawn'
             )
     if facts["maps"]:
-        names = ", ".join(f"{name} {short(size)}" for name, size in facts["maps"].items())
+        names = ", ".join(f"{name} {bytes_text(size)}" for name, size in facts["maps"].items())
         words.append(f"maps of its picture that no pass reads are not baked: {names}")
     return words
 
@@ -194,8 +197,3 @@ def _texels(texels: float) -> str:
 def _view(view: str) -> str:
     names = {"light": "light's view", "refraction": "view through the water", "mirror": "water's mirror"}
     return names.get(view, view)
-
-
-def short(count: int) -> str:
-    """Bytes as MB or kB."""
-    return f"{count / 1e6:.3g} MB" if count >= 1_000_000 else f"{count / 1e3:.3g} kB"

@@ -6,7 +6,8 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from paradize.explain.bounds import bound_short, bound_words
-from paradize.explain.economy import economy_words, saved_words, short
+from paradize.explain.economy import economy_words, saved_words
+from paradize.files import bytes_text
 from paradize.scene.budget import excesses, meaning_of, unit_of
 from paradize.scene.schema import Limits
 from paradize.tiers import AUTO
@@ -52,7 +53,7 @@ def sums(explanation: Explanation) -> list[str]:
     lines = []
     if explanation.saved is not None:
         baked = [facts["bytes"] for facts in explanation.artifacts if "bytes" in facts]
-        lines.append(f"{len(baked)} artifacts, {short(sum(baked))}; {saved_words(explanation.saved)}")
+        lines.append(f"{len(baked)} artifacts, {bytes_text(sum(baked))}; {saved_words(explanation.saved)}")
     if stale := [facts["name"] for facts in explanation.artifacts if facts["stale"]]:
         lines.append(
             f"stale: sources, settings or Paradize itself changed since the bake: {', '.join(stale)}"
@@ -168,7 +169,7 @@ def _demand(demand: dict[str, Any]) -> list[str]:
     if demand["left_out"]:
         words.append(
             f"{demand['left_out']} patches that no second needs are left out: about "
-            f"{short(demand['left_out_bytes'])} saved"
+            f"{bytes_text(demand['left_out_bytes'])} saved"
         )
     return words
 

@@ -50,7 +50,7 @@ from paradize.metrics.texels import decode_texels
 from paradize.placement import to_world
 from paradize.preview.shade import to_light, to_srgb
 from paradize.scene.motion import moved
-from paradize.store.atomic import write_whole
+from paradize.store.atomic import require_place, write_whole
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -94,6 +94,7 @@ def export(folder: Path, out: Path, on_progress: OnProgress | None = None) -> Ex
     Raises SourceError or FormatError if the folder holds no valid scene; BakeError if the file cannot be
     written, belongs to the scene, has no .glb name, or would be too large."""
     require_glb(out)
+    require_place(out.parent)
     with expecting(BAKED, folder):
         work = _Export(folder)
     if work.holds(out):

@@ -71,8 +71,9 @@ def _unit_quaternion(value: Any, place: str) -> None:
 
 def _axis_scale(value: Any, place: str) -> None:
     _real(value, place)
-    if not 1e-9 <= abs(value) <= 1e9:
-        raise Wrong(place, f"is {value:g}; its size must lie between 1e-9 and 1e9")
+    low, high = player_limits.SCALES
+    if not low <= abs(value) <= high:
+        raise Wrong(place, f"is {value:g}; its size must lie between {low:g} and {high:g}")
 
 
 _second = table(maps=table(**dict.fromkeys(SECOND, or_null(text))), wrap=list_of(one_of(*WRAPS), size=2))
@@ -365,10 +366,10 @@ _manifest = table(
     ),
     music=or_null(table(artifacts=list_of(text, min_size=1), volume=_share, playing=whole(0, 16))),
     flight=table(
-        duration_s=number(1e-3, 86_400.0),
-        fov_rad=number(1e-3, 3.1415),
-        near_m=number(1e-9),
-        far_m=number(1e-9),
+        duration_s=number(*player_limits.FLIGHT_S),
+        fov_rad=number(*player_limits.FOV_RAD),
+        near_m=number(*player_limits.NEAR_M),
+        far_m=number(*player_limits.FAR_M),
         segments=list_of(
             table(eye=list_of(_cubic, size=3), target=list_of(_cubic, size=3), roll=_cubic), min_size=1
         ),

@@ -49,7 +49,8 @@ def run_jobs(
     threads: int | None = None,
     pool: WorkerPool | None = None,
 ) -> list[Outcome]:
-    """Runs the jobs, at most `workers` at once. Returns their outcomes in the order of the jobs.
+    """Runs the jobs, at most `workers` at once: each as `job.call(**job.arguments)`, in another process.
+    Returns their outcomes in the order of the jobs.
 
     on_start, on_outcome: called when a job starts and when it ends. on_step: called from another thread with
     the job's name and the step that it begins (progress.report_step). threads: native threads of each worker

@@ -14,7 +14,7 @@ from typing import Any
 from paradize.build.provenance import BakeReport
 from paradize.documents import SCENE_FILE, read_json
 from paradize.errors import FormatError, ParadizeError
-from paradize.files import read_file
+from paradize.files import bytes_text, read_file
 from paradize.formats.ktx2.reader import decode_ktx2
 from paradize.formats.scene_manifest import read_entry, read_scene
 from paradize.map_table import MAPS
@@ -248,5 +248,4 @@ def _subtitle(scene: str, maps: dict[str, SheetMap]) -> str:
     total = sum(entry.bytes for entry in maps.values())
     largest = max(max(entry.texture.width, entry.texture.height) for entry in maps.values())
     what = "1 map" if len(maps) == 1 else f"{len(maps)} maps"
-    size = f"{total / (1 << 20):.1f} MiB" if total >= 1 << 19 else f"{total / 1024:.1f} KiB"
-    return f"{scene}   -   {what}, up to {largest} texels a side, {size} with all mips"
+    return f"{scene}   -   {what}, up to {largest} texels a side, {bytes_text(total)} with all mips"

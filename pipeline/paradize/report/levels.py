@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from paradize.files import bytes_text
 from paradize.formats.glb.reader import decode_glb
 from paradize.formats.ktx2.reader import decode_ktx2
 from paradize.formats.scene_manifest import map_sets, read_entry
@@ -38,7 +39,7 @@ def draw_object(baked: Path, scene: dict[str, Any], item: dict[str, Any]) -> byt
         Shown(lod.mesh, _lines(k, lod.mesh, level["error_m"] / scene["lod_error_px"], measured))
         for k, (lod, level, measured) in enumerate(zip(lods, item["lods"], entry["levels"], strict=True))
     ]
-    size = f"{entry['bytes'] / 1e3:.0f} kB" if entry["bytes"] < 1e6 else f"{entry['bytes'] / 1e6:.2f} MB"
+    size = bytes_text(entry["bytes"])
     levels = "1 level" if len(shown) == 1 else f"{len(shown)} levels"
     return draw_levels(
         item["mesh"], f"{scene['name']}   -   {levels}, {size}, tier {entry['tier']}", shown, skins

@@ -16,7 +16,7 @@ from typing import Any
 from PIL import Image
 
 from paradize.errors import merged
-from paradize.files import open_file, read_file
+from paradize.files import bytes_text, open_file, read_file
 from paradize.report.poster import Poster
 from paradize.report.tradeoff.plot import curve, number_label, seconds_label
 from paradize.report.tradeoff.style import STYLE
@@ -100,10 +100,6 @@ def _poster(poster: Poster, name: str) -> str:
     return f'<figure class="card sheet poster">{picture}</figure>'
 
 
-def _size(count: float) -> str:
-    return f"{count / 1e6:.3g} MB" if count >= 1e6 else f"{count / 1e3:.3g} kB"
-
-
 def _facts(
     scene: Mapping[str, Any], rows: Sequence[Mapping[str, Any]], saved: Mapping[str, int], seconds: float
 ) -> str:
@@ -113,8 +109,8 @@ def _facts(
     baked = sum(row["status"] == "baked" for row in rows)
     facts = [
         (str(len(rows)), "artifacts"),
-        (_size(total), "on disk, all mips and levels"),
-        (_size(sum(saved.values())), "not baked: finer than any view needs, or maps that no pass reads"),
+        (bytes_text(total), "on disk, all mips and levels"),
+        (bytes_text(sum(saved.values())), "not baked: finer than any view needs, or maps that no pass reads"),
         (f"{baked} of {len(rows)}", f"baked this time, in {seconds_label(seconds)}"),
     ]
     if any(scene["budget"].values()):
@@ -186,7 +182,7 @@ def _costs(rows: Sequence[Mapping[str, Any]]) -> str:
         took = seconds_label(row["seconds"]) if row["status"] == "baked" else row["status"]
         lines.append(
             f"<tr><th>{escape(row['name'])}</th><td>{escape(row['format'] or '–')}</td>"
-            f'<td class="n">{_size(row["bytes"])}</td><td class="bar"><span style="width:'
+            f'<td class="n">{bytes_text(row["bytes"])}</td><td class="bar"><span style="width:'
             f'{100.0 * row["bytes"] / most:.1f}%"></span></td><td class="n">{escape(took)}</td></tr>'
         )
     head = "".join(f"<th>{text}</th>" for text in ("artifact", "format", "bytes", "", "time"))

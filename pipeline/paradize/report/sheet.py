@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
+from paradize.files import bytes_text
 from paradize.map_table import MAPS, maps_of
 from paradize.metrics.texels import decode_texels
 from paradize.preview.pictures import (
@@ -164,10 +165,7 @@ def _draw_panel(
     x, y = at
     y = sheet.text((x, y), panel.title, 19)
     size = f"{texture.width} x {texture.height}"
-    stored = (
-        f"{entry.bytes / (1 << 20):.2f} MiB" if entry.bytes >= 1 << 19 else f"{entry.bytes / 1024:.1f} KiB"
-    )
-    y = sheet.text((x, y), f"{texture.format}   {size}   {stored}", 14, _PALE) + 4
+    y = sheet.text((x, y), f"{texture.format}   {size}   {bytes_text(entry.bytes)}", 14, _PALE) + 4
     first = shown_level(texture, MAX_SHOWN // 2)
     tall = round(wide * shape)
     sheet.paste(_fit(panel.picture(decode_texels(texture, first)), wide, tall), (x, y), (wide, tall))

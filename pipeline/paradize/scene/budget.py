@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 from paradize.map_table import MAPS
@@ -172,6 +172,12 @@ class Excess:
     def __str__(self) -> str:
         kind = "" if self.hard else "soft "
         return f"{self.metric} is {self.value:g} {METRICS[self.metric].unit}, {kind}budget {self.limit:g}"
+
+
+def worst(metric: str, values: Iterable[float]) -> float:
+    """The worst of some values of a metric; of one without limits the largest."""
+    least = metric in METRICS and not METRICS[metric].less_is_better
+    return min(values) if least else max(values)
 
 
 def is_beyond(metric: str, value: float, limit: float) -> bool:

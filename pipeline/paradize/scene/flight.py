@@ -33,6 +33,7 @@ RIPPLE = 2e-4  # largest relative deviation from the requested speed that the ta
 DENSITIES = (2, 4, 8, 16, 32, 64, 128, 256)  # table cells per unit segment, tried in turn
 
 # Abramowitz and Stegun, "Handbook of Mathematical Functions", 1964, table 25.4, n = 5, moved to [0, 1].
+_SIGHTING_STEP_S = 0.25
 _GAUSS = (
     (0.046910077030668004, 0.11846344252809454),
     (0.23076534494715845, 0.23931433524968324),
@@ -335,9 +336,9 @@ class Sighting:
 
 
 def sightings_of(
-    flight: Flight, fov_deg: float, aspect: float, spheres: Sequence[tuple[Vec, float]], step_s: float = 0.25
+    flight: Flight, fov_deg: float, aspect: float, spheres: Sequence[tuple[Vec, float]]
 ) -> list[Sighting]:
-    """Tests each sphere (center metres, radius metres) at times step_s apart. The view cone contains the
+    """Tests each sphere (center metres, radius metres) every quarter of a second. The view cone contains the
     whole picture (vertical field of view fov_deg, width / height = aspect)."""
     import numpy as np
 
@@ -349,7 +350,7 @@ def sightings_of(
     radius = np.array([radius for _, radius in spheres], np.float64)
     nearest, farthest = np.full(len(spheres), np.inf), np.zeros(len(spheres))
     first = np.full(len(spheres), -1.0)
-    count = max(1, round(flight.duration_s / step_s))
+    count = max(1, round(flight.duration_s / _SIGHTING_STEP_S))
     for i in range(count):
         t = flight.duration_s * i / count
         eye, target = flight.view(t)

@@ -29,6 +29,7 @@ WELD_M: Range = {"low": 0.0, "high": FAR}
 CREASE_DEG: Range = {"low": 0.0, "high": 180.0}
 OCCLUSION_PX: WholeRange = {"low": 16, "high": 8192}
 OCCLUSION_REACH: Range = {"low": 0.001, "high": 1.0}  # of the diagonal
+STRENGTH: Range = {"low": 0.0, "high": 1000.0}  # % of the width
 LEVEL: Range = {"low": -1e6, "high": 1e6}  # black, white, contrast, brightness
 GAMMA: Range = {"low": 1e-3, "high": 1e6}
 SIZE_M: Range = {"low": 1e-6, "high": FAR}  # of a heightmap

@@ -205,7 +205,7 @@ RULES: dict[str, dict[str, Rule]] = {
         "only": names(DERIVED, least=1),
         "source": choice("auto", "color", "height"),
         "nodata": _NODATA,
-        "strength": number(-1e6, 1e6, "percent of the width"),
+        "strength": number(**ranges.STRENGTH, unit="percent of the width"),
         "slope_scale": (number() | several(number(), 2, "two of them, along x and y")).or_none(),
         "size_m": ANY_SIZE_M,
         "green": choice("up", "down"),

@@ -15,7 +15,11 @@ PARTIAL = ".part-"  # in the name of a file that is being written; a killed writ
 
 _MENDS = dict.fromkeys((errno.ENOSPC, errno.EDQUOT), "free space there, or name another place with -o")
 _MENDS |= dict.fromkeys((errno.EROFS, errno.EACCES, errno.EPERM), "name another place with -o")
-_MEND = "remove what is there, or use -o"
+_MENDS |= dict.fromkeys(
+    (errno.ENOTDIR, errno.EEXIST),
+    "a file stands where a folder is needed: move it away, or name another with -o",
+)
+_MEND = "name another place with -o"
 
 
 def write_whole(
@@ -67,6 +71,21 @@ def write_whole(
         raise BakeError(
             f"cannot be written: {reason}", file=path, mend=_MENDS.get(error.errno or 0, _MEND)
         ) from None
+
+
+def require_place(path: Path) -> None:
+    """Raises BakeError where nothing can be written in the folder `path`, as write_whole would after the work
+    of a bake: where a file stands in a folder's place, or this process may not write."""
+    folder = path.absolute()
+    while not os.path.lexists(folder):
+        folder = folder.parent
+    if not folder.is_dir():
+        number = errno.ENOTDIR
+    elif not os.access(folder, os.W_OK | os.X_OK):
+        number = errno.EACCES
+    else:
+        return
+    raise BakeError(f"cannot be written: {os.strerror(number)}", file=path, mend=_MENDS[number])
 
 
 def _copy(source: Path, stream: BinaryIO, sha256: str | None) -> None:

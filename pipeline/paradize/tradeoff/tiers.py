@@ -18,7 +18,7 @@ from paradize.data import rounded
 from paradize.errors import BakeError, GroupedError, ParadizeError, SourceError
 from paradize.jobs.pool import Job, Outcome, WorkerPool, run_jobs
 from paradize.jobs.progress import OnProgress
-from paradize.scene.budget import METRICS
+from paradize.scene.budget import METRICS, worst
 from paradize.tradeoff.curve import Group, Point, inside, spread
 from paradize.tradeoff.plan import FileOptions, file_groups, file_rows
 from paradize.tradeoff.timing import Trial, TrialGroup, TrialResult
@@ -196,11 +196,10 @@ def within(metric: str, value: float, budget: Mapping[str, float]) -> bool:
 
 def _worst(levels: list[dict[str, float]]) -> dict[str, float]:
     """The worst error of any level, by metric: the largest, or of dB the smallest."""
-    worst: dict[str, float] = {}
-    for metric in levels[0] if levels else {}:
-        values = [level[metric] for level in levels if metric in level]
-        worst[metric] = min(values) if metric.endswith("_db") else max(values)
-    return worst
+    return {
+        metric: worst(metric, [level[metric] for level in levels if metric in level])
+        for metric in (levels[0] if levels else {})
+    }
 
 
 def parts(metric: str, errors: Mapping[str, float]) -> dict[str, float]:

@@ -266,7 +266,8 @@ def test_a_full_place_and_one_that_may_not_be_written_have_mends_of_their_own(
     for number, mend in (
         (errno.ENOSPC, "free space there, or name another place with -o"),
         (errno.EROFS, "name another place with -o"),
-        (errno.EIO, "remove what is there, or use -o"),
+        (errno.EIO, "name another place with -o"),
+        (errno.ENOTDIR, "a file stands where a folder is needed: move it away, or name another with -o"),
     ):
 
         def full(_: int, number: int = number) -> None:

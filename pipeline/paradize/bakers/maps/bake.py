@@ -52,7 +52,7 @@ def bake_maps(
 ) -> dict[str, MapProduct]:
     """The maps of the picture at `path`, by name.
 
-    settings: None: as they are by themselves; changes: fields of them that are others. uv: an OBJ whose UV
+    settings: None: as they are by themselves; changes: fields of them that are others. uv: a model whose UV
     layout the picture follows: slopes stay inside islands, gutters are filled. root: as of read_model.
     measure: False leaves out errors (and with them the budget).
     Raises SourceError for what cannot be read, BakeError for settings that cannot be met.
@@ -87,7 +87,7 @@ def map_rows(
     """The rows of every map, level 0, that bake_maps makes textures of; arguments as there."""
     wraps = wraps_of(settings.wrap)
     if settings.gloss_groups and uv is None:
-        raise BakeError("groups that shine need a UV layout", mend="name the OBJ whose UVs the map follows")
+        raise BakeError("groups that shine need a UV layout", mend="name the model whose UVs the map follows")
     report_step("reading")
     source, levels, filter_name = settings.source, _levels_of(settings), settings.filter
     image = read_image(path, finite=False)

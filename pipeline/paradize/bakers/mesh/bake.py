@@ -1,4 +1,4 @@
-"""OBJ -> GLB: prepared mesh, levels of detail, tangent frames, draw order, file and report."""
+"""Model -> GLB: prepared mesh, levels of detail, tangent frames, draw order, file and report."""
 
 from __future__ import annotations
 
@@ -32,8 +32,6 @@ from paradize.stages.reproject import take_attributes, take_sway
 from paradize.stages.sway import sway
 from paradize.stages.tangents import METHODS, method_of, tangent_frames
 from paradize.stages.unwrappers import unwrapper_version
-
-MAX_LODS = 8
 
 
 @dataclass(frozen=True)

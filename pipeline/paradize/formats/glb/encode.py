@@ -1,4 +1,4 @@
-"""Writes meshes as GLB (binary glTF 2.0): encode_glb writes levels of detail, decode_glb reads them back.
+"""Writes meshes as GLB (binary glTF 2.0), with levels of detail; reader.py reads them back.
 
 Source: The Khronos Group, "glTF 2.0 Specification", 2021; MSFT_lod: Microsoft, vendor extension, 2017.
 FORMAT.md describes the bytes.
@@ -15,7 +15,6 @@ from paradize.data import Lod, Mesh, rounded
 from paradize.errors import BakeError
 from paradize.formats.glb.layout import ATTRIBUTES, QUANTIZATION, SHAPES, SHARES
 from paradize.formats.glb.materials import extensions_of, material_entry, plain_material
-from paradize.formats.glb.reader import decode_glb, verify_glb
 from paradize.formats.glb.writer import Writer, join_chunks, node_transform
 
 if TYPE_CHECKING:
@@ -23,15 +22,12 @@ if TYPE_CHECKING:
 
     from paradize.material import Material
 
-__all__ = ["decode_glb", "encode_glb", "verify_glb"]
-
 _MAX_BYTES = (1 << 32) - 128  # minus headers and padding
 
 
 def encode_glb(
     lods: Sequence[Lod],
     name: str,
-    extras: Mapping[str, object] | None = None,
     base_colors: Mapping[str, Sequence[float]] | None = None,
     described: Mapping[str, Material] | None = None,
 ) -> bytes:
@@ -40,9 +36,9 @@ def encode_glb(
     Each level becomes a node `lod<k>` with a mesh of one primitive per group. The node's extras hold
     error_max and error_rms (fractions of the diagonal of level 0's bounding box), error_m (metres: the
     largest error_max or uv_shift_p99 of this level and all finer ones) and the level's other errors. All
-    levels are quantized on one grid, or none is; all have one origin, the translation of the nodes. extras:
-    stored in the asset. base_colors: linear RGB by material name, clamped to 0..1; default white.
-    described: materials by name, whose factors are written instead; pictures are none.
+    levels are quantized on one grid, or none is; all have one origin, the translation of the nodes.
+    base_colors: linear RGB by material name, clamped to 0..1; default white. described: materials by name,
+    whose factors are written instead; pictures are none.
 
     Raises BakeError for arrays that do not fit each other, values that are not finite, and more than 4 GiB.
     """
@@ -74,8 +70,6 @@ def encode_glb(
         transform = node_transform(lod.mesh.origin, lod.quantized.grid if lod.quantized else None)
         nodes.append({"name": f"lod{index}", "mesh": index, **transform, "extras": extras_of_node})
     document: dict[str, Any] = {"asset": {"version": "2.0", "generator": "paradize"}}
-    if extras:
-        document["asset"]["extras"] = dict(extras)
     entries = [
         material_entry(material, described[material])
         if described and material in described

@@ -92,7 +92,5 @@ def read_table(of: type[T], value: object, place: str, faults: Faults) -> T | No
             read[item.name] = ()
         elif item.default is MISSING and item.default_factory is MISSING:
             meaning = item.metadata["meaning"]
-            faults.add(
-                f"{dotted}{key}", "is missing", "it has no default" + (f": {meaning}" if meaning else "")
-            )
+            faults.add(f"{dotted}{key}", "is missing", "write it" + (f": {meaning}" if meaning else ""))
     return of(**read) if len(faults.errors) == before else None

@@ -192,8 +192,7 @@ class SceneObject:
     )
     strength: float | None = number(
         None,
-        low=0.0,
-        high=100.0,
+        **ranges.STRENGTH,
         unit="% of the width",
         meaning="height of full white of the bumps made from the colour; 0: no normal map; without it 1, and "
         "0 for glTF and for a model that brings normal or roughness maps",

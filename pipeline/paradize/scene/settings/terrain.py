@@ -51,7 +51,7 @@ class Terrain:
         None, meaning="heights of the sand; without it they come from sand_color"
     )
     sand_strength: float = number(
-        0.0, low=0.0, high=100.0, unit="% of the width", meaning="height of full white; 0: no normal map"
+        0.0, **ranges.STRENGTH, unit="% of the width", meaning="height of full white; 0: no normal map"
     )
     sand_relief: Relief = table(Relief, Relief, meaning="How the picture becomes heights.")
     effect_color: Path | None = source(
@@ -61,7 +61,7 @@ class Terrain:
         None, meaning="heights of the effect map; without it they come from effect_color"
     )
     effect_strength: float = number(
-        1.0, low=0.0, high=100.0, unit="% of the width", meaning="height of full white; 0: no normal map"
+        1.0, **ranges.STRENGTH, unit="% of the width", meaning="height of full white; 0: no normal map"
     )
     effect_relief: Relief = table(Relief, Relief, meaning="How the picture becomes heights.")
     mix_low_m: float = number(

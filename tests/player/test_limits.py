@@ -1,0 +1,35 @@
+"""The limits that the pipeline knows of the player are the player's."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from paradize import player_limits as limits
+
+# What the pipeline says, and the name of the constant and its file under player/assets.
+SAME = [
+    (limits.SCALES[0], "min_scale", "scene_objects.cpp"),
+    (limits.SCALES[1], "max_scale", "scene_objects.cpp"),
+    (limits.FLIGHT_S[1], "max_flight_s", "scene_objects.cpp"),
+    (limits.FOV_RAD[1], "max_fov_rad", "scene_objects.cpp"),
+    (limits.NEAR_M[1], "max_length_m", "scene_fields.hpp"),
+    (limits.FAR_M[1] / 10.0, "max_length_m", "scene_fields.hpp"),
+    (limits.MOST_INSTANCES, "max_instances", "scene_objects.cpp"),
+    (limits.MOST_PARTICLES, "max_particles", "scene_objects.cpp"),
+    (limits.MOST_LIGHTS, "max_lights", "lights.cpp"),
+    (limits.MOST_LIGHT_SETS, "max_sets", "lights.cpp"),
+    (limits.MOST_LIGHTS_OF_A_SET, "max_lights_of_a_set", "scene_file.hpp"),
+    (limits.MOST_RIPPLES, "most_ripples", "ripples.cpp"),
+    (limits.MOST_FLOOR_CELLS, "max_floor_cells", "scene_terrain.cpp"),
+    (limits.FARTHEST_UV, "max_uv", "payload.cpp"),
+]
+
+
+@pytest.mark.parametrize(("limit", "name", "file"), SAME)
+def test_a_limit_is_that_of_the_player(root: Path, limit: Any, name: str, file: str) -> None:
+    found = re.findall(rf"\b{name} = ([0-9.e-]+)F?[,;]", (root / "player/assets" / file).read_text())
+    assert [float(value) for value in found] == [limit]
