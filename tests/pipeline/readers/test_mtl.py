@@ -411,6 +411,15 @@ def test_maps_beyond_one_of_a_role_are_told(tmp_path: Path) -> None:
     ]
 
 
+def test_a_map_that_is_named_twice_is_told_and_the_last_one_counts(tmp_path: Path) -> None:
+    text = "map_Kd a.png\nmap_Kd b.png\nmap_Kd b.png\nmap_Pr a.png"
+    material, warnings = one(tmp_path, text, "a.png", "b.png")
+    assert material.picture("color") == (tmp_path / "b.png").resolve()
+    assert [text.partition(": line ")[2] for text in warnings] == [
+        "3: map_Kd: line 2 names another; the last one counts"
+    ]
+
+
 def vectors(rng: np.random.Generator, tilt: float) -> np.ndarray:
     """Texels of random directions within a cone out of the surface."""
     xy = rng.uniform(-tilt, tilt, (64, 64, 2))

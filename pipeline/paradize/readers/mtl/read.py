@@ -199,6 +199,9 @@ class _Reader:
             return
         if found.note:
             self.warn(line, f"{word}: {found.note}")
+        before = into.maps.get(key)
+        if before and before.file != found.file:
+            self.warn(line, f"{word}: line {before.line} names another; the last one counts")
         into.maps[key] = found
         for option in found.unused:
             self.drop(option, line)
