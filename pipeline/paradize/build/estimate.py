@@ -1,7 +1,8 @@
 """Estimates the memory and the longest time of a bake from the sizes of its sources.
 
 An estimate only decides which jobs run side by side (jobs/pool.py). No result depends on it, and a source
-with a wrong size is found out by its worker's real memory.
+with a wrong size is found out by its worker's real memory. Sizes of pictures are read here, because this
+process is the command line: a library that fails on a hostile file would end it.
 """
 
 from __future__ import annotations

@@ -35,13 +35,12 @@ from paradize.readers.model import read_model
 from paradize.readers.names import require_utf8_name, root_of
 from paradize.readers.record import Model as ReadModel
 from paradize.readers.record import Vec3, Views
+from paradize.scene.schema import FARTHEST as SCENE_FARTHEST_M
+from paradize.scene.settings import RESERVED
 
 LEAST_M, MOST_M = 0.05, 500.0  # a model with a radius outside these is scaled towards one metre
-SCALES = (1e-6, 1e6)  # limits of an instance's scale (scene/settings/objects.py)
 SMALLEST, LARGEST, FARTHEST = 1e-8, 1e9, 1e9  # limits of a model's radius; of its distance from 0, in radii
-FARTHEST_M = 1e9  # limit of an instance's position (scene/settings/objects.py)
 PICTURES = {".png", ".jpg", ".jpeg", ".tga", ".tif", ".tiff", ".exr"}
-RESERVED = {"terrain", "sand", "effect", "water", "sky", "clouds", "sound"}
 _MOST_SPLIT = 64  # instanced meshes that become objects
 
 
@@ -78,7 +77,8 @@ class Model:
         """The scale at which the scene shows it, five digits."""
         if LEAST_M <= self.radius <= MOST_M:
             return 1.0
-        return float(f"{min(max(1.0 / self.radius, SCALES[0]), SCALES[1]):.5g}")
+        low, high = player_limits.SCALES
+        return float(f"{min(max(1.0 / self.radius, low), high):.5g}")
 
     def write_instances(self, folder: Path) -> None:
         """Writes the meshes that stand at many places, and where. A mesh is as large as its largest copy, so
@@ -166,7 +166,7 @@ def _measure(model: Model, source: Path, reads: Sequence[_Read]) -> None:
         what = f"its radius is {model.radius:g}; a scene can show {SMALLEST:g} to {LARGEST:g}"
         raise SourceError(what, file=source, mend="scale the model")
     away = max(abs(c) for c in model.center)
-    limit = min(FARTHEST * model.radius, FARTHEST_M / model.scale)
+    limit = min(FARTHEST * model.radius, SCENE_FARTHEST_M / model.scale)
     if away > limit:
         what = f"it lies {away:g} from the origin, limit {limit:g} of a radius of {model.radius:g}"
         raise SourceError(what, file=source, mend="move the model nearer to the origin")

@@ -18,6 +18,7 @@ from paradize.scene.settings.lights import Light
 from paradize.scene.settings.load import load_scene
 from paradize.scene.settings.motion import Beat, Motion
 from paradize.scene.settings.objects import (
+    RESERVED,
     SIMPLIFIERS,
     UNWRAPPERS,
     VIEWS,
@@ -32,6 +33,7 @@ from paradize.scene.settings.terrain import Terrain
 
 __all__ = [
     "FILTERS",
+    "RESERVED",
     "SEVERITIES",
     "SIMPLIFIERS",
     "UNWRAPPERS",

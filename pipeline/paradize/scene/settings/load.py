@@ -14,7 +14,7 @@ from paradize.kinds import SCENE, expecting
 from paradize.scene.schema import Faults, read_table
 from paradize.scene.settings.instance_table import read_instances
 from paradize.scene.settings.lights import check_lights
-from paradize.scene.settings.objects import SceneObject
+from paradize.scene.settings.objects import RESERVED, SceneObject
 from paradize.scene.settings.scene import Scene
 from paradize.scene.settings.sound import check_sounds
 
@@ -133,7 +133,7 @@ def _cross_checks(scene: Scene, faults: Faults) -> None:
         name = item.name
         if first.setdefault(name, i) != i:
             faults.add(f"object[{i}].name", f"{name!r} is already object[{first[name]}]", "rename one")
-        if name in {"terrain", "sand", "effect", "water", "sky", "clouds", "sound"}:
+        if name in RESERVED:
             faults.add(f"object[{i}].name", f"{name!r} names the scene's own artifacts", "rename it")
         if (item.lods_by == "error") != bool(item.lod_errors):
             mend = 'write lod_errors with lods_by = "error", and only there'

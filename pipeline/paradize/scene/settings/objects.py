@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from paradize import player_limits
 from paradize.material import WRAPS
 from paradize.scene import ranges
 from paradize.scene.schema import (
@@ -30,6 +31,7 @@ from paradize.scene.settings.relief import Relief
 
 SIMPLIFIERS = ("paradize", "meshoptimizer", "fast-simplification", "openmesh")  # stages/lod/
 UNWRAPPERS = ("paradize", "xatlas")  # stages/unwrappers.py
+RESERVED = frozenset({"terrain", "sand", "effect", "water", "sky", "clouds", "sound"})  # no names of objects
 VIEWS = ("camera", "shadow", "reflection", "refraction")
 
 
@@ -122,7 +124,10 @@ class Instance:
     pitch_deg: float = _angle("turn about X, after roll")
     roll_deg: float = _angle("turn about Z")
     scale: float | tuple[float, float, float] = scale(
-        1.0, low=1e-6, high=1e6, meaning="size, or sizes along the model's x, y and z; negative: mirrored"
+        1.0,
+        low=player_limits.SCALES[0],
+        high=player_limits.SCALES[1],
+        meaning="size, or sizes along the model's x, y and z; negative: mirrored",
     )
 
 
