@@ -13,6 +13,8 @@ import pytest
 
 from tests.made.hills import hills_scene
 from tests.pictures import load
+from tests.player.conftest import Counted
+from tests.player.sanitized import BUILDS, play_sanitized
 
 Player = Callable[..., "subprocess.CompletedProcess[str]"]
 pytestmark = pytest.mark.deep
@@ -54,3 +56,25 @@ def test_pictures_under_a_limit_are_those_of_ample_memory_while_blocks_come_and_
     for frame in complete:
         name = f"_{frame:04d}.png"
         assert np.array_equal(load(tmp_path / f"limited{name}"), load(tmp_path / f"ample{name}")), frame
+
+
+def test_what_a_flight_sees_has_no_error_although_more_lies_near_it_than_fits(
+    hills: Path, player: Player
+) -> None:
+    run = report(player(hills, *SIZE, "--frames", 60, "--json", "--vram", 56))
+    assert [error for _, error, _ in run["streaming"]["frames"]][22:] == [0.0] * 38
+
+
+def test_frames_allocate_nothing_while_blocks_of_shared_buffers_come_and_go(
+    hills: Path, counted: Counted, player: Player
+) -> None:
+    flight = (hills, *SIZE, "--vram", LIMIT_MB, "--frames")
+    assert counted(*flight, FRAMES // 2)[1] == counted(*flight, 30)[1]
+    evictions = [report(player(*flight, n, "--json"))["streaming"]["evictions"] for n in (30, FRAMES // 2)]
+    assert evictions[1] > evictions[0] + 20
+
+
+@pytest.mark.parametrize("build", BUILDS)
+def test_sanitizers_find_nothing_while_blocks_come_and_go(build: str, hills: Path) -> None:
+    options = (*SIZE, "--frames", FRAMES // 2, "--vram", LIMIT_MB)
+    assert play_sanitized(build, hills, *options)["streaming"]["evictions"] > 0
