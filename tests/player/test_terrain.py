@@ -122,12 +122,15 @@ def test_patches_of_all_tiles_take_one_draw_call_for_each_kind(
     assert 2 <= calls[0] - calls[1] <= 3
 
 
-def test_the_waterline_does_not_jump_when_a_diamond_splits(
-    hilly: Path, player: Player, tmp_path: Path
+@pytest.mark.parametrize("swash_height_m", [0.0, 0.5])
+def test_the_waterline_and_its_swash_do_not_jump_when_a_diamond_splits(
+    swash_height_m: float, hilly: Path, player: Player, tmp_path: Path
 ) -> None:
-    """Just before and after the split few pixels differ, though many do from before its fade to its end."""
+    """Just before and after the split few pixels differ, though many do from before its fade to its end. The
+    waves that run up the shore stand on the patches of both levels alike."""
     eye, target = EYES["low"]
     manifest = pose(json.loads((hilly / "scene.json").read_text()), eye, target)
+    manifest["water"] |= {"swash_height_m": swash_height_m, "swash_waves": 2}
     diamonds, flight = manifest["terrain"]["diamonds"], manifest["flight"]
     away_m = np.linalg.norm(np.array(diamonds["center"]) - eye, axis=1) - diamonds["radius_m"]
     pixels_at_1m = HEIGHT / (2.0 * np.tan(flight["fov_rad"] / 2.0))
@@ -137,10 +140,16 @@ def test_the_waterline_does_not_jump_when_a_diamond_splits(
     pictures = []
     for accepted_px in (1.2 * largest, 1.001 * largest, 0.999 * largest):
         edited = manifest | {"lod_error_px": float(accepted_px)}
-        pictures.append(draw(player, place(tmp_path / f"{accepted_px:.6f}", hilly, edited))[0])
+        folder = place(tmp_path / f"{accepted_px:.6f}", hilly, edited)
+        pictures.append(draw(player, folder, "--time", 1.5)[0])
     before, shortly_before, after = pictures
     assert (np.abs(shortly_before - after).max(axis=2) > 5 / 255).sum() < 30
     assert (np.abs(before - after).max(axis=2) > 5 / 255).sum() > 200
+    if swash_height_m > 0.0:
+        manifest["water"]["swash_height_m"] = 0.0
+        edited = manifest | {"lod_error_px": float(0.999 * largest)}
+        calm, _ = draw(player, place(tmp_path / "calm", hilly, edited), "--time", 1.5)
+        assert (np.abs(calm - after).max(axis=2) > 5 / 255).mean() > 0.02, "no wave runs up in the picture"
 
 
 def ramp(x: npt.NDArray[np.float64], z: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
