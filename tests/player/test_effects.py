@@ -1,0 +1,108 @@
+"""Each of these effects is seen at a moment of the island's flight: so many pixels differ without it.
+
+The others have their poses: wind, near waves, ripples, swash, caustics, relief, shafts, lamps and animals, in
+files of their names.
+"""
+
+from __future__ import annotations
+
+import json
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.conftest import ROOT
+from tests.pictures import load
+from tests.player.posed import Picture, differs
+
+SIZE = "192x108"
+# What no change of the scene leaves out is left out of a shader: file, its words, what stands there instead.
+NO_STARS = ("daytime_sky.frag", "color += stars(", "color += 0.0 * stars(")
+Change = Callable[[dict[str, Any]], Any]
+
+
+@pytest.fixture(scope="module")
+def moment(island: Path, player: Callable[..., Any], tmp_path_factory: pytest.TempPathFactory) -> Any:
+    """The picture at a second of the flight, with a change of scene.json or of a shader."""
+    kept: dict[float, Picture] = {}
+
+    def render(
+        second: float, change: Change | None = None, shader: tuple[str, str, str] | None = None
+    ) -> Any:
+        if change is None and shader is None and second in kept:
+            return kept[second]
+        folder = tmp_path_factory.mktemp("moment")
+        manifest = json.loads((island / "scene.json").read_text())
+        manifest["particles"] = []
+        if change:
+            change(manifest)
+        for artifact in manifest["artifacts"].values():
+            (folder / artifact["file"]).symlink_to((island / artifact["file"]).resolve())
+        (folder / "scene.json").write_text(json.dumps(manifest))
+        environment = {}
+        if shader:
+            name, words, instead = shader
+            shutil.copytree(ROOT / "shaders", folder / "shaders")
+            text = (folder / "shaders" / name).read_text()
+            assert text.count(words) == 1
+            (folder / "shaders" / name).write_text(text.replace(words, instead))
+            environment["PARADIZE_SHADERS"] = str(folder / "shaders")
+        out = folder / "picture.png"
+        arguments = ("--time", second, "--size", SIZE, "--screenshot", out)
+        result = player(folder, *arguments, env=environment)
+        assert result.returncode == 0, result.stderr
+        picture = load(out)
+        if change is None and shader is None:
+            kept[second] = picture
+        return picture
+
+    return render
+
+
+@pytest.mark.deep
+def test_clouds_stand_over_the_sea(moment: Any) -> None:
+    assert differs(moment(20.0), moment(20.0, lambda one: one["daytime"].update(clouds=None))).mean() > 0.05
+
+
+@pytest.mark.deep
+def test_stars_stand_in_the_sky_of_the_night(moment: Any) -> None:
+    changed = differs(moment(198.0), moment(198.0, shader=NO_STARS))
+    assert 0.002 < changed[:48].mean() < 0.2
+
+
+@pytest.mark.deep
+def test_the_moon_glitters_on_the_lagoon(moment: Any) -> None:
+    """Without the lamps, which glitter too."""
+
+    def unlit(one: dict[str, Any]) -> None:
+        for light in one["lights"]:
+            light["intensity"] = 0.0
+
+    def dull(one: dict[str, Any]) -> None:
+        unlit(one)
+        one["water"]["specular"] = 0.0
+
+    seen, without = moment(205.0, unlit), moment(205.0, dull)
+    changed = differs(seen, without, 20.0 / 255.0)
+    assert changed.mean() > 0.04
+    assert seen[changed].mean() > without[changed].mean() + 0.1
+
+
+@pytest.mark.deep
+def test_beams_rise_from_the_lamps(moment: Any) -> None:
+    def without(one: dict[str, Any]) -> None:
+        for light in one["lights"]:
+            light["beam_m"] = 0.0
+
+    changed = differs(moment(214.0), moment(214.0, without))
+    assert 0.004 < changed[:54].mean() < 0.2
+
+
+def test_starfish_lie_in_focus_on_the_floor_of_the_lagoon(moment: Any) -> None:
+    def without(one: dict[str, Any]) -> None:
+        one["objects"] = [item for item in one["objects"] if item["name"] != "starfish"]
+
+    assert differs(moment(183.0), moment(183.0, without)).mean() > 0.003
