@@ -29,7 +29,7 @@ _TYPES = {
     "double": "f8", "float64": "f8",
 }  # fmt: skip
 _FORMATS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
-_END = re.compile(rb"^end_header[ \t]*(\r\n|\n|\r)", re.M)
+_END = re.compile(rb"(?<=[\r\n])end_header[ \t]*(\r\n|\n|\r)")
 _MEND = "export the model again"
 
 

@@ -411,6 +411,14 @@ def test_maps_beyond_one_of_a_role_are_told(tmp_path: Path) -> None:
     ]
 
 
+def test_a_material_without_a_name_is_told(tmp_path: Path) -> None:
+    result = model(tmp_path, "a.mtl", "newmtl wood\nKd 1 0 0\nnewmtl\nKd 0 1 0\n")
+    assert result.materials["wood"].color == (1.0, 0.0, 0.0)
+    assert [text.partition(": line ")[2] for text in result.warnings] == [
+        "3: a material without a name, which no face can use; name it"
+    ]
+
+
 def test_a_map_that_is_named_twice_is_told_and_the_last_one_counts(tmp_path: Path) -> None:
     text = "map_Kd a.png\nmap_Kd b.png\nmap_Kd b.png\nmap_Pr a.png"
     material, warnings = one(tmp_path, text, "a.png", "b.png")

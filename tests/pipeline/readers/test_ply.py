@@ -75,6 +75,19 @@ def test_a_concave_polygon_arrives_with_normals_uvs_and_colours(form: str, tmp_p
 
 
 @pytest.mark.parametrize("form", FORMS)
+@pytest.mark.parametrize("end", ["\r", "\n", "\r\n"])
+def test_lines_may_end_as_on_any_machine(form: str, end: str, tmp_path: Path) -> None:
+    data = ply(form, columns("float", "x y z", PLACES), [[0, 1, 2]]).replace(b"\r\n", b"\n")
+    head, body = data.split(b"end_header\n")
+    if form == "ascii":
+        body = body.replace(b"\n", end.encode())
+    data = head.replace(b"\n", end.encode()) + b"end_header" + end.encode() + body
+    (tmp_path / "a.ply").write_bytes(data)
+    model = read_model(tmp_path / "a.ply")
+    assert np.array_equal(np.sort(model.mesh.positions, axis=0), np.sort(PLACES[:3], axis=0))
+
+
+@pytest.mark.parametrize("form", FORMS)
 def test_polygons_of_different_sizes_and_uvs_of_their_corners(form: str, tmp_path: Path) -> None:
     faces = [[0, 1, 2], [0, 2, 3, 4], [0, 1]]
     uvs = [[[0, 0], [1, 0], [1, 1]], [[0.5, 0], [1, 1], [0, 1], [0, 0.25]], [[0, 0], [0, 0]]]

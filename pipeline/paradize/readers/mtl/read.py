@@ -108,6 +108,8 @@ class _Reader:
             word, rest = _split(line)
             if word.lower() == "newmtl":
                 rest = printable(rest)
+                if not rest:
+                    self.warn(number, "a material without a name, which no face can use; name it")
                 if rest in found:
                     self.warn(number, f"material {rest[:120]!r} is defined again; the last one counts")
                 self.drop_ambient()
