@@ -83,6 +83,13 @@ def test_what_stands_behind_a_name_as_a_comment_is_none_of_it(
     assert not [text for text in result.warnings if "missing" in text or "drawn white" in text]
 
 
+def test_of_several_materials_that_a_name_may_mean_none_is_taken(tmp_path: Path) -> None:
+    (tmp_path / "a.mtl").write_text("newmtl wood # oak\nKd 1 0 0\nnewmtl wood # elm\nKd 0 1 0\n")
+    result = read(tmp_path, f"mtllib a.mtl\n{TRIANGLE}usemtl wood\nf 1 2 3\n")
+    assert [group.material for group in result.mesh.groups] == ["wood"]
+    assert len(result.warnings) == 1 and "not defined: 'wood'" in result.warnings[0]
+
+
 def test_a_sign_that_belongs_to_a_name_stays(tmp_path: Path) -> None:
     (tmp_path / "a #1.mtl").write_text("newmtl Material #25\nKd 1 0 0\nnewmtl wood # oak\nKd 0 1 0\n")
     names = ("Material #25", "wood # oak", "Material #26")
