@@ -135,3 +135,34 @@ TEST_CASE("patch pool: unused memory stays within its bound, and blocks that mov
     CHECK(std::ranges::all_of(blocks, [](const Block &block) { return holds(*block.slot, block.value); }));
     test::throw_on_error();
 }
+
+TEST_CASE("patch pool: where the blocks of the sparsest page fit no other page they stay with their bytes") {
+    if (!test::have_context()) {
+        return;
+    }
+    PatchPool pool(1 << 16, 60000); // pages of 2184 vertices
+    const PatchLayout layout = positions_and_normals();
+    PatchSlot small[2], large[2];
+    for (const std::size_t i : {0U, 1U}) {
+        pool.take(small[i], layout, 950, 2850, 3.0);
+        pool.take(large[i], layout, 1150, 3450, 3.0);
+        REQUIRE(small[i].page == large[i].page);
+        fill(large[i], 10 * static_cast<unsigned>(i));
+    }
+    PatchSlot others[2];
+    for (PatchSlot &other : others) {
+        pool.take(other, layout, 1050, 3150, 3.0);
+    }
+    pool.release(small[0]);
+    pool.release(small[1]);
+    CHECK(pool.unused_bytes() > 60000); // too much, but no block can move
+    CHECK(pool.pages() == 3);
+    CHECK(large[0].first_vertex == 950);
+    CHECK(holds(large[0], 0));
+    CHECK(holds(large[1], 10));
+    PatchSlot again; // its page is whole: the room before the block is still free
+    pool.take(again, layout, 950, 2850, 3.0);
+    CHECK(again.page == large[0].page);
+    CHECK(again.first_vertex == 0);
+    test::throw_on_error();
+}
