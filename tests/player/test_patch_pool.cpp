@@ -112,7 +112,8 @@ TEST_CASE("patch pool: unused memory stays within its bound, and blocks that mov
         if (random.next() % 4 < (grows ? 3U : 1U)) {
             const std::size_t vertices = 20 + random.next() % 300;
             Block block{std::make_unique<PatchSlot>(), step % 250};
-            pool.take(*block.slot, positions_and_normals(), vertices, 3 * vertices, 3.0);
+            const std::size_t per_vertex = 1 + random.next() % 5; // vertices or indices fill a page
+            pool.take(*block.slot, positions_and_normals(), vertices, per_vertex * vertices, 3.0);
             fill(*block.slot, step % 250);
             block.page = block.slot->page;
             blocks.push_back(std::move(block));
