@@ -35,7 +35,7 @@ PUBLISHED = (
 )  # fmt: skip
 
 # What a level of detail changes in pictures, as its record says: the size on the screen, then the normals,
-# the silhouette and FLIP (build/lods_seen.py).
+# the silhouette and FLIP (build/measurements/lods_seen.py).
 SEEN = ("seen_px", "seen_p99_deg", "seen_mean_deg", "seen_silhouette", "seen_flip")
 
 
@@ -55,7 +55,7 @@ class Artifact:
     second of the flight. max_level: the last level whose gutters are wide enough; None: any.
     required_detail: what the flight asks of it, {"left_out", "saved_bytes", "texels", "second_s", "view",
     "levels_s"}. gutter: what was measured of its gutters, as FORMAT.md says.
-    also: names of equal textures that this file stands for (paradize/build/shared_textures.py).
+    also: names of equal textures that this file stands for (paradize/build/materials/shared_textures.py).
     """
 
     name: str

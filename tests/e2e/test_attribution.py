@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from paradize.build.bake import bake
-from paradize.build.map_sets import find_map_sets
+from paradize.build.materials.map_sets import find_map_sets
 from paradize.build.options import BuildOptions
 from paradize.errors import BakeError
 from paradize.scene.requirements import require

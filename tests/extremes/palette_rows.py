@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from paradize.build.model_facts import read_model_facts
+from paradize.build.materials.model_facts import read_model_facts
 from paradize.errors import SourceError
 from tests.extremes.table import Row
 from tests.pipeline.scenes import write_image
@@ -97,7 +97,7 @@ INPUTS: dict[str, Callable[[], Kit]] = {
 }
 ROWS = [
     Row(
-        "build.model_facts",
+        "build.materials.model_facts",
         INPUTS,
         _found,
         _wrong,

@@ -50,7 +50,7 @@ def test_no_stage_and_no_metric_lacks_a_row() -> None:
     }
     assert written - {row.module for row in rows()} == set()
     assert {row.module for row in rows()} - written == {
-        "build.model_facts",
+        "build.materials.model_facts",
         "flight",
         "placement",
         "readers.gltf",

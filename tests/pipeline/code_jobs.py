@@ -15,7 +15,7 @@ def mark(path: Path) -> str:
 
 def import_late(path: Path) -> str:
     """Loads a stage with a kernel as it runs."""
-    import paradize.build.gutter_limits  # noqa: F401
+    import paradize.build.measurements.gutter_limits  # noqa: F401
 
     return mark(path)
 

@@ -57,7 +57,7 @@ def kept_workers() -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("paradize.build.bake.WorkerPool", kept.for_bake)
         patch.setattr("paradize.jobs.pool.run_jobs", run)  # where it is imported late: cli/single_file.py
-        patch.setattr("paradize.build.model_reader.run_jobs", run)
+        patch.setattr("paradize.build.materials.model_reader.run_jobs", run)
         yield
     WorkerPool.stop(kept)
 

@@ -7,14 +7,14 @@ import time
 from dataclasses import replace
 from pathlib import Path
 
-from paradize.build.auto_tier import LateErrors, TaskRunner, bake_jobs
 from paradize.build.budget_metrics import measured_by, unmeasured
 from paradize.build.job_inputs import keep_inputs
-from paradize.build.map_sets import find_map_sets
+from paradize.build.materials.map_sets import find_map_sets
 from paradize.build.options import BuildContext, BuildOptions
 from paradize.build.provenance import BakeReport, record_name, remember, unchanged_bake
 from paradize.build.publish import publish, report_of
 from paradize.build.tasks import check_tier_names, flight_job, run_tasks, task_of
+from paradize.build.tiers.auto_tier import LateErrors, TaskRunner, bake_jobs
 from paradize.errors import GroupedError, ParadizeError, SceneError, renamed
 from paradize.files import resolved
 from paradize.jobs.code import clear_caches, code_files

@@ -24,7 +24,9 @@ from paradize.scene.settings import Scene
 from paradize.store.file_hashes import FileHashCache
 from paradize.store.local import Store, default_root, key_of
 
-_DETAIL_MODULE = "paradize.build.required_detail"  # its code decides how much of an artifact is published
+_DETAIL_MODULE = (
+    "paradize.build.measurements.required_detail"  # its code decides how much of an artifact is published
+)
 _LIBRARIES = "libraries"
 _MOST_CHANGES = 4  # changes listed for one artifact
 

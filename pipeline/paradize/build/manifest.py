@@ -42,7 +42,7 @@ _STREAMING = ("cubemap", "mesh", *_BY_RANK, "sound")
 class MeshFacts:
     """What the manifest states of a GLB: bounding box (metres) of the finest level; (node, error in
     metres) of each level, finest first; linear base colours by material name. switch_m: of each level the
-    error by which a player selects it, metres, at least its own (build/lods_seen.py)."""
+    error by which a player selects it, metres, at least its own (build/measurements/lods_seen.py)."""
 
     low: Vec
     high: Vec

@@ -15,16 +15,16 @@ from typing import Any
 
 from paradize.artifact import Artifact
 from paradize.build.artifacts import Artifacts, keep_artifact, read_artifact
-from paradize.build.auto_tier import LateErrors, TriedTiers
 from paradize.build.manifest import MeshFacts, build_manifest, mesh_facts
-from paradize.build.nearest_view import stored_pixels, stored_sightings
-from paradize.build.object_measurements import measure_objects
+from paradize.build.materials.shared_textures import equal_textures, shared, with_equal_detail
+from paradize.build.measurements.nearest_view import stored_pixels, stored_sightings
+from paradize.build.measurements.object_measurements import measure_objects
+from paradize.build.measurements.switches import with_levels_seen
 from paradize.build.options import BuildContext
 from paradize.build.provenance import BakeReport, strays
 from paradize.build.ripple_circles import add_ripples
-from paradize.build.shared_textures import equal_textures, shared, with_equal_detail
-from paradize.build.switches import with_levels_seen
 from paradize.build.tasks import Task
+from paradize.build.tiers.auto_tier import LateErrors, TriedTiers
 from paradize.build.trim import find_required_detail, levels_never_drawn, trimmed
 from paradize.documents import SCENE_FILE, parse_json
 from paradize.errors import BakeError, GroupedError, ParadizeError, SceneError

@@ -107,8 +107,8 @@ def _cheapest_inside(
     """Bakes in the cheapest tier inside the budget. bake: bakes by settings in a tier; the budget that it is
     given decides the formats of textures. The report lists the errors of each tried tier. Raises GroupedError
     if no tier is inside."""
-    from paradize.build.tier_choice import inside, limited, misses
-    from paradize.build.tuned_settings import by_cost, next_label, split_label
+    from paradize.build.tiers.tier_choice import inside, limited, misses
+    from paradize.build.tiers.tuned_settings import by_cost, next_label, split_label
     from paradize.errors import BakeError, GroupedError
     from paradize.scene.baker_settings import TextureSettings
     from paradize.scene.schema import Limits

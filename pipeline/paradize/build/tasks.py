@@ -18,7 +18,7 @@ from paradize.build.artifacts import keep_artifact
 from paradize.build.entries import PRODUCTS, fits
 from paradize.build.estimate import memory_of, seconds_of
 from paradize.build.options import BuildOptions
-from paradize.build.tuned_settings import split_label
+from paradize.build.tiers.tuned_settings import split_label
 from paradize.build.work import files_read_by, run_build_jobs
 from paradize.errors import BakeError, ParadizeError, SourceError
 from paradize.jobs.code import code_digest, code_of

@@ -16,8 +16,8 @@ from paradize.bakers.product import flat_errors
 from paradize.bakers.registry import LARGEST_OF_LEVELS
 from paradize.build.artifacts import read_artifact
 from paradize.build.entries import FLAT, REQUIRED_DETAIL, fits
+from paradize.build.measurements.switches import SEEN_OF_LEVELS
 from paradize.build.options import BuildOptions
-from paradize.build.switches import SEEN_OF_LEVELS
 from paradize.build.tasks import ZSTD_LEVEL
 from paradize.build.work import run_build_jobs
 from paradize.formats.ktx2.size import ktx2_size
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 
     from paradize.build.manifest import MeshFacts
 
-_MODULE, _FLAT = "paradize.build.required_detail", "paradize.build.flat_colors"
+_MODULE, _FLAT = "paradize.build.measurements.required_detail", "paradize.build.materials.flat_colors"
 _MEASURED_LATER = {f"lod_{key}": key for key in ("mapped_p99_deg", "mapped_mean_deg", *SEEN_OF_LEVELS)}
 _MOST_TILES_BYTES = 64_000_000  # larger terrains keep their textures whole
 RequiredDetail = dict[
@@ -46,14 +46,14 @@ RequiredDetail = dict[
 
 def required_detail_job(**arguments: Any) -> RequiredDetail:
     """Calls required_detail.measure_required_detail, in a worker."""
-    from paradize.build.required_detail import measure_required_detail
+    from paradize.build.measurements.required_detail import measure_required_detail
 
     return measure_required_detail(**arguments)
 
 
 def flat_colors_job(**arguments: Any) -> dict[str, int]:
     """Calls flat_colors.measure_flat, in a worker."""
-    from paradize.build.flat_colors import measure_flat
+    from paradize.build.materials.flat_colors import measure_flat
 
     return measure_flat(**arguments)
 

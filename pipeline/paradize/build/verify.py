@@ -13,8 +13,8 @@ from pathlib import Path
 from paradize.build.bake import derive
 from paradize.build.options import BuildOptions
 from paradize.build.provenance import BakeReport
+from paradize.build.tiers.tuned_settings import split_label
 from paradize.build.trim import sha256_without_levels
-from paradize.build.tuned_settings import split_label
 from paradize.errors import BakeError, ParadizeError
 from paradize.store.local import Store, hash_file, key_of
 

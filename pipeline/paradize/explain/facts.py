@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from paradize.build.job_inputs import constant_of, inputs_of, stale
-from paradize.build.map_sets import find_map_sets
+from paradize.build.materials.map_sets import find_map_sets
 from paradize.documents import SCENE_FILE
 from paradize.errors import FormatError, SceneError, renamed
 from paradize.explain.bounds import bounds_of

@@ -9,8 +9,8 @@ from math import sqrt
 from pathlib import Path
 
 from paradize import player_limits
-from paradize.build.model_facts import tiles_of
-from paradize.build.udim import MEND, udim_fault
+from paradize.build.materials.model_facts import tiles_of
+from paradize.build.materials.udim import MEND, udim_fault
 from paradize.documents import toml_text
 from paradize.errors import SourceError
 from paradize.files import read_parts, resolved

@@ -1,8 +1,8 @@
 """Where the picture of a map lies on texture coordinates that another map of the material decides.
 
 A material's maps share its texture coordinates, first or second ones. A map that lies elsewhere can be drawn
-anew for them (build/placed_pictures.py) where the coordinates show a whole number of its tiles beside each
-other, so that the new picture repeats as they do, or where they stay inside one tile.
+anew for them (build/materials/placed_pictures.py) where the coordinates show a whole number of its tiles
+beside each other, so that the new picture repeats as they do, or where they stay inside one tile.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """The map sets of a scene: which materials share which maps, and how each material is drawn.
 
-build/map_sets.py finds them. Does not import numpy.
+build/materials/map_sets.py finds them. Does not import numpy.
 """
 
 from __future__ import annotations

@@ -21,7 +21,7 @@ from paradize.scene.settings import VIEWS, Scene, sound_files
 
 
 def require(scene: Scene, maps: SceneMaps) -> Requirements:
-    """Returns the jobs of a scene. maps: from build/map_sets.py."""
+    """Returns the jobs of a scene. maps: from build/materials/map_sets.py."""
     required = Requirements()
     _add_skies(required, scene)
     views = tuple(name for name in VIEWS if name == "camera" or getattr(scene, name))

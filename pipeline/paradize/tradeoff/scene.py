@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from paradize.build.bake import bake
-from paradize.build.map_sets import find_map_sets
+from paradize.build.materials.map_sets import find_map_sets
 from paradize.build.options import BuildOptions
 from paradize.errors import GroupedError, ParadizeError, renamed
 from paradize.jobs.progress import OnProgress

@@ -108,7 +108,7 @@ def _reads(record: Any, baked: Baked) -> dict[Path, Stamp | None]:
 def _candidates(scene: Path, errors: list[ParadizeError]) -> dict[Path, Stamp | None]:
     """The files that may repair a failed bake, existing or not: the scene, each file that it or its models
     may name, and the files of the errors."""
-    from paradize.build.map_sets import find_map_sets
+    from paradize.build.materials.map_sets import find_map_sets
     from paradize.scene.settings import load_scene
 
     files = {scene, *(Path(error.file) for error in errors if error.file)}

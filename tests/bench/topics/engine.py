@@ -25,8 +25,8 @@ import sys, tempfile
 from dataclasses import replace
 from pathlib import Path
 from paradize.build.bake import derive
-from paradize.build.map_sets import find_map_sets
-from paradize.build.object_measurements import measure_objects
+from paradize.build.materials.map_sets import find_map_sets
+from paradize.build.measurements.object_measurements import measure_objects
 from paradize.build.manifest import mesh_facts
 from paradize.build.options import BuildOptions
 from paradize.jobs.process import WorkerPool

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from paradize.bakers.color import bake_color
-from paradize.build.gutter_limits import sampled_levels
+from paradize.build.measurements.gutter_limits import sampled_levels
 from paradize.formats.ktx2.reader import decode_ktx2
 from paradize.kernels.gutter import walk
 from paradize.readers.obj import read_obj

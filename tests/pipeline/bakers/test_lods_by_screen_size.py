@@ -12,7 +12,7 @@ import pytest
 from paradize.bakers.mesh.bake import with_two_sided
 from paradize.bakers.mesh.lods import Plan, make_levels
 from paradize.bakers.mesh.lods_by_screen_size import ScreenSize
-from paradize.build.map_sets import find_map_sets
+from paradize.build.materials.map_sets import find_map_sets
 from paradize.data import Group, Mesh
 from paradize.material import Material
 from paradize.metrics.seen import Limits, largest_size, seen_difference, seen_mesh

@@ -12,14 +12,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from paradize.build import auto_tier
 from paradize.build.bake import bake
 from paradize.build.options import BuildOptions
 from paradize.build.provenance import BakeReport
 from paradize.build.single_file import bake_single
 from paradize.build.tasks import Task
-from paradize.build.tier_choice import cheapest, misses
-from paradize.build.tuned_settings import split_label
+from paradize.build.tiers import auto_tier
+from paradize.build.tiers.tier_choice import cheapest, misses
+from paradize.build.tiers.tuned_settings import split_label
 from paradize.cli.main import main
 from paradize.errors import BakeError, ParadizeError
 from paradize.explain.facts import explain

@@ -14,7 +14,7 @@ from PIL import Image
 
 from paradize.bakers.mesh.bake import bake_mesh
 from paradize.build.bake import bake
-from paradize.build.map_sets import find_map_sets
+from paradize.build.materials.map_sets import find_map_sets
 from paradize.build.options import BuildOptions
 from paradize.build.work import files_read_by
 from paradize.checks import check_paths

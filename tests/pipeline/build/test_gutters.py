@@ -15,7 +15,7 @@ import pytest
 
 from paradize.bakers.color import bake_color
 from paradize.build.bake import bake
-from paradize.build.gutter_limits import measure_gutters
+from paradize.build.measurements.gutter_limits import measure_gutters
 from paradize.build.options import BuildOptions
 from paradize.build.trim import gutter_without_finest
 from paradize.checks import check_paths

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from paradize.build.bake import bake
-from paradize.build.lods_seen import measure_lods_seen
 from paradize.build.manifest import MeshFacts
+from paradize.build.measurements.lods_seen import measure_lods_seen
 from paradize.build.options import BuildOptions
 from paradize.build.trim import levels_never_drawn
 from paradize.build.verify import verify

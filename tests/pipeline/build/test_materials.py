@@ -13,8 +13,8 @@ import pytest
 
 from paradize.bakers.maps.bake import bake_maps
 from paradize.build.bake import bake
-from paradize.build.map_sets import find_map_sets
-from paradize.build.model_facts import read_model_facts
+from paradize.build.materials.map_sets import find_map_sets
+from paradize.build.materials.model_facts import read_model_facts
 from paradize.build.options import BuildOptions
 from paradize.build.provenance import BakeReport
 from paradize.checks import check_paths

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from paradize.build.bake import bake
-from paradize.build.flat_colors import measure_palette
-from paradize.build.map_sets import find_map_sets
+from paradize.build.materials.flat_colors import measure_palette
+from paradize.build.materials.map_sets import find_map_sets
 from paradize.build.options import BuildOptions
 from paradize.checks import check_paths
 from paradize.data import Group, Lod, Mesh, Texture

@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from paradize.build.model_facts import read_model_facts
-from paradize.build.placed_pictures import with_placed_pictures
+from paradize.build.materials.model_facts import read_model_facts
+from paradize.build.materials.placed_pictures import with_placed_pictures
 from paradize.errors import SourceError
 from paradize.formats.png import decode_png, encode_png
 from paradize.material import REPEATED, MapSource, Material, Picture, Placed, Wrap

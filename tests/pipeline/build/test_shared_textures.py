@@ -12,9 +12,9 @@ import pytest
 import paradize.build.tasks
 from paradize.artifact import Artifact
 from paradize.build.bake import bake
+from paradize.build.materials.shared_textures import equal_textures
 from paradize.build.options import BuildOptions
 from paradize.build.provenance import BakeReport
-from paradize.build.shared_textures import equal_textures
 from paradize.checks import CheckOptions, check_paths
 from paradize.explain.facts import explain
 from paradize.explain.words import overview

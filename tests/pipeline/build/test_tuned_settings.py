@@ -14,7 +14,14 @@ import pytest
 from paradize.build.bake import bake
 from paradize.build.options import BuildOptions
 from paradize.build.single_file import bake_single
-from paradize.build.tuned_settings import STEPS, by_cost, next_label, next_value, split_label, tuned_label
+from paradize.build.tiers.tuned_settings import (
+    STEPS,
+    by_cost,
+    next_label,
+    next_value,
+    split_label,
+    tuned_label,
+)
 from paradize.build.verify import verify
 from paradize.errors import ParadizeError
 from paradize.explain.facts import explain
@@ -77,7 +84,7 @@ def test_values_halve_until_one_is_inside_and_then_close_in() -> None:
 
 
 def test_labels_hold_their_setting_exactly_and_stand_in_order_of_cost() -> None:
-    from paradize.build.tuned_settings import TUNED_SETTINGS
+    from paradize.build.tiers.tuned_settings import TUNED_SETTINGS
 
     tuned = [tuned_label(TUNED_SETTINGS["terrain"], value) for value in (0.125, 3.39, 1e-07)]
     assert [split_label(label)[1]["max_error_m"] for label in tuned] == [0.125, 3.39, 1e-07]

@@ -18,8 +18,6 @@ import pytest
 
 from paradize.cli.main import main, parser
 from paradize.cli.table import errors_text, head_of
-from paradize.errors import BakeError
-from paradize.jobs.pool import Job, Outcome
 from tests.pipeline.cli.test_wrong_inputs import run as called
 from tests.pipeline.scenes import make_cove, write_image
 from tests.processes import started
@@ -270,22 +268,6 @@ def test_an_output_place_that_cannot_be_is_told_before_anything_is_baked(
         assert main([str(word) for word in words]) == 1
         message = capsys.readouterr().err
         assert "cannot be written: Not a directory; a file stands where a folder is needed" in message
-
-
-def test_threads_of_one_file_are_those_of_j_or_of_the_variable(
-    cove: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    given: list[int | None] = []
-
-    def recorded(jobs: list[Job], workers: int, *, threads: int | None, **_: object) -> list[Outcome]:
-        given.append(threads)
-        return [Outcome(jobs[0].name, None, BakeError("enough"), 0.0)]
-
-    monkeypatch.setattr("paradize.jobs.pool.run_jobs", recorded)
-    monkeypatch.setattr("paradize.jobs.limits.cores", lambda: 4)
-    for words in ([], ["-j", "3"], ["-j", "9"]):
-        assert main(["mesh", str(cove.parent / "post.obj"), "-o", str(tmp_path / "a.glb"), *words]) == 1
-    assert given == [None, 3, 4]  # None: $PARADIZE_THREADS, else the cores (jobs/pool.py)
 
 
 @pytest.mark.parametrize("form", ["text", "json", "junit", "sarif"])

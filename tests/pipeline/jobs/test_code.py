@@ -122,7 +122,7 @@ def test_a_worker_whose_code_is_not_the_parent_s_refuses_the_task(tmp_path: Path
 
 @pytest.mark.parametrize("module", ["paradize.stages.gutter", "paradize.kernels.gutter._gutter"])
 def test_what_was_made_by_code_that_came_later_is_refused(tmp_path: Path, module: str) -> None:
-    expected = dict(code_of("paradize.build.gutter_limits"))
+    expected = dict(code_of("paradize.build.measurements.gutter_limits"))
     good = Job("late", import_late, {"path": tmp_path / "good"}, code=expected)
     bad = Job("late", import_late, {"path": tmp_path / "bad"}, code=expected | {module: "0" * 64})
     assert run_jobs([good], 1)[0].value == "done"

@@ -16,7 +16,7 @@ from scipy.spatial import cKDTree
 
 from paradize.bakers.mesh.bake import bake_mesh
 from paradize.bakers.quantise import quantised_levels
-from paradize.build.nearest_view import sample_points
+from paradize.build.measurements.nearest_view import sample_points
 from paradize.checks.meshes import check_mesh
 from paradize.data import Lod
 from paradize.errors import FormatError, SourceError

@@ -12,7 +12,7 @@ import pytest
 from paradize.bakers.maps.bake import bake_maps
 from paradize.bakers.mesh.bake import bake_mesh
 from paradize.build.bake import bake
-from paradize.build.lod_normal_error import MAPPED, measure_lod_normal_error
+from paradize.build.measurements.lod_normal_error import MAPPED, measure_lod_normal_error
 from paradize.data import Mesh
 from paradize.kernels.reference import Shading, Surface
 from paradize.material import REPEATED, Wrap

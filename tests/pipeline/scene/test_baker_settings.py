@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 
-from paradize.build.map_sets import find_map_sets
+from paradize.build.materials.map_sets import find_map_sets
 from paradize.cli import maps, mesh, terrain
 from paradize.cli.main import main
 from paradize.scene import baker_settings

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from paradize.build.bake import bake
-from paradize.build.map_sets import find_map_sets
+from paradize.build.materials.map_sets import find_map_sets
 from paradize.build.options import BuildOptions
 from paradize.checks import check_paths
 from paradize.errors import ParadizeError

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from paradize.build.flat_colors import OFF, measure_flat
+from paradize.build.materials.flat_colors import OFF, measure_flat
 from paradize.build.trim import with_flat_colors
 from paradize.data import Lod, Mesh, Texture
 from paradize.formats.glb.encode import encode_glb

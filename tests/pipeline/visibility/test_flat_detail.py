@@ -12,7 +12,7 @@ import pytest
 
 from paradize.bakers.color import color_values
 from paradize.build.bake import bake
-from paradize.build.flat_colors import OFF
+from paradize.build.materials.flat_colors import OFF
 from paradize.build.options import BuildOptions
 from paradize.data import Mesh
 from paradize.explain.facts import explain

@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from paradize.build import nearest_view
-from paradize.build.nearest_view import nearest_pixel_m, sample_points
+from paradize.build.measurements import nearest_view
+from paradize.build.measurements.nearest_view import nearest_pixel_m, sample_points
 from paradize.data import Lod, Mesh
 from paradize.errors import FormatError
 from paradize.formats.glb.encode import encode_glb

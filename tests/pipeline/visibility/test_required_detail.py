@@ -21,9 +21,10 @@ import numpy.typing as npt
 import pytest
 
 from paradize.artifact import Artifact
-from paradize.build import provenance, required_detail
+from paradize.build import provenance
 from paradize.build.bake import bake
 from paradize.build.manifest import mesh_facts
+from paradize.build.measurements import required_detail
 from paradize.build.options import BuildOptions
 from paradize.build.verify import verify
 from paradize.data import Mesh

@@ -11,8 +11,14 @@ import pytest
 
 from paradize.build import trim
 from paradize.build.manifest import MeshFacts
+from paradize.build.measurements.required_detail import (
+    GRAINS,
+    LUMPS,
+    REFERENCE_REPEATS,
+    SHORTEST,
+    measure_required_detail,
+)
 from paradize.build.options import BuildOptions
-from paradize.build.required_detail import GRAINS, LUMPS, REFERENCE_REPEATS, SHORTEST, measure_required_detail
 from paradize.build.trim import find_required_detail, gutter_without_finest
 from paradize.data import Lod, Mesh, Texture
 from paradize.formats.glb.encode import encode_glb

@@ -5,7 +5,7 @@ A level by ratio may have so few triangles that it looks unlike the source at an
 Here the size comes first: level 1 takes over where the mesh has `size_px` pixels along its diagonal, and each
 next level where it has half as many. Compared are the normals of the vertices, the silhouette and the light
 on the faces that are drawn, without maps (metrics/seen.py, metrics/switch.py): a changed picture makes no
-level anew. The published levels are measured with maps and holes (build/lods_seen.py).
+level anew. The published levels are measured with maps and holes (build/measurements/lods_seen.py).
 """
 
 from __future__ import annotations

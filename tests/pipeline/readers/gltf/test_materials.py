@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from paradize.build.placed_pictures import with_placed_pictures
+from paradize.build.materials.placed_pictures import with_placed_pictures
 from paradize.errors import SourceError
 from paradize.material import Material
 from paradize.readers.model import Model, read_model

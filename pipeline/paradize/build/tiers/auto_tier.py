@@ -15,8 +15,8 @@ from typing import Any
 from paradize.bakers import registry
 from paradize.build.options import BuildContext
 from paradize.build.tasks import Task, run_tasks, stored_products, take_from_store, task_of
-from paradize.build.tier_choice import cheapest, inside, limited, misses
-from paradize.build.tuned_settings import next_label, split_label
+from paradize.build.tiers.tier_choice import cheapest, inside, limited, misses
+from paradize.build.tiers.tuned_settings import next_label, split_label
 from paradize.errors import GroupedError, ParadizeError
 from paradize.files import resolved
 from paradize.scene.jobs import BakeJob

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from paradize.build.estimate import memory_of, seconds_of
-from paradize.build.model_facts import ModelFacts, from_json, read_model_facts, to_json
+from paradize.build.materials.model_facts import ModelFacts, from_json, read_model_facts, to_json
 from paradize.build.options import BuildOptions
 from paradize.errors import ParadizeError
 from paradize.jobs.code import code_digest, code_of
@@ -19,7 +19,7 @@ from paradize.scene.settings import ObjectMaterial, SceneObject
 from paradize.store.file_hashes import FileHashCache
 from paradize.store.local import Store, default_root, key_of, stamp
 
-_MODULE = "paradize.build.model_facts"
+_MODULE = "paradize.build.materials.model_facts"
 
 
 @dataclass

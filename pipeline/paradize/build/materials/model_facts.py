@@ -81,8 +81,8 @@ def read_model_facts(
     Returns {"facts": ModelFacts, "data": {(material, role): bytes of a picture inside the model's file}}, or
     {"error", "tried"}: the error of a model that cannot be read, and the files beside it that were read.
     """
-    from paradize.build.placed_pictures import with_placed_pictures
-    from paradize.build.shown_colors import is_green, shown_colors
+    from paradize.build.materials.placed_pictures import with_placed_pictures
+    from paradize.build.materials.shown_colors import is_green, shown_colors
     from paradize.readers.model import read_model
 
     tried: list[Path] = []
@@ -149,7 +149,7 @@ def _uv_tiles(mesh: Mesh) -> tuple[Any, float | None, tuple[tuple[int, int], ...
     """Returns MaterialFacts' uvs, width_m and tiles."""
     import numpy as np
 
-    from paradize.build.shown_colors import areas_of
+    from paradize.build.materials.shown_colors import areas_of
 
     if mesh.uvs is None or not len(mesh.triangles):
         return None, None, ()

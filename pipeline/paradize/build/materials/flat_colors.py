@@ -16,8 +16,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from paradize.build.gutter_limits import sampled_levels
-from paradize.build.shown_texels import centres, owners_of
+from paradize.build.materials.shown_texels import centres, owners_of
+from paradize.build.measurements.gutter_limits import sampled_levels
 from paradize.data import Mesh
 from paradize.formats.glb.reader import decode_glb
 from paradize.formats.ktx2.reader import decode_ktx2

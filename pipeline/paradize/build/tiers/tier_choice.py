@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from paradize.build.tuned_settings import by_cost
+from paradize.build.tiers.tuned_settings import by_cost
 from paradize.errors import BakeError
 from paradize.scene.budget import METRICS, excesses, is_beyond
 from paradize.scene.schema import Limits

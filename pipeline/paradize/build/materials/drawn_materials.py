@@ -6,7 +6,7 @@ from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
-from paradize.build.model_facts import MaterialFacts
+from paradize.build.materials.model_facts import MaterialFacts
 from paradize.material import MapSource, Material, Picture, Wrap
 from paradize.scene.baker_settings import CastSettings
 from paradize.scene.map_sets import GLOSS_ROLES, HIDDEN, DrawnMaterial

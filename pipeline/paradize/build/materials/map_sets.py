@@ -13,7 +13,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from paradize.build.drawn_materials import (
+from paradize.build.materials.drawn_materials import (
     authored_fields,
     cast_fields,
     drawn,
@@ -22,10 +22,10 @@ from paradize.build.drawn_materials import (
     joined,
     wrap_of,
 )
-from paradize.build.model_facts import MaterialFacts, ModelFacts
-from paradize.build.model_reader import ModelReader
+from paradize.build.materials.model_facts import MaterialFacts, ModelFacts
+from paradize.build.materials.model_reader import ModelReader
+from paradize.build.materials.udim import MEND, named_as_tile, udim_fault
 from paradize.build.options import BuildOptions
-from paradize.build.udim import MEND, named_as_tile, udim_fault
 from paradize.documents import toml_key
 from paradize.errors import GroupedError, ParadizeError, SceneError
 from paradize.files import resolved

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from paradize.build.shown_texels import BEND, PLAIN, centres, owners_of, without_drawn
+from paradize.build.materials.shown_texels import BEND, PLAIN, centres, owners_of, without_drawn
 from paradize.data import Image, Mesh
 from paradize.errors import ParadizeError
 from paradize.kernels.reference.atlas import layout_raster

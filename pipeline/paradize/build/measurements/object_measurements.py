@@ -48,7 +48,7 @@ class _Measurement:
 
 def gutter_limits_job(glb: Path, maps: dict[str, Path], settings: dict[str, Any]) -> dict[str, Any]:
     """Calls gutter_limits.measure_gutters, in a worker."""
-    from paradize.build.gutter_limits import measure_gutters
+    from paradize.build.measurements.gutter_limits import measure_gutters
 
     textures = {key: read_artifact(path) for key, path in maps.items()}
     return measure_gutters(glb=read_artifact(glb), textures=textures, **settings)
@@ -56,7 +56,7 @@ def gutter_limits_job(glb: Path, maps: dict[str, Path], settings: dict[str, Any]
 
 def lod_normal_error_job(glb: Path, maps: dict[str, Path], settings: dict[str, Any]) -> dict[str, Any]:
     """Calls lod_normal_error.measure_lod_normal_error, in a worker."""
-    from paradize.build.lod_normal_error import measure_lod_normal_error
+    from paradize.build.measurements.lod_normal_error import measure_lod_normal_error
 
     texture = read_artifact(maps["normal"])
     return {"levels": measure_lod_normal_error(glb=read_artifact(glb), texture=texture, **settings)}
@@ -64,7 +64,7 @@ def lod_normal_error_job(glb: Path, maps: dict[str, Path], settings: dict[str, A
 
 def palette_job(glb: Path, maps: dict[str, Path], settings: dict[str, Any]) -> dict[str, Any]:
     """Calls flat_colors.measure_palette, in a worker."""
-    from paradize.build.flat_colors import measure_palette
+    from paradize.build.materials.flat_colors import measure_palette
 
     mesh = read_artifact(glb)
     return {
@@ -74,7 +74,7 @@ def palette_job(glb: Path, maps: dict[str, Path], settings: dict[str, Any]) -> d
 
 def lods_seen_job(glb: Path, maps: dict[str, Path], settings: dict[str, Any]) -> dict[str, Any]:
     """Calls lods_seen.measure_lods_seen, in a worker."""
-    from paradize.build.lods_seen import measure_lods_seen
+    from paradize.build.measurements.lods_seen import measure_lods_seen
 
     textures = {key: read_artifact(path) for key, path in maps.items()}
     return {"levels": measure_lods_seen(read_artifact(glb), textures, **settings)}
@@ -202,10 +202,10 @@ def _as_seen(
 
 
 _FUNCTIONS: dict[str, tuple[str, Callable[..., dict[str, Any]]]] = {
-    "gutters": ("paradize.build.gutter_limits", gutter_limits_job),
-    "lod_normal_error": ("paradize.build.lod_normal_error", lod_normal_error_job),
-    "palettes": ("paradize.build.flat_colors", palette_job),
-    "lods_seen": ("paradize.build.lods_seen", lods_seen_job),
+    "gutters": ("paradize.build.measurements.gutter_limits", gutter_limits_job),
+    "lod_normal_error": ("paradize.build.measurements.lod_normal_error", lod_normal_error_job),
+    "palettes": ("paradize.build.materials.flat_colors", palette_job),
+    "lods_seen": ("paradize.build.measurements.lods_seen", lods_seen_job),
 }
 
 
