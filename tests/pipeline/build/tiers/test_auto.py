@@ -367,7 +367,7 @@ def test_auto_is_brute_force_over_assets_and_three_budgets(
                 taken = made.report["tried"]["taken"]
                 if (
                     kind == "terrain" and split_label(taken)[1]
-                ):  # a bound between the tiers: tests/pipeline/build/test_tuned_settings.py
+                ):  # a bound between the tiers: tests/pipeline/build/tiers/test_tuned_settings.py
                     assert inside[0] == "exact" and made.errors["terrain"][metric] <= limit
                     continue
                 assert taken == inside[0], (path, metric, limit, every_value)
