@@ -18,7 +18,7 @@ from paradize.stages.normals import complete_normals
 from paradize.stages.validate import validate_mesh
 from tests.pipeline.shapes import sphere
 from tests.places import PEAK
-from tests.sweeps import sweep
+from tests.sweeps import sample, sweep
 
 
 def write(path: Path, mesh: Mesh, scale: float = 1.0) -> Path:
@@ -33,7 +33,7 @@ def write(path: Path, mesh: Mesh, scale: float = 1.0) -> Path:
     return path
 
 
-@pytest.mark.parametrize("radius", [1e-38, 1e-30, 1e30, 1.6e38])
+@pytest.mark.parametrize("radius", sample([1e-38, 1e-30, 1e30, 1.6e38], every=3))
 def test_a_ball_of_any_size_has_the_levels_and_errors_of_one_of_a_metre(
     tmp_path: Path, radius: float
 ) -> None:

@@ -209,7 +209,7 @@ def test_the_mesh_is_a_delaunay_triangulation() -> None:
     ("rows", "columns"),
     sweep(
         [(2, 2), (2, 9), (9, 2), (33, 20), (257, 258), (300, 700), (513, 513)],
-        test=[(2, 2), (2, 9), (9, 2), (33, 20), (257, 258)],
+        test=[(2, 2), (9, 2), (257, 258)],
     ),
 )
 def test_tiles_meet_and_threads_do_not_matter(make, rows: int, columns: int) -> None:  # type: ignore[no-untyped-def]

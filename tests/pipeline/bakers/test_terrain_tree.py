@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from itertools import pairwise
+from itertools import pairwise, product
 from typing import Any
 
 import numpy as np
@@ -21,6 +21,7 @@ from paradize.metrics.terrain import patch_error
 from paradize.stages.terrain_tree import Blocks, Shape, tolerance
 from paradize.visibility.query import VisibilityQuery
 from tests.pipeline.terrain_cut import drawn, split_diamonds
+from tests.sweeps import sample
 
 PIXELS = 500.0
 
@@ -279,8 +280,7 @@ EXTREMES: dict[str, tuple[np.ndarray, float, float, float]] = {
 }
 
 
-@pytest.mark.parametrize("name", EXTREMES)
-@pytest.mark.parametrize("leaf_px", [16, 13, 256])
+@pytest.mark.parametrize(("name", "leaf_px"), sample(product(EXTREMES, [16, 13, 256]), every=4))
 def test_extremes_keep_the_bound_at_the_finest_level(name: str, leaf_px: int) -> None:
     heights, size_x_m, size_z_m, bound_m = EXTREMES[name]
     ground = Heightfield(np.ascontiguousarray(heights, np.float32), size_x_m, size_z_m)

@@ -6,6 +6,7 @@ import subprocess
 import sys
 from collections.abc import Callable
 from dataclasses import replace
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +22,7 @@ from paradize.metrics.texels import bc7_codes, decode_texels
 from tests.pipeline import map_truth as truth
 from tests.pipeline.heights import waves
 from tests.places import PEAK
+from tests.sweeps import sample
 
 SHAPES = [(1, 1), (1, 9), (9, 1), (2, 3), (16, 64), (37, 53), (68, 132), (201, 3)]
 FILTERS = ["central", "scharr", "fourth", "eighth", "smooth3", "septic6"]
@@ -56,8 +58,7 @@ def settled(ground: HeightMap, name: str = "eighth") -> np.ndarray:
 # Against numpy
 
 
-@pytest.mark.parametrize("shape", SHAPES)
-@pytest.mark.parametrize("name", FILTERS)
+@pytest.mark.parametrize(("shape", "name"), sample(product(SHAPES, FILTERS), every=5))
 def test_normals_of_every_level_are_held_to_one_truth_and_to_their_own_filter(
     shape: tuple[int, int], name: str
 ) -> None:
@@ -212,8 +213,9 @@ def test_a_highlight_is_as_much_too_wide_as_its_lobe_is(shown: float, meant: flo
         assert found == pytest.approx([wanted] * 3, rel=1e-5)
 
 
-@pytest.mark.parametrize("shape", SHAPES)
-@pytest.mark.parametrize("kind", [np.uint8, np.uint16, np.float32])
+@pytest.mark.parametrize(
+    ("shape", "kind"), sample(product(SHAPES, [np.uint8, np.uint16, np.float32]), every=5)
+)
 def test_colours_of_every_level_agree_with_numpy(shape: tuple[int, int], kind: type) -> None:
     rng = np.random.default_rng(4)
     for name, channels in (("BC1_RGB_SRGB", 3), ("BC3_SRGB", 4), ("RGBA8_SRGB", 4)):

@@ -54,7 +54,14 @@ def test_each_makes_levels_that_are_measured_and_named(tmp_path: Path, name: str
         assert report["uv_shift_p99"] < 0.05 or name in POSITIONS_ONLY
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize(
+    "name",
+    [
+        *METHODS,
+        pytest.param("fast-simplification", marks=pytest.mark.deep),
+        pytest.param("openmesh", marks=[pytest.mark.deep, needs_openmesh]),
+    ],
+)
 def test_each_gives_the_same_bytes_for_any_threads_and_runs(
     tmp_path: Path, name: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:

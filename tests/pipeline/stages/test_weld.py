@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +18,7 @@ from paradize.kernels.mesh import number_rows, weld_points
 from paradize.stages.validate import validate_mesh
 from paradize.stages.weld import weld, welded_messages
 from tests.pipeline.shapes import cube, sphere
+from tests.sweeps import sample
 
 
 def crumbled(mesh: Mesh, most: float, seed: int = 3) -> Mesh:
@@ -50,8 +52,9 @@ def test_how_far_a_place_went_at_most_is_told(seed: int) -> None:
     assert done.largest_m == pytest.approx(np.linalg.norm(went, axis=2).max(), rel=1e-12)
 
 
-@pytest.mark.parametrize("tolerance", [1e-3, 0.05, 0.3])
-@pytest.mark.parametrize("scale", [1e-30, 1.0, 1e30])
+@pytest.mark.parametrize(
+    ("tolerance", "scale"), sample(product([1e-3, 0.05, 0.3], [1e-30, 1.0, 1e30]), every=4)
+)
 def test_no_point_goes_farther_than_the_tolerance_and_none_is_left_to_weld(
     tolerance: float, scale: float
 ) -> None:

@@ -100,8 +100,20 @@ def everything() -> Tree:
     return grown(FIELDS["square"], 4)[1]
 
 
-@pytest.mark.parametrize("low", sample([True, False], every=2))
-@pytest.mark.parametrize(("mirror_m", "water_m"), [(None, None), (0.5, None), (None, 3.0)])
+@pytest.mark.parametrize(
+    ("low", "mirror_m", "water_m"),
+    sample(
+        [
+            (True, 0.5, None),
+            (False, None, None),
+            (False, 0.5, None),
+            (True, None, 3.0),
+            (True, None, None),
+            (False, None, 3.0),
+        ],
+        every=3,
+    ),
+)
 def test_what_any_moment_wants_of_the_whole_tree_is_baked(
     everything: Tree, low: bool, mirror_m: float | None, water_m: float | None
 ) -> None:

@@ -29,6 +29,7 @@ from paradize.stages import gutter
 from tests.pipeline.checks.test_rules import change, file_of, replace
 from tests.pipeline.layouts import SIZE, cards, make_atlas_scene, rect, two_tone
 from tests.pipeline.scenes import write_image
+from tests.sweeps import sample
 
 RED, GREEN, NEAR_RED = (200, 40, 30), (40, 180, 60), (190, 48, 38)
 
@@ -162,10 +163,17 @@ def plain_walk(
     return found
 
 
-@pytest.mark.parametrize("touching", [False, True])
-@pytest.mark.parametrize(("kind", "channels"), [("value", 2), ("color", 3), ("color", 4), ("normal", 2)])
 @pytest.mark.parametrize(
-    ("rows", "columns", "repeat", "reach"), [(16, 16, False, 0.0), (12, 20, True, 0.1), (9, 7, False, 0.3)]
+    ("touching", "kind", "channels", "rows", "columns", "repeat", "reach"),
+    sample(
+        (
+            (touching, *of, *layout)
+            for touching in (False, True)
+            for of in [("value", 2), ("color", 3), ("color", 4), ("normal", 2)]
+            for layout in [(16, 16, False, 0.0), (12, 20, True, 0.1), (9, 7, False, 0.3)]
+        ),
+        every=5,
+    ),
 )
 def test_the_walk_finds_what_dense_matrices_find(
     rows: int, columns: int, repeat: bool, reach: float, touching: bool, kind: str, channels: int
