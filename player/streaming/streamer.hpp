@@ -71,6 +71,7 @@ struct UploadBudget {
 };
 
 class Streamer;
+struct Uploads;
 
 struct MemoryLimits {
     std::uint64_t vram_bytes = 0; // of meshes and textures on the device; 0: no limit
@@ -159,8 +160,7 @@ class Streamer {
 
   private:
     friend class SceneLoad;
-    struct Impl;
-    std::unique_ptr<Impl> impl_;
+    std::unique_ptr<Uploads> uploads_;
 };
 
 } // namespace paradize

@@ -1,0 +1,300 @@
+#include "streaming/uploads.hpp"
+
+#include "error.hpp"
+
+#include <algorithm>
+#include <utility>
+
+namespace paradize {
+
+namespace {
+
+constexpr std::uint64_t largest_page_bytes = std::uint64_t{16} << 20U; // of terrain patches
+constexpr std::uint64_t smallest_page_bytes = std::uint64_t{1} << 20U;
+constexpr float urgent_error = 2.0F; // as a multiple of the accepted one
+
+} // namespace
+
+PatchPages patch_pages(const assets::SceneFile &scene, std::uint64_t vram_bytes) {
+    std::uint64_t terrain_bytes = 0;
+    if (scene.terrain) {
+        for (const std::string &tile : scene.terrain->tiles) {
+            terrain_bytes += scene.find_artifact(tile)->bytes;
+        }
+    }
+    PatchPages out;
+    out.page_bytes = std::min(largest_page_bytes, terrain_bytes);
+    if (vram_bytes != 0) {
+        const std::uint64_t shared = std::min(out.page_bytes, vram_bytes / 64);
+        out.page_bytes = shared < smallest_page_bytes ? 0 : shared;
+        out.reserve_bytes = out.page_bytes == 0 ? 0 : std::min(terrain_bytes, vram_bytes / 16);
+        out.slack_bytes = out.reserve_bytes;
+    }
+    return out;
+}
+
+Uploads::Uploads(const assets::SceneFile &file) : scene(file) {
+    if (scene.terrain) {
+        for (const std::string &name : scene.terrain->tiles) {
+            tiles.push_back(static_cast<std::uint32_t>(scene.find_artifact(name) - scene.artifacts.data()));
+        }
+    }
+}
+
+const assets::Piece &Uploads::plan_of(std::uint32_t piece) const {
+    return item_of(piece).loaded.plan.pieces[pieces[piece].index];
+}
+
+bool Uploads::is_checked(std::uint32_t artifact) const {
+    if (!known_checked[artifact]) {
+        known_checked[artifact] = checker->checked(artifact);
+    }
+    return known_checked[artifact];
+}
+
+bool Uploads::needs_staging(std::uint32_t piece) const {
+    return assets::needs_staging(item_of(piece).loaded, plan_of(piece));
+}
+
+void Uploads::add_pieces(std::uint32_t index) {
+    first_piece[index] = static_cast<std::uint32_t>(pieces.size());
+    const StreamItem &item = *items[index];
+    for (std::uint32_t i = 0; i < item.loaded.plan.pieces.size(); ++i) {
+        pieces.push_back({index, i});
+        counts.total_bytes += item.loaded.plan.pieces[i].bytes;
+        counts.terrain_bytes += item.loaded.tile ? item.loaded.plan.pieces[i].bytes : 0;
+    }
+}
+
+void Uploads::check(std::uint32_t artifact, const std::stop_token &stop) {
+    assets::LoadedArtifact &loaded = items[artifact]->loaded;
+    const Clock::time_point start = Clock::now();
+    assets::check_artifact(scene.artifacts[artifact], loaded, stop);
+    count_read(scene.artifacts[artifact].bytes, start);
+    const std::uint64_t bytes = loaded.file.bytes().size();
+    if (waiting_bytes.fetch_add(bytes) + bytes > max_waiting_bytes) {
+        waiting_bytes.fetch_sub(bytes);
+        free_memory(loaded);
+    }
+}
+
+void Uploads::count_read(std::uint64_t bytes, Clock::time_point since) {
+    read_bytes += bytes;
+    read_ns += static_cast<std::uint64_t>(
+        std::chrono::duration_cast<std::chrono::nanoseconds>(Clock::now() - since).count());
+}
+
+void Uploads::release(assets::FileBytes &file) {
+    if (file.in_memory()) {
+        waiting_bytes.fetch_sub(file.bytes().size());
+    }
+    file.release();
+}
+
+void Uploads::make_schedule(const MemoryLimits &limits) {
+    std::vector<ScheduledPiece> scheduled(pieces.size());
+    for (std::uint32_t i = 0; i < pieces.size(); ++i) {
+        const StreamItem &item = item_of(i);
+        scheduled[i].bytes = plan_of(i).bytes;
+        scheduled[i].coarse = plan_of(i).coarse;
+        if (pieces[i].index != 0 && !item.loaded.tile) {
+            scheduled[i].parents = {i - 1};
+        }
+        if (item.kind != assets::ArtifactKind::mesh) { // the coarser mips are copied
+            for (std::uint32_t coarser = i - pieces[i].index; coarser < i; ++coarser) {
+                scheduled[i].working_bytes += plan_of(coarser).bytes;
+            }
+        }
+    }
+    if (limits.vram_bytes != 0 && !scheduled.empty()) {
+        held.reserve(std::ranges::max(scheduled, {}, &ScheduledPiece::working_bytes).working_bytes);
+    }
+    const std::uint64_t reserve_bytes = patch_pages(scene, limits.vram_bytes).reserve_bytes;
+    schedule.emplace(std::move(scheduled), limits.vram_bytes - reserve_bytes, limits.order);
+    for (std::uint32_t i = 0; i < pieces.size(); ++i) {
+        if (item_of(i).pieces_left == 0) { // reused
+            schedule->set_loading(i);
+            schedule->set_resident(i);
+            counts.resident_bytes += plan_of(i).bytes;
+        } else {
+            ++pieces_left;
+        }
+    }
+    needs.resize(pieces.size());
+    ordered.resize(pieces.size());
+    queue.reserve(pieces.size());
+    ahead.reserve(pieces.size());
+    files_ahead.reserve(items.size());
+}
+
+std::shared_ptr<StreamItem> Uploads::find_reusable(const assets::SceneFile &other,
+                                                   const assets::Artifact &artifact) const {
+    const std::optional<std::uint32_t> tile = tile_of(other, artifact);
+    for (std::uint32_t i = 0; i < items.size(); ++i) {
+        const StreamItem &item = *items[i];
+        if (item.loaded.sha256 == artifact.sha256 && item.kind == artifact.kind && item.pieces_left == 0 &&
+            is_checked(i) && item.drawn == artifact.drawn &&
+            item.loaded.tile.has_value() == tile.has_value() &&
+            (!tile || fits_tile(item.loaded.glb, *other.terrain, *tile))) {
+            return items[i];
+        }
+    }
+    return nullptr;
+}
+
+void Uploads::plan() {
+    schedule->plan(needs, ahead_bytes);
+    for (const std::uint32_t piece : schedule->evictions()) {
+        count_peak(schedule->bytes_while_evicted(piece));
+        item_of(piece).evict(pieces[piece].index, schedule->has_room_to_copy(piece) ? nullptr : &held);
+        schedule->set_absent(piece);
+        counts.resident_bytes -= plan_of(piece).bytes;
+        ++counts.evictions;
+        ++pieces_left;
+    }
+    queue.assign(schedule->loads().begin(), schedule->loads().end());
+    order_ahead();
+}
+
+void Uploads::order_ahead() {
+    files_ahead.clear();
+    ahead.clear();
+    for (const std::uint32_t piece : queue) {
+        const std::uint32_t artifact = pieces[piece].artifact;
+        if (!is_checked(artifact)) {
+            // Until the first picture is complete, only files that it shows.
+            if ((has_uploaded || is_seen(piece)) &&
+                std::ranges::find(files_ahead, artifact) == files_ahead.end()) {
+                files_ahead.push_back(artifact);
+            }
+        } else if (needs_staging(piece)) {
+            ahead.push_back(piece);
+        }
+    }
+    checker->order(files_ahead);
+    loader->order(ahead);
+}
+
+void Uploads::count_peak(std::uint64_t bytes) {
+    counts.peak_bytes = std::max(counts.peak_bytes, bytes + patches->unused_bytes());
+}
+
+void Uploads::count_needs() {
+    schedule->count_needs(needs);
+    const auto ns = static_cast<double>(read_ns.load());
+    counts.read_bytes_per_s = ns > 0.0 ? static_cast<double>(read_bytes.load()) / ns * 1e9 : 0.0;
+    counts.needed_bytes = schedule->needed_bytes();
+    counts.worst_error = schedule->worst_error();
+}
+
+std::size_t Uploads::bytes_for(std::uint32_t piece, const UploadBudget &budget) const {
+    return needs[piece].now > urgent_error ? std::max(budget.bytes, budget.urgent_bytes) : budget.bytes;
+}
+
+std::optional<std::size_t> Uploads::next_piece(NotReady not_ready, bool shows_something) const {
+    for (std::size_t i = 0; i < queue.size(); ++i) {
+        const bool may_wait = not_ready != NotReady::wait_if_seen || is_seen(queue[i]) ||
+                              ((begun_files[pieces[queue[i]].artifact] || may_begin_file(shows_something)) &&
+                               had_time(queue[i]));
+        if (may_wait && can_begin(queue[i], not_ready)) {
+            return i;
+        }
+    }
+    return std::nullopt;
+}
+
+bool Uploads::had_time(std::uint32_t piece) const {
+    return !has_uploaded || ordered[piece] || (is_checked_of(piece) && !needs_staging(piece));
+}
+
+void Uploads::plan_next_frame() {
+    plan();
+    ordered.assign(pieces.size(), false);
+    for (const std::uint32_t piece : queue) {
+        ordered[piece] = true;
+    }
+}
+
+bool Uploads::can_begin(std::uint32_t piece, NotReady not_ready) const {
+    if ((current || paused) && !schedule->has_room(piece)) {
+        return false;
+    }
+    const bool is_ready = not_ready != NotReady::skip ||
+                          (is_checked_of(piece) && (!needs_staging(piece) || loader->ready(piece)));
+    return is_ready && schedule->can_load(piece);
+}
+
+void Uploads::give_way(NotReady not_ready) {
+    const auto goes_first = [&](std::uint32_t piece) {
+        return is_seen(piece) && can_begin(piece, not_ready);
+    };
+    if (current && !paused && !is_seen(current->piece) && std::ranges::any_of(queue, goes_first)) {
+        paused = std::exchange(current, std::nullopt);
+    } else if (paused && !current && std::ranges::none_of(queue, goes_first)) {
+        current = std::exchange(paused, std::nullopt);
+    }
+}
+
+void Uploads::give_up(std::uint32_t artifact, std::string error) {
+    failures.push_back(std::move(error));
+    for (std::uint32_t i = 0; i < items[artifact]->loaded.plan.pieces.size(); ++i) {
+        pieces_left -= schedule->give_up(first_piece[artifact] + i) ? 1 : 0;
+    }
+    plan();
+}
+
+void Uploads::begin(std::size_t place) {
+    Current next;
+    next.piece = queue[place];
+    if (!begun_files[pieces[next.piece].artifact]) {
+        begun_files[pieces[next.piece].artifact] = true;
+        begun_bytes += scene.artifacts[pieces[next.piece].artifact].bytes;
+    }
+    if (!known_checked[pieces[next.piece].artifact]) { // nor was the piece ordered
+        checker->wait(pieces[next.piece].artifact);
+        order_ahead();
+    }
+    if (needs_staging(next.piece)) {
+        assets::StagedPiece staged = loader->take(next.piece);
+        if (staged.file_failed) {
+            give_up(pieces[next.piece].artifact, std::move(staged.error));
+            return;
+        }
+        if (!staged.error.empty()) {
+            throw Error(staged.error);
+        }
+        next.staged = std::move(staged.bytes);
+    }
+    queue.erase(queue.begin() + static_cast<std::ptrdiff_t>(place));
+    schedule->set_loading(next.piece);
+    item_of(next.piece).begin(pieces[next.piece].index);
+    count_peak(schedule->used_bytes());
+    current = std::move(next);
+}
+
+const assets::UploadChunk &Uploads::next_chunk() const {
+    return item_of(current->piece).loaded.plan.chunks_of(plan_of(current->piece))[current->chunks_done];
+}
+
+void Uploads::upload_next() {
+    StreamItem &item = item_of(current->piece);
+    const assets::Piece &piece = plan_of(current->piece);
+    const assets::UploadChunk &chunk = next_chunk();
+    item.upload(piece, chunk,
+                current->staged ? current->staged.get() + current->bytes_done : chunk.bytes.data());
+    current->bytes_done += chunk.bytes.size();
+    counts.resident_bytes += chunk.bytes.size();
+    counts.uploaded_bytes += chunk.bytes.size();
+    if (++current->chunks_done == piece.chunks) {
+        item.finish(pieces[current->piece].index);
+        schedule->set_resident(current->piece);
+        --pieces_left;
+        ++counts.uploads;
+        if (item.pieces_left == 0 && schedule->budget_bytes() == 0) {
+            release(item.loaded.file); // nothing is evicted
+        }
+        current.reset();
+    }
+}
+
+} // namespace paradize

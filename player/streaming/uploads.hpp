@@ -1,0 +1,160 @@
+#pragma once
+// What a Streamer does in a frame: its pieces, what is needed of them, what is checked, read and uploaded
+// next.
+
+#include "assets/file_checker.hpp"
+#include "assets/piece_loader.hpp"
+#include "assets/scene_file.hpp"
+#include "assets/upload_plan.hpp"
+#include "streaming/patch_pool.hpp"
+#include "streaming/schedule.hpp"
+#include "streaming/stream_item.hpp"
+#include "streaming/streamer.hpp"
+
+#include <atomic>
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <stop_token>
+#include <string>
+#include <vector>
+
+namespace paradize {
+
+/// A piece of the scene.
+struct ScenePiece {
+    std::uint32_t artifact = 0; // index into SceneFile::artifacts
+    std::uint32_t index = 0;    // into the artifact's plan
+};
+
+/// How terrain patches share buffers: see PatchPool.
+struct PatchPages {
+    std::uint64_t page_bytes = 0; // 0: each block has buffers of its own
+    std::uint64_t slack_bytes = std::numeric_limits<std::uint64_t>::max();
+    std::uint64_t reserve_bytes = 0; // of the limit, for what is unused of pages
+};
+/// vram_bytes: the limit; 0: none.
+PatchPages patch_pages(const assets::SceneFile &scene, std::uint64_t vram_bytes);
+
+struct Uploads {
+    using Clock = std::chrono::steady_clock;
+    static constexpr std::uint64_t ahead_bytes = std::uint64_t{16} << 20U; // staged ahead, or one piece
+
+    const assets::SceneFile &scene;
+    std::shared_ptr<PatchPool> patches;
+    std::vector<std::shared_ptr<StreamItem>> items; // one per artifact, same order
+    std::vector<std::uint32_t> tiles;               // items that are terrain tiles
+    std::vector<ScenePiece> pieces;
+    std::vector<std::uint32_t> first_piece; // per artifact
+    std::optional<Schedule> schedule;
+    std::vector<Need> needs;          // one per piece
+    std::vector<std::uint32_t> queue; // loads of the last plan that have not begun
+    std::size_t pieces_left = 0;      // that are not resident
+    StreamingCounts counts;
+    std::size_t reused = 0;      // items taken over from the previous scene
+    std::vector<std::byte> held; // mips while their texture is made anew
+    std::vector<std::string> failures;
+
+    /// The piece that is being uploaded.
+    struct Current {
+        std::uint32_t piece = 0; // of the scene
+        std::uint32_t chunks_done = 0;
+        std::uint64_t bytes_done = 0;
+        std::unique_ptr<std::byte[]> staged; // nullptr: the chunks are in memory
+    };
+    std::optional<Current> current, paused;   // paused: gives way to pieces that are needed now
+    std::vector<std::uint32_t> ahead;         // pieces for the loader
+    std::vector<std::uint32_t> files_ahead;   // artifacts for the checker
+    bool has_uploaded = false;                // upload() was called
+    std::vector<bool> begun_files;            // per artifact: a piece of it was begun
+    std::uint64_t begun_bytes = 0;            // of the files that the last call began
+    std::vector<bool> ordered;                // per piece: planned at the end of the last call
+    mutable std::vector<bool> known_checked;  // per artifact: what the checker said last
+    std::atomic<std::uint64_t> waiting_bytes; // of checked files that stay in memory until they are uploaded
+    std::uint64_t max_waiting_bytes = 0;
+    std::atomic<std::uint64_t> read_bytes, read_ns; // by the threads, and how long that took them
+    // The last members: their threads use the others.
+    std::unique_ptr<assets::FileChecker> checker;
+    std::unique_ptr<assets::PieceLoader> loader;
+
+    explicit Uploads(const assets::SceneFile &file);
+
+    StreamItem &item_of(std::uint32_t piece) const { return *items[pieces[piece].artifact]; }
+    const assets::Piece &plan_of(std::uint32_t piece) const;
+    bool is_checked(std::uint32_t artifact) const;
+    bool is_checked_of(std::uint32_t piece) const { return is_checked(pieces[piece].artifact); }
+    /// The piece's file must be checked.
+    bool needs_staging(std::uint32_t piece) const;
+
+    /// Adds the pieces of an artifact to those of the scene.
+    void add_pieces(std::uint32_t index);
+
+    /// Checks an artifact's file. Runs on the checker's threads, once for each file. Beyond
+    /// `max_waiting_bytes` its memory is freed.
+    void check(std::uint32_t artifact, const std::stop_token &stop);
+
+    void count_read(std::uint64_t bytes, Clock::time_point since);
+
+    /// Frees the memory of a file that is not needed any more.
+    void release(assets::FileBytes &file);
+
+    /// Creates the schedule of all pieces. A piece's parent is the next coarser one. Those of terrain have
+    /// none: a cut uses what is resident, and a patch is never needed more than those that it replaces.
+    void make_schedule(const MemoryLimits &limits);
+
+    /// Returns a complete item for an artifact of another scene, or nullptr if there is none.
+    std::shared_ptr<StreamItem> find_reusable(const assets::SceneFile &other,
+                                              const assets::Artifact &artifact) const;
+
+    /// Plans, evicts, and lets the loader stage the next pieces.
+    void plan();
+
+    /// Gives the threads the files and pieces of the queue that they check and stage first.
+    void order_ahead();
+
+    /// bytes: of pieces, with the copies that uploads need.
+    void count_peak(std::uint64_t bytes);
+
+    void count_needs();
+
+    bool is_seen(std::uint32_t piece) const { return needs[piece].now > 1.0F; }
+    /// Bytes that a call may upload while the piece is next.
+    std::size_t bytes_for(std::uint32_t piece, const UploadBudget &budget) const;
+
+    /// Returns the place in the queue of the piece to upload next, or nothing if none is ready. Its parents
+    /// come first. `shows_something`: this call has uploaded what is needed now.
+    std::optional<std::size_t> next_piece(NotReady not_ready, bool shows_something) const;
+
+    /// True if a call may begin a file of which nothing is seen: as long as it shows nothing, and does not
+    /// wait for the check of many bytes.
+    bool may_begin_file(bool shows_something) const { return !shows_something && begun_bytes < ahead_bytes; }
+
+    /// False if this frame would wait for a piece that is not seen yet, because no thread could read it while
+    /// the last frame was drawn.
+    bool had_time(std::uint32_t piece) const;
+
+    /// Lets the threads read while the frame is drawn.
+    void plan_next_frame();
+
+    /// A plan makes room for its pieces one after another: one that begins while another is half uploaded
+    /// needs room for its own copies as well.
+    bool can_begin(std::uint32_t piece, NotReady not_ready) const;
+
+    /// Lets pieces that are needed now go before one that is not and is half uploaded.
+    void give_way(NotReady not_ready);
+
+    /// Drops all pieces of an artifact whose file cannot be read any more.
+    void give_up(std::uint32_t artifact, std::string error);
+
+    /// Begins the piece at this place of the queue.
+    void begin(std::size_t place);
+
+    const assets::UploadChunk &next_chunk() const;
+
+    void upload_next();
+};
+
+} // namespace paradize
