@@ -18,13 +18,12 @@ from paradize.metrics.tangent import frame_errors
 from paradize.readers.model import read_model
 from paradize.scene.baker_settings import MeshSettings
 from paradize.stages.normals import complete_normals
+from paradize.stages.reproject import with_groups
 from paradize.stages.split import ATTRIBUTES
 from paradize.stages.validate import Report, messages, repairs, validate_mesh
 from paradize.stages.weld import Welding, weld, welded_messages
 
 if TYPE_CHECKING:
-    import numpy.typing as npt
-
     from paradize.material import Material
 
 # Tangents of a file this near to MikkTSpace's are those, written with 8 bits or more.
@@ -85,7 +84,7 @@ def prepare_mesh(
     welded = {"welded": welding.joined, "welded_most_m": welding.largest_m}
     repaired: dict[str, Any] = {**read.repairs, **repairs(validation, read.lines), **welded}
     del read, joined  # saves memory while the layout is made
-    mesh = _with_normals(mesh, smoothing, settings.crease_deg)
+    mesh = _by_material(complete_normals(mesh, smoothing, crease_deg=settings.crease_deg)[0])
     framed = settings.second_frames
     if framed is None:
         framed = [name for name, one in materials.items() if "normal" in one.second]
@@ -137,20 +136,15 @@ def _validated(mesh: Mesh, path: Path, welding: Welding) -> tuple[Mesh, Report]:
         raise SourceError(what, file=path, mend="join with a smaller tolerance") from error
 
 
-def _with_normals(mesh: Mesh, smoothing: npt.NDArray[np.uint32], crease_deg: float) -> Mesh:
-    """Returns the mesh with a unit normal at every vertex. Its triangles are sorted by material, in the order
-    of first use, so that each material is one draw. smoothing: (m,) smoothing group of each triangle."""
-    mesh = complete_normals(mesh, smoothing, crease_deg=crease_deg)[0]
-    runs: dict[str, list[Group]] = {}
+def _by_material(mesh: Mesh) -> Mesh:
+    """Returns the mesh with its triangles sorted by material, in the order of first use: each material is one
+    draw."""
+    names: dict[str, list[str]] = {}
     for group in mesh.groups:
-        runs.setdefault(group.material, []).append(group)
-    order = np.concatenate(
-        [np.arange(group.first, group.first + group.count) for groups in runs.values() for group in groups]
+        names.setdefault(group.material, []).append(group.name)
+    merged = tuple(
+        Group(own[0] if len(set(own)) == 1 else material, material, 0, 0) for material, own in names.items()
     )
-    merged, first = [], 0
-    for material, groups in runs.items():
-        count = sum(group.count for group in groups)
-        names = dict.fromkeys(group.name for group in groups)
-        merged.append(Group(next(iter(names)) if len(names) == 1 else material, material, first, count))
-        first += count
-    return replace(mesh, triangles=np.ascontiguousarray(mesh.triangles[order]), groups=tuple(merged))
+    place = {material: k for k, material in enumerate(names)}
+    numbers = np.array([place[group.material] for group in mesh.groups], np.uint32)
+    return with_groups(mesh, np.repeat(numbers, [group.count for group in mesh.groups]), merged)
