@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grove import distance_to_way, flight_way
-from objfile import grid_triangles, smooth_normals, write_mtl
+from objfile import grid_triangles, write_colored, write_mtl
 from paint import rand
 from terrain import height_at
 
@@ -86,17 +86,9 @@ def build(length: float, radius: float, bend: float, boughs: int, seed: int) -> 
 
 def write_wood(path: Path, wood: Wood) -> None:
     """Writes an OBJ with a colour for each vertex."""
-    points, colors = np.concatenate(wood.points), np.concatenate(wood.colors)
-    faces = np.concatenate(wood.faces)
-    text = ["# Driftwood, made by raw_assets/make/driftwood.py; metres, Y up", "mtllib driftwood.mtl"]
-    text += [
-        "v " + " ".join(f"{v:.5f}" for v in row) + " " + " ".join(f"{c:.3f}" for c in color)
-        for row, color in zip(points, colors, strict=True)
-    ]
-    text += ["vn " + " ".join(f"{v + 0.0:.4f}" for v in row) for row in smooth_normals(points, faces)]
-    text += ["g wood", "usemtl wood"]
-    text += ["f " + " ".join(f"{v + 1}//{v + 1}" for v in face) for face in faces]
-    path.write_text("\n".join(text) + "\n", encoding="ascii", newline="\n")
+    note = "Driftwood, made by raw_assets/make/driftwood.py; metres, Y up"
+    points, faces, colors = (np.concatenate(part) for part in (wood.points, wood.faces, wood.colors))
+    write_colored(path, "driftwood.mtl", note, "wood", points, faces, colors)
 
 
 def places(way: Floats, seed: int) -> list[str]:

@@ -26,7 +26,7 @@ Density = Callable[[float, float], float]  # of x and z, metres: 0 to 1
 
 BLADES = 18
 SEGMENTS = 3
-ROOT_COLOR = (0.46, 0.42, 0.17)  # linear
+ROOT_COLOR = (0.46, 0.42, 0.17)  # sRGB
 TIP_COLOR = (0.72, 0.78, 0.30)
 # x, z, radii along and across, turn of the long axis, degrees
 GROVE = (25.0, -21.0, 20.0, 11.0, -28.0)

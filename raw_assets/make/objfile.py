@@ -106,6 +106,22 @@ class Model:
         return sum(len(faces) for faces in self._groups.values())
 
 
+def write_colored(
+    path: Path, library: str, comment: str, name: str, points: Floats, triangles: Ints, colors: Floats
+) -> None:
+    """Writes an OBJ of one smooth group and material, `name`, whose vertices are colored: `points` (n, 3)
+    metres, `triangles` (m, 3), `colors` (n, 3) sRGB. library: the name of its MTL file."""
+    text = [f"# {comment}", f"mtllib {library}"]
+    text += [
+        "v " + " ".join(f"{v:.5f}" for v in row) + " " + " ".join(f"{c:.3f}" for c in color)
+        for row, color in zip(points, colors, strict=True)
+    ]
+    text += ["vn " + " ".join(f"{v + 0.0:.4f}" for v in row) for row in smooth_normals(points, triangles)]
+    text += [f"g {name}", f"usemtl {name}"]
+    text += ["f " + " ".join(f"{v + 1}//{v + 1}" for v in face) for face in triangles]
+    path.write_text("\n".join(text) + "\n", encoding="ascii", newline="\n")
+
+
 def write_mtl(path: Path, comment: str, materials: Mapping[str, Sequence[str]]) -> None:
     """Writes an MTL: material name -> its statements."""
     text = [f"# {comment}"]

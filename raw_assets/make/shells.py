@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from grove import write_places
-from objfile import grid_triangles, smooth_normals, write_mtl
+from objfile import grid_triangles, write_colored, write_mtl
 from paint import rand
 from terrain import height_at
 
@@ -21,7 +21,7 @@ BAND_M = (0.13, 0.42)  # above the sea
 RIBS = 9
 ROWS = 4  # from the hinge to the rim
 RADIUS_M = 0.055
-HINGE_COLOR = (0.90, 0.74, 0.62)  # linear
+HINGE_COLOR = (0.90, 0.74, 0.62)  # sRGB
 RIM_COLOR = (0.93, 0.86, 0.74)
 
 
@@ -48,19 +48,9 @@ def write_shell(folder: Path) -> None:
             colors.append(
                 [min(1.0, (a + (b - a) * s) * shade) for a, b in zip(HINGE_COLOR, RIM_COLOR, strict=True)]
             )
-    place = np.array(points)
     faces = grid_triangles(ROWS, columns)[:, ::-1]
-    normals = smooth_normals(place, faces)
     note = "A scallop, made by raw_assets/make/shells.py; metres, Y up"
-    text = [f"# {note}", "mtllib shell.mtl"]
-    text += [
-        "v " + " ".join(f"{v:.5f}" for v in row) + " " + " ".join(f"{c:.3f}" for c in color)
-        for row, color in zip(place, colors, strict=True)
-    ]
-    text += ["vn " + " ".join(f"{v + 0.0:.4f}" for v in row) for row in normals]
-    text += ["g shell", "usemtl shell"]
-    text += ["f " + " ".join(f"{v + 1}//{v + 1}" for v in face) for face in faces]
-    (folder / "shell.obj").write_text("\n".join(text) + "\n", encoding="ascii", newline="\n")
+    write_colored(folder / "shell.obj", "shell.mtl", note, "shell", np.array(points), faces, np.array(colors))
     write_mtl(folder / "shell.mtl", note, {"shell": ["Ka 0 0 0", "Kd 1 1 1", "Ks 0 0 0", "d 1", "illum 1"]})
 
 

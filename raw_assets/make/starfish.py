@@ -15,13 +15,15 @@ import numpy as np
 
 import effect
 import terrain
-from objfile import smooth_normals, write_mtl
+from objfile import write_colored, write_mtl
 from terrain import height_at
 
 ARMS, RINGS, AROUND = 5, 6, 8  # points along an arm's length, and from its one side to the other
-RIDGE_COLOR, RIM_COLOR, TIP_COLOR = (1.0, 0.88, 0.62), (0.76, 0.20, 0.09), (1.0, 0.80, 0.50)  # linear
-LIFT_M = 0.22  # of the rim above the sand. Near the eye wide triangles of sand are drawn that much too high:
-# only their corners are lifted to where water shows them (shaders/lib/position.glsl).
+RIDGE_COLOR, RIM_COLOR, TIP_COLOR = (1.0, 0.88, 0.62), (0.76, 0.20, 0.09), (1.0, 0.80, 0.50)  # sRGB
+# Of the rim above the sand, for the flight's views from above the water: near the eye wide triangles of sand are
+# drawn that much too high, because only their corners are lifted to where water shows them
+# (shaders/lib/position.glsl).
+LIFT_M = 0.22
 
 
 def arm(number: int) -> tuple[list[list[float]], list[list[float]]]:
@@ -64,18 +66,9 @@ def write_starfish(folder: Path) -> None:
             for ring in range(RINGS - 1):
                 a = first + ring * row + k
                 faces += [[a, a + 1, a + row], [a + 1, a + row + 1, a + row]]
-    place, triangles = np.array(points), np.array(faces)
-    normals = smooth_normals(place, triangles)
     note = "A starfish, made by raw_assets/make/starfish.py; metres, Y up"
-    text = [f"# {note}", "mtllib starfish.mtl"]
-    text += [
-        "v " + " ".join(f"{v:.5f}" for v in row) + " " + " ".join(f"{c:.3f}" for c in color)
-        for row, color in zip(place, colors, strict=True)
-    ]
-    text += ["vn " + " ".join(f"{v + 0.0:.4f}" for v in row) for row in normals]
-    text += ["g starfish", "usemtl starfish"]
-    text += ["f " + " ".join(f"{v + 1}//{v + 1}" for v in face) for face in triangles]
-    (folder / "starfish.obj").write_text("\n".join(text) + "\n", encoding="ascii", newline="\n")
+    out = folder / "starfish.obj"
+    write_colored(out, "starfish.mtl", note, "starfish", np.array(points), np.array(faces), np.array(colors))
     write_mtl(
         folder / "starfish.mtl", note, {"starfish": ["Ka 0 0 0", "Kd 1 1 1", "Ks 0 0 0", "d 1", "illum 1"]}
     )
