@@ -115,7 +115,7 @@ def flat_errors(name: str, level: Mapping[str, float]) -> dict[str, float]:
 
 
 def beyond(errors: Mapping[str, float], budget: Mapping[str, float]) -> list[str]:
-    """Returns the metrics that exceed their budget, each with its value."""
+    """Returns the metrics that exceed their budget, each with its value. budget: of metrics in METRICS."""
     found = []
     for metric, limit in budget.items():
         value = errors.get(metric)

@@ -118,12 +118,14 @@ def read_obj(path: Path, root: Path | None = None, on_library: list[Path] | None
     for found in libraries:
         read_library(found)
     missing = [name for name in used if name not in materials and name != DEFAULT_NAME]
+    meant = _without_comments(missing, materials)
+    missing = [name for name in missing if name not in meant]
     if missing and (own := _of_same_name(path, root)) and own not in libraries:
         libraries.append(own)
         read_library(own, kept=list(materials))
         missing = [name for name in missing if name not in materials]
+        meant |= _without_comments(missing, materials)
         warnings.append(f"{path}: no mtllib line names {own.name!r}; its name is the model's, so it is read")
-    meant = _without_comments(missing, materials)
     for name, other in meant.items():
         warnings.append(f"{path}: material {name[:120]!r} is not defined; read as {other[:120]!r}")
     groups = tuple(replace(group, material=meant.get(group.material, group.material)) for group in groups)
@@ -184,10 +186,13 @@ def _linear(colors: npt.NDArray[np.float32], path: Path, warnings: list[str]) ->
 
 
 def _bounds_of(parsed: ParsedObj, groups: Sequence[Group]) -> Callable[[str], Bounds | None]:
-    """Returns what tells the least and the largest texture coordinates of a material's triangles."""
+    """Returns what tells the least and the largest texture coordinates of a material's triangles, also where
+    only comments behind the names differ."""
 
     def bounds(material: str) -> Bounds | None:
+        plain = without_comment(material)
         own = [g for g in groups if g.material == material]
+        own = own or [g for g in groups if without_comment(g.material) == plain]
         if not own or not len(parsed.uvs):
             return None
         used = [parsed.uvs[parsed.triangles[g.first : g.first + g.count].reshape(-1)] for g in own]

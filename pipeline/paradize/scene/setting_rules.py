@@ -148,7 +148,11 @@ TEXT = _where("a text", lambda v: isinstance(v, str))
 _WRAP = choice("repeat", "clamp")
 _LIMIT = number(0.0)
 LIMITS = mapping(None, _LIMIT, "a dict: metric -> worst value")
-_SIZE_M = several(number(**ranges.SIZE_M), 2, "two numbers above 0, (x, z) in metres, up to 1e+06")
+_SIZE_M = several(
+    number(**ranges.SIZE_M),
+    2,
+    f"two numbers, (x, z) in metres, each {ranges.SIZE_M['low']:g} to {ranges.SIZE_M['high']:g}",
+)
 ANY_SIZE_M = _SIZE_M.or_none()
 _LEVEL = number(**ranges.LEVEL)
 _QUANTISE = {metric: _LIMIT for metric in METRICS if metric.startswith("quantise_")}

@@ -80,12 +80,12 @@ def require_place(path: Path) -> None:
     while not os.path.lexists(folder):
         folder = folder.parent
     if not folder.is_dir():
-        number = errno.ENOTDIR
+        why, mend = os.strerror(errno.ENOTDIR), _MENDS[errno.ENOTDIR]
     elif not os.access(folder, os.W_OK | os.X_OK):
-        number = errno.EACCES
+        why, mend = f"{folder} is not yours to write, or read-only", _MENDS[errno.EACCES]
     else:
         return
-    raise BakeError(f"cannot be written: {os.strerror(number)}", file=path, mend=_MENDS[number])
+    raise BakeError(f"cannot be written: {why}", file=path, mend=mend)
 
 
 def _copy(source: Path, stream: BinaryIO, sha256: str | None) -> None:

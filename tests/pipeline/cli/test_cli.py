@@ -270,6 +270,17 @@ def test_an_output_place_that_cannot_be_is_told_before_anything_is_baked(
         assert "cannot be written: Not a directory; a file stands where a folder is needed" in message
 
 
+def test_a_folder_that_may_not_be_written_is_told_before_anything_is_baked(
+    cove: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr("paradize.jobs.pool.run_jobs", lambda *_, **__: pytest.fail("was baked"))
+    monkeypatch.setattr("os.access", lambda *_: False)
+    assert main(["maps", str(cove.parent / "wood.png"), "-o", str(tmp_path / "new")]) == 1
+    assert f"{tmp_path} is not yours to write, or read-only; name another place with -o" in (
+        capsys.readouterr().err
+    )
+
+
 @pytest.mark.parametrize("form", ["text", "json", "junit", "sarif"])
 def test_check_fails_on_errors_in_every_format(run: Run, tmp_path: Path, form: str) -> None:
     (tmp_path / "a.glb").write_bytes(b"no mesh")

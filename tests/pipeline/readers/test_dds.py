@@ -42,6 +42,32 @@ def test_channels_that_are_read_with_fewer_bits_are_told(tmp_path: Path) -> None
         assert "read with 8" in image.notes[0]
 
 
+@pytest.mark.parametrize(
+    ("flags", "bits", "masks", "channels"),
+    [
+        (0x40, 24, (0xFF0000, 0xFF00, 0xFF, 0xFF000000), 3),
+        (LUMINANCE, 8, (0xFF, 0xFF00, 0xFF0000, 0), 1),
+        (LUMINANCE, 8, (0xFF, 0, 0, 0xFF000000), 1),
+    ],
+)
+def test_masks_of_channels_that_the_flags_leave_out_do_not_count(
+    tmp_path: Path, flags: int, bits: int, masks: tuple[int, ...], channels: int
+) -> None:
+    texels = np.arange(2 * bits, dtype="u1").tobytes()
+    image = read_image(dds(tmp_path / "a.dds", flags, bits, masks, texels))
+    assert image.values.shape == (4, 4, channels)
+    assert image.values.max() == 2 * bits - 1 and image.notes == ()
+
+
+def test_the_smallest_picture_is_looked_at_too(tmp_path: Path) -> None:
+    """130 bytes: no room for the format of a newer header."""
+    path = dds(tmp_path / "a.dds", LUMINANCE | ALPHA, 16, (0xFF, 0, 0, 0xFF00), b"")
+    data = bytearray(path.read_bytes())
+    struct.pack_into("<2I", data, 12, 1, 1)
+    path.write_bytes(bytes(data) + b"\x50\xa0")
+    assert read_image(path).values.ravel().tolist() == [0x50, 0xA0]
+
+
 @pytest.mark.parametrize(("flags", "bits", "masks"), [(LUMINANCE, 8, (0xFF000000,) * 3 + (0,))])
 def test_channels_outside_their_texel_are_refused(
     tmp_path: Path, flags: int, bits: int, masks: tuple[int, ...]

@@ -420,11 +420,12 @@ def test_a_material_without_a_name_is_told(tmp_path: Path) -> None:
 
 
 def test_a_map_that_is_named_twice_is_told_and_the_last_one_counts(tmp_path: Path) -> None:
-    text = "map_Kd a.png\nmap_Kd b.png\nmap_Kd b.png\nmap_Pr a.png"
+    text = "map_Kd a.png\nmap_Kd b.png\nmap_Kd b.png\nmap_Pr a.png\nmap_Kd -s 2 2 b.png"
     material, warnings = one(tmp_path, text, "a.png", "b.png")
     assert material.picture("color") == (tmp_path / "b.png").resolve()
     assert [text.partition(": line ")[2] for text in warnings] == [
-        "3: map_Kd: line 2 names another; the last one counts"
+        "3: map_Kd: line 2 says otherwise; the last one counts",
+        "6: map_Kd: line 4 says otherwise; the last one counts",
     ]
 
 

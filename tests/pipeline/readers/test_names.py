@@ -83,6 +83,26 @@ def test_what_stands_behind_a_name_as_a_comment_is_none_of_it(
     assert not [text for text in result.warnings if "missing" in text or "drawn white" in text]
 
 
+def test_a_map_is_drawn_anew_for_a_material_whose_name_has_a_comment_behind_it(tmp_path: Path) -> None:
+    for name in ("a.png", "b.png"):
+        (tmp_path / name).write_bytes(PNG)
+    (tmp_path / "a.mtl").write_text("newmtl wood\nmap_Kd a.png\nmap_d -s 0.5 0.5 b.png\n")
+    faces = "vt 0 0\nvt 1 0\nvt 0 1\nusemtl {}\nf 1/1 2/2 3/3\n"
+    plain, commented = (
+        read(tmp_path, "mtllib a.mtl\n" + TRIANGLE + faces.format(name)) for name in ("wood", "wood # oak")
+    )
+    placed = plain.materials["wood"].maps["alpha"].placed
+    assert placed is not None and commented.materials["wood"].maps["alpha"].placed == placed
+
+
+def test_a_library_of_the_models_name_is_not_read_where_comments_alone_differ(tmp_path: Path) -> None:
+    (tmp_path / "m.mtl").write_text("newmtl wood # oak\nKd 1 0 0\n")
+    (tmp_path / "a.mtl").write_text("newmtl wood\nKd 0 1 0\n")
+    result = read(tmp_path, "mtllib m.mtl\n" + TRIANGLE + "usemtl wood\nf 1 2 3\n")
+    assert result.materials[result.mesh.groups[0].material].color == (1.0, 0.0, 0.0)
+    assert [path.name for path in result.libraries] == ["m.mtl"]
+
+
 def test_of_several_materials_that_a_name_may_mean_none_is_taken(tmp_path: Path) -> None:
     (tmp_path / "a.mtl").write_text("newmtl wood # oak\nKd 1 0 0\nnewmtl wood # elm\nKd 0 1 0\n")
     result = read(tmp_path, f"mtllib a.mtl\n{TRIANGLE}usemtl wood\nf 1 2 3\n")

@@ -15,7 +15,7 @@ F32: TypeAlias = npt.NDArray[np.float32]
 U32: TypeAlias = npt.NDArray[np.uint32]
 UNKNOWN_SMOOTHING = 0xFFFFFFFF
 _NONE = 0xFFFFFFFF
-# A frame per face, the mean at each vertex, MikkTSpace's rules.
+# The mean at each vertex, MikkTSpace's rules.
 TANGENT_METHODS = ("vertex", "mikktspace")
 
 

@@ -8,7 +8,7 @@ Statements and options that are not used are one warning a file.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import inf
 from pathlib import Path
 
@@ -202,8 +202,8 @@ class _Reader:
         if found.note:
             self.warn(line, f"{word}: {found.note}")
         before = into.maps.get(key)
-        if before and before.file != found.file:
-            self.warn(line, f"{word}: line {before.line} names another; the last one counts")
+        if before and replace(before, line=line) != found:
+            self.warn(line, f"{word}: line {before.line} says otherwise; the last one counts")
         into.maps[key] = found
         for option in found.unused:
             self.drop(option, line)
