@@ -95,8 +95,15 @@ void main() {
     vec2 uv = v_uv;
     if (material.has_height > 0.5 && material.parallax.x > 0.0) {
         vec3 v = safe_normalize(to_eye, geometric);
-        vec3 bitangent = v_tangent.w * cross(v_normal, v_tangent.xyz);
-        uv = parallax_uv(u_height, v_uv, vec3(dot(v, v_tangent.xyz), dot(v, bitangent), dot(v, v_normal)),
+        vec4 tangent = v_tangent;
+#if SECOND_UV
+        // Relief lies on the first coordinates; tangents follow the normals' on the second.
+        if (material.has_second_normal > 0.5) {
+            tangent = tangent_on_screen(v_position, v_uv, safe_normalize(v_normal, geometric));
+        }
+#endif
+        vec3 bitangent = tangent.w * cross(v_normal, tangent.xyz);
+        uv = parallax_uv(u_height, v_uv, vec3(dot(v, tangent.xyz), dot(v, bitangent), dot(v, v_normal)),
                          material.parallax.x, material.parallax.y);
     }
 

@@ -181,7 +181,8 @@ void Playback::frame(double elapsed_s, const Outlook &outlook, gl::DebugLog &log
     // Headless frames wait for data, so that they do not depend on timing. Frames in a window do not
     // wait.
     log_unless_empty(bake_limits_->check_size(renderer_->width_px(), renderer_->height_px()));
-    const bool is_first = std::exchange(is_first_, false);
+    // In a window some frames may pass before a file is checked.
+    const bool is_first = scenes_.current().streamer.counts().uploaded_bytes == 0;
     UploadBudget budget{.bytes = upload_bytes_per_frame,
                         .urgent_bytes = is_first && !options_.file_order ? first_upload_bytes : 0,
                         .not_ready = options_.file_order ? NotReady::wait : NotReady::wait_if_seen};

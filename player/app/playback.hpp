@@ -84,7 +84,6 @@ class Playback {
     std::vector<double> frame_ms_, scene_ms_; // one entry per frame
     std::vector<StreamingMoment> moments_;
     double stream_ms_ = 0.0; // of the last frame
-    bool is_first_ = true;   // no frame was drawn yet
     double panel_s_ = 0.0;   // when the panel is written again
     std::vector<std::uint8_t> pixels_;
     std::vector<std::string> screenshots_;

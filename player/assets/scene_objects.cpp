@@ -10,7 +10,9 @@ namespace {
 
 constexpr double max_turn_rad = 1e3;
 constexpr double min_scale = 1e-6, max_scale = 1e6;
-constexpr double max_flight_s = 86400.0, max_fov_rad = 3.1;
+constexpr double min_flight_s = 1e-3, max_flight_s = 86400.0;
+constexpr double min_fov_rad = 1e-3, max_fov_rad = 3.1;
+constexpr double min_near_m = 1e-5, min_far_m = 1e-4;
 constexpr int max_laps = 10000, max_beats = 100000;
 constexpr double max_beat_rad = 1.6;          // a quarter of a turn
 constexpr double max_pause = 0.9;             // of the time
@@ -251,10 +253,10 @@ void read_particles(const JsonObject &root, SceneFile &out) {
 void read_flight(const JsonObject &root, SceneFile &out) {
     const JsonObject from = root.object("flight");
     Flight &value = out.flight;
-    value.duration_s = from.number("duration_s", 1e-3, max_flight_s);
-    value.fov_rad = real(from, "fov_rad", 1e-3, max_fov_rad);
-    value.near_m = real(from, "near_m", 1e-5, max_length_m);
-    value.far_m = real(from, "far_m", 1e-4, 10.0 * max_length_m);
+    value.duration_s = from.number("duration_s", min_flight_s, max_flight_s);
+    value.fov_rad = real(from, "fov_rad", min_fov_rad, max_fov_rad);
+    value.near_m = real(from, "near_m", min_near_m, max_length_m);
+    value.far_m = real(from, "far_m", min_far_m, 10.0 * max_length_m);
     if (value.near_m >= value.far_m) {
         from.fail("near_m",
                   "is " + shortest(value.near_m) + ", must be smaller than far_m, " + shortest(value.far_m));

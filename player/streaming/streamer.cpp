@@ -140,48 +140,7 @@ void Streamer::begin_reading() {
 }
 
 bool Streamer::upload(const UploadBudget &budget) {
-    const auto start = Uploads::Clock::now();
-    if (uploads_->has_uploaded) {
-        uploads_->checker->begin_rest();
-    }
-    if (budget.not_ready == NotReady::skip) {
-        uploads_->checker->finished(); // throws if a file is wrong
-    }
-    if (settled()) {
-        return true;
-    }
-    uploads_->plan();
-    uploads_->begun_bytes = 0;
-    std::size_t used = 0;
-    bool shows_something = false;
-    while (true) {
-        if (!uploads_->current && uploads_->queue.empty()) {
-            uploads_->plan();
-        }
-        uploads_->give_way(budget.not_ready);
-        if (!uploads_->current) {
-            const std::optional<std::size_t> place = uploads_->next_piece(budget.not_ready, shows_something);
-            if (!place || used >= uploads_->bytes_for(uploads_->queue[*place], budget)) {
-                break; // waits for no file that this frame does not use
-            }
-            uploads_->begin(*place);
-            continue;
-        }
-        const std::size_t bytes = uploads_->next_chunk().bytes.size();
-        const bool late =
-            std::chrono::duration<double, std::milli>(Uploads::Clock::now() - start).count() > budget.ms;
-        if (used != 0 && (used + bytes > uploads_->bytes_for(uploads_->current->piece, budget) || late)) {
-            break;
-        }
-        used += bytes;
-        shows_something = shows_something || uploads_->is_seen(uploads_->current->piece);
-        uploads_->upload_next();
-    }
-    uploads_->has_uploaded = true;
-    const bool done = !uploads_->current && !uploads_->paused && uploads_->queue.empty();
-    uploads_->plan_next_frame();
-    uploads_->count_needs();
-    return done;
+    return uploads_->upload(budget);
 }
 
 void Streamer::finish_checks() {
@@ -197,7 +156,7 @@ bool Streamer::complete() const {
 }
 
 bool Streamer::settled() const {
-    return complete() && uploads_->schedule->budget_bytes() == 0;
+    return uploads_->settled();
 }
 
 const StreamingCounts &Streamer::counts() const {

@@ -191,8 +191,61 @@ std::size_t Uploads::bytes_for(std::uint32_t piece, const UploadBudget &budget) 
     return needs[piece].now > urgent_error ? std::max(budget.bytes, budget.urgent_bytes) : budget.bytes;
 }
 
-std::optional<std::size_t> Uploads::next_piece(NotReady not_ready, bool shows_something) const {
+bool Uploads::settled() const {
+    return pieces_left == 0 && schedule->budget_bytes() == 0;
+}
+
+bool Uploads::upload(const UploadBudget &budget) {
+    const auto start = Clock::now();
+    if (has_uploaded) {
+        checker->begin_rest();
+    }
+    if (budget.not_ready == NotReady::skip) {
+        checker->finished(); // throws if a file is wrong
+    }
+    if (settled()) {
+        return true;
+    }
+    plan();
+    begun_bytes = 0;
+    std::size_t used = 0;
+    bool shows_something = false;
+    while (true) {
+        if (!current && queue.empty()) {
+            plan();
+        }
+        give_way(budget.not_ready);
+        if (!current) {
+            const std::optional<std::size_t> place = next_piece(budget, used, shows_something);
+            if (!place) {
+                break; // waits for no file that this frame does not use
+            }
+            begin(*place);
+            continue;
+        }
+        const std::size_t bytes = next_chunk().bytes.size();
+        const bool late = std::chrono::duration<double, std::milli>(Clock::now() - start).count() > budget.ms;
+        if (used != 0 && (used + bytes > bytes_for(current->piece, budget) || late)) {
+            break;
+        }
+        used += bytes;
+        shows_something = shows_something || is_seen(current->piece);
+        upload_next();
+    }
+    has_uploaded = true;
+    const bool done = !current && !paused && queue.empty();
+    plan_next_frame();
+    count_needs();
+    return done;
+}
+
+std::optional<std::size_t> Uploads::next_piece(const UploadBudget &budget, std::size_t used,
+                                               bool shows_something) const {
+    const NotReady not_ready = budget.not_ready;
     for (std::size_t i = 0; i < queue.size(); ++i) {
+        if (used >= bytes_for(queue[i], budget)) {
+            continue;
+        }
         const bool may_wait = not_ready != NotReady::wait_if_seen || is_seen(queue[i]) ||
                               ((begun_files[pieces[queue[i]].artifact] || may_begin_file(shows_something)) &&
                                had_time(queue[i]));

@@ -82,6 +82,10 @@ struct Uploads {
 
     explicit Uploads(const assets::SceneFile &file);
 
+    /// As Streamer::upload() and settled().
+    bool upload(const UploadBudget &budget);
+    bool settled() const;
+
     StreamItem &item_of(std::uint32_t piece) const { return *items[pieces[piece].artifact]; }
     const assets::Piece &plan_of(std::uint32_t piece) const;
     bool is_checked(std::uint32_t artifact) const;
@@ -126,7 +130,9 @@ struct Uploads {
 
     /// Returns the place in the queue of the piece to upload next, or nothing if none is ready. Its parents
     /// come first. `shows_something`: this call has uploaded what is needed now.
-    std::optional<std::size_t> next_piece(NotReady not_ready, bool shows_something) const;
+    /// used: bytes that this call has uploaded.
+    std::optional<std::size_t> next_piece(const UploadBudget &budget, std::size_t used,
+                                          bool shows_something) const;
 
     /// True if a call may begin a file of which nothing is seen: as long as it shows nothing, and does not
     /// wait for the check of many bytes.

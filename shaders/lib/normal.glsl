@@ -19,6 +19,18 @@ vec3 tangent_to_world(vec3 local, vec3 n, vec4 t) {
     return safe_normalize(local.x * t.xyz + local.y * b + local.z * n, safe_normalize(n, vec3(0.0, 1.0, 0.0)));
 }
 
+// The tangent, as a vertex has it, that texture coordinates have on the screen; n: unit. C. Schüler, "Normal Mapping
+// without Precomputed Tangents", ShaderX5, 2006.
+vec4 tangent_on_screen(vec3 position, vec2 uv, vec3 n) {
+    vec3 px = dFdx(position), py = dFdy(position);
+    vec2 ux = dFdx(uv), uy = dFdy(uv);
+    float turned = ux.x * uy.y < ux.y * uy.x ? -1.0 : 1.0;
+    vec3 along = turned * (px * uy.y - py * ux.y); // of growing u
+    vec3 up = turned * (px * uy.x - py * ux.x);    // of shrinking v
+    vec3 t = safe_normalize(along - n * dot(n, along), vec3(1.0, 0.0, 0.0));
+    return vec4(t, dot(cross(n, t), up) < 0.0 ? -1.0 : 1.0);
+}
+
 // "Whiteout" blending of two tangent-space normals: C. Oat, "Animated Skin/Rain" (ATI, 2006), as compared in
 // C. Barre-Brisebois, S. Hill, "Blending in Detail", 2012.
 vec3 blend_normals(vec3 a, vec3 b) {

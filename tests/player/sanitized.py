@@ -20,7 +20,7 @@ def play_sanitized(build: str, scene: Path, *options: object) -> dict[str, Any]:
     """What the player of this build says in --json. Fails where the sanitizer finds something."""
     program = ROOT / "build" / build / "bin/paradize-player"
     if not program.is_file():
-        pytest.skip(f"no {program.relative_to(ROOT)}: `make cpp-sanitized` builds it")
+        pytest.fail(f"no {program.relative_to(ROOT)}: `make cpp-sanitized` builds it")
     # The thread sanitizer does not see what synchronises the graphics driver's own threads.
     environment = {
         "PARADIZE_SHADERS": str(ROOT / "shaders"),

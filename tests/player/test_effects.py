@@ -101,7 +101,7 @@ def test_beams_rise_from_the_lamps(moment: Any) -> None:
     assert 0.004 < changed[:54].mean() < 0.2
 
 
-def test_starfish_lie_in_focus_on_the_floor_of_the_lagoon(moment: Any) -> None:
+def test_starfish_are_seen_on_the_floor_of_the_lagoon(moment: Any) -> None:
     def without(one: dict[str, Any]) -> None:
         one["objects"] = [item for item in one["objects"] if item["name"] != "starfish"]
 

@@ -14,6 +14,10 @@ from paradize import player_limits as limits
 SAME = [
     (limits.SCALES[0], "min_scale", "scene_objects.cpp"),
     (limits.SCALES[1], "max_scale", "scene_objects.cpp"),
+    (limits.FLIGHT_S[0], "min_flight_s", "scene_objects.cpp"),
+    (limits.FOV_RAD[0], "min_fov_rad", "scene_objects.cpp"),
+    (limits.NEAR_M[0], "min_near_m", "scene_objects.cpp"),
+    (limits.FAR_M[0], "min_far_m", "scene_objects.cpp"),
     (limits.FLIGHT_S[1], "max_flight_s", "scene_objects.cpp"),
     (limits.FOV_RAD[1], "max_fov_rad", "scene_objects.cpp"),
     (limits.NEAR_M[1], "max_length_m", "scene_fields.hpp"),

@@ -192,6 +192,38 @@ def test_maps_on_second_coordinates_multiply_those_on_first_ones(render: Render)
     assert seen(0.75, bumpy, {"normal": "bumps"}, sun=sun) == pytest.approx([0.9 * sun[0][2]] * 3, abs=STEP)
 
 
+@pytest.mark.parametrize("mirrored", [0, 1])
+def test_relief_follows_first_coordinates_where_normals_lie_on_mirrored_second_ones(
+    render: Render, mirrored: int
+) -> None:
+    """A slanted square whose picture is pushed aside by a flat relief; all its normals point straight out."""
+    row = np.linspace(0, 255, 64).astype(np.uint8)
+    picture = np.stack([row[None].repeat(64, 0), row[:, None].repeat(64, 1), row[None].repeat(64, 0)], axis=2)
+    alpha = np.full((64, 64, 1), 255, np.uint8)
+    maps = {
+        "glow": texture("RGBA8_UNORM", np.concatenate([picture, alpha], axis=2)),
+        "white": texel(255, fmt="R8_UNORM"),
+        "flat": texture("RG8_SNORM", np.zeros((4, 4, 2), np.int8)),
+    }
+    one = glow(1.0, 1.0, 1.0, emission_map="glow", height="white", parallax_scale=0.3, parallax_bias=0.1)
+    square = quad(size=3.0)
+    assert square.uvs is not None and square.tangents is not None
+    uvs, sides = square.uvs.copy(), square.tangents * np.float32(-1.0)
+    uvs[:, mirrored] = 1.0 - uvs[:, mirrored]
+    if mirrored == 1:
+        sides[:, :3] *= -1.0
+    turned = replace(square, uvs1=uvs, tangents=sides)
+    none = dict.fromkeys(("normal", "gloss", "occlusion", "emission"))
+    second = one | {"second": {"maps": none | {"normal": "flat"}, "wrap": ["clamp", "clamp"]}}
+    stand = instance([0.0, 0.0, 0.0], yaw_rad=0.7)
+    plain, seen, still = (
+        render([thing("a", {"m": of}, stand)], {"a": mesh}, maps)
+        for of, mesh in ((one, square), (second, turned), (one | {"parallax_scale": 0.0}, square))
+    )
+    assert np.abs(plain - still).max() > 20 * STEP
+    assert np.abs(seen - plain).max() <= 2 * STEP
+
+
 def wrapped(index: npt.NDArray[np.int64], way: str) -> npt.NDArray[np.int64]:
     """Texels of a row of four, as OpenGL 3.3 (table 3.18) names them."""
     if way == "clamp":

@@ -190,6 +190,24 @@ TEST_CASE("streamer: an index beyond the vertices, a wrong size and a flat sky a
     CHECK_THROWS_AS(scene.streamer(), Error);
 }
 
+TEST_CASE("streamer: what shows little does not end a budget that is left for what shows much") {
+    if (!test::have_context()) {
+        return;
+    }
+    SmallScene scene;
+    scene.put("quad_color", test::ktx2_file(assets::PixelFormat::rgba8_srgb, 1024, 1024)); // 5.6 MB
+    Streamer streamer = scene.streamer();
+    std::vector<Need> needs(streamer.piece_count(), Need{1.5F, 0.0F});
+    const auto [begin, count] = streamer.pieces_of("quad_color");
+    std::fill_n(needs.begin() + begin, count, Need{5.0F, 0.0F});
+    streamer.set_needs(needs);
+    // The coarse pieces of the others, which come before its finer mips, have no room any more.
+    streamer.upload({.bytes = 1, .urgent_bytes = 16 << 20, .not_ready = NotReady::wait_if_seen});
+    CHECK(streamer.texture("quad_color")->complete());
+    CHECK_FALSE(streamer.complete());
+    test::throw_on_error();
+}
+
 TEST_CASE("streamer: a budget for what shows much holds for it alone") {
     if (!test::have_context()) {
         return;

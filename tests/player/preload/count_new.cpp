@@ -1,5 +1,6 @@
-// Preloaded into the player by test_frame_cost.py. Counts the calls of operator new from the player's own
-// code and prints the count at exit. Allocations of libraries, such as the graphics driver, are not counted.
+// Preloaded into the player by the fixture `counted` of tests/player/conftest.py. Counts the calls of
+// operator new from the player's own code and prints the count at exit. Allocations of libraries, such as the
+// graphics driver, are not counted.
 
 #include <atomic>
 #include <cstdint>
