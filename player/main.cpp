@@ -13,8 +13,8 @@ int main(int argc, char **argv) {
     try {
         const paradize::Options options =
             paradize::parse_options({argv + 1, argv + (argc > 0 ? argc : 1)}, paradize::pass_names());
-        if (options.help) {
-            paradize::print(paradize::usage(paradize::pass_names()));
+        if (!options.help.empty()) {
+            paradize::print(options.help);
             return 0;
         }
         return paradize::run(options);

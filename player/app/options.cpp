@@ -1,9 +1,12 @@
 #include "app/options.hpp"
 
+#include <CLI/App.hpp>
+#include <CLI/Config.hpp>
+#include <CLI/Formatter.hpp>
+
 #include <algorithm>
 #include <array>
 #include <charconv>
-#include <cmath>
 
 namespace paradize {
 
@@ -13,6 +16,7 @@ constexpr int max_frames = 1000000;
 constexpr int max_px = 16384;
 constexpr double max_s = 1e9;
 constexpr int max_samples = 65536;
+constexpr double min_fps = 1e-9;
 constexpr double max_fps = 1000.0;
 constexpr double max_mb = 1e9;
 
@@ -28,17 +32,31 @@ std::optional<Number> parse_number(std::string_view text) {
     throw UsageError(std::string(option) + " " + std::string(value) + ": " + wanted);
 }
 
-void parse_size(std::string_view text, Options &out) {
+/// Returns what parses a number from `least` to `most` into `out`, and says whether the text is one.
+template <typename Number, typename Out>
+auto number(Out &out, Number least, Number most) {
+    return [&out, least, most](std::string_view text) {
+        const auto value = parse_number<Number>(text);
+        const bool inside = value && *value >= least && *value <= most; // not for NaN
+        if (inside) {
+            out = *value;
+        }
+        return inside;
+    };
+}
+
+bool parse_size(std::string_view text, Options &out) {
     const std::size_t cross = text.find('x');
-    const auto width = parse_number<int>(text.substr(0, cross));
-    const auto height =
-        cross == std::string_view::npos ? std::nullopt : parse_number<int>(text.substr(cross + 1));
-    if (!width || !height || *width < 1 || *height < 1 || *width > max_px || *height > max_px) {
-        refuse("--size", text,
-               "must be WxH in pixels, each 1 to " + std::to_string(max_px) + ", as in 1280x720");
-    }
-    out.width_px = width;
-    out.height_px = height;
+    return cross != std::string_view::npos && number(out.width_px, 1, max_px)(text.substr(0, cross)) &&
+           number(out.height_px, 1, max_px)(text.substr(cross + 1));
+}
+
+/// Returns what takes the name of a file with this extension.
+auto file_name(std::filesystem::path &out, const char *extension) {
+    return [&out, extension](std::string_view text) {
+        out = text;
+        return out.extension() == extension;
+    };
 }
 
 std::string listed(std::span<const std::string_view> names) {
@@ -94,208 +112,135 @@ void parse_passes(std::string_view text, std::span<const std::string_view> passe
     }
 }
 
+/// Throws for options that exclude or need each other.
+void require_consistent(const Options &given, bool quality_given) {
+    const bool pictures = !given.screenshot.empty();
+    const bool sound = !given.audio.empty();
+    const std::pair<bool, const char *> rules[] = {
+        {given.folder.empty(),
+         "no scene folder; give the one that `paradize bake` wrote, such as build/assets/island"},
+        {given.interactive && (given.headless || pictures),
+         "--interactive needs a window: leave out --headless and --screenshot"},
+        {given.bench && (given.interactive || given.check_finite || pictures),
+         "--bench only measures frames: leave out --interactive, --screenshot and --check-finite"},
+        {sound && (given.interactive || given.bench || given.mute),
+         "--audio writes the sound of the flight: leave out --interactive, --bench and --mute"},
+        {sound && !pictures && given.json,
+         "--audio alone draws nothing that --json reports: add --screenshot, or leave one out"},
+        {given.reference && (!pictures || given.fps || quality_given),
+         "--reference renders one picture at the finest settings: add --screenshot, leave out --quality and "
+         "--fps"},
+        {given.fps && (quality_given || given.bench),
+         "--fps chooses the quality itself: leave out --quality and --bench"},
+        {given.file_order && given.vram_mb,
+         "--order file uploads everything, --vram only what the picture needs most: leave out one of them"},
+        {given.panel && given.headless, "--panel is the title of the window: leave out --headless"},
+        {given.interactive && given.frames,
+         "--interactive ends with Escape, not after a number of frames: leave out --frames"},
+    };
+    for (const auto &[broken, message] : rules) {
+        if (broken) {
+            throw UsageError(message);
+        }
+    }
+}
+
 } // namespace
 
 Options parse_options(std::span<const char *const> arguments, std::span<const std::string_view> passes) {
     Options out;
-    bool quality_given = false;
-    for (std::size_t i = 0; i < arguments.size(); ++i) {
-        std::string_view name = arguments[i];
-        std::optional<std::string_view> attached; // --option=value
-        if (const std::size_t equals = name.find('=');
-            name.starts_with("--") && equals != std::string_view::npos) {
-            attached = name.substr(equals + 1);
-            name = name.substr(0, equals);
-        }
-        const auto value = [&]() -> std::string_view {
-            if (attached) {
-                return *attached;
+    CLI::App app("Plays a baked scene. Any key ends playback.", "paradize-player");
+    app.get_formatter()->column_width(26);
+    app.option_defaults()->multi_option_policy(CLI::MultiOptionPolicy::TakeLast);
+    const CLI::Validator no_value(
+        [](const std::string &text) { return text == "true" ? "" : "takes no value"; }, "");
+    const auto flag = [&app, &no_value](const char *name, bool &value, const char *help) {
+        app.add_flag(name, value, help)->check(no_value);
+    };
+    // parse: takes the option's text, says whether it is valid. must_be: what the message says if it is not
+    const auto option = [&app](const char *name, const char *shown, auto parse, const std::string &must_be,
+                               const std::string &help) {
+        const auto take = [name, parse, must_be](const std::string &text) {
+            if (!parse(text)) {
+                refuse(name, text, "must be " + must_be);
             }
-            if (i + 1 == arguments.size()) {
-                throw UsageError(std::string(name) + " needs a value");
-            }
-            return arguments[++i];
         };
-        bool *flag = nullptr;
-        if (name == "--headless") {
-            flag = &out.headless;
-        } else if (name == "--wait-resident") {
-            flag = &out.wait_resident;
-        } else if (name == "--interactive") {
-            flag = &out.interactive;
-        } else if (name == "--bench") {
-            flag = &out.bench;
-        } else if (name == "--json") {
-            flag = &out.json;
-        } else if (name == "--mute") {
-            flag = &out.mute;
-        } else if (name == "--panel") {
-            flag = &out.panel;
-        } else if (name == "--debug") {
-            flag = &out.debug;
-        } else if (name == "--check-finite") {
-            flag = &out.check_finite;
-        } else if (name == "--help" || name == "-h") {
-            flag = &out.help;
-        }
-        if (flag != nullptr) {
-            if (attached) {
-                throw UsageError(std::string(name) + " takes no value");
-            }
-            *flag = true;
-        } else if (name == "--time") {
-            const std::string_view text = value();
-            const auto seconds = parse_number<double>(text);
-            if (!seconds || !std::isfinite(*seconds) || *seconds < 0.0 || *seconds > max_s) {
-                refuse(name, text, "must be seconds from the start, 0 to 1e9");
-            }
-            out.time_s = *seconds;
-        } else if (name == "--frames") {
-            const std::string_view text = value();
-            out.frames = parse_number<int>(text);
-            if (!out.frames || *out.frames < 1 || *out.frames > max_frames) {
-                refuse(name, text, "must be a whole number, 1 to " + std::to_string(max_frames));
-            }
-        } else if (name == "--size") {
-            parse_size(value(), out);
-        } else if (name == "--screenshot") {
-            out.screenshot = value();
-            if (out.screenshot.extension() != ".png") {
-                refuse(name, out.screenshot.string(), "must be a file name that ends in .png");
-            }
-        } else if (name == "--audio") {
-            out.audio = value();
-            if (out.audio.extension() != ".wav") {
-                refuse(name, out.audio.string(), "must be a file name that ends in .wav");
-            }
-        } else if (name == "--quality") {
-            parse_quality(value(), out.quality);
-            quality_given = true;
-        } else if (name == "--reference") {
-            const std::string_view text = value();
-            out.reference = parse_number<int>(text);
-            if (!out.reference || *out.reference < 1 || *out.reference > max_samples) {
-                refuse(name, text, "must be a whole number of frames, 1 to " + std::to_string(max_samples));
-            }
-        } else if (name == "--fps") {
-            const std::string_view text = value();
-            out.fps = parse_number<double>(text);
-            if (!out.fps || !(*out.fps > 0.0) || *out.fps > max_fps) {
-                refuse(name, text, "must be frames a second, above 0 and up to 1000");
-            }
-        } else if (name == "--vram" || name == "--ram") {
-            const std::string_view text = value();
-            const auto megabytes = parse_number<double>(text);
-            if (!megabytes || !(*megabytes >= 1.0) || *megabytes > max_mb) {
-                refuse(name, text, "must be megabytes, 1 to 1e9");
-            }
-            (name == "--vram" ? out.vram_mb : out.ram_mb) = megabytes;
-        } else if (name == "--order") {
-            const std::string_view text = value();
-            if (text != "needs" && text != "file") {
-                refuse(name, text, "must be needs or file");
-            }
+        return app.add_option_function<std::string>(name, take, help)->type_name(shown);
+    };
+    const std::string up_to = ", 1 to ";
+    app.add_option("DIR", out.folder, "folder of the baked scene")->type_name("");
+    flag("--headless", out.headless, "no window and no sound; draws one frame, or --frames");
+    option("--time", "S", number(out.time_s, 0.0, max_s), "seconds from the start, 0 to 1e9",
+           "start at this second of the flight");
+    option("--frames", "N", number(out.frames, 1, max_frames),
+           "a whole number" + up_to + std::to_string(max_frames), "draw N frames, 1/30 s apart, and end");
+    option(
+        "--size", "WxH", [&out](std::string_view text) { return parse_size(text, out); },
+        "WxH in pixels, each 1 to " + std::to_string(max_px) + ", as in 1280x720",
+        "size of the picture in pixels (default: the scene's)");
+    option("--screenshot", "F.png", file_name(out.screenshot, ".png"), "a file name that ends in .png",
+           "draw one frame with all data resident into this file; with --frames N\n"
+           "the files F_0000.png, F_0001.png ..., while the scene streams in");
+    option("--audio", "F.wav", file_name(out.audio, ".wav"), "a file name that ends in .wav",
+           "write the flight's sound, or that of --frames N, into this file, and end;\n"
+           "with --screenshot after it the pictures");
+    bool quality_given = false;
+    const auto take_quality = [&out, &quality_given](const std::string &text) {
+        quality_given = true;
+        parse_quality(text, out.quality);
+    };
+    app.add_option_function<std::string>("--quality", take_quality,
+                                         "speed against exactness: " + listed(tier_names) +
+                                             " (default: balanced); or for each of\n" +
+                                             listed(feature_names) + ":\n--quality shadow=fast,lod=exact")
+        ->type_name("T")
+        ->trigger_on_parse(); // each time it is given
+    option("--reference", "N", number(out.reference, 1, max_samples),
+           "a whole number of frames" + up_to + std::to_string(max_samples),
+           "the screenshot is the mean of N frames at the finest settings: the picture\n"
+           "that qualities are compared with");
+    option("--fps", "N", number(out.fps, min_fps, max_fps), "frames a second, above 0 and up to 1000",
+           "measure, choose the qualities that reach N frames a second with the least\n"
+           "error, and keep to them");
+    const auto take_passes = [&out, passes](const std::string &text) { parse_passes(text, passes, out); };
+    app.add_option_function<std::string>("--disable", take_passes, "leave passes out: " + listed(passes))
+        ->type_name("PASS,...")
+        ->trigger_on_parse();
+    option("--vram", "MB", number(out.vram_mb, 1.0, max_mb), "megabytes, 1 to 1e9",
+           "memory for meshes and textures on the device; what the picture needs\n"
+           "least is left out (default: the scene's vram_mb, or no limit)");
+    option("--ram", "MB", number(out.ram_mb, 1.0, max_mb), "megabytes, 1 to 1e9",
+           "memory for files that wait for upload (default: 268)");
+    option(
+        "--order", "O",
+        [&out](std::string_view text) {
             out.file_order = text == "file";
-        } else if (name == "--disable") {
-            parse_passes(value(), passes, out);
-        } else if (name.starts_with("-") && name.size() > 1) {
-            throw UsageError("unknown option " + std::string(name));
-        } else if (!out.folder.empty()) {
-            throw UsageError("one scene folder at a time: " + out.folder.string() + " or " +
-                             std::string(name) + "?");
-        } else {
-            out.folder = name;
-        }
+            return text == "needs" || out.file_order;
+        },
+        "needs or file",
+        "what is uploaded first: needs (default), what the picture needs most; file,\n"
+        "the order of scene.json, to compare with");
+    flag("--wait-resident", out.wait_resident, "upload everything before the first frame");
+    flag("--interactive", out.interactive,
+         "fly yourself: W A S D Q E, mouse, Z X roll, Shift is faster, Space pauses,\n"
+         "M mutes, N next music, - and + volume, Escape ends");
+    flag("--bench", out.bench,
+         "measure 100 frames (or --frames) with all data resident: median and 95th\npercentile");
+    flag("--json", out.json, "print one JSON object about the run");
+    flag("--panel", out.panel, "the window's title says what is resident, needed and missing");
+    flag("--mute", out.mute, "no sound");
+    flag("--debug", out.debug, "errors reported by the graphics driver are fatal");
+    flag("--check-finite", out.check_finite, "a NaN or infinity in the picture is fatal");
+    try {
+        app.parse(std::vector<std::string>(arguments.rbegin(), arguments.rend())); // the last one first
+    } catch (const CLI::CallForHelp &) {
+        out.help = app.help();
+        return out;
+    } catch (const CLI::ParseError &error) {
+        throw UsageError(error.what());
     }
-    if (out.folder.empty() && !out.help) {
-        throw UsageError(
-            "no scene folder; give the one that `paradize bake` wrote, such as build/assets/island");
-    }
-    if (out.interactive && (out.headless || !out.screenshot.empty())) {
-        throw UsageError("--interactive needs a window: leave out --headless and --screenshot");
-    }
-    if (out.bench && (out.interactive || out.check_finite || !out.screenshot.empty())) {
-        throw UsageError("--bench only measures frames: leave out --interactive, --screenshot and "
-                         "--check-finite");
-    }
-    if (!out.audio.empty() && (out.interactive || out.bench || out.mute)) {
-        throw UsageError(
-            "--audio writes the sound of the flight: leave out --interactive, --bench and --mute");
-    }
-    if (!out.audio.empty() && out.screenshot.empty() && out.json) {
-        throw UsageError(
-            "--audio alone draws nothing that --json reports: add --screenshot, or leave one out");
-    }
-    if (out.reference && (out.screenshot.empty() || out.fps || quality_given)) {
-        throw UsageError(
-            "--reference renders one picture at the finest settings: add --screenshot, leave out "
-            "--quality and --fps");
-    }
-    if (out.fps && (quality_given || out.bench)) {
-        throw UsageError("--fps chooses the quality itself: leave out --quality and --bench");
-    }
-    if (out.file_order && out.vram_mb) {
-        throw UsageError(
-            "--order file uploads everything, --vram only what the picture needs most: leave out "
-            "one of them");
-    }
-    if (out.panel && out.headless) {
-        throw UsageError("--panel is the title of the window: leave out --headless");
-    }
-    if (out.interactive && out.frames) {
-        throw UsageError("--interactive ends with Escape, not after a number of frames: leave out --frames");
-    }
+    require_consistent(out, quality_given);
     return out;
-}
-
-std::string usage(std::span<const std::string_view> passes) {
-    return "paradize-player DIR [--headless] [--time S] [--frames N] [--size WxH] [--screenshot F.png]\n"
-           "                    [--audio F.wav] [--quality T|FEATURE=T,...] [--reference N] [--fps N] "
-           "[--disable PASS,...]\n"
-           "                    [--vram MB] [--ram MB] [--order O] [--wait-resident] [--interactive] "
-           "[--bench]\n"
-           "                    [--json] [--panel] [--mute] [--debug] [--check-finite]\n"
-           "\n"
-           "Plays a baked scene. Any key ends playback.\n"
-           "  --headless         no window and no sound; draws one frame, or --frames\n"
-           "  --time S           start at this second of the flight\n"
-           "  --frames N         draw N frames, 1/30 s apart, and end\n"
-           "  --size WxH         size of the picture in pixels (default: the scene's)\n"
-           "  --screenshot F.png draw one frame with all data resident into this file; with --frames N\n"
-           "                     the files F_0000.png, F_0001.png ..., while the scene streams in\n"
-           "  --audio F.wav      write the flight's sound, or that of --frames N, into this file, and end; "
-           "with\n"
-           "                     --screenshot after it the pictures\n"
-           "  --quality T        speed against exactness: " +
-           listed(tier_names) + " (default: balanced); or for each of\n                     " +
-           listed(feature_names) +
-           ":\n"
-           "                     --quality shadow=fast,lod=exact\n"
-           "  --reference N      the screenshot is the mean of N frames at the finest settings: the picture\n"
-           "                     that qualities are compared with\n"
-           "  --fps N            measure, choose the qualities that reach N frames a second with the least "
-           "error,\n"
-           "                     and keep to them\n"
-           "  --disable PASS,... leave passes out: " +
-           listed(passes) +
-           "\n"
-           "  --vram MB          memory for meshes and textures on the device; what the picture needs least "
-           "is\n"
-           "                     left out (default: the scene's vram_mb, or no limit)\n"
-           "  --ram MB           memory for files that wait for upload (default: 268)\n"
-           "  --order O          what is uploaded first: needs (default), what the picture needs most; file, "
-           "the\n"
-           "                     order of scene.json, to compare with\n"
-           "  --wait-resident    upload everything before the first frame\n"
-           "  --interactive      fly yourself: W A S D Q E, mouse, Z X roll, Shift is faster, Space pauses,\n"
-           "                     M mutes, N next music, - and + volume, Escape ends\n"
-           "  --bench            measure 100 frames (or --frames) with all data resident: median and 95th\n"
-           "                     percentile\n"
-           "  --json             print one JSON object about the run\n"
-           "  --panel            the window's title says what is resident, needed and missing\n"
-           "  --mute             no sound\n"
-           "  --debug            errors reported by the graphics driver are fatal\n"
-           "  --check-finite     a NaN or infinity in the picture is fatal\n";
 }
 
 } // namespace paradize

@@ -40,12 +40,10 @@ struct Options {
     bool mute = false;
     bool debug = false;        // errors reported by the driver are fatal
     bool check_finite = false; // NaN or infinity in the linear picture is fatal
-    bool help = false;
+    std::string help;          // the text of --help where it is asked for
 };
 
 /// `passes` are the names that --disable accepts. Throws UsageError.
 Options parse_options(std::span<const char *const> arguments, std::span<const std::string_view> passes);
-
-std::string usage(std::span<const std::string_view> passes);
 
 } // namespace paradize

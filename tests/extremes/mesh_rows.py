@@ -15,7 +15,7 @@ from scipy.spatial import cKDTree
 from paradize.data import Mesh, QuantizedValues
 from paradize.metrics.atlas import atlas_quality
 from paradize.metrics.occlusion import cast_errors
-from paradize.metrics.surface import Original, surface_distance
+from paradize.metrics.surface import Original
 from paradize.metrics.tangent import frame_errors, frame_faults
 from paradize.stages.atlas import make_atlas
 from paradize.stages.lod import simplify
@@ -239,7 +239,7 @@ def _fitted(mesh: Mesh) -> Mesh:
 
 def _level_error(mesh: Mesh, made: Mesh) -> float:
     """The largest distance between the level and the surface, of the diagonal."""
-    return surface_distance(sound(mesh), made, samples=20_000)["error_max"]
+    return Original(sound(mesh)).distance(made, samples=20_000)["error_max"]
 
 
 def _meshopt(mesh: Mesh) -> np.ndarray:
@@ -258,7 +258,7 @@ def _meshopt_error(mesh: Mesh, made: np.ndarray) -> float:
         return 0.0
     mesh = sound(mesh)
     scaled = replace(mesh, positions=unit(mesh.positions).astype(np.float32), groups=())
-    return surface_distance(scaled, replace(scaled, triangles=made), samples=20_000)["error_max"]
+    return Original(scaled).distance(replace(scaled, triangles=made), samples=20_000)["error_max"]
 
 
 def _layout_faults(mesh: Mesh, made: Mesh) -> float:

@@ -18,7 +18,7 @@ from paradize.metrics.mapped_normal import normal_error, uv_shift
 from paradize.metrics.occlusion import cast_errors
 from paradize.metrics.quantised import quantised_errors
 from paradize.metrics.seen import seen_difference, seen_mesh
-from paradize.metrics.surface import diagonal, surface_distance
+from paradize.metrics.surface import Original, diagonal
 from paradize.metrics.switch import switch_flip
 from paradize.metrics.tangent import frame_errors, frame_faults
 from paradize.metrics.terrain import TerrainError, terrain_error
@@ -57,7 +57,7 @@ def _shifted(mesh: Mesh) -> Mesh:
 
 def _distance(mesh: Mesh) -> dict[str, float]:
     """To the mesh moved by a sixteenth of its longest side; NaN and the like as they are."""
-    return surface_distance(mesh, _shifted(mesh) if np.isfinite(mesh.positions).all() else mesh, 20_000)
+    return Original(mesh).distance(_shifted(mesh) if np.isfinite(mesh.positions).all() else mesh, 20_000)
 
 
 def _distance_error(mesh: Mesh, made: dict[str, float]) -> float:

@@ -39,6 +39,21 @@ TEST_CASE("command line: all documented options are accepted") {
     CHECK(o.mute);
 }
 
+TEST_CASE("command line: of a value given twice the last counts; passes and tiers given twice all count") {
+    CHECK(parse({"a", "--time", "1", "--time=2"}).time_s == 2.0);
+    CHECK(parse({"--disable", "sky", "a", "--disable=water"}).disabled ==
+          std::vector<std::string>{"sky", "water"});
+    Quality mixed = all_at(Tier::exact);
+    mixed[static_cast<std::size_t>(QualityFeature::shadow)] = Tier::fast;
+    CHECK(parse({"a", "--quality", "exact", "--quality", "shadow=fast"}).quality == mixed);
+}
+
+TEST_CASE("command line: --help needs no folder and lists the passes") {
+    CHECK(parse({"--help"}).help.find("sky, water") != std::string::npos);
+    CHECK(parse({"-h"}).help.find("--check-finite") != std::string::npos);
+    CHECK(parse({"a"}).help.empty());
+}
+
 TEST_CASE("command line: wrong usage is an error") {
     CHECK_THROWS_AS(parse({}), UsageError);
     CHECK_THROWS_AS(parse({"a", "b"}), UsageError);

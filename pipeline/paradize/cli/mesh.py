@@ -9,7 +9,7 @@ from paradize.cli.single_file import add_common, bake_file
 from paradize.cli.values import number, rising, whole
 from paradize.scene import ranges
 from paradize.scene.baker_settings import MeshSettings
-from paradize.scene.settings import SIMPLIFIERS, UNWRAPPERS
+from paradize.tiers import SIMPLIFIERS, UNWRAPPERS
 
 
 def add(sub: argparse.ArgumentParser) -> None:
@@ -64,7 +64,7 @@ def add(sub: argparse.ArgumentParser) -> None:
     sub.add_argument(
         "--simplifier",
         choices=SIMPLIFIERS,
-        default=SIMPLIFIERS[0],
+        default=MeshSettings.simplifier,
         help="library that makes the levels (paradize); fast-simplification and openmesh see only positions: "
         "texture coordinates are taken from the source again, without seams; they take one material, "
         "openmesh only manifolds",
@@ -105,6 +105,6 @@ def run(arguments: argparse.Namespace) -> int:
         quantise={} if arguments.quantise else None,
         screen_size=None if arguments.size_px is None else {"size_px": arguments.size_px},
         atlas=arguments.atlas or arguments.unwrapper is not None,
-        unwrapper=arguments.unwrapper or UNWRAPPERS[0],
+        unwrapper=arguments.unwrapper or MeshSettings.unwrapper,
     )
     return bake_file(arguments, "mesh", settings, arguments.out)

@@ -5,10 +5,9 @@ from __future__ import annotations
 import argparse
 import sys
 import time
-from collections.abc import Callable
 from functools import partial
+from math import isfinite, nan
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from paradize.cli import options
 from paradize.cli.output import say, show, show_json, warn
@@ -17,9 +16,6 @@ from paradize.cli.values import number
 from paradize.errors import BakeError
 from paradize.kinds import require_folder, require_glb
 from paradize.scene.baker_settings import BakerSettings
-
-if TYPE_CHECKING:
-    from paradize.build.single_file import BakedFiles
 
 
 def _budget(kind: str, text: str) -> dict[str, float]:
@@ -53,9 +49,12 @@ def _nodata(text: str) -> float | str:
     if text in ("auto", "none"):
         return text
     try:
-        return float(text)
+        value = float(text)
     except ValueError:
-        raise argparse.ArgumentTypeError(f"{text!r} is no number; allowed: a number, auto or none") from None
+        value = nan
+    if not isfinite(value):
+        raise argparse.ArgumentTypeError(f"{text!r} is no number; allowed: a finite number, auto or none")
+    return value
 
 
 def add_nodata(sub: argparse.ArgumentParser) -> None:
@@ -87,10 +86,9 @@ def bake_file(
     out: Path | None = None,
     **sources: Path | None,
 ) -> int:
-    """Bakes one file in a worker, writes the results (into the folder `arguments.out`, or as the file `out`)
-    and prints them. sources: others than the input, as the function of api.py takes them. Returns the exit
-    code."""
-    from paradize import api
+    """Bakes one file in a worker by build.single_file.bake_single, writes the results (into the folder
+    `arguments.out`, or as the file `out`) and prints them. Returns the exit code."""
+    from paradize.build.single_file import bake_single
     from paradize.cli.progress import progress
     from paradize.jobs.limits import cores
     from paradize.jobs.pool import Job, run_jobs
@@ -104,11 +102,9 @@ def bake_file(
     else:
         require_glb(out)
     require_place(arguments.out if out is None else out.parent)
-    calls: dict[str, Callable[..., BakedFiles]]
-    calls = {"mesh": api.mesh, "maps": api.maps, "terrain": api.terrain, "occlusion": api.occlusion}
-    given = {"source": arguments.input, "settings": settings, **sources}
+    given = {"kind": kind, "path": arguments.input, "settings": settings, **sources}
     given |= {"tier": arguments.tier, "budget": arguments.budget}
-    job = Job(arguments.input.name, calls[kind], given, file=arguments.input)
+    job = Job(arguments.input.name, bake_single, given, file=arguments.input)
     threads = min(arguments.jobs, cores()) if arguments.jobs else None
     with progress() as shown:
         shown.step(job.name, 0, 1)

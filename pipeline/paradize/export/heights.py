@@ -7,18 +7,17 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from paradize.preview.raster import covered_pixels
+
 if TYPE_CHECKING:
     import numpy.typing as npt
 
     from paradize.data import Mesh
 
     F32 = npt.NDArray[np.float32]
-    F64 = npt.NDArray[np.float64]
     U32 = npt.NDArray[np.uint32]
 
 GROUND_TEXELS = 2048  # a side of the terrain's picture, at least; more if the effect map has more
-_AT_ONCE = 1 << 17  # texels tested in one batch: a megabyte of each value, which a cache holds
-_EDGE = 1e-6  # of a triangle: a texel on its edge belongs to it
 
 
 def heights_of(uvs: F32, heights: F32, triangles: U32, shape: tuple[int, int]) -> F32:
@@ -30,42 +29,10 @@ def heights_of(uvs: F32, heights: F32, triangles: U32, shape: tuple[int, int]) -
     x = (uvs[:, 0].astype(np.float64) * columns - 0.5)[triangles]
     y = (uvs[:, 1].astype(np.float64) * rows - 0.5)[triangles]
     z = heights.astype(np.float64)[triangles]
-    left, top = (np.maximum(np.ceil(v.min(axis=1) - _EDGE), 0).astype(np.int64) for v in (x, y))
-    right = np.minimum(np.floor(x.max(axis=1) + _EDGE), columns - 1).astype(np.int64)
-    bottom = np.minimum(np.floor(y.max(axis=1) + _EDGE), rows - 1).astype(np.int64)
-    span = np.maximum(right - left, bottom - top) + 1
-    span[(right < left) | (bottom < top)] = 0
-    side = 1
-    while (span >= side).any():  # triangles of similar size together: each tests side x side texels
-        chosen = np.flatnonzero((span >= side) & (span < 2 * side))
-        step = max(1, _AT_ONCE // (4 * side * side))
-        for first in range(0, len(chosen), step):
-            part = chosen[first : first + step]
-            _draw(out, x[part], y=y[part], z=z[part], left=left[part], top=top[part], side=2 * side - 1)
-        side *= 2
+    for texels, owners, b, c in covered_pixels(x, y, shape):
+        za, zb, zc = z[owners].T
+        out.flat[texels] = za + b * (zb - za) + c * (zc - za)
     return out
-
-
-def _draw(
-    out: F32, x: F64, y: F64, z: F64, left: npt.NDArray[np.int64], top: npt.NDArray[np.int64], side: int
-) -> None:
-    """Writes the heights of triangles (m, 3) whose boxes begin at left, top and are at most `side` texels
-    wide."""
-    offsets = np.arange(side)
-    i = left[:, None, None] + offsets[None, None, :]
-    j = top[:, None, None] + offsets[None, :, None]
-    ax, bx, cx = (x[:, k, None, None] for k in range(3))
-    ay, by, cy = (y[:, k, None, None] for k in range(3))
-    area = (bx - ax) * (cy - ay) - (cx - ax) * (by - ay)
-    area = np.where(area == 0.0, np.inf, area)  # a sliver without area covers nothing
-    b = ((i - ax) * (cy - ay) - (cx - ax) * (j - ay)) / area
-    c = ((bx - ax) * (j - ay) - (i - ax) * (by - ay)) / area
-    inside = (b >= -_EDGE) & (c >= -_EDGE) & (b + c <= 1.0 + _EDGE) & np.isfinite(area)
-    inside &= (i < out.shape[1]) & (j < out.shape[0])
-    za, zb, zc = (z[:, k, None, None] for k in range(3))
-    value = za + b * (zb - za) + c * (zc - za)
-    i, j = np.broadcast_arrays(i, j)
-    out[j[inside], i[inside]] = value[inside]
 
 
 def at_least(shape: tuple[int, ...]) -> tuple[int, int]:

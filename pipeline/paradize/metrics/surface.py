@@ -46,7 +46,14 @@ class Original:
         return self._last[1]
 
     def distance(self, level: Mesh, samples: int = SAMPLES) -> dict[str, float]:
-        """See surface_distance."""
+        """error_max, error_max_lower, error_p99 and error_rms of a level, each the larger of both directions,
+        as fractions of the original's diagonal.
+
+        No point of either surface is farther from the other than error_max, and some point is as far as
+        error_max_lower. They differ by at most 0.1 % or 1e-7, unless the kernel's work limit ends the search
+        (is_loose: more than 2 %). samples: approximate number per direction for p99 and RMS (0 to 10^8). Six
+        digits; bounds are rounded outwards.
+        """
         other = self.surface_of(level)
         distances = self.surface.between(other, samples=samples)
         scale = 1.0 / self.diagonal_m if self.diagonal_m > 0 else 0.0
@@ -57,18 +64,6 @@ class Original:
             "error_rms": rounded(rms),
             "error_p99": rounded(p99),
         }
-
-
-def surface_distance(a: Mesh, b: Mesh, samples: int = SAMPLES) -> dict[str, float]:
-    """error_max, error_max_lower, error_p99 and error_rms, each the larger of both directions, as fractions
-    of a's diagonal.
-
-    No point of either surface is farther from the other than error_max, and some point is as far as
-    error_max_lower. They differ by at most 0.1 % or 1e-7, unless the kernel's work limit ends the search
-    (is_loose: more than 2 %). samples: approximate number per direction for p99 and RMS (0 to 10^8). Six
-    digits; bounds are rounded outwards.
-    """
-    return Original(a).distance(b, samples)
 
 
 def is_loose(errors: Mapping[str, float]) -> bool:

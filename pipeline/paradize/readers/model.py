@@ -49,6 +49,8 @@ def read_model(path: Path, root: Path | None = None, on_library: list[Path] | No
 
 
 def _with_near_uvs(model: Model, path: Path) -> Model:
+    """Returns the model with texture coordinates farther from 0 than the player takes as (0, 0), and a
+    warning."""
     near: dict[str, Any] = {}
     warnings: list[str] = []
     for name in ("uvs", "uvs1"):

@@ -220,6 +220,7 @@ def _of_same_name(path: Path, root: Path) -> Path | None:
 
 
 def _parse(path: Path) -> ParsedObj:
+    """parse_obj_file of a path. Raises SourceError where the file cannot be read."""
     try:
         with open_file(path) as file:
             require_utf8(os.pread(file.fileno(), 4, 0), path)

@@ -14,6 +14,7 @@ import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
 from paradize.data import Mesh
+from paradize.preview.raster import covered_pixels
 from paradize.preview.shade import to_srgb
 
 if TYPE_CHECKING:
@@ -29,7 +30,6 @@ _FINE = 2 * SIZE  # pixels a side as it is drawn, before it is halved
 MOST_TRIANGLES = 400_000  # of one level; more take long and look no different
 _PAPER, _INK, _PALE = (24, 25, 28), (236, 236, 232), (150, 152, 156)
 _SUN = np.array([-0.45, 0.75, 0.48])
-_AT_ONCE = 1 << 21  # pixels tested in one batch
 _YAW, _PITCH = 0.55, 0.42  # radians
 
 
@@ -132,39 +132,10 @@ def _draw(
     light: F32,
     depth: F64,
 ) -> None:
-    """Draws triangles into light (pixels, 3) and depth (pixels,), in batches of similar size."""
-    px, py = x[triangles], y[triangles]
-    left, top = (np.clip(np.ceil(v.min(axis=1)), 0, _FINE).astype(np.int64) for v in (px, py))
-    right, bottom = (np.clip(np.floor(v.max(axis=1)), -1, _FINE - 1).astype(np.int64) for v in (px, py))
-    span = np.maximum(right - left, bottom - top) + 1
-    span[(right < left) | (bottom < top)] = 0
-    side = 1
-    while (span >= side).any():
-        chosen = np.flatnonzero((span >= side) & (span < 2 * side))
-        step = max(1, _AT_ONCE // (4 * side * side))
-        for first in range(0, len(chosen), step):
-            part = chosen[first : first + step]
-            covered = _covered(px[part], py[part], left[part], top[part], 2 * side - 1)
-            if len(covered[0]):
-                _shade(mesh, triangles[part], skin=skin, z=z, covered=covered, light=light, depth=depth)
-        side *= 2
-
-
-def _covered(px: F64, py: F64, left: I64, top: I64, side: int) -> tuple[I64, I64, F64, F64]:
-    """Of triangles whose boxes begin at left, top: (pixel, triangle, weights of corners 1 and 2) covered."""
-    offsets = np.arange(side)
-    i = left[:, None, None] + offsets[None, None, :]
-    j = top[:, None, None] + offsets[None, :, None]
-    ax, bx, cx = (px[:, k, None, None] for k in range(3))
-    ay, by, cy = (py[:, k, None, None] for k in range(3))
-    area = (bx - ax) * (cy - ay) - (cx - ax) * (by - ay)
-    safe = np.where(area == 0.0, np.inf, area)
-    b = ((i - ax) * (cy - ay) - (cx - ax) * (j - ay)) / safe
-    c = ((bx - ax) * (j - ay) - (i - ax) * (by - ay)) / safe
-    inside = (b >= 0.0) & (c >= 0.0) & (b + c <= 1.0) & (area != 0.0) & (i < _FINE) & (j < _FINE)
-    pixels = np.broadcast_to(j * _FINE + i, inside.shape)[inside]
-    owners = np.broadcast_to(np.arange(len(px))[:, None, None], inside.shape)[inside]
-    return pixels, owners, b[inside], c[inside]
+    """Draws triangles into light (pixels, 3) and depth (pixels,)."""
+    for covered in covered_pixels(x[triangles], y[triangles], (_FINE, _FINE)):
+        if len(covered[0]):
+            _shade(mesh, triangles, skin=skin, z=z, covered=covered, light=light, depth=depth)
 
 
 def _shade(
@@ -176,7 +147,7 @@ def _shade(
     light: F32,
     depth: F64,
 ) -> None:
-    """Writes the covered pixels (as _covered returns them) that are nearer than `depth`."""
+    """Writes the covered pixels (a batch of covered_pixels) that are nearer than `depth`."""
     pixels, owners, b, c = covered
     corners = triangles[owners]
     weights = np.stack([1.0 - b - c, b, c], axis=1)

@@ -13,7 +13,7 @@ from typing import Any, Literal, Self
 from paradize.errors import ArgumentError
 from paradize.map_table import AUTHORED, DERIVED
 from paradize.scene.schema.field import suggestion
-from paradize.scene.settings import SIMPLIFIERS, UNWRAPPERS, Relief
+from paradize.scene.settings import Relief, SceneObject
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -58,20 +58,20 @@ class MeshSettings(BakerSettings):
     follow the second texture coordinates, since their normal map lies there; None: as the model says.
     """
 
-    lods: int = 4
+    lods: int = SceneObject.lods
     max_error: float | None = None
-    lod_ratio: float = 0.5
+    lod_ratio: float = SceneObject.lod_ratio
     lod_errors: Sequence[float] = ()
     screen_size: Mapping[str, Any] | None = None
     flight_views: dict[str, Any] | None = None
     instances: Sequence[Mapping[str, Any]] = ()
-    simplifier: str = SIMPLIFIERS[0]
+    simplifier: str = SceneObject.simplifier
     atlas: bool = False
     painted: bool = False
-    unwrapper: str = UNWRAPPERS[0]
-    weld_m: float = 0.0
-    crease_deg: float = 45.0
-    tangents: str = "mikktspace"
+    unwrapper: str = SceneObject.unwrapper
+    weld_m: float = SceneObject.weld_m
+    crease_deg: float = SceneObject.crease_deg
+    tangents: str = SceneObject.tangents
     quantise: Mapping[str, float] | None = None
     base_colors: Mapping[str, Sequence[float]] | None = None
     attributes: Sequence[str] | None = None

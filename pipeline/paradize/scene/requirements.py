@@ -36,7 +36,7 @@ def require(scene: Scene, maps: SceneMaps) -> Requirements:
     drawn_in = views_of_objects(scene)
     left = list(maps.sets)
     for item in scene.objects:
-        path = camera_views(scene) if item.lods_by == "sight" else None
+        path = camera_views(scene) if item.lods_by == "flight" else None
         size = (
             screen_size(scene.head, item, maps.objects[item.name]) if item.lods_by == "screen_size" else None
         )

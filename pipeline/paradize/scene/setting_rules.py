@@ -19,8 +19,8 @@ from paradize.map_table import DERIVED
 from paradize.scene import ranges
 from paradize.scene.budget import METRICS
 from paradize.scene.schema.field import suggestion
-from paradize.scene.settings import SIMPLIFIERS, UNWRAPPERS
 from paradize.scene.settings.relief import FILTERS
+from paradize.tiers import SIMPLIFIERS, UNWRAPPERS
 
 ATTRIBUTES = ("POSITION", "NORMAL", "TANGENT", "TEXCOORD_0", "TEXCOORD_1", "COLOR_0", "_SWAY")
 

@@ -19,7 +19,8 @@ from paradize.errors import BakeError
 from paradize.kernels.atlas import make_charts, max_chart_count, pack
 from paradize.kernels.mesh import number_rows
 from paradize.stages.split import split_by
-from paradize.stages.unwrappers import UNWRAPPERS, require_unwrapper, xatlas_charts
+from paradize.stages.unwrappers import require_unwrapper, xatlas_charts
+from paradize.tiers import UNWRAPPERS
 
 if TYPE_CHECKING:
     import numpy.typing as npt

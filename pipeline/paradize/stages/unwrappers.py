@@ -15,11 +15,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from paradize.errors import BakeError
+from paradize.tiers import UNWRAPPERS
 
 if TYPE_CHECKING:
     import numpy.typing as npt
-
-UNWRAPPERS = ("paradize", "xatlas")
 
 # xatlas widens each chart to whole texels before it packs: the finer, the less it is stretched. 4096 takes up
 # to twice the time.

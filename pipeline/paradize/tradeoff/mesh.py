@@ -21,12 +21,13 @@ from paradize.metrics.tangent import frame_errors
 from paradize.scene.baker_settings import MeshSettings
 from paradize.scene.jobs import BakeJob
 from paradize.stages import atlas
-from paradize.stages.lod import METHODS, SIMPLIFIERS, require_simplifier
+from paradize.stages.lod import require_simplifier
 from paradize.stages.order import draw_order
 from paradize.stages.quantise import mesh_grid, quantise_levels
 from paradize.stages.tangents import METHODS as TANGENTS
 from paradize.stages.tangents import method_of, tangent_frames
-from paradize.stages.unwrappers import UNWRAPPERS, require_unwrapper
+from paradize.stages.unwrappers import require_unwrapper
+from paradize.tiers import SIMPLIFIERS, UNWRAPPERS
 from paradize.tradeoff.timing import Trial, TrialGroup, TrialResult, timed
 
 Settings = dict[str, Any]
@@ -200,7 +201,7 @@ def lod_tier(
     settings: Settings,
     tier: str,
     runs: int | None,
-    simplifier: str = METHODS[0],
+    simplifier: str = SIMPLIFIERS[0],
     most_levels: int | None = None,
 ) -> TrialResult:
     """Makes the levels of detail, with the errors that the baker measures of each. most_levels: the source
@@ -212,7 +213,7 @@ def lod_tier(
     if most_levels is not None:
         plan = replace(plan, count=most_levels)
     seconds, (made, notes) = timed(lambda: make_levels(mesh, plan, tier), runs)
-    if len(made) == 1 and simplifier != METHODS[0]:
+    if len(made) == 1 and simplifier != SIMPLIFIERS[0]:
         raise BakeError(f"{simplifier} makes no level: {'; '.join(notes)}")
     heads = {"error": "surface", "normal": "lod_normal"}  # as budgets name them
     errors = []

@@ -31,7 +31,7 @@ from paradize.data import Mesh
 from paradize.kernels.mesh import number_rows
 from paradize.kernels.simplify import simplify
 from paradize.metrics.mapped_normal import normal_error, uv_shift
-from paradize.metrics.surface import Original, surface_distance
+from paradize.metrics.surface import Original
 from paradize.stages.lod.meshoptimizer import meshopt_simplify
 from row import BASELINE, Row, Trade, on
 from tests.places import ROOT
@@ -191,7 +191,7 @@ def _error(judge: Original, levels: Levels, which: int) -> tuple[float, str]:
     """The RMS, and what is told."""
     _, points, faces, columns = levels[which]
     level = Mesh(np.ascontiguousarray(points, np.float32), np.ascontiguousarray(faces, np.uint32))
-    found = surface_distance(judge.mesh, level, SAMPLES)
+    found = Original(judge.mesh).distance(level, SAMPLES)
     rms, most = found["error_rms"], found["error_max"]
     text = f"{len(faces)} triangles, rms {rms:.3e}, max {most:.2e} of the diagonal"
     if columns is None:

@@ -15,7 +15,7 @@ from paradize.bakers.mesh.bake import bake_mesh
 from paradize.bakers.mesh.lods import NO_ERROR, TIERS, MeasuredLevel, Plan, make_levels
 from paradize.bakers.mesh.lods_from_path import bake_seen, plan_by_flight
 from paradize.data import Group, Mesh
-from paradize.metrics.surface import Original, diagonal, surface_distance
+from paradize.metrics.surface import Original, diagonal
 from paradize.scene.baker_settings import MeshSettings
 from paradize.scene.flight import plan_flight, sightings_of
 from paradize.scene.placement import placed
@@ -119,7 +119,7 @@ def test_two_levels_of_one_shape_are_measured_each() -> None:
     judge = Original(ball)
     for away in (0.1, 0.3, 0.1):
         level = replace(ball, positions=ball.positions + np.float32([away, 0, 0]))
-        assert judge.distance(level, 1000) == surface_distance(ball, level, 1000)
+        assert judge.distance(level, 1000) == Original(ball).distance(level, 1000)
 
 
 def test_what_stops_several_levels_is_said_once() -> None:

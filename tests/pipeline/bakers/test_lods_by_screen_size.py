@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from paradize.bakers.mesh.bake import with_two_sided
 from paradize.bakers.mesh.lods import Plan, make_levels
 from paradize.bakers.mesh.lods_by_screen_size import ScreenSize
 from paradize.build.materials.map_sets import find_map_sets
@@ -169,7 +168,6 @@ def test_a_model_says_which_materials_are_two_sided_where_no_scene_does() -> Non
         ({"size_px": 8.0}, ("leaf",)),
         ({"size_px": 8.0, "two_sided": ["bark"]}, ["bark"]),
     ):
-        settings = MeshSettings(screen_size=screen_size)
-        plan = with_two_sided(Plan.of(settings), settings, materials)
+        plan = Plan.of(MeshSettings(screen_size=screen_size), materials)
         assert plan.screen_size is not None and plan.screen_size.two_sided == names
-    assert with_two_sided(Plan(), MeshSettings(), materials) == Plan()
+    assert Plan.of(MeshSettings(), materials) == Plan()

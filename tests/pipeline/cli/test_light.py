@@ -70,8 +70,15 @@ def test_a_command_that_bakes_one_file_leaves_all_but_the_report_to_its_worker(t
     call = [sys.executable, "-I", "-c", SCRIPT, "mesh", "nook.obj", "-o", "nook.glb"]
     output = subprocess.run(call, capture_output=True, text=True, check=True, cwd=tmp_path).stdout
     loaded = set(json.loads(output.splitlines()[-1]))
-    assert "paradize.api" in loaded  # which the worker loads too
-    heavy = {"numpy", "paradize.bakers", "paradize.build.bake", "paradize.checks", "paradize.tradeoff"}
+    assert "paradize.build.single_file" in loaded  # which the worker loads too
+    heavy = {
+        "numpy",
+        "paradize.api",
+        "paradize.bakers",
+        "paradize.build.bake",
+        "paradize.checks",
+        "paradize.tradeoff",
+    }
     assert not loaded & heavy
 
 

@@ -47,7 +47,7 @@ def baked(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFacto
     if request.param == "free camera":
         text += FREE
     if request.param == "by sight":  # level 0 is simplified
-        text = text.replace("lods = 3", 'lods = 3\nlods_by = "sight"').replace("[9, 2, 0]", "[19, 2, 0]")
+        text = text.replace("lods = 3", 'lods = 3\nlods_by = "flight"').replace("[9, 2, 0]", "[19, 2, 0]")
         text = text.replace("[0, 2, 9]", "[0, 2, 19]").replace("[-9, 2, 0]", "[-19, 2, 0]")
         text = text.replace("[0, 2, -9]", "[0, 2, -19]").replace("[640, 360]", "[64, 36]")
     if request.param == "swift":

@@ -54,7 +54,8 @@ from paradize.bakers.maps.bake import bake_maps
 from paradize.bakers.mesh.bake import bake_mesh
 from paradize.bakers.terrain.mesh import bake_terrain
 from paradize.scene.baker_settings import TerrainSettings
-from paradize.stages.unwrappers import UNWRAPPERS, unwrapper_version
+from paradize.stages.unwrappers import unwrapper_version
+from paradize.tiers import UNWRAPPERS
 
 folder, made_files, tiers = Path(sys.argv[1]), {}, sys.argv[2:]
 for tier in tiers:

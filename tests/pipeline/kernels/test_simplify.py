@@ -12,7 +12,7 @@ from paradize.bakers.mesh.lods import Plan, make_levels
 from paradize.data import Mesh
 from paradize.kernels.mesh import number_rows, topology
 from paradize.kernels.simplify import Simplified, simplify
-from paradize.metrics.surface import surface_distance
+from paradize.metrics.surface import Original
 from paradize.stages import lod
 from tests.pipeline.shapes import cube, grid, sphere
 
@@ -93,7 +93,7 @@ def test_a_flat_square_becomes_two_triangles_and_stays_where_it_was() -> None:
     assert len(found.triangles) == 2
     assert found.stop == "target"
     assert found.error < 1e-6
-    assert surface_distance(grid(40), as_mesh(found))["error_max"] < 1e-6
+    assert Original(grid(40)).distance(as_mesh(found))["error_max"] < 1e-6
 
 
 @pytest.mark.parametrize("weight", [0.0, 1.0])
@@ -165,7 +165,7 @@ def test_what_did_not_move_is_as_it_was() -> None:
 def test_errors_are_near_those_that_are_measured() -> None:
     ball = sphere(64)
     found = made(ball, 800)
-    measured = surface_distance(ball, as_mesh(found))["error_rms"] * 2 * np.sqrt(3)
+    measured = Original(ball).distance(as_mesh(found))["error_rms"] * 2 * np.sqrt(3)
     assert 0.3 * measured < found.error < 6 * measured
 
 
@@ -235,7 +235,7 @@ def test_bands_keep_their_rims_and_their_kind(twists: int) -> None:
     assert after.components == before.components == 1
     assert after.non_manifold.count == 0
     assert after.turned.count == before.turned.count
-    assert surface_distance(band, as_mesh(found))["error_max"] < 0.01
+    assert Original(band).distance(as_mesh(found))["error_max"] < 0.01
 
 
 def test_two_cubes_that_share_an_edge_do_not_come_apart() -> None:
@@ -250,7 +250,7 @@ def test_two_cubes_that_share_an_edge_do_not_come_apart() -> None:
     assert before.non_manifold.count == after.non_manifold.count == 6
     assert before.border.count == after.border.count == 0
     assert len(found.triangles) == 44
-    assert surface_distance(both, as_mesh(found))["error_max"] < 1e-6
+    assert Original(both).distance(as_mesh(found))["error_max"] < 1e-6
 
 
 def test_degenerate_triangles_are_left_out_and_empty_meshes_stay_empty() -> None:
@@ -298,7 +298,7 @@ def test_planks_lose_their_thickness_before_their_width(each: int, least: float,
     for seen in (up[up > 0].sum(), -up[up < 0].sum()):
         assert seen > least * 40 * 2 * 0.15
     size = float(np.linalg.norm(np.ptp(deck.positions, axis=0)))
-    assert surface_distance(deck, as_mesh(found))["error_rms"] * size < most_rms
+    assert Original(deck).distance(as_mesh(found))["error_rms"] * size < most_rms
 
 
 def test_a_level_of_broken_boxes_is_not_made_and_the_reason_is_told() -> None:
@@ -367,7 +367,7 @@ def test_the_order_of_triangles_changes_errors_by_less_than_a_tenth() -> None:
     for seed in range(3):
         order = np.random.default_rng(seed).permutation(len(ball.triangles))
         mixed = Mesh(ball.positions, np.ascontiguousarray(ball.triangles[order]))
-        errors.append(surface_distance(ball, as_mesh(made(mixed, 600)))["error_rms"])
+        errors.append(Original(ball).distance(as_mesh(made(mixed, 600)))["error_rms"])
     assert max(errors) < 1.1 * min(errors)
 
 

@@ -12,7 +12,7 @@ from paradize.metrics.flight import flight_error
 from paradize.metrics.levels import dudv_levels, gloss_levels
 from paradize.metrics.mapped_normal import normal_error
 from paradize.metrics.picture import flip_errors
-from paradize.metrics.surface import surface_distance
+from paradize.metrics.surface import Original
 from paradize.metrics.terrain import terrain_error
 from paradize.scene.flight import plan_flight
 from paradize.scene.settings import EyePoint, TargetPoint
@@ -54,7 +54,7 @@ def test_a_ball_is_as_far_from_a_solid_inside_it_as_their_radii_differ(name: str
     ball = sphere(rings)
     inside, inner = solid(name)
     assert len(inside.triangles) == {"octahedron": 8, "icosahedron": 20}[name]
-    found = surface_distance(ball, inside)
+    found = Original(ball).distance(inside)
     lower, most = (found[key] * 2 * 3**0.5 for key in ("error_max_lower", "error_max"))
     assert 1 - inner - 2 * (1 - np.cos(np.pi / 2 / rings)) < lower < 1 - inner + 1e-6
     assert lower <= most < 1.001 * (1 - inner) + 1e-6

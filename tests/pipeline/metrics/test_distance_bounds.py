@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from paradize.bakers.mesh.lods import NO_ERROR, Plan, make_levels
 from paradize.data import Mesh
 from paradize.kernels.reference import Surface
-from paradize.metrics.surface import Original, is_loose, surface_distance
+from paradize.metrics.surface import Original, is_loose
 from tests.pipeline.shapes import grid, soup, sphere
 from tests.sweeps import sample
 
@@ -125,7 +125,7 @@ def test_a_hole_between_all_samples_is_found(half: float) -> None:
     wide = np.ptp(inner, axis=0).min() / 2  # as float32 has it
     there, back = (Surface(mesh.positions, mesh.triangles) for mesh in (square, with_hole))
     assert there.distance_to(back, samples=2000)[0] < 0.9 * wide
-    found = surface_distance(square, with_hole, 2000)
+    found = Original(square).distance(with_hole, 2000)
     lower, most = (found[key] * 8**0.5 for key in ("error_max_lower", "error_max"))
     assert lower <= wide * (1 + 1e-5) and wide * (1 - 1e-5) <= most <= lower * (1 + GAP) + 3e-7
 
@@ -209,7 +209,7 @@ def test_bounds_do_not_depend_on_threads() -> None:
 
 
 def test_what_is_measured_of_a_level_is_bounded_outwards() -> None:
-    found = surface_distance(sphere(30), sphere(9), 2000)
+    found = Original(sphere(30)).distance(sphere(9), 2000)
     assert found["error_p99"] <= found["error_max_lower"] <= found["error_max"]
     assert found["error_max"] <= (1 + GAP) * found["error_max_lower"] and not is_loose(found)
 

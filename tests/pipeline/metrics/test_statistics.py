@@ -14,7 +14,7 @@ from paradize.metrics.flight import flight_error
 from paradize.metrics.mapped_normal import normal_error, uv_shift
 from paradize.metrics.picture import flip, flip_errors
 from paradize.metrics.quantised import quantised_errors
-from paradize.metrics.surface import Original, surface_distance
+from paradize.metrics.surface import Original
 from paradize.metrics.tangent import frame_errors, frame_faults
 from paradize.stages.quantise import mesh_grid, quantise
 from paradize.stages.tangents import tangent_frames
@@ -51,7 +51,7 @@ def test_a_patch_that_only_one_surface_has_is_told_by_its_share_of_the_area(
     around = [(-0.5, height, -0.5), (-0.5, height, 0.5), (0.5, height, 0.5), (0.5, height, -0.5)]
     lifted = with_patch(ground, share, around)
     for first, second, diagonal in ((ground, lifted, 2**0.5), (lifted, ground, (2 + height**2) ** 0.5)):
-        found = surface_distance(first, second, samples)
+        found = Original(first).distance(second, samples)
         assert found["error_max_lower"] == pytest.approx(height / diagonal, rel=1e-5)
         assert found["error_max"] == pytest.approx(height / diagonal, rel=1.01e-3)
         assert found["error_rms"] == pytest.approx(height / diagonal * share**0.5, rel=1e-3)
@@ -66,7 +66,7 @@ def test_of_a_fin_whose_points_rise_evenly_the_99th_of_100_lies_where_a_hundredt
     ground, side = grid(8), (share / (1 - share)) ** 0.5
     fin = with_patch(ground, share, [(0, 0, -0.5), (0, 0, 0.5), (0, side, 0.5), (0, side, -0.5)])
     first, second = (replace(m, positions=m.positions * np.float32(size)) for m in (ground, fin))
-    found = surface_distance(first, second)
+    found = Original(first).distance(second)
     assert found["error_max_lower"] == pytest.approx(side / 2**0.5, rel=1e-5)
     assert found["error_max"] == pytest.approx(side / 2**0.5, rel=1.01e-3)
     assert found["error_p99"] == pytest.approx(side * (1 - 0.01 / share) / 2**0.5, rel=0.01)

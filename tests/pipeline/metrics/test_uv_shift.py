@@ -11,7 +11,8 @@ import pytest
 from paradize.data import Mesh
 from paradize.kernels.reference import Shading, Surface
 from paradize.metrics.mapped_normal import uv_shift
-from paradize.stages.lod import METHODS, simplify
+from paradize.stages.lod import simplify
+from paradize.tiers import SEAM_SIMPLIFIERS
 from tests.pipeline.shapes import grid, sphere
 from tests.sweeps import sample
 
@@ -53,7 +54,7 @@ def test_a_wrong_colour_of_a_palette_is_told() -> None:
     assert uv_shift(replace(ground, uvs=two), replace(ground, uvs=two))["uv_shift_max"] < 1e-6
 
 
-@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("method", SEAM_SIMPLIFIERS)
 def test_a_texture_that_is_held_slides_less_by_every_method(method: str) -> None:
     ball = sphere(32)
     loose, held = (

@@ -18,9 +18,10 @@ from paradize.bakers.mesh.lods import TIERS
 from paradize.data import Group, Mesh
 from paradize.errors import BakeError, SourceError
 from paradize.formats.glb.reader import decode_glb
-from paradize.metrics.surface import surface_distance
-from paradize.stages.lod import METHODS, simplify
+from paradize.metrics.surface import Original
+from paradize.stages.lod import simplify
 from paradize.stages.validate import validate_mesh
+from paradize.tiers import SEAM_SIMPLIFIERS
 from tests.pipeline.shapes import grid, sphere
 from tests.sweeps import sweep
 
@@ -37,11 +38,11 @@ def test_every_level_has_fewer_triangles_and_stays_near(tmp_path: Path, tier: st
     counts = [len(level.mesh.triangles) for level in levels]
     assert len(levels) == 4 and counts == sorted(counts, reverse=True)
     for level, most in zip(levels[1:], (0.004, 0.01, 0.03), strict=True):
-        assert surface_distance(mesh, level.mesh, 5000)["error_max"] < most
+        assert Original(mesh).distance(level.mesh, 5000)["error_max"] < most
     assert counts[3] < 0.15 * counts[0]
 
 
-@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("method", SEAM_SIMPLIFIERS)
 def test_a_mesh_that_cannot_lose_triangles_says_what_holds_them(method: str) -> None:
     """Ten triangles that share no edge: each is a part that would vanish."""
     positions = np.zeros((30, 3), np.float32)
@@ -55,7 +56,7 @@ def test_a_mesh_that_cannot_lose_triangles_says_what_holds_them(method: str) -> 
     assert note.endswith(("hold the rest", "belong to parts that would vanish"))
 
 
-@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("method", SEAM_SIMPLIFIERS)
 def test_a_texture_seam_stays_closed_and_the_texture_stays_in_place(method: str) -> None:
     mesh = sphere(24)
     level = simplify(mesh, len(mesh.triangles) // 4, method).mesh
@@ -74,7 +75,7 @@ def test_a_texture_seam_stays_closed_and_the_texture_stays_in_place(method: str)
     assert (spans.max(axis=1) - spans.min(axis=1)).max() <= 0.5
 
 
-@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("method", SEAM_SIMPLIFIERS)
 def test_borders_between_materials_stay_closed_and_triangles_keep_their_material(method: str) -> None:
     mesh = grid(16, height=0.05)
     half = mesh.positions[mesh.triangles][:, :, 0].mean(axis=1) > 0.5
@@ -94,7 +95,7 @@ def test_borders_between_materials_stay_closed_and_triangles_keep_their_material
         assert (x < 0.55).all() if group.material == "left" else (x > 0.45).all()
 
 
-@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("method", SEAM_SIMPLIFIERS)
 def test_an_open_border_stays_where_it_is(method: str) -> None:
     mesh = grid(24)
     level = simplify(mesh, len(mesh.triangles) // 8, method).mesh
@@ -117,7 +118,7 @@ def cards(count: int) -> Mesh:
     )
 
 
-@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("method", SEAM_SIMPLIFIERS)
 def test_leaf_cards_do_not_vanish(tmp_path: Path, method: str) -> None:
     mesh = cards(200)
     baked = [level.mesh for level in bake_mesh(write_obj(tmp_path / "cards.obj", mesh)).lods]
@@ -128,7 +129,7 @@ def test_leaf_cards_do_not_vanish(tmp_path: Path, method: str) -> None:
         assert areas(level).sum() > 0.45 * areas(mesh).sum()
 
 
-@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("method", SEAM_SIMPLIFIERS)
 def test_where_every_face_is_an_island_of_the_texture_no_triangle_reaches_over_two(
     tmp_path: Path, method: str
 ) -> None:
@@ -165,14 +166,14 @@ def test_a_chain_that_cannot_go_on_says_why(tmp_path: Path) -> None:
     assert any("no level after lod0: 1 triangles are few enough" in text for text in made.report["warnings"])
 
 
-@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("method", SEAM_SIMPLIFIERS)
 @pytest.mark.parametrize(("scale", "offset"), [(1e-20, 0.0), (1e20, 0.0), (1.0, 1e5)])
 def test_size_and_place_change_little(method: str, scale: float, offset: float) -> None:
     mesh = sphere(16)
     moved = replace(mesh, positions=(mesh.positions * np.float32(scale) + np.float32(offset)))
     level = simplify(moved, 400, method).mesh
     assert len(level.triangles) <= 440
-    assert surface_distance(moved, level, 3000)["error_max"] < 0.02
+    assert Original(moved).distance(level, 3000)["error_max"] < 0.02
 
 
 def test_an_unknown_method_is_an_error() -> None:
@@ -180,7 +181,7 @@ def test_an_unknown_method_is_an_error() -> None:
         simplify(sphere(4), 10, "best")
 
 
-@given(st.integers(0, 2**32 - 1), st.sampled_from(METHODS), st.floats(0.05, 0.95))
+@given(st.integers(0, 2**32 - 1), st.sampled_from(SEAM_SIMPLIFIERS), st.floats(0.05, 0.95))
 @settings(max_examples=25, deadline=None)
 def test_any_triangles_are_simplified_or_left(seed: int, method: str, ratio: float) -> None:
     rng = np.random.default_rng(seed)
@@ -225,7 +226,7 @@ def test_a_baked_file_holds_what_its_report_says(tmp_path: Path) -> None:
     assert len(levels) == 4
     assert made.report["lods"][0]["error_max"] == 0
     for level, entry in zip(levels[1:], made.report["lods"][1:], strict=True):
-        found = surface_distance(levels[0].mesh, level.mesh, 20000)
+        found = Original(levels[0].mesh).distance(level.mesh, 20000)
         assert found["error_rms"] == pytest.approx(entry["error_rms"], rel=0.05)
         assert entry["error_rms"] <= entry["error_p99"] <= entry["error_max"]
         assert level.error_max == entry["error_max"] > 0

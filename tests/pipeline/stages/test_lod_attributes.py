@@ -15,13 +15,14 @@ from paradize.data import Group, Mesh
 from paradize.errors import BakeError
 from paradize.metrics.mapped_normal import normal_error
 from paradize.metrics.surface import Original
-from paradize.stages.lod import METHODS, Simplified, simplify
+from paradize.stages.lod import Simplified, simplify
 from paradize.stages.reproject import take_attributes
 from paradize.stages.split import split_by
+from paradize.tiers import SEAM_SIMPLIFIERS
 from tests.pipeline.shapes import cube, grid, sphere
 
 
-@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("method", SEAM_SIMPLIFIERS)
 @pytest.mark.parametrize("share", [2, 8])
 def test_colours_follow_their_vertices_however_many_there_come_to_be(method: str, share: int) -> None:
     """Two balls that touch in a vertex, each face an edge of its own, so that normals are let go."""
@@ -130,7 +131,7 @@ def test_a_turned_mesh_is_off_by_half_a_turn_and_turned_planks_too() -> None:
         assert normal_error(mesh, replace(mesh, normals=-mesh.normals), 5000)["normal_mean_deg"] > 179
 
 
-@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("method", SEAM_SIMPLIFIERS)
 def test_how_large_an_image_is_drawn_does_not_matter(method: str) -> None:
     """The same texture on a quarter of the sides holds the surface as much."""
     ball = sphere(24)

@@ -14,7 +14,7 @@ from paradize.data import Group, Mesh
 from paradize.errors import SourceError
 from paradize.kernels.mesh import UNKNOWN_SMOOTHING, corner_normals, number_rows
 from paradize.kernels.reference import Surface
-from paradize.metrics.surface import surface_distance
+from paradize.metrics.surface import Original
 from paradize.stages.normals import complete_normals
 from paradize.stages.split import split_by
 from paradize.stages.tangents import tangent_frames
@@ -235,7 +235,7 @@ def test_given_normals_stay_and_are_made_unit() -> None:
 def test_distance_of_parallel_squares_is_their_gap() -> None:
     a = grid(4)
     b = replace(a, positions=a.positions + np.array([0, 0.25, 0], np.float32))
-    found = surface_distance(a, b, 1000)
+    found = Original(a).distance(b, 1000)
     assert found == {key: pytest.approx(0.25 / np.sqrt(2), rel=1.01e-3) for key in found}
 
 
@@ -246,7 +246,7 @@ def test_a_spike_between_vertices_of_the_other_surface_is_found_from_both_sides(
         np.concatenate([a.positions, tip]), np.concatenate([a.triangles, [[0, 1, 4]]]).astype(np.uint32)
     )
     for first, second, diagonal in ((a, spiked, 2**0.5), (spiked, a, 1.5)):
-        found = surface_distance(first, second, 1000)
+        found = Original(first).distance(second, 1000)
         assert found["error_max_lower"] == pytest.approx(0.5 / diagonal, rel=1e-5)
         assert 0.5 / diagonal <= found["error_max"] <= 1.00101 * 0.5 / diagonal
 
@@ -291,8 +291,8 @@ def brute(p: np.ndarray, corners: np.ndarray) -> float:
 @pytest.mark.parametrize("scale", [1e-30, 1.0, 1e30])
 def test_the_measured_fraction_does_not_depend_on_size(scale: float) -> None:
     a, b = sphere(8, radius=scale), sphere(5, radius=scale)
-    found = surface_distance(a, b, 2000)
-    known = surface_distance(sphere(8), sphere(5), 2000)
+    found = Original(a).distance(b, 2000)
+    known = Original(sphere(8)).distance(sphere(5), 2000)
     assert found["error_max"] == pytest.approx(known["error_max"], rel=2e-3)
     assert found["error_rms"] == pytest.approx(known["error_rms"], rel=1e-3)
 

@@ -17,11 +17,11 @@ from paradize.bakers.mesh.lods import Plan, make_levels
 from paradize.data import Group
 from paradize.errors import BakeError
 from paradize.kernels import openmesh
-from paradize.metrics.surface import surface_distance
-from paradize.scene import settings
-from paradize.stages.lod import METHODS, SIMPLIFIERS, simplifier_version, simplify
+from paradize.metrics.surface import Original
+from paradize.stages.lod import simplifier_version, simplify
 from paradize.stages.lod.positions import POSITIONS_ONLY, fast_simplify
 from paradize.stages.validate import validate_mesh
+from paradize.tiers import SEAM_SIMPLIFIERS, SIMPLIFIERS
 from paradize.tradeoff.plan import FileOptions, file_groups
 from paradize.tradeoff.timing import TrialGroup
 from tests.pipeline.shapes import grid, sphere
@@ -29,11 +29,7 @@ from tests.pipeline.stages.test_lod import write_obj
 
 needs_openmesh = pytest.mark.skipif(not openmesh.BUILT, reason="built without OpenMesh")
 NAMES = [pytest.param(name, marks=needs_openmesh) if name == "openmesh" else name for name in SIMPLIFIERS]
-LIBRARIES = [name for name in NAMES if name not in METHODS]
-
-
-def test_scenes_name_the_simplifiers_that_there_are() -> None:
-    assert settings.SIMPLIFIERS == SIMPLIFIERS
+LIBRARIES = [name for name in NAMES if name not in SEAM_SIMPLIFIERS]
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -48,7 +44,7 @@ def test_each_makes_levels_that_are_measured_and_named(tmp_path: Path, name: str
         assert mesh.uvs is not None and mesh.normals is not None and mesh.tangents is not None
         assert validate_mesh(mesh)[1].topology.border.count == 0
         # An independent, sampled distance lies inside the bounds that are told.
-        found = surface_distance(made.lods[0].mesh, mesh, 5000)["error_max"]
+        found = Original(made.lods[0].mesh).distance(mesh, 5000)["error_max"]
         assert 0 < found <= 1.01 * report["error_max"] < 0.1
         assert report["normal_mean_deg"] < 15
         assert report["uv_shift_p99"] < 0.05 or name in POSITIONS_ONLY
@@ -57,7 +53,7 @@ def test_each_makes_levels_that_are_measured_and_named(tmp_path: Path, name: str
 @pytest.mark.parametrize(
     "name",
     [
-        *METHODS,
+        *SEAM_SIMPLIFIERS,
         pytest.param("fast-simplification", marks=pytest.mark.deep),
         pytest.param("openmesh", marks=[pytest.mark.deep, needs_openmesh]),
     ],
@@ -88,7 +84,7 @@ def test_neither_size_nor_place_matters_to_a_library(name: str, scale: float, of
     target = len(ball.triangles) // 4
     level = simplify(moved, target, name).mesh
     assert len(level.triangles) <= 1.1 * target
-    assert surface_distance(moved, level, 5000)["error_max"] < 0.02
+    assert Original(moved).distance(level, 5000)["error_max"] < 0.02
 
 
 @pytest.mark.parametrize("name", LIBRARIES)
@@ -211,7 +207,7 @@ def test_tier_auto_takes_no_other_simplifier_than_the_one_that_is_named(
     from paradize.cli.main import main
 
     path = write_obj(tmp_path / "ball.obj", sphere(8))
-    for name in METHODS:
+    for name in SEAM_SIMPLIFIERS:
         more = ["--tier", "auto", "--budget", "surface_max=0.2", "--simplifier", name]
         assert main(["mesh", str(path), "-o", str(tmp_path / "ball.glb"), *more, "--json"]) == 0
         assert json.loads(capsys.readouterr().out)["simplifier"] == name

@@ -21,9 +21,9 @@ from paradize.bakers.mesh.bake import bake_mesh
 from paradize.data import Mesh
 from paradize.errors import BakeError, ParadizeError
 from paradize.metrics.atlas import atlas_quality
-from paradize.scene import settings
 from paradize.stages.atlas import make_atlas
-from paradize.stages.unwrappers import UNWRAPPERS, unwrapper_version, xatlas_charts
+from paradize.stages.unwrappers import unwrapper_version, xatlas_charts
+from paradize.tiers import UNWRAPPERS
 from paradize.tradeoff.plan import FileOptions, file_groups
 from tests.pipeline.bakers.test_atlas import bare, bumpy, cards, moebius, require_sound, rough
 from tests.pipeline.shapes import cube, grid, soup, sphere
@@ -54,10 +54,6 @@ def file_of(folder: Path, mesh: Mesh) -> Path:
     rows += ["f {} {} {}".format(*face) for face in (mesh.triangles + 1).tolist()]
     path.write_text("\n".join(rows) + "\n")
     return path
-
-
-def test_scenes_name_the_unwrappers_that_there_are() -> None:
-    assert settings.UNWRAPPERS == UNWRAPPERS
 
 
 @needs_xatlas

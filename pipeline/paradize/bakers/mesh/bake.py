@@ -21,17 +21,17 @@ from paradize.formats.glb.encode import encode_glb
 from paradize.formats.glb.materials import left_out
 from paradize.formats.glb.reader import verify_glb
 from paradize.jobs.progress import report_step
-from paradize.material import Material
 from paradize.metrics.draw import draw_costs
 from paradize.metrics.loading import LoadingError
 from paradize.metrics.tangent import frame_errors, frame_faults, sample_of, true_tangents
 from paradize.scene.baker_settings import MeshSettings
-from paradize.stages.lod import SIMPLIFIERS, simplifier_version
+from paradize.stages.lod import simplifier_version
 from paradize.stages.order import draw_order
 from paradize.stages.reproject import take_attributes, take_sway
 from paradize.stages.sway import sway
 from paradize.stages.tangents import METHODS, method_of, tangent_frames
 from paradize.stages.unwrappers import unwrapper_version
+from paradize.tiers import SIMPLIFIERS
 
 
 @dataclass(frozen=True)
@@ -68,7 +68,7 @@ def bake_mesh(
     with _file_named(path):
         report_step("reading")
         mesh, found = prepare_mesh(path, settings, tier, root)
-        by_settings = with_two_sided(Plan.of(settings), settings, found.materials)
+        by_settings = Plan.of(settings, found.materials)
         used, frames, notes = _methods_of(settings, tier, mesh)
         levels, fewer = make_levels(mesh, by_settings if plan is None else plan(mesh, by_settings), used)
         report_step("tangent frames")
@@ -136,14 +136,6 @@ def _file_named(path: Path) -> Iterator[None]:
         if error.file is None:
             raise type(error)(error.what, file=path, place=error.place, mend=error.mend) from error
         raise
-
-
-def with_two_sided(plan: Plan, settings: MeshSettings, materials: Mapping[str, Material]) -> Plan:
-    """Returns the plan with the model's two-sided materials, where the settings do not name them."""
-    if plan.screen_size is None or "two_sided" in (settings.screen_size or {}):
-        return plan
-    names = tuple(name for name, one in materials.items() if one.two_sided)
-    return replace(plan, screen_size=replace(plan.screen_size, two_sided=names))
 
 
 def _methods_of(settings: MeshSettings, tier: str, mesh: Mesh) -> tuple[str, str, list[str]]:

@@ -8,6 +8,7 @@ not the simplifier's own estimate.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from math import isqrt
 
@@ -16,11 +17,13 @@ from paradize.bakers.mesh.refine import refine_level
 from paradize.data import Mesh
 from paradize.errors import SourceError
 from paradize.jobs.progress import report_step
+from paradize.material import Material
 from paradize.metrics.mapped_normal import normal_error, uv_shift
 from paradize.metrics.surface import Original, is_loose
 from paradize.scene.baker_settings import MeshSettings
-from paradize.stages.lod import LEAST_TRIANGLES, METHODS, RATIO, require_simplifier, simplify
+from paradize.stages.lod import LEAST_TRIANGLES, require_simplifier, simplify
 from paradize.stages.validate import validate_mesh
+from paradize.tiers import SEAM_SIMPLIFIERS, SIMPLIFIERS
 
 # By the tiers of a bake. Nineteen twentieths of a chain's time go into measuring it, so that no simplifier
 # makes it much quicker, and none that was tried is behind ours on nearly every model: `fast` is `balanced`.
@@ -60,22 +63,26 @@ class Plan:
     SIMPLIFIERS.
     """
 
-    count: int = 4
+    count: int = MeshSettings.lods
     limit: float = DEFAULT_MAX_ERROR
-    ratio: float = RATIO
+    ratio: float = MeshSettings.lod_ratio
     errors: tuple[float, ...] = ()
     screen_size: ScreenSize | None = None
     finest: float = 0.0
     farthest: float | None = None
-    simplifier: str = METHODS[0]
+    simplifier: str = MeshSettings.simplifier
 
     @staticmethod
-    def of(settings: MeshSettings) -> Plan:
-        """The plan that the settings of a mesh ask for."""
+    def of(settings: MeshSettings, materials: Mapping[str, Material] | None = None) -> Plan:
+        """The plan that the settings of a mesh ask for. materials: of the model, by name; those that are
+        two-sided count as such where screen_size does not name others."""
         errors, limit = tuple(settings.lod_errors), settings.max_error
         if limit is None:
             limit = max(DEFAULT_MAX_ERROR, *errors, 0.0)
-        size = None if settings.screen_size is None else ScreenSize(**settings.screen_size)
+        size = None
+        if settings.screen_size is not None:
+            two_sided = tuple(name for name, one in (materials or {}).items() if one.two_sided)
+            size = ScreenSize(**{"two_sided": two_sided, **settings.screen_size})
         return Plan(settings.lods, limit, settings.lod_ratio, errors, size, simplifier=settings.simplifier)
 
 
@@ -100,7 +107,7 @@ def make_levels(mesh: Mesh, plan: Plan, tier: str) -> tuple[list[MeasuredLevel],
     require_simplifier(plan.simplifier, mesh)
     reference = Original(mesh)
     levels, notes = _chain(reference, plan)
-    if TIERS[tier] == "exact" and plan.simplifier == METHODS[0]:
+    if TIERS[tier] == "exact" and plan.simplifier == SIMPLIFIERS[0]:
         levels, left_out = _refined(reference, levels, plan.screen_size)
         notes += left_out
     return levels, list(
@@ -226,7 +233,11 @@ def _bound_notes(levels: list[MeasuredLevel]) -> list[str]:
 
 def _uv_shift_notes(levels: list[MeasuredLevel], simplifier: str) -> list[str]:
     notes = []
-    mend = "ask for fewer levels" if simplifier in METHODS else f"take the simplifier {METHODS[0]!r}"
+    mend = (
+        "ask for fewer levels"
+        if simplifier in SEAM_SIMPLIFIERS
+        else f"take the simplifier {SIMPLIFIERS[0]!r}"
+    )
     for at, level in enumerate(levels):
         p99, most = level.errors["uv_shift_p99"], level.errors["uv_shift_max"]
         slid = f"by {most:.2g} of the diagonal at the sample that slid most (99 % by no more than {p99:.2g})"
@@ -273,7 +284,7 @@ def _with_less_uv_shift(
 ) -> MeasuredLevel:
     """Returns the level; if its texture slid too far, one of as few triangles inside `limit` that slid
     less."""
-    if reference.mesh.uvs is None or simplifier not in METHODS or level.errors["error_max"] > limit:
+    if reference.mesh.uvs is None or simplifier not in SEAM_SIMPLIFIERS or level.errors["error_max"] > limit:
         return level
     best = replace(level, errors=level.errors | uv_shift(reference, level.mesh, _SAMPLES))
     for weight in _UV_WEIGHTS:

@@ -127,6 +127,7 @@ def _without_tangents(mesh: Mesh) -> tuple[Mesh, list[str]]:
 
 
 def _validated(mesh: Mesh, path: Path, welding: Welding) -> tuple[Mesh, Report]:
+    """validate_mesh; where places were joined, its error says so."""
     try:
         return validate_mesh(mesh, path)
     except SourceError as error:

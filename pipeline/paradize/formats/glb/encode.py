@@ -59,7 +59,7 @@ def encode_glb(
             materials.setdefault(group.material, len(materials))
     meshes: list[dict[str, Any]] = [{} for _ in lods]
     for index in reversed(range(len(lods))):
-        meshes[index] = _mesh(writer, lods[index], f"lod{index}", materials)
+        meshes[index] = _append_level(writer, lods[index], f"lod{index}", materials)
     nodes: list[dict[str, Any]] = []
     error_so_far = 0.0
     for index, lod in enumerate(lods):
@@ -144,9 +144,9 @@ def _check_quantized(lod: Lod, first: Lod, name: str) -> None:
             raise BakeError(f"the quantized {attribute} do not fit the mesh", file=name)
 
 
-def _mesh(writer: Writer, lod: Lod, name: str, materials: Mapping[str, int]) -> dict[str, Any]:
-    """Appends the vertices and indices of a level. Primitives share the vertices; each has its own index
-    accessor."""
+def _append_level(writer: Writer, lod: Lod, name: str, materials: Mapping[str, int]) -> dict[str, Any]:
+    """Appends the vertices and indices of a level to the binary chunk. Returns the level's entry of `meshes`:
+    a primitive for each group; they share the vertices, and each has its own index accessor."""
     attributes = writer.vertices(lod.mesh, lod.quantized)
     view, component, size = writer.indices(lod.mesh)
     primitives = []

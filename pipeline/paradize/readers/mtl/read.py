@@ -154,6 +154,8 @@ class _Reader:
         return texts
 
     def statement(self, into: Statements, line: int, word: str, rest: str) -> None:
+        """Adds a map, a colour or a number to a material's statements; any other keyword is noted as not
+        used."""
         key = word.lower()
         colored = key in _COLORS and (into.blender or key != "ka")
         if key in (BLENDER_ROLES if into.blender else ROLES) or key in PACKED:

@@ -19,8 +19,6 @@ from paradize.scene.settings.load import load_scene
 from paradize.scene.settings.motion import Beat, Motion
 from paradize.scene.settings.objects import (
     RESERVED,
-    SIMPLIFIERS,
-    UNWRAPPERS,
     VIEWS,
     Instance,
     ObjectMaterial,
@@ -35,8 +33,6 @@ __all__ = [
     "FILTERS",
     "RESERVED",
     "SEVERITIES",
-    "SIMPLIFIERS",
-    "UNWRAPPERS",
     "VIEWS",
     "Ambient",
     "Beat",

@@ -28,9 +28,8 @@ from paradize.scene.schema import (
 )
 from paradize.scene.settings.motion import Motion
 from paradize.scene.settings.relief import Relief
+from paradize.tiers import SIMPLIFIERS, UNWRAPPERS
 
-SIMPLIFIERS = ("paradize", "meshoptimizer", "fast-simplification", "openmesh")  # stages/lod/
-UNWRAPPERS = ("paradize", "xatlas")  # stages/unwrappers.py
 RESERVED = frozenset({"terrain", "sand", "effect", "water", "sky", "clouds", "sound"})  # no names of objects
 VIEWS = ("camera", "shadow", "reflection", "refraction")
 
@@ -149,7 +148,7 @@ class SceneObject:
 
     lods_by: str = choice(
         "ratio",
-        among=("ratio", "error", "screen_size", "sight"),
+        among=("ratio", "error", "screen_size", "flight"),
         meaning="levels by share of triangles, by error, by how they look, or by what the flight can see",
     )
     lod_ratio: float = number(
@@ -168,9 +167,9 @@ class SceneObject:
         meaning="along the diagonal, where level 1 takes over, and each next at half; without it 256. With "
         'lods_by = "screen_size" only',
     )
-    simplifier: str = choice("paradize", among=SIMPLIFIERS, meaning="library that makes the levels")
+    simplifier: str = choice(SIMPLIFIERS[0], among=SIMPLIFIERS, meaning="library that makes the levels")
     unwrapper: str = choice(
-        "paradize", among=UNWRAPPERS, meaning="library that makes UVs for a mesh without them"
+        UNWRAPPERS[0], among=UNWRAPPERS, meaning="library that makes UVs for a mesh without them"
     )
     weld_m: float = number(
         0.0, **ranges.WELD_M, unit="m", meaning="vertices closer than this are joined; 0: none"

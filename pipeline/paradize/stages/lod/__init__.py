@@ -18,9 +18,6 @@ Sources: M. Garland and P. Heckbert, "Surface simplification using quadric error
 
 from paradize.stages.lod.methods import (
     LEAST_TRIANGLES,
-    METHODS,
-    RATIO,
-    SIMPLIFIERS,
     VARIANTS,
     simplifier_version,
     simplify,
@@ -30,9 +27,6 @@ from paradize.stages.lod.surface import Simplified
 
 __all__ = [
     "LEAST_TRIANGLES",
-    "METHODS",
-    "RATIO",
-    "SIMPLIFIERS",
     "VARIANTS",
     "Simplified",
     "require_simplifier",

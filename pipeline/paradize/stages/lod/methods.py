@@ -12,12 +12,10 @@ from paradize.stages.lod.collapse import simplify_collapse
 from paradize.stages.lod.meshoptimizer import simplify_meshoptimizer
 from paradize.stages.lod.positions import POSITIONS_ONLY, simplify_positions
 from paradize.stages.lod.surface import NEAR_TARGET, Simplified
+from paradize.tiers import SIMPLIFIERS
 
-METHODS = ("paradize", "meshoptimizer")  # with attributes: seams and borders of materials are kept
-RATIO = 0.5  # triangles of a level, of those of the level before
 LEAST_TRIANGLES = 4
 VARIANTS = (1.0, 0.25, 0.06)  # weights of attributes that tier `exact` tries with our own simplifier
-SIMPLIFIERS = (*METHODS, *POSITIONS_ONLY)
 # A mesh full of hard edges or seams has nothing to collapse. If a level cannot be reached with them, these
 # attributes are released, in this order, and taken from the original surface again.
 _RELEASED = (("normals",), ("normals", "uvs", "uvs1"))
