@@ -24,7 +24,6 @@ struct Sheet {
     std::vector<float> weights{0.1F, 0.1F};
     std::vector<std::uint32_t> place;
     std::vector<std::uint32_t> group;
-    std::vector<std::uint8_t> locked;
 
     Sheet(std::uint32_t cells, double height, bool seam) {
         const std::uint32_t middle = cells / 2;
@@ -53,12 +52,11 @@ struct Sheet {
             }
         }
         group.resize(triangles.size() / 3);
-        locked.resize(place.size());
     }
 
-    Result run(std::size_t target, double error = 1e30, double kept = 0.0) const {
-        return simplify::simplify({positions, triangles, attributes, weights, -1, place, group, locked},
-                                  {target, error, kept});
+    Result run(std::size_t target, double kept = 0.0) const {
+        return simplify::simplify({positions, triangles, attributes, weights, -1, place, group},
+                                  {target, kept});
     }
 };
 
@@ -108,25 +106,18 @@ TEST_CASE("simplify: triangles are never more than asked for where nothing holds
     }
 }
 
-TEST_CASE("simplify: bounds of error and area stop it with a reason") {
-    const Result fine = Sheet(20, 0.1, false).run(0, 1e-3);
-    CHECK(fine.stop == Stop::error);
-    CHECK(fine.error <= 1e-3);
-    const Result card = Sheet(1, 0.0, false).run(0, 1e30, 0.75);
+TEST_CASE("simplify: the area that a part keeps stops it with a reason") {
+    const Result card = Sheet(1, 0.0, false).run(0, 0.75);
     CHECK(card.stop == Stop::nothing);
     CHECK(card.triangles.size() == 6);
 }
 
-TEST_CASE("simplify: what is locked stays, what is degenerate goes, what is no surface is cut and held") {
-    Sheet sheet(8, 0.05, false);
-    sheet.locked.assign(sheet.place.size(), 1);
-    CHECK(sheet.run(0).triangles == sheet.run(1000).triangles);
+TEST_CASE("simplify: what is degenerate goes, what is no surface is cut and held") {
     // A fin on an inner edge, a triangle turned over, one that is a line.
     Sheet fin(8, 0.0, false);
     fin.triangles.insert(fin.triangles.end(), {40, 41, 0, 41, 40, 2, 3, 3, 4});
     fin.group.resize(fin.triangles.size() / 3);
-    const simplify::Surface surface =
-        simplify::build_surface(fin.triangles, fin.place, fin.group, fin.locked);
+    const simplify::Surface surface = simplify::build_surface(fin.triangles, fin.place, fin.group);
     CHECK(surface.triangles() == fin.group.size() - 1);
     CHECK(surface.vertices() > fin.place.size());
     const Result found = fin.run(0);

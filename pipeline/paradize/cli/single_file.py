@@ -101,7 +101,9 @@ def bake_file(
         raise BakeError("is the input itself", file=out, mend="name another file with -o")
     else:
         require_glb(out)
-    require_place(arguments.out if out is None else out.parent)
+    for folder in (arguments.out if out is None else out.parent, getattr(arguments, "report", None)):
+        if folder is not None:
+            require_place(folder)
     given = {"kind": kind, "path": arguments.input, "settings": settings, **sources}
     given |= {"tier": arguments.tier, "budget": arguments.budget}
     job = Job(arguments.input.name, bake_single, given, file=arguments.input)

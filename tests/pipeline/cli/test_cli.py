@@ -262,6 +262,7 @@ def test_an_output_place_that_cannot_be_is_told_before_anything_is_baked(
     for words in (
         ["mesh", cove.parent / "post.obj", "-o", tmp_path / place / "a.glb"],
         ["maps", cove.parent / "wood.png", "-o", tmp_path / place],
+        ["maps", cove.parent / "wood.png", "-o", tmp_path / "maps", "--report", tmp_path / place],
         ["measure", cove.parent / "wood.png", "-o", tmp_path / place],
         ["export", cove, "-o", tmp_path / place / "a.glb"],
     ):

@@ -92,7 +92,6 @@ def test_a_flat_square_becomes_two_triangles_and_stays_where_it_was() -> None:
     found = made(grid(40), 2)
     assert len(found.triangles) == 2
     assert found.stop == "target"
-    assert found.error < 1e-6
     assert Original(grid(40)).distance(as_mesh(found))["error_max"] < 1e-6
 
 
@@ -162,22 +161,6 @@ def test_what_did_not_move_is_as_it_was() -> None:
     assert still.sum() > 0.9 * kept.sum()
 
 
-def test_errors_are_near_those_that_are_measured() -> None:
-    ball = sphere(64)
-    found = made(ball, 800)
-    measured = Original(ball).distance(as_mesh(found))["error_rms"] * 2 * np.sqrt(3)
-    assert 0.3 * measured < found.error < 6 * measured
-
-
-@pytest.mark.parametrize("bound", [1e-2, 1e-3, 1e-4])
-def test_a_bound_stops_before_the_target(bound: float) -> None:
-    found = made(sphere(48), 4, max_error=bound)
-    assert found.stop == "error"
-    assert found.error <= bound
-    assert closed(found)
-    assert len(made(sphere(48), 4, max_error=bound / 10).triangles) > len(found.triangles)
-
-
 def test_no_triangle_is_degenerate_or_folded() -> None:
     for mesh in (sphere(48), split_cube(10), grid(40, height=0.1)):
         found = made(mesh, len(mesh.triangles) // 20)
@@ -189,16 +172,6 @@ def test_no_triangle_is_degenerate_or_folded() -> None:
     corners = ball.positions[ball.triangles]
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     assert (np.einsum("ij,ij->i", normal, corners.sum(axis=1)) > 0).all()
-
-
-def test_locked_vertices_stay() -> None:
-    ball = sphere(24)
-    locked = np.zeros(len(ball.positions), np.uint32)
-    locked[::5] = 1
-    found = made(ball, 10, locked=locked)
-    kept = {tuple(row) for row in found.positions.tolist()}
-    assert {tuple(row) for row in ball.positions[::5].astype(np.float64).tolist()} <= kept
-    assert found.stop == "nothing"
 
 
 def test_groups_keep_their_common_border() -> None:
@@ -334,7 +307,7 @@ def test_sizes_far_from_1_end_with_a_mesh(size: float) -> None:
     places = number_rows(ball.positions)[0]
     found = simplify(ball.positions.astype(np.float64) * size, ball.triangles, target=100, seams=places)
     assert closed(found) and len(found.triangles) <= len(ball.triangles)
-    assert np.isfinite(found.positions).all() and np.isfinite(found.error)
+    assert np.isfinite(found.positions).all()
     assert np.abs(found.positions).max() <= 2 * size
 
 
@@ -390,9 +363,6 @@ def test_misuse_is_refused() -> None:
         {"seams": np.zeros(3)},
         {"seams": np.full(8, 8)},
         {"groups": np.zeros(3)},
-        {"locked": np.zeros(3)},
-        {"max_error": -1.0},
-        {"max_error": float("nan")},
         {"kept_area": 2.0},
     ):
         with pytest.raises(ValueError):

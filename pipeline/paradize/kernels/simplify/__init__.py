@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     F64 = npt.NDArray[np.float64]
     U32 = npt.NDArray[np.uint32]
 
-STOPS = ("target", "error", "nothing")
+STOPS = ("target", "nothing")
 
 
 @dataclass(frozen=True)
@@ -31,10 +31,8 @@ class Simplified:
     positions: (k, 3) float64. triangles: (j, 3) uint32, in the order of the source; no triangle has two
     corners at one position. attributes: (k, a) float32. vertex: (k,) a source vertex that was merged into
     each; vertices that did not move have exactly the position and attributes of their source. place: (k,)
-    equal for vertices at one position. triangle: (j,) source triangle. error: largest estimated distance of a
-    collapse, in the unit of the positions (root mean square over the surface of the vertex, including
-    weighted differences of attributes). stop: "target" (reached), "error" (stopped by max_error) or "nothing"
-    (no edge may collapse).
+    equal for vertices at one position. triangle: (j,) source triangle. stop: "target" (reached) or
+    "nothing" (no edge may collapse).
     """
 
     positions: F64
@@ -43,7 +41,6 @@ class Simplified:
     vertex: U32
     place: U32
     triangle: U32
-    error: float
     stop: str
 
 
@@ -57,19 +54,16 @@ def simplify(
     unit: int | None = None,
     seams: npt.ArrayLike | None = None,
     groups: npt.ArrayLike | None = None,
-    locked: npt.ArrayLike | None = None,
-    max_error: float | None = None,
     kept_area: float = 0.0,
 ) -> Simplified:
-    """Simplifies a mesh to about `target` triangles (never fewer than the last collapse leaves), or as far as
-    max_error allows.
+    """Simplifies a mesh to about `target` triangles (never fewer than the last collapse leaves).
 
     positions: (n, 3) float64, finite, centred, diagonal near 1. triangles: (m, 3) below n; degenerate ones
     are dropped. attributes: (n, a) finite, a up to 32, any unit. weights: (a,), the distance that a
     difference of 1 counts as; 0 (default): interpolated only. unit: first of three columns with unit vectors.
     seams: (n,) id of each vertex's position, below n (default: all different); vertices of one position move
-    together. groups: (m,) group of each triangle; borders of groups are kept. locked: (n,) vertices that may
-    not move. kept_area: the share of its area, 0 to 1, that each connected part keeps.
+    together. groups: (m,) group of each triangle; borders of groups are kept. kept_area: the share of its
+    area, 0 to 1, that each connected part keeps. Raises ValueError for anything else.
     """
     positions = np.ascontiguousarray(positions, np.float64)
     if positions.ndim != 2 or positions.shape[1] != 3 or not np.isfinite(positions).all():
@@ -88,8 +82,8 @@ def simplify(
         raise ValueError(f"weights {weighed.shape}: expected ({width},), none below 0")
     if unit is not None and not 0 <= unit <= width - 3:
         raise ValueError(f"unit vectors from column {unit} of {width}")
-    if target < 0 or not (max_error is None or max_error >= 0) or not 0 <= kept_area <= 1:
-        raise ValueError(f"target {target}, max_error {max_error}, kept_area {kept_area}")
+    if target < 0 or not 0 <= kept_area <= 1:
+        raise ValueError(f"target {target}, kept_area {kept_area}")
 
     def numbers(given: npt.ArrayLike | None, length: int, default: U32) -> U32:
         array = np.ascontiguousarray(default if given is None else given, np.uint32)
@@ -99,7 +93,6 @@ def simplify(
 
     place = numbers(seams, count, np.arange(count, dtype=np.uint32))
     group = numbers(groups, len(triangles), np.zeros(len(triangles), np.uint32))
-    fixed = numbers(locked, count, np.zeros(count, np.uint32)).astype(np.uint8)
     if len(triangles) and (int(triangles.max()) >= count or int(place.max()) >= count):
         raise ValueError(f"an index beyond {count} vertices")
     found = _simplify.collapse(
@@ -110,12 +103,10 @@ def simplify(
         -1 if unit is None else unit,
         place,
         group,
-        fixed,
         target,
-        1e30 if max_error is None else max_error,
         kept_area,
     )
-    points, remaining, carried, vertex, position_ids, triangle, error, stop = found
+    points, remaining, carried, vertex, position_ids, triangle, stop = found
     if width == 0:
         carried = np.zeros((len(points), 0), np.float32)
     return Simplified(
@@ -125,6 +116,5 @@ def simplify(
         vertex=vertex,
         place=position_ids,
         triangle=triangle,
-        error=error,
         stop=STOPS[stop],
     )

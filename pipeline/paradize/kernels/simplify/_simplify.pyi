@@ -14,8 +14,6 @@ def collapse(
     unit: int,
     place: Array,
     group: Array,
-    locked: Array,
     target: int,
-    max_error: float,
     kept_area: float,
-) -> tuple[Array, Array, Array, Array, Array, Array, float, int]: ...
+) -> tuple[Array, Array, Array, Array, Array, Array, int]: ...

@@ -18,12 +18,11 @@ bool below(std::span<const std::uint32_t> numbers, std::size_t limit) {
 
 nb::tuple collapse(const In<double> &positions, const In<std::uint32_t> &triangles,
                    const In<float> &attributes, const In<float> &weights, std::ptrdiff_t unit,
-                   const In<std::uint32_t> &place, const In<std::uint32_t> &group,
-                   const In<std::uint8_t> &locked, std::size_t target, double max_error, double kept_area) {
+                   const In<std::uint32_t> &place, const In<std::uint32_t> &group, std::size_t target,
+                   double kept_area) {
     const std::size_t count = place.size();
     const std::size_t width = weights.size();
-    need(positions.size() == 3 * count && locked.size() == count && attributes.size() == count * width,
-         "vertices differ in number");
+    need(positions.size() == 3 * count && attributes.size() == count * width, "vertices differ in number");
     need(triangles.size() == 3 * group.size() && triangles.size() < (std::size_t{1} << 31),
          "triangles and groups differ in number, or are too many");
     need(below(flat(triangles), count) && below(flat(place), count), "a vertex is out of range");
@@ -32,13 +31,13 @@ nb::tuple collapse(const In<double> &positions, const In<std::uint32_t> &triangl
     {
         nb::gil_scoped_release unlocked;
         result = simplify::simplify({flat(positions), flat(triangles), flat(attributes), flat(weights), unit,
-                                     flat(place), flat(group), flat(locked)},
-                                    {target, max_error, kept_area});
+                                     flat(place), flat(group)},
+                                    {target, kept_area});
     }
     return nb::make_tuple(give(std::move(result.positions), 3), give(std::move(result.triangles), 3),
                           give(std::move(result.attributes), std::max<std::size_t>(width, 1)),
                           give(std::move(result.vertex)), give(std::move(result.place)),
-                          give(std::move(result.triangle)), result.error, static_cast<int>(result.stop));
+                          give(std::move(result.triangle)), static_cast<int>(result.stop));
 }
 
 } // namespace

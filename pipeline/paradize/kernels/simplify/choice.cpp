@@ -146,8 +146,6 @@ Placement optimal_placement(const Surface &surface, const Quadrics &quadrics, st
         }
     }
     placement.cost = std::max(placement.cost, 0.0);
-    const double area = p.area + q.area;
-    placement.error = area > 0 ? std::sqrt(placement.cost / area) : 0.0;
     placement.cost += short_first * square * square;
     return placement;
 }

@@ -29,7 +29,6 @@ WedgeSets match_wedges(const Surface &surface, std::uint32_t h);
 
 struct Placement {
     double cost;
-    double error; // how far the surface that both stand for comes to lie off, root of the mean square
     Vec at;
 };
 

@@ -26,7 +26,7 @@ void fetch_ahead(const Work &work) {
         const Half &half = surface.at(i);
         const VertexQuadric &corner = work.quadrics.vertices[half.vertex];
         fetch(&corner);
-        fetch(&corner.area);
+        fetch(&corner.at);
         if (work.quadrics.weighed) {
             const Float4 *wedge = work.quadrics.wedge(half.wedge);
             for (std::size_t k = 0; k < work.quadrics.stride; k += 4) {
@@ -66,19 +66,14 @@ void requeue_parked(Work &work) {
     }
 }
 
-// False where the error's limit holds the edge.
-bool try_edge(Work &work, std::uint32_t e, std::uint32_t bucket) {
+// Collapses the edge, queues it again where it costs more than its bucket by now, or parks it.
+void try_edge(Work &work, std::uint32_t e, std::uint32_t bucket) {
     const std::uint32_t h = work.surface.half[e];
     const Placement placement = optimal_placement(work.surface, work.quadrics, h, work.quadrics.weighed);
     const std::uint32_t now = Queue::bucket(placement.cost);
     if (now > bucket) {
         work.queue.push(e, now);
-        return true;
-    }
-    const double error = placement.error;
-    if (error > work.limits.max_error) {
-        work.state[e] = parked;
-        return false;
+        return;
     }
     work.ring_p.clear();
     work.ring_q.clear();
@@ -86,30 +81,27 @@ bool try_edge(Work &work, std::uint32_t e, std::uint32_t bucket) {
     around(work.surface, next(h), [&](std::uint32_t i) { work.ring_q.push_back(i); });
     if (!allowed(work, h, placement.at)) {
         work.state[e] = parked;
-        return true;
+        return;
     }
-    work.worst = std::max(work.worst, error);
     collapse(work, h, placement.at, bucket);
-    return true;
 }
 
 Stop reduce(Work &work) {
-    bool by_error = false;
     std::size_t before = work.left + 1;
     while (work.left > work.limits.target) {
         std::uint32_t bucket = 0;
         const std::uint32_t e = work.queue.pop(bucket);
         if (e == none) {
             if (work.left == before) {
-                return by_error ? Stop::error : Stop::nothing;
+                return Stop::nothing;
             }
             before = work.left;
             requeue_parked(work);
             continue;
         }
         fetch_ahead(work);
-        if (work.state[e] != dead && !try_edge(work, e, bucket)) {
-            by_error = true;
+        if (work.state[e] != dead) {
+            try_edge(work, e, bucket);
         }
     }
     return Stop::target;
@@ -118,7 +110,7 @@ Stop reduce(Work &work) {
 } // namespace
 
 Result simplify(const Input &input, const Limits &limits) {
-    Surface surface = build_surface(input.triangles, input.place, input.group, input.locked);
+    Surface surface = build_surface(input.triangles, input.place, input.group);
     Quadrics quadrics = initial_quadrics(input, surface);
     Work work{input, limits, std::move(surface), std::move(quadrics)};
     work.state.assign(work.surface.edges(), queued);
@@ -130,7 +122,6 @@ Result simplify(const Input &input, const Limits &limits) {
     }
     Result result;
     result.stop = reduce(work);
-    result.error = work.worst;
     write(work, result);
     return result;
 }

@@ -17,7 +17,7 @@ namespace paradize::simplify {
 // positions: (n, 3) centred, of a diagonal near 1. triangles: (m, 3). attributes: (n, a), in any units;
 // weights: (a), what a difference of 1 weighs beside a distance of 1. unit: first of three columns that hold
 // unit vectors, or -1. place: (n) number of each vertex's place, below n; the same for vertices of one
-// position. group: (m). locked: (n), 1 where a vertex stays as it is.
+// position. group: (m).
 struct Input {
     std::span<const double> positions;
     std::span<const std::uint32_t> triangles;
@@ -26,18 +26,16 @@ struct Input {
     std::ptrdiff_t unit = -1;
     std::span<const std::uint32_t> place;
     std::span<const std::uint32_t> group;
-    std::span<const std::uint8_t> locked;
 };
 
-// target: stops at so many triangles or fewer. max_error: no collapse whose own estimate is larger (in units
-// of the positions). kept_area: the share of its area that every component keeps, 0 to 1.
+// target: stops at so many triangles or fewer. kept_area: the share of its area that every component keeps, 0
+// to 1.
 struct Limits {
     std::size_t target = 0;
-    double max_error = 1e30;
     double kept_area = 0.0;
 };
 
-enum class Stop : std::uint8_t { target, error, nothing };
+enum class Stop : std::uint8_t { target, nothing };
 
 // Vertices in order of first use; triangles in their source's order.
 struct Result {
@@ -47,7 +45,6 @@ struct Result {
     std::vector<std::uint32_t> vertex;    // (k) a source vertex that became part of it
     std::vector<std::uint32_t> place;     // (k) equal for vertices of one place, in order of first use
     std::vector<std::uint32_t> triangle;  // (j) source triangle
-    double error = 0.0;                   // largest estimate of a collapse that was done
     Stop stop = Stop::target;
 };
 

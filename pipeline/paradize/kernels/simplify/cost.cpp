@@ -83,7 +83,6 @@ void add_triangle(Quadrics &quadrics, const Input &input, const Surface &surface
     plane.add(up, -dot(up, a), area);
     for (std::size_t k = 0; k < 3; ++k) {
         corners[k]->all += plane;
-        corners[k]->area += area;
         wedges[k][0] += Float4{static_cast<float>(area), 0, 0, 0};
     }
     // Gradients of the barycentric coordinates of b and c.

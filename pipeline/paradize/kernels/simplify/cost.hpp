@@ -11,11 +11,10 @@
 namespace paradize::simplify {
 
 // A vertex: squared distances to the planes of its triangles, weighted by area, with those of the planes that
-// hold its borders and seams, and what the attributes of each of its wedges already differ from their mean;
-// and the area. Two cache lines.
+// hold its borders and seams, and what the attributes of each of its wedges already differ from their mean.
+// Two cache lines.
 struct alignas(64) VertexQuadric {
     Quadric all;
-    double area = 0;
     Vec at;
 };
 

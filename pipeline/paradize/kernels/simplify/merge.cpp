@@ -90,7 +90,6 @@ void merge(Work &work, const WedgeSets &sets, VertexQuadric &p, const VertexQuad
     drift.look_from(-1.0 * at);
     p.all += q.all;
     p.all += drift;
-    p.area += q.area;
 }
 
 // Edges round the vertex that had been put aside are tried again.

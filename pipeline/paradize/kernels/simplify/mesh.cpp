@@ -144,7 +144,7 @@ void number_fans(Surface &surface, std::span<const std::uint32_t> triangles,
 } // namespace
 
 Surface build_surface(std::span<const std::uint32_t> triangles, std::span<const std::uint32_t> place,
-                      std::span<const std::uint32_t> group, std::span<const std::uint8_t> locked) {
+                      std::span<const std::uint32_t> group) {
     Surface surface;
     const std::size_t count = triangles.size() / 3;
     surface.triangle.reserve(count);
@@ -159,9 +159,6 @@ Surface build_surface(std::span<const std::uint32_t> triangles, std::span<const 
     }
     std::vector<std::uint8_t> locked_places(place.size());
     find_twins(surface, place.size(), locked_places);
-    for (std::size_t i = 0; i < locked.size(); ++i) {
-        locked_places[place[i]] |= locked[i] != 0;
-    }
     number_fans(surface, triangles, group, place.size(), locked_places);
     for (const std::uint32_t source_place : surface.source_place) {
         surface.locked.push_back(locked_places[source_place]);

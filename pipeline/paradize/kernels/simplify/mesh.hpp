@@ -79,9 +79,9 @@ void around(const Surface &surface, std::uint32_t start, Visit &&visit) {
 }
 
 // triangles: (m, 3) indices below place.size(). place: of each source vertex, numbers below place.size();
-// vertices of one place have one position. group: (m) of each triangle. locked: 1 where a source vertex
-// stays. Triangles that name a place twice are left out.
+// vertices of one place have one position. group: (m) of each triangle. Triangles that name a place
+// twice are left out.
 Surface build_surface(std::span<const std::uint32_t> triangles, std::span<const std::uint32_t> place,
-                      std::span<const std::uint32_t> group, std::span<const std::uint8_t> locked);
+                      std::span<const std::uint32_t> group);
 
 } // namespace paradize::simplify

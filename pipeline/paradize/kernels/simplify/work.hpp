@@ -26,7 +26,6 @@ struct Work {
     Numbers seen = {};                    // (vertices) the last mark each got
     std::uint32_t mark = 0;
     std::size_t left = 0; // triangles
-    double worst = 0.0;   // largest estimate of a collapse that was done
     std::vector<double> component_area = {};
     std::vector<double> component_least_area = {};
     // Of the edge in hand: half-edges that leave both ends.
