@@ -1,4 +1,4 @@
-"""What tests share: where things are, and the island, baked once."""
+"""Shared by all tests: paths, and the island, baked once."""
 
 from __future__ import annotations
 
@@ -46,8 +46,7 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 def pytest_collection_finish(session: pytest.Session) -> None:
-    """What was collected stays to the end: the garbage collector looks at thousands of tests once, not again
-    and again."""
+    """Collected tests live to the end, so the garbage collector looks at them once, not again and again."""
     gc.collect()
     gc.freeze()
     gc.enable()

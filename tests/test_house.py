@@ -36,7 +36,7 @@ FLOORS = (
     {"errors", "tiers", "angles", "player_limits"},
 )
 FLOOR = {room: floor for floor, rooms in enumerate(FLOORS) for room in rooms}
-# What knows neither a scene nor its settings.
+# Rooms that know neither a scene nor its settings.
 STRANGERS = {"stages", "readers", "formats", "metrics", "store", "jobs"}
 MODULES = {
     ".".join(path.relative_to(PACKAGE.parent).with_suffix("").parts).removesuffix(".__init__"): path
@@ -103,7 +103,7 @@ def test_no_modules_import_one_another_in_a_circle(trees: Trees) -> None:
 
 
 def names_of(tree: ast.Module) -> set[str]:
-    """What a module defines or imports at its top level, or below an `if` there."""
+    """The names that a module defines or imports at its top level, or below an `if` there."""
     names = set()
     for statement in tree.body:
         if isinstance(statement, ast.FunctionDef | ast.ClassDef):
@@ -216,7 +216,7 @@ def test_player_includes_run_one_way() -> None:
     assert not wrong
 
 
-# What `make` and the programs write into build/ at the root. The room of that name is another folder.
+# The outputs of `make` and the programs in build/ at the root. The room of that name is another folder.
 GENERATED = {"sheets", "assets", "bench", "bin", "flight", "golden", "report", "sanitize", "setup", "store"}
 GENERATED |= {"threads", "venv", "wheel"}
 
@@ -332,12 +332,22 @@ def test_comments_and_docstrings_name_files_that_exist() -> None:
     assert not missing
 
 
+def test_docstrings_and_comments_name_the_thing_without_riddles() -> None:
+    """As "The errors of each level" does, not "What was measured of each level"."""
+    riddle = re.compile(r'(?:^\s*(?://+|#)|""") ?What ', re.M)
+    assert riddle.search("/// What lies here.") and riddle.search('"""' + "What it does.")
+    code = {".py", ".pyi", ".cpp", ".hpp", ".glsl", ".vert", ".frag"}
+    files = [path for path in tracked_files() if path.suffix in code]
+    assert len(files) > 1000
+    assert [str(path) for path in files if riddle.search(path.read_text())] == []
+
+
 def test_sources_fit_in_25_megabytes() -> None:
     total = sum(p.stat().st_size for p in tracked_files() if p.is_relative_to(ROOT / "raw_assets"))
     assert 0 < total <= 25_000_000
 
 
-# What reads files, by the last name of a call, and where a file may be read beside files.py: what no person
+# Calls that read files, by their last name, and where a file may be read beside files.py: what no person
 # and no build put there.
 READING = {
     "open", "open_code", "fdopen", "read_bytes", "read_text", "fromfile", "memmap", "load", "loadtxt",

@@ -34,7 +34,7 @@ PUBLISHED = (
     "required_detail", "gutter", "also",
 )  # fmt: skip
 
-# What a level of detail changes in pictures, as its record says: the size on the screen, then the normals,
+# The change of pictures by a level of detail, as its record states: the size on the screen, then the normals,
 # the silhouette and FLIP (build/measurements/lods_seen.py).
 SEEN = ("seen_px", "seen_p99_deg", "seen_mean_deg", "seen_silhouette", "seen_flip")
 

@@ -119,7 +119,7 @@ SUFFIXES |= {
         (".skp", "a SketchUp model"),
     )
 }
-# What text of some kinds holds near its beginning, the more particular first.
+# The words near the beginning of text of some kinds, the more particular first.
 TEXTS: tuple[tuple[re.Pattern[bytes], Kind], ...] = (
     (re.compile(rb"\A\s*(?:<\?xml|<!--|<COLLADA).{0,4096}?<COLLADA[\s>]|\A\s*<COLLADA[\s>]", re.S), _COLLADA),
     (re.compile(rb"\A\s*<\?xml.{0,4096}?<X3D[\s>]|\A\s*<X3D[\s>]", re.S), _X3D),

@@ -258,7 +258,7 @@ def _suggestion(path: Path) -> str:
 
 
 def mend_of(kind: Kind, path: Path) -> str:
-    """What to do with a file of this kind, with the file's name quoted for a shell."""
+    """Advice for a file of this kind, with the file's name quoted for a shell."""
     from shlex import quote
 
     file, stem = (f"./{text}" if text.startswith("-") else text for text in (str(path), path.stem))

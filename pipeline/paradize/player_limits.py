@@ -1,5 +1,5 @@
-"""What the player takes in a scene, all objects or clouds together (player/assets/scene_objects.cpp). Pairs
-are the least and the largest value."""
+"""The limits of the player in a scene, all objects or clouds together (player/assets/scene_objects.cpp).
+Pairs are the least and the largest value."""
 
 FARTHEST_UV = 1e7  # tiles from 0; payload.cpp there
 SCALES = (1e-6, 1e6)  # of an instance along an axis; mirrored: negative

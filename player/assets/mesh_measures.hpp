@@ -1,5 +1,5 @@
 #pragma once
-// What the player needs to know of a mesh's materials before its levels are on the GPU.
+// Measures of a mesh's materials that the player needs before its levels are on the GPU.
 
 #include "assets/glb.hpp"
 

@@ -90,7 +90,7 @@ struct SkyLight {
     float intensity = 0.0F;
 };
 
-/// What lights the scene at one second of the flight. Between keys the light changes smoothly.
+/// The light of the scene at one second of the flight. Between keys the light changes smoothly.
 struct DaytimeKey {
     double at_s = 0.0;
     SkyLight sun, moon;
@@ -116,7 +116,7 @@ struct Shadow {
     float blur_distance_m = 50.0F; // beyond this distance from the eye the shadow's edge is not blurred
 };
 
-/// What the air scatters of the light of sun and moon, beyond the haze: it shows shadows in the air.
+/// The share of sunlight and moonlight that the air scatters, beyond the haze: it shows shadows in the air.
 struct LightShafts {
     float density_per_m = 0.03F; // share of the light scattered per metre
     float anisotropy = 0.5F;     // above 0: brighter towards the light
@@ -203,10 +203,10 @@ struct Water {
     std::uint32_t light_set = 0;
 };
 
-/// What alpha does: nothing; texels below the cutoff are holes; the surface mixes with what is behind it.
+/// The effect of alpha: none; texels below the cutoff are holes; the surface mixes with what is behind it.
 enum class AlphaMode { opaque, mask, blend };
 
-/// What lies beyond the edges of a material's maps.
+/// How a material's maps continue beyond their edges.
 enum class Wrap { repeat, clamp, mirror };
 
 /// Factors multiply what their maps hold. Without the map they stand alone.

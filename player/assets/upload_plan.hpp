@@ -35,7 +35,7 @@ struct UploadChunk {
     std::span<const std::byte> bytes;
 };
 
-/// What is loaded, uploaded and evicted as a whole: the coarse mips of a texture, one finer mip, one level of
+/// The unit of loading, upload and eviction: the coarse mips of a texture, one finer mip, one level of
 /// detail of a mesh, or neighbouring patches of a terrain tile.
 struct Piece {
     std::uint32_t first_level = 0, levels = 0; // of the file

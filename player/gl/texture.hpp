@@ -29,7 +29,7 @@ Renderbuffer make_renderbuffer(unsigned internal_format, int width_px, int heigh
 /// Sampler settings. They override the settings of a texture.
 enum class Wrap { repeat, clamp, mirror };
 enum class Filter { nearest, linear, mipmapped };
-/// What a sampler reads beyond the edges, along u and v.
+/// How a sampler continues beyond the edges, along u and v.
 struct Wraps {
     Wrap across = Wrap::repeat, down = Wrap::repeat;
     bool operator==(const Wraps &) const = default;

@@ -1,5 +1,5 @@
 #pragma once
-// What a view draws of the objects: draw calls in an order that changes little state, and the transforms of
+// The objects that a view draws: draw calls in an order that changes little state, and the transforms of
 // their instances. Uses no GL.
 
 #include "scene/view.hpp"

@@ -1,5 +1,5 @@
 #pragma once
-// What a pass gets in each frame: clock, views, visible instances, and the textures of other passes.
+// The inputs of a pass in each frame: clock, views, visible instances, and the textures of other passes.
 
 #include "gl/handle.hpp"
 #include "passes/draw_list.hpp"

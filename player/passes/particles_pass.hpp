@@ -39,7 +39,7 @@ class ParticleSwarm {
     const glm::vec3 &color() const { return field_.color; }
 
   private:
-    /// What stays the same over all lives of a particle, and what is random in the present one.
+    /// The constants of a particle over all its lives, and the random values of the present one.
     struct Lives {
         double per_s = 0.0; // lives per second
         double phase = 0.0; // share of a life that is over at second 0

@@ -9,7 +9,7 @@
 
 namespace paradize {
 
-/// What tells the time: the device, while it draws as always; or the processor, which waits after each part
+/// The clock: the device, while it draws as always; or the processor, which waits after each part
 /// until the device has finished it, so that the sum exceeds a normal frame, whose parts overlap.
 enum class MeterClock { device, processor };
 

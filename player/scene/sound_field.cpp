@@ -11,7 +11,7 @@ namespace paradize {
 
 namespace {
 
-/// What arrives from places: power, and power times direction.
+/// The sound that arrives from places: power, and power times direction.
 struct Arriving {
     double power = 0.0;
     glm::dvec3 flow{0.0};

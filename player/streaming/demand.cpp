@@ -15,7 +15,7 @@ namespace paradize {
 
 namespace {
 
-// What a look ahead of a steered camera has seen fades with each further look.
+// The need that a look ahead of a steered camera found fades with each further look.
 constexpr float fading = 0.9F;
 constexpr double turn_s = 4.0;  // terrain that is near but in no view counts as if it were seen after this
 constexpr float certain = 1e6F; // error of what must always be there: the terrain's roots
@@ -25,7 +25,7 @@ void raise(float &error, float to) {
     error = std::max(error, to);
 }
 
-/// What an error above 1 counts that is seen after so many seconds.
+/// The weight of an error above 1 that is seen after so many seconds.
 float less_the_later(float error, double after_s) {
     return 1.0F + (error - 1.0F) * static_cast<float>(1.0 / (1.0 + after_s));
 }

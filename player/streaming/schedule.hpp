@@ -22,7 +22,7 @@ struct Need {
     float soon = 0.0F; // along the flight, less the later it is
 };
 
-/// What is loaded first, without a limit of memory: what is needed most, or the coarse pieces and then all
+/// The order of loading without a limit of memory: the most needed first, or the coarse pieces and then all
 /// others as they are listed. The second is there to compare with.
 enum class UploadOrder : std::uint8_t { needs, file };
 

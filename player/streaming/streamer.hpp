@@ -55,12 +55,12 @@ class StreamedTexture {
     int finest_ = 0; // finest resident level; levels_: none
 };
 
-/// What to do if the next piece is not in memory yet: wait for it, or take another one. `wait_if_seen` waits,
+/// The choice if the next piece is not in memory yet: wait for it, or take another one. `wait_if_seen` waits,
 /// but a call that uploads what is needed now begins no file of which nothing is needed now: a picture does
 /// not wait for files that it does not show.
 enum class NotReady { wait, wait_if_seen, skip };
 
-/// What a call of Streamer::upload() may use. At least one chunk is uploaded, so that streaming always
+/// The budget of a call of Streamer::upload(). At least one chunk is uploaded, so that streaming always
 /// progresses.
 struct UploadBudget {
     std::size_t bytes = std::numeric_limits<std::size_t>::max();

@@ -35,7 +35,7 @@ struct TerrainUniforms {
     int fade = -1;    // vec2, PatchFade
 };
 
-/// What the light of a patch needs. Fading patches may be of any height.
+/// The data that the lighting of a patch needs. Fading patches may be of any height.
 enum class PatchKind : std::uint8_t { dry, shore, sunken, fading };
 inline constexpr std::size_t patch_kinds = 4;
 

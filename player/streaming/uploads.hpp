@@ -1,5 +1,5 @@
 #pragma once
-// What a Streamer does in a frame: its pieces, what is needed of them, what is checked, read and uploaded
+// The work of a Streamer in a frame: its pieces, what is needed of them, what is checked, read and uploaded
 // next.
 
 #include "assets/file_checker.hpp"

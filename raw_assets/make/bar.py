@@ -232,7 +232,7 @@ def lathe(model: Model, foot: Floats, profile: Floats, colors: list[str], sides:
 
 
 def things() -> Model:
-    """What stands on the bar, coloured by vertex: bottles, coconuts, and a surfboard that leans on a post."""
+    """The things on the bar, coloured by vertex: bottles, coconuts, and a surfboard that leans on a post."""
     model = Model()
     bottle = np.array([(0.0, 0.0), (0.036, 0.0), (0.036, 0.17), (0.013, 0.23), (0.013, 0.29), (0.0, 0.29)])
     glass = ("#2f6b4a", "#8a4b1f", "#c9d8cf", "#7a1f24", "#2c4f7c", "#b58a2c")

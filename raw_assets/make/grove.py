@@ -1,4 +1,4 @@
-"""What grows on the dunes: a grove of palms in the east, and tufts of beach grass.
+"""Makes the plants of the dunes: a grove of palms in the east, and tufts of beach grass.
 
 Usage: python grove.py RAW_ASSETS, after palm.py
 Writes where each stands, grove/tall.csv, young.csv and grass.csv, and the model grove/grass.obj, whose blades

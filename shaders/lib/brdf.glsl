@@ -39,7 +39,7 @@ vec2 directional_albedo(float n_v, float alpha) {
     return clamp(r.xy / r.zw, 0.0, 1.0);
 }
 
-// What a surface reflects: a share of it as a metal, the rest as a non-metal.
+// The reflection of a surface: a share of it as a metal, the rest as a non-metal.
 struct Reflector {
     float dielectric; // reflectance of the non-metal at normal incidence, f0
     vec3 metal;       // of the metal

@@ -1,5 +1,5 @@
-// What wind does to a vertex. Gusts are two waves that travel with the wind; a plant leans with the gust that
-// passes it and sways about that; what hangs on it flutters. All of it is continuous over space, so that no
+// Moves a vertex with the wind. Gusts are two waves that travel with the wind; a plant leans with the gust
+// that passes it and sways about that; leaves that hang on it flutter. All of it is continuous over space, so that no
 // two vertices at one place part. After T. Sousa, "Vegetation Procedural Animation and Shading in Crysis",
 // GPU Gems 3, 2007, chapter 16. player/scene/wind.cpp has the same waves.
 

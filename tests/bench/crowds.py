@@ -100,7 +100,7 @@ def write_crowd(island: Path, folder: Path, palms: int = 0, stones: int = 0) -> 
 
 
 def drawn(folder: Path, frames: int) -> dict[str, Any]:
-    """What --json says of some frames at second 75, where half of the island is in view."""
+    """The output of --json for some frames at second 75, where half of the island is in view."""
     player = ROOT / "build/bin/paradize-player"
     command = [player, folder, "--headless", "--wait-resident", "--time", "75", "--frames", str(frames)]
     command += ["--size", "160x90", "--json"]

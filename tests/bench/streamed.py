@@ -21,7 +21,7 @@ PLAYER = ROOT / "build/bin/paradize-player"
 
 
 def play(scene: Path, *arguments: object) -> dict[str, Any]:
-    """What the player says of a headless run."""
+    """The player's output of a headless run."""
     command = [str(PLAYER), str(scene), "--headless", "--mute", "--json", *map(str, arguments)]
     done = subprocess.run(command, capture_output=True, check=True, env={**os.environ, **RENDER_ENVIRONMENT})
     report: dict[str, Any] = json.loads(done.stdout)

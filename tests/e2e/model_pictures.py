@@ -32,8 +32,8 @@ PARADIZE, PLAYER = ROOT / "build/venv/bin/paradize", ROOT / "build/bin/paradize-
 
 @dataclass
 class Baked:
-    """What baking a model said. refused: why there is nothing to draw. placement: position and scale of the
-    model in the scene. cpu_s: of all commands."""
+    """The result of baking a model. refused: why there is nothing to draw. placement: position and scale of
+    the model in the scene. cpu_s: of all commands."""
 
     refused: str = ""
     placement: dict[str, Any] = field(default_factory=dict)

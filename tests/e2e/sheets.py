@@ -36,7 +36,8 @@ from tests.places import ROOT
 
 SUFFIXES = {".obj", ".gltf", ".glb"}
 COLUMNS, ROWS = 3, 5  # of a sheet
-# What the pipeline warns of and the picture shows. Animations, skins and morphs are at rest in both pictures.
+# Differences that the pipeline warns of and the picture shows. Animations, skins and morphs are at rest in
+# both pictures.
 LACKED = re.compile(
     r"KHR_materials_(?:anisotropy|clearcoat|diffuse_transmission|dispersion|iridescence|sheen|transmission|volume)\b"
     r"|KHR_texture_(?:basisu|ktx)\b|EXT_texture_avif"

@@ -1,4 +1,4 @@
-"""What `paradize export` writes opens elsewhere: the Khronos validator finds nothing, three.js flies along.
+"""The files of `paradize export` open elsewhere: the Khronos validator finds nothing, three.js flies along.
 
 The picture of the poster's moment is left for a person in build/report/three/export.png.
 """

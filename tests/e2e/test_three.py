@@ -48,7 +48,7 @@ SLACK_DB = 0.35  # of a PSNR near 40 dB
 
 @dataclass
 class Page(ThreePage):
-    """What three.js drew, by name, level and face."""
+    """The pictures that three.js drew, by name, level and face."""
 
     drawn: dict[tuple[str, int, int], npt.NDArray[np.float32]] = field(default_factory=dict)
 
@@ -77,7 +77,7 @@ def to_code(values: F64) -> F64:
 
 
 def shown_values(page: Page, name: str, texture: Texture, level: int, face: int = 0) -> F64:
-    """What three.js drew of a level, in the codes of the format: sRGB encoded again."""
+    """The texels of a level as three.js drew them, in the codes of the format: sRGB encoded again."""
     drawn = page.drawn[name, level, face].astype(np.float64)
     if texture.format.endswith("_SRGB"):
         drawn = np.dstack([to_code(drawn[:, :, :3]), drawn[:, :, 3:]])
@@ -175,7 +175,7 @@ def save(path: Path, values: npt.NDArray[Any], top: int) -> None:
 
 
 def as_texture(page: Page, key: str, texture: Texture) -> Texture:
-    """What was drawn as a texture of plain 8-bit codes, which is all that SwiftShader keeps of a block."""
+    """The drawn texels as a texture of plain 8-bit codes, which is all that SwiftShader keeps of a block."""
     count = decode_texels(texture, len(texture.levels) - 1).shape[2]
     kind, top, dtype = "UNORM", 255, np.uint8
     if texture.format.endswith("SNORM"):

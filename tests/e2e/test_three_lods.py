@@ -29,7 +29,7 @@ Box = tuple[float, float, float, float]
 
 @dataclass
 class Page(ThreePage):
-    """What three.js drew, by name, level and kind: (h, w, 4)."""
+    """The pictures that three.js drew, by name, level and kind: (h, w, 4)."""
 
     size: tuple[int, int] = (0, 0)
     drawn: dict[tuple[str, int, str], npt.NDArray[np.uint8]] = field(default_factory=dict)

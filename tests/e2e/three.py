@@ -42,11 +42,11 @@ class ThreePage:
     files: Path
 
     def take(self, query: dict[str, str], body: bytes) -> None:
-        """What the page posts comes here."""
+        """Receives what the page posts."""
         raise NotImplementedError
 
     def run(self, file: str, data: bytes, call: str) -> dict[str, Any]:
-        """What a call of the page says of a file; fails on any complaint of the console or of GL."""
+        """The result of a call of the page for a file; fails on any complaint of the console or of GL."""
         (self.files / file).write_bytes(data)
         found: dict[str, Any] = self.browser.run(call)
         assert self.browser.complaints == []

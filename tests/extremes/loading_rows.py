@@ -77,7 +77,7 @@ def _judged(text: str) -> tuple[Model, dict[str, float]]:
 
 
 def _misjudged(text: str, made: tuple[Model, dict[str, float]]) -> float:
-    """What the metric tells, against the fractions. It may be above them by what float64 can round of the
+    """The difference of the metric from the fractions. It may be above them by what float64 can round of the
     text, which it counts, and below by a 1e-10th of the diagonal, where it does not."""
     result, errors = made
     most, diagonal = lost(text, result)

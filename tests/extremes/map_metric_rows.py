@@ -44,7 +44,8 @@ def _tilted(heights: F32) -> dict[str, float]:
 
 
 def _offset(picture: F32) -> tuple[dict[str, float], float, float]:
-    """What value_levels tells of floats that are off by 2^-6, and the largest and the mean square of that."""
+    """The result of value_levels for floats that are off by 2^-6, and the largest and the mean square of
+    that."""
     moved = (picture.astype(np.float64) + _OFFSET).astype(np.float32)[:, :, :1]
     texture = Texture("R32F", picture.shape[1], picture.shape[0], (moved.tobytes(),))
     (found,) = value_levels(texture, np.ascontiguousarray(picture[:, :, :1]))
@@ -59,7 +60,8 @@ def _offset_error(picture: F32, made: tuple[dict[str, float], float, float]) -> 
 
 
 def _two_codes(picture: F32) -> tuple[dict[str, float], float, float]:
-    """What color_levels tells of 8-bit colours that are two codes off, but for those that would pass 255."""
+    """The result of color_levels for 8-bit colours that are two codes off, but for those that would pass
+    255."""
     if not np.isfinite(picture).all():
         nothing = bytes(picture[:, :, :1].nbytes)
         texture = Texture("RGBA8_SRGB", picture.shape[1], picture.shape[0], (nothing,))

@@ -37,7 +37,7 @@ from tests.extremes.table import Row
 from tests.pipeline.searched import searched
 
 NOT_FINITE = {"nan": "not finite", "inf": "not finite"}
-# What validate refuses goes to no stage after it.
+# Meshes that validate refuses go to no stage after it.
 GUARDED = {"zero": "no triangles", "constant": "all 528 triangles are degenerate", **NOT_FINITE}
 
 

@@ -123,7 +123,7 @@ def _cube_error(faces: F32, made: tuple[list[F32], Texture]) -> float:
         size, half = fine.shape[1], coarse.shape[1]
         row, column, j, i = (k.ravel() for k in np.indices((half, half, 4, 4)))
         s, t = ((2 * at + k - 1 + 0.5) * 2 / size - 1 for at, k in ((column, i), (row, j)))
-        # What lies beyond an edge counts as much as the edge's own texels there.
+        # Texels beyond an edge count as much as the edge's own texels there.
         near = [np.minimum(np.abs(k), 1.0) for k in (s, t)]
         weight = np.array([1, 3, 3, 1])[i] * np.array([1, 3, 3, 1])[j]
         weight = (weight / (1 + near[0] ** 2 + near[1] ** 2) ** 1.5).reshape(half, half, 16, 1)

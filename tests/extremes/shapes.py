@@ -45,7 +45,7 @@ def read_text(text: str) -> Model:
 
 
 def loaded(mesh: Mesh, factor: float = 1.0, offset: tuple[float, float, float] = (0, 0, 0)) -> Mesh:
-    """What a bake has of text_of."""
+    """The mesh that a bake reads from text_of."""
     return read_text(text_of(mesh, factor, offset)).mesh
 
 

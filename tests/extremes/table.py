@@ -50,7 +50,7 @@ ROOMS = (
 
 @dataclass(frozen=True)
 class Row:
-    """What is done with the extremes of one stage or metric.
+    """The treatment of the extremes of one stage or metric.
 
     module: whose promise it is, as stages.weld; part: which of its functions, where several have rows.
     inputs: by extreme; run makes the output of one, error holds it to the truth in `unit`, and must not pass

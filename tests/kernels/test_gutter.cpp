@@ -15,9 +15,9 @@ namespace {
 constexpr std::size_t rows = 12;
 constexpr std::size_t columns = 17;
 
-std::vector<gutter::Found> walked(const std::vector<const float *> &levels, std::size_t channels,
-                                  gutter::Kind kind, const gutter::Layout &layout,
-                                  std::span<const double> reach, int threads) {
+std::vector<gutter::LevelBleed> walked(const std::vector<const float *> &levels, std::size_t channels,
+                                       gutter::Kind kind, const gutter::Layout &layout,
+                                       std::span<const double> reach, int threads) {
     return gutter::walk({levels, rows, columns, channels}, kind, layout,
                         gutter::border_of(layout, rows, columns), reach, threads);
 }
@@ -53,7 +53,7 @@ struct Pair {
 
     gutter::Layout layout() const { return {inside, source, owner, repeat}; }
 
-    gutter::Found walk(double reach) const {
+    gutter::LevelBleed walk(double reach) const {
         const std::array<double, 2> far{reach, reach};
         return walked({texels.data()}, 1, gutter::Kind::value, layout(), far, 2).at(0);
     }

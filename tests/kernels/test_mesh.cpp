@@ -8,7 +8,7 @@
 
 #include "mesh/normals.hpp"
 #include "mesh/project.hpp"
-#include "mesh/tangents.hpp"
+#include "mesh/tangents/tangents.hpp"
 #include "mesh/topology.hpp"
 #include "mesh/triangle_tree.hpp"
 #include "mesh/weld.hpp"

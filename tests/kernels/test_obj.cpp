@@ -67,7 +67,7 @@ TEST_CASE("positionsFarAwayAreCountedFromAPlaceInTheirMidst") {
     const Parsed near = read("v 7.1 0.5 0\nv 8.1 0.5 0\nv 7.1 1.5 -0\nf 1 2 3\n");
     CHECK(near.origin == std::array<double, 3>{});
     CHECK(near.positions[0] == 7.1f);
-    // What no face names moves nothing.
+    // Statements that no face names move nothing.
     CHECK(read("v 1e9 1e9 1e9\nv 7 0 0\nv 8 0 0\nv 7 1 0\nf 2 3 4\n").origin == std::array<double, 3>{});
 }
 

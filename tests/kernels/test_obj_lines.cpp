@@ -79,7 +79,7 @@ void wide_and_plain_agree(NumberReader<Real> *LineReaders::*kind, const char *ke
             text[random() % text.size()] = "0123456789 \n\r./-+ev\\#"[random() % 22];
         const Marked marked(text);
         Lines a = marked.lines(text.size()), b = a;
-        // What a line looks like that is not taken may lie there already.
+        // Bytes of a line that is not taken may lie there already.
         std::vector<Real> x(128, -1), y(128, -1);
         const std::size_t n = (wide->*kind)(a, ~std::size_t{0}, x.data());
         const std::size_t m = (plain_readers.*kind)(b, n, y.data());

@@ -6,7 +6,7 @@
 #include <cstring>
 #include <vector>
 
-#include "mesh/tangents.hpp"
+#include "mesh/tangents/tangents.hpp"
 #include "reference/frames.hpp"
 
 using namespace paradize;

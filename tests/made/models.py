@@ -147,7 +147,7 @@ def write_tangent(folder: Path) -> None:
 
 
 SQUARE = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n"
-# What others' exporters write, and what no exporter should; each by the one thing that is odd in it.
+# Models as other exporters write them, and as none should; each by the one odd thing in it.
 NASTY: dict[str, bytes] = {
     name: text.encode() if isinstance(text, str) else text
     for name, text in {

@@ -1,4 +1,4 @@
-"""What tests of the code's digests ask workers to do: a module that loads nothing of the pipeline itself."""
+"""Jobs for the tests of the code's digests: a module that loads nothing of the pipeline itself."""
 
 from __future__ import annotations
 

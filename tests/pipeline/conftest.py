@@ -1,4 +1,4 @@
-"""What tests of the pipeline share: workers, and a small picture of an exported terrain."""
+"""Shared by the tests of the pipeline: workers, and a small picture of an exported terrain."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What metrics.levels promises, once more in numpy float64 and by the shortest way: for small maps."""
+"""The metrics of metrics.levels once more, in numpy float64 and by the shortest way, for small maps."""
 
 from __future__ import annotations
 
@@ -182,7 +182,7 @@ def angles(
     masks: list[np.ndarray] | None = None,
     room: list[np.ndarray] | None = None,
 ) -> list[dict]:
-    """What normal_levels tells, of unit vectors (h, w, 3) per level. room: degrees that are no error."""
+    """The result of normal_levels for unit vectors (h, w, 3) per level. room: degrees that are no error."""
     out = []
     for level, truth in enumerate(truths):
         found = angles_between(rebuilt(decode_texels(texture, level)[:, :, :2]), truth)
@@ -213,7 +213,7 @@ def encode_srgb(v: np.ndarray) -> np.ndarray:
 
 
 def colors(texture: Texture, pixels: np.ndarray, encoded: bool, cutoff: float | None) -> list[dict[str, Any]]:
-    """What color_levels tells."""
+    """The result of color_levels."""
     top = {np.dtype(np.uint8): 255.0, np.dtype(np.uint16): 65535.0}.get(pixels.dtype, 1.0)
     exact = np.clip(pixels / np.float64(top), 0.0, 1.0)
     light = decode_srgb(exact[:, :, :3]) if encoded else exact[:, :, :3]

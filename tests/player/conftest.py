@@ -1,4 +1,4 @@
-"""What tests of the player share."""
+"""Shared by the tests of the player."""
 
 from __future__ import annotations
 

@@ -17,7 +17,7 @@ BUILDS = ("sanitize", "threads")
 
 
 def play_sanitized(build: str, scene: Path, *options: object) -> dict[str, Any]:
-    """What the player of this build says in --json. Fails where the sanitizer finds something."""
+    """The output of the player of this build with --json. Fails where the sanitizer finds something."""
     program = ROOT / "build" / build / "bin/paradize-player"
     if not program.is_file():
         pytest.fail(f"no {program.relative_to(ROOT)}: `make cpp-sanitized` builds it")

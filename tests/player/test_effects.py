@@ -19,7 +19,7 @@ from tests.pictures import load
 from tests.player.posed import Picture, differs
 
 SIZE = "192x108"
-# What no change of the scene leaves out is left out of a shader: file, its words, what stands there instead.
+# Effects that no setting turns off are cut out of a shader: file, its words, and their replacement.
 NO_STARS = ("daytime_sky.frag", "color += stars(", "color += 0.0 * stars(")
 Change = Callable[[dict[str, Any]], Any]
 

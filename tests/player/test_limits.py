@@ -10,7 +10,7 @@ import pytest
 
 from paradize import player_limits as limits
 
-# What the pipeline says, and the name of the constant and its file under player/assets.
+# The limit in the pipeline, and the name of the constant and its file under player/assets.
 SAME = [
     (limits.SCALES[0], "min_scale", "scene_objects.cpp"),
     (limits.SCALES[1], "max_scale", "scene_objects.cpp"),

@@ -469,8 +469,8 @@ def test_a_metal_sphere_reflects_the_light_from_all_around_in_its_own_colour(ren
 def test_a_white_surface_is_as_bright_as_light_from_all_sides(
     render: Render, smoothness: float, specular: float
 ) -> None:
-    """What a varnish reflects does not reach the white below it: together they reflect all light, whatever
-    the roughness and the reflectance, and no more than all (a white furnace)."""
+    """Light that a varnish reflects does not reach the white below it: together they reflect all light,
+    whatever the roughness and the reflectance, and no more than all (a white furnace)."""
     one = thing("a", {"m": material(color=[1.0] * 3, specular=specular, smoothness=smoothness)})
     for tilt in (0.0, 0.8, 1.2):
         normal = (sin(tilt), 0.0, cos(tilt))

@@ -1,4 +1,4 @@
-// What moves is where the pipeline says, at any second, and its tree of boxes follows.
+// Moving objects are where the pipeline says, at any second, and its tree of boxes follows.
 
 #include "context.hpp"
 #include "scene/motion.hpp"

@@ -33,7 +33,7 @@ DUNE_TARGET: Vec = (-8.0, 4.0, -25.0)
 
 @pytest.fixture(scope="module")
 def posed(island: Path, player: Callable[..., Any], tmp_path_factory: pytest.TempPathFactory) -> Posed:
-    """What no test here looks at is left out: a picture then takes three quarters of the time."""
+    """Everything that no test here looks at is left out: a picture then takes three quarters of the time."""
     return Posed(island, player, tmp_path_factory.mktemp("posed"), frozenset({"palm", "jetty"}))
 
 

@@ -27,7 +27,7 @@ VARIANTS = [
     for colors in (0, 1)
     for sway in (0, 1)
 ]
-# What can be left out of the object's shader, where a material has none of it.
+# Parts of the object's shader that are left out where a material has none of them.
 LEAST = (
     "NORMAL_MAP 0",
     "GLOSS_MAP 0",

@@ -1,4 +1,4 @@
-"""What a flight sounds like: the WAV file of `--audio`."""
+"""The sound of a flight: the WAV file of `--audio`."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class Flight:
     def heard(
         self, *sounds: dict[str, Any], music: dict[str, Any] | None = None, options: tuple[object, ...] = ()
     ) -> Stereo:
-        """What the player writes. The k-th tone has 400 + 100 k Hz; 2 in its name: two channels."""
+        """The sound that the player writes. The k-th tone has 400 + 100 k Hz; 2 in its name: two channels."""
         manifest = json.loads((self.folder / "scene.json").read_text())
         names = [one["artifact"] for one in sounds] + (music["artifacts"] if music else [])
         for k, name in enumerate(dict.fromkeys(names)):

@@ -1,4 +1,4 @@
-// What a limit of device memory keeps, evicts and counts.
+// The pieces that a limit of device memory keeps, evicts and counts.
 #include "assets/ktx2.hpp"
 #include "context.hpp"
 #include "files.hpp"

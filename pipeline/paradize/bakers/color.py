@@ -300,7 +300,7 @@ def _alpha_of(path: Path, channel: str, *, inverted: bool) -> Values:
 
 
 def _alpha_texels(values: Values, channel: str) -> Values:
-    """What counts of a picture of alpha (h, w, 1..4): of a picture without alpha, "a" is opaque."""
+    """The alpha of a picture (h, w, 1..4): of a picture without alpha, "a" is opaque."""
     has_alpha = values.shape[2] in (2, 4)
     if channel == "a" and not has_alpha:
         return np.full_like(values[:, :, :1], _top(values))

@@ -1,4 +1,4 @@
-"""What the bakers of pictures return, and how a budget chooses a texture format."""
+"""The products of the bakers of pictures, and the choice of a texture format by a budget."""
 
 from __future__ import annotations
 

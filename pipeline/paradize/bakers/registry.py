@@ -1,4 +1,4 @@
-"""What a worker runs: one function per kind of job. Sources and settings go in, products come out.
+"""The functions that workers run, one for each kind of job. Sources and settings go in, products come out.
 
 Each function calls the baker of its kind and returns its results in one form. It imports the baker only when
 called, so that planning a bake stays fast.
@@ -37,9 +37,9 @@ QUANTISED = (
     "quantise_tangent_max_deg", "quantise_tangent_p99_deg", "quantise_tangent_mean_deg",
     "quantise_uv_max", "quantise_color_max", "quantise_sway_max",
 )  # fmt: skip
-# What rounding the source's positions to float32 cost: the same at every level.
+# The error of rounding the source's positions to float32: the same at every level.
 LOADED = ("load_max", "load_max_m", "load_normal_p99_deg")
-# What scene.json tells of each level of a mesh, besides the GLB itself.
+# The facts in scene.json of each level of a mesh, besides the GLB itself.
 LOD_FACTS = (
     "triangles", "error_max", "error_max_lower", "error_rms", "error_p99", *LOADED,
     "normal_mean_deg", "normal_p99_deg", "normal_max_deg", "uv_shift_p99", "uv_shift_max",
@@ -47,7 +47,7 @@ LOD_FACTS = (
 )  # fmt: skip
 
 
-# What budgets may limit of a mesh, and the fact of which it is the largest of all levels.
+# The errors of a mesh that budgets may limit, and the fact of which it is the largest of all levels.
 LARGEST_OF_LEVELS = {
     "surface_max": "error_max",
     "surface_rms": "error_rms",
@@ -60,8 +60,8 @@ LARGEST_OF_LEVELS = {
 
 
 def mesh_errors(levels: list[dict[str, Any]], frames: bool = True) -> dict[str, float]:
-    """What budgets may limit of a mesh: the largest of its levels, by metric. levels: as bake_mesh reports.
-    frames: whether it has tangents."""
+    """The errors of a mesh that budgets may limit: the largest of its levels, by metric. levels: as bake_mesh
+    reports. frames: whether it has tangents."""
     errors = {
         metric: max(level[key] for level in levels)
         for metric, key in LARGEST_OF_LEVELS.items()

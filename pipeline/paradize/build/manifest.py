@@ -40,7 +40,7 @@ _STREAMING = ("cubemap", "mesh", *_BY_RANK, "sound")
 
 @dataclass(frozen=True)
 class MeshFacts:
-    """What the manifest states of a GLB: bounding box (metres) of the finest level; (node, error in
+    """Facts of a GLB that the manifest states: bounding box (metres) of the finest level; (node, error in
     metres) of each level, finest first; linear base colours by material name. switch_m: of each level the
     error by which a player selects it, metres, at least its own (build/measurements/lods_seen.py)."""
 

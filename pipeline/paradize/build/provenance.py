@@ -32,7 +32,8 @@ _ROW: dict[str, tuple[type, ...]] = {  # of an artifact in a record
 
 @dataclass
 class BakeReport:
-    """What a bake did. fetched, pushed: artifacts that came from a shared store, and that went there."""
+    """The results of a bake. fetched, pushed: artifacts that came from a shared store, and that went
+    there."""
 
     out: Path
     artifacts: list[Artifact] = field(default_factory=list)

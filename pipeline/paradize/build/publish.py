@@ -42,11 +42,11 @@ from paradize.tiers import AUTO
 
 @dataclass
 class _Baked:
-    """What the tasks baked, by artifact; each step replaces what it changes. data: paths of the bytes.
-    meshes: facts of each object's mesh. flight_errors, tree: of the camera's path and of the terrain.
-    gutters: by (object, map set), as gutter_limits.measure_gutters returns them. constants:
-    of textures that are not published, because all their texels are equal. palettes: the coarsest level of
-    a palette that shows the same colours; palettes_psnr_db: its PSNR against the finest."""
+    """The baked artifacts, by name; each step replaces what it changes. data: paths of the bytes. meshes:
+    facts of each object's mesh. flight_errors, tree: of the camera's path and of the terrain. gutters: by
+    (object, map set), as gutter_limits.measure_gutters returns them. constants: of textures that are not
+    published, because all their texels are equal. palettes: the coarsest level of a palette that shows the
+    same colours; palettes_psnr_db: its PSNR against the finest."""
 
     artifacts: dict[str, Artifact]
     data: dict[str, Path] = field(default_factory=dict)

@@ -223,7 +223,7 @@ def map_files(path: Path, settings: MapSettings, *, tier: str, uv: Path | None =
 
 
 def _map_row(file: str, product: MapProduct) -> dict[str, Any]:
-    """What --json prints of a map."""
+    """The entry of a map in the output of --json."""
     return {
         "file": file,
         "width": product.width,

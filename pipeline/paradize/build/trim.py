@@ -326,7 +326,7 @@ def trimmed(
 
 
 def _of_levels(levels: Sequence[Mapping[str, float]]) -> dict[str, float]:
-    """What budgets may limit of the levels of a mesh: the largest of them, by metric."""
+    """The errors of a mesh that budgets may limit: the largest of its levels, by metric."""
     return {
         metric: max(level[key] for level in levels)
         for metric, key in (LARGEST_OF_LEVELS | _MEASURED_LATER).items()

@@ -19,7 +19,7 @@ _TYPES = {5120: np.int8, 5121: np.uint8, 5122: np.int16, 5123: np.uint16, 5125: 
 _SHAPES = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
 _OVERLAP = 8
 _WIDTHS = {"POSITION": 3, "NORMAL": 3, "TANGENT": 4}
-# What the lookups below can raise for a JSON chunk of any shape.
+# The exceptions that the lookups below can raise for a JSON chunk of any shape.
 _UNREADABLE = (
     FormatError,
     struct.error,

@@ -27,7 +27,7 @@ def check_lights(manifest: dict[str, Any], file: str) -> Iterator[Finding]:
             near = np.flatnonzero(gaps_m[:, k] < light["range_m"])
             if len(near):
                 reached.add(k)
-            # What touches only just is left to rounding.
+            # Triangles that only just touch are left to rounding.
             missing = [
                 row
                 for row in near.tolist()

@@ -113,7 +113,7 @@ def _findings(manifest: dict[str, Any], path: Path, options: CheckOptions) -> It
 
 
 def _mend(error: OSError) -> str:
-    """What to do about a file that cannot be read, if its rule does not say it."""
+    """Advice for a file that cannot be read, if its rule gives none."""
     return "move it away, then bake again" if error.errno == errno.EISDIR else ""
 
 

@@ -40,7 +40,7 @@ class Borders:
         return found
 
     def walked(self, levels: list[F32], kind: str, reach: npt.NDArray[np.float64]) -> list[Bleed]:
-        """What a walk along the borders finds, by level."""
+        """The findings of a walk along the borders, by level."""
         return walk(levels, kind, self.layout, reach)
 
 

@@ -71,7 +71,8 @@ def actions_of(top: argparse.ArgumentParser) -> Iterator[argparse.Action]:
 
 
 def _files(metavar: str) -> Any:
-    """What shtab offers: folders for DIR, for IN.obj|glb files with these suffixes, else any file."""
+    """The completions of file names for shtab: folders for DIR, for IN.obj|glb files with these suffixes,
+    else any file."""
     import shtab
 
     if metavar == "DIR":

@@ -52,7 +52,8 @@ class _Parser(argparse.ArgumentParser):
         raise _WrongUsage(f"{self.prog}: error: {bounded(message)}{self._advice(message)}")
 
     def _advice(self, message: str) -> str:
-        """What to write instead: the number of values that an option takes, or a name that is near."""
+        """Advice on what to write instead: the number of values that an option takes, or a name that is
+        near."""
         known = self._option_string_actions
         for sub in (one for action in self._actions for one in _choices(action).values()):
             known = known | sub._option_string_actions  # unknown options are reported by the top parser

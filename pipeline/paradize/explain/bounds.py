@@ -13,7 +13,7 @@ from typing import Any
 from paradize.explain.bound import SIX, bound
 from paradize.map_table import MAPS
 
-# What mixing linear light adds to the largest error of sRGB values: a share of it, at most MIXED_MOST.
+# Mixing linear light adds this to the largest error of sRGB values: a share of it, at most MIXED_MOST.
 MIXED, MIXED_MOST = 0.32, 1.25 / 255.0
 
 

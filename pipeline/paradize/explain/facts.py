@@ -189,8 +189,8 @@ def _tried(manifest: dict[str, Any], artifact: str) -> dict[str, Any] | None:
 
 
 def _demand(terrain: dict[str, Any], artifact: str) -> dict[str, Any]:
-    """What the flight needs of the terrain, and the number of patches of each level in the tile and in the
-    terrain."""
+    """The terrain patches that the flight needs, and the number of patches of each level in the tile and in
+    the terrain."""
     patches, tile = terrain["patches"], terrain["tiles"].index(artifact)
     levels = list(zip(patches["tile"], patches["level"], strict=True))
     here = Counter(level for number, level in levels if number == tile)

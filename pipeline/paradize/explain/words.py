@@ -49,7 +49,7 @@ def _bytes(facts: dict[str, Any]) -> str:
 
 
 def sums(explanation: Explanation) -> list[str]:
-    """What holds for all artifacts together, a line each."""
+    """The totals of all artifacts, a line each."""
     lines = []
     if explanation.saved is not None:
         baked = [facts["bytes"] for facts in explanation.artifacts if "bytes" in facts]

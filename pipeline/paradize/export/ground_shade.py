@@ -1,5 +1,5 @@
-"""What the player's terrain shader does to the colour of the ground (shaders/terrain.frag): the contrast of
-grains, broad and faint changes of tone, wet sand."""
+"""Shades the ground as the player's terrain shader does (shaders/terrain.frag): the contrast of grains, broad
+and faint changes of tone, wet sand."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-// What the Python faces share: numpy arrays in and out, and checks.
+// Shared by the Python bindings: numpy arrays in and out, and checks.
 #pragma once
 
 #include <nanobind/nanobind.h>

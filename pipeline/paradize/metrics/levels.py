@@ -97,7 +97,7 @@ def psnr(squares: float, count: int) -> float:
 
 
 def _normals(height_map: HeightMap | DrawnNormals) -> reference_maps.Normals:
-    """What the normals of all tiers are compared with."""
+    """The reference normals for all tiers."""
     if isinstance(height_map, DrawnNormals):
         return reference_maps.Vectors(height_map.vectors, islands=height_map.islands)
     return _reference(height_map)

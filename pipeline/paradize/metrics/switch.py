@@ -1,4 +1,4 @@
-"""What a viewer sees of the switch from one level of a mesh to the next: FLIP between pictures of both in
+"""Measures how visible the switch from one level of a mesh to the next is: FLIP between pictures of both in
 light, with their colours and the light that they give off, over the mesh's box.
 
 Pictures are of one lamp and a sky, over a plain background, without gloss, shadow and fog. How much a switch

@@ -1,4 +1,4 @@
-"""What a new scene takes of a model's cameras and lights: waypoints of the flight, and the sun."""
+"""Reads a model's cameras and lights for a new scene: waypoints of the flight, and the sun."""
 
 from __future__ import annotations
 

@@ -37,7 +37,7 @@ def read_picture(file: Path) -> npt.NDArray[np.float32]:
 
 
 def run_player(player: Path, folder: Path, *options: str, timeout_s: float = _PATIENCE_S) -> str:
-    """What the player prints on standard output for a baked folder. Raises BakeError if it fails."""
+    """Runs the player on a baked folder; returns its standard output. Raises BakeError if it fails."""
     command = [str(player), str(folder), "--headless", "--mute", *options]
     try:
         done = subprocess.run(

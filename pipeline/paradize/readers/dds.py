@@ -1,4 +1,4 @@
-"""What the header of a DDS picture says that OpenImageIO overlooks.
+"""Reads the parts of a DDS header that OpenImageIO ignores.
 
 Source: Microsoft, "DDS_PIXELFORMAT structure" and "Programming guide for DDS", documentation of Direct3D.
 """

@@ -215,7 +215,7 @@ def _read_open(source: Any, path: Path, color_space: str | None, finite: bool) -
 
 
 def _notes(source: Any, kind: str) -> tuple[str, ...]:
-    """What a user should know of a picture that was read."""
+    """Notes for the user about a picture that was read."""
     notes = []
     way = source.spec().get_int_attribute("Orientation", 1)
     if way > 1:

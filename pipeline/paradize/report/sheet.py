@@ -64,7 +64,7 @@ class _Panel:
 
 
 def _panels(maps: dict[str, SheetMap]) -> list[_Panel]:
-    """What is shown, in the order of the sheet."""
+    """The panels, in the order of the sheet."""
     out: list[_Panel] = []
     for name in (name for name in SHEET_ORDER if name in maps):
         titles = MAPS[name].panels
@@ -228,7 +228,7 @@ def _draw_close(sheet: _Sheet, top: int, maps: dict[str, SheetMap]) -> None:
 
 
 def _about(defaults: MaterialDefaults) -> str:
-    """What the lit preview shows."""
+    """Describes the lit preview."""
     shape = "a sphere, two tiles across" if defaults.tiles else "the whole map from above"
     return f"lit in linear light from what the hardware reads: {shape}, sun from the upper left"
 

@@ -18,7 +18,7 @@ from paradize.scene.settings import Relief, SceneObject
 
 @dataclass(frozen=True, kw_only=True)
 class BakerSettings:
-    """What the settings of all bakers have in common. A name that they do not have raises ArgumentError."""
+    """The base of all settings of bakers. An unknown name raises ArgumentError."""
 
     def __new__(cls, *given: Any, **named: Any) -> Self:
         known = [one.name for one in fields(cls)]
@@ -37,7 +37,7 @@ class BakerSettings:
 
 @dataclass(frozen=True, kw_only=True)
 class MeshSettings(BakerSettings):
-    """What decides a GLB, beside its source and tier.
+    """The settings of a GLB, beside its source and tier.
 
     lods: levels at most, level 0 included, 1 to 8. max_error: largest surface distance of any level, of the
     bounding box's diagonal (None: a tenth of it, or the largest of `lod_errors` where that is more).
@@ -80,7 +80,7 @@ class MeshSettings(BakerSettings):
 
 @dataclass(frozen=True, kw_only=True)
 class TextureSettings(BakerSettings):
-    """What decides a texture, whatever it shows.
+    """The settings of every texture.
 
     wrap: "repeat" or "clamp", or one for each of (x, y). budget: metric -> worst value; where the blocks of
     a format exceed it, a more exact format is taken. zstd: level of supercompression, 1 to 22; None: none.
@@ -97,7 +97,7 @@ class TextureSettings(BakerSettings):
 
 @dataclass(frozen=True, kw_only=True)
 class MapSettings(TextureSettings, Relief):
-    """What decides the maps of a picture, beside the picture, its UV layout and the tier. The fields of
+    """The settings of the maps of a picture, beside the picture, its UV layout and the tier. The fields of
     Relief (scene/settings/relief.py) shape its heights and choose the filter of their slopes.
 
     only: the maps to make, of map_table.DERIVED. source: "color" (heights are the luminance), "height",
@@ -123,12 +123,11 @@ class MapSettings(TextureSettings, Relief):
 
 @dataclass(frozen=True, kw_only=True)
 class ColorSettings(TextureSettings):
-    """What decides a colour texture, beside its pictures, their UV layout and the tier. product: "color", or
-    "emission", which has no alpha. alpha_cutoff: each mip keeps the share of texels that pass it, 0 to 1;
-    0: alpha is averaged.
-    opaque: alpha does not count, and the texture has none. Of the picture of alpha: alpha_channel, what of it
-    counts, as material.Channel ("luminance": its alpha where it has any, else its brightness);
-    alpha_inverted: its values count as 1 - value. white: of the image only its size counts."""
+    """The settings of a colour texture, beside its pictures, their UV layout and the tier. product: "color",
+    or "emission", which has no alpha. alpha_cutoff: each mip keeps the share of texels that pass it, 0 to 1;
+    0: alpha is averaged. opaque: alpha does not count, and the texture has none. Of the picture of alpha:
+    alpha_channel, what of it counts, as material.Channel ("luminance": its alpha where it has any, else its
+    brightness); alpha_inverted: its values count as 1 - value. white: of the image only its size counts."""
 
     product: Literal["color", "emission"] = "color"
     alpha_cutoff: float = 0.5
@@ -140,8 +139,8 @@ class ColorSettings(TextureSettings):
 
 @dataclass(frozen=True, kw_only=True)
 class CastSettings(BakerSettings):
-    """What decides occlusion that is cast from a mesh, beside the mesh and the tier, which is the number of
-    rays.
+    """The settings of ambient occlusion that is cast from a mesh, beside the mesh and the tier, which is the
+    number of rays.
 
     occlusion_px: side of its map, texels, 16 to 8192. occlusion_reach: what lies farther from a place holds
     back no light, of the bounding box's diagonal, above 0, up to 1. see_through: materials whose triangles
@@ -155,15 +154,15 @@ class CastSettings(BakerSettings):
 
 @dataclass(frozen=True, kw_only=True)
 class OcclusionSettings(TextureSettings, CastSettings):
-    """What decides the occlusion map of a model by itself. fmt: "ktx2", with all mips, or "png"."""
+    """The settings of the occlusion map of a model by itself. fmt: "ktx2", with all mips, or "png"."""
 
     fmt: str = "ktx2"
 
 
 @dataclass(frozen=True, kw_only=True)
 class AuthoredSettings(TextureSettings, CastSettings):
-    """What decides the maps that somebody drew, beside the pictures by role, their UV layout and the tier.
-    Roles: "normal", "height", "roughness", "smoothness", "specular", "metalness", "occlusion".
+    """The settings of authored maps, beside the pictures by role, their UV layout and the tier. Roles:
+    "normal", "height", "roughness", "smoothness", "specular", "metalness", "occlusion".
 
     only: the maps to make, of map_table.AUTHORED: normal; height; gloss of roughness or smoothness and
     specular; occlusion, with metalness beside it. channels: role -> what of its picture counts, as
@@ -193,7 +192,7 @@ class AuthoredSettings(TextureSettings, CastSettings):
 
 @dataclass(frozen=True, kw_only=True)
 class CubemapSettings(BakerSettings):
-    """What decides the sky's cube map, beside its faces. zstd: as of TextureSettings."""
+    """The settings of the sky's cube map, beside its faces. zstd: as of TextureSettings."""
 
     zstd: int | None = None
 
@@ -207,7 +206,7 @@ class SoundSettings(BakerSettings):
 
 @dataclass(frozen=True, kw_only=True)
 class TerrainSettings(BakerSettings):
-    """What decides the mesh of a heightmap, beside the heightmap and the tier.
+    """The settings of the mesh of a heightmap, beside the heightmap and the tier.
 
     size_m: along (x, z), from the first to the last pixel, metres. height_m, base_m, height_scale, nodata: as
     readers/heightmap.py takes them. max_error_m: largest vertical error, metres, 0 or more; None: a
@@ -228,7 +227,7 @@ class TerrainSettings(BakerSettings):
 
 @dataclass(frozen=True, kw_only=True)
 class TileSettings(TerrainSettings):
-    """What decides the tiles of a terrain. max_error_m: of the finest level; tier "exact" makes it 0.
+    """The settings of the tiles of a terrain. max_error_m: of the finest level; tier "exact" makes it 0.
 
     patch_px: side of the finest cells, pixels. tile_mb: a tile's limit, megabytes, up to 64; a patch that is
     larger has a tile for itself. tangents: whether anything reads them. flight_views: as query.plan_query

@@ -156,7 +156,7 @@ def unit_of(metric: str) -> str:
 
 
 def meaning_of(metric: str) -> str:
-    """What a metric measures, in a clause; empty where it is not known."""
+    """The meaning of a metric in a clause; empty where it is not known."""
     return METRICS[metric].meaning if metric in METRICS else REPORTED.get(metric, ("", ""))[1]
 
 

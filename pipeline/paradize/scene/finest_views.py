@@ -1,4 +1,4 @@
-"""What the player draws of a scene at its finest quality; a bake provides for it. Does not import numpy."""
+"""The views that the player draws at its finest quality; a bake provides for them. Does not import numpy."""
 
 from __future__ import annotations
 

@@ -18,7 +18,7 @@ Vec3 = tuple[float, float, float]
 PALETTE = 0.99  # of the surface shows swatches, where the picture is a palette
 KIT = 0.95  # the same where several models show one picture: the sheet of a kit, with something drawn on it
 HIDDEN = "hidden"  # alpha of a colour map, where it would leave nothing to see
-# What the gloss map and the occlusion map are made of.
+# The sources of the gloss map and the occlusion map.
 GLOSS_ROLES = ("roughness", "smoothness", "specular")
 OCCLUSION_ROLES = ("occlusion", "metalness")
 # The maps of an object that may be made of its colour map.

@@ -38,8 +38,8 @@ class NormalCoding:
 
 @dataclass(frozen=True)
 class NormalSurvey:
-    """What was found in a normal map's texels, black ones left out. texels: how many were looked at. black:
-    black ones. grey: red, green and blue are equal. below: z is below 0. off: length farther from 1 than
+    """Statistics of a normal map's texels, black ones left out. texels: how many were looked at. black: black
+    ones. grey: red, green and blue are equal. below: z is below 0. off: length farther from 1 than
     UNIT_WITHIN. largest: the largest distance of a length from 1."""
 
     texels: int = 0
@@ -109,7 +109,7 @@ def drawn_normals(texels: Values, coding: NormalCoding) -> F32:
 
 
 def survey_normals(texels: Values, coding: NormalCoding, inside: npt.NDArray[np.bool_]) -> NormalSurvey:
-    """What the texels (n, w, 3 or 4) of a normal map hold where inside (n, w) says."""
+    """Counts the texels (n, w, 3 or 4) of a normal map where inside (n, w) is true."""
     black = _black(texels, coding) & inside
     kept = inside & ~black
     shown = texels[kept][:, None, :]

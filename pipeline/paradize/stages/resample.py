@@ -43,7 +43,7 @@ def resized(values: F32, rows: int, columns: int, wrap: tuple[bool, bool]) -> F3
 
 
 def _taps(size: int, to: int, wrap: bool) -> Taps:
-    """What each of `to` texels takes from `size`: some pairs of (index, share), each (to,)."""
+    """The weights with which each of `to` texels is made from `size`: pairs of (index, share), each (to,)."""
     ratio = size / to
     places = np.arange(to, dtype=np.float64)
     if ratio <= 1.0:
@@ -62,10 +62,9 @@ def _taps(size: int, to: int, wrap: bool) -> Taps:
 
 
 def placed(values: F32, rows: int, columns: int, on: Placed, wrap: tuple[Wrap, Wrap]) -> F32:
-    """What a sampler shows of values (h, w, c), finite, at rows x columns places of other texture
-    coordinates: its own are scale * t + offset of their t, 0..1. on: (scale, offset) along u and v. wrap:
-    what lies beyond the edges. Texels that fall on each other are kept as they are. Raises ValueError where
-    there is no texel."""
+    """Resamples values (h, w, c), finite, at rows x columns places of other texture coordinates: its own are
+    scale * t + offset of their t, 0..1. on: (scale, offset) along u and v. wrap: what lies beyond the edges.
+    Texels that fall on each other are kept as they are. Raises ValueError where there is no texel."""
     if min(*values.shape[:2], rows, columns) < 1:
         raise ValueError(f"no texels of {values.shape[1]} x {values.shape[0]} at {columns} x {rows}")
     down = _placed_taps(values.shape[0], rows, on[1], wrap[1])

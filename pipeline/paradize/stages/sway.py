@@ -19,7 +19,7 @@ from paradize.kernels.mesh import number_rows, reach
 if TYPE_CHECKING:
     from paradize.data import F32, Mesh
 
-# What lies in this lowest share of the height is rooted.
+# Vertices in this lowest share of the height are rooted.
 ROOTED = 0.02
 
 

@@ -27,7 +27,7 @@ _MOST_COUNTED_TWICE = 500_000
 
 @dataclass(frozen=True)
 class Report:
-    """What validation found and dropped. Triangles are numbered as in the input mesh.
+    """The findings of validation, and what it dropped. Triangles are numbered as in the input mesh.
 
     kept: (m,) bool, which triangles of the input are in the output, in the same order. topology: of the
     result, with vertices joined by position.

@@ -117,8 +117,8 @@ def pictures(
     scratch: Path,
     on_picture: Callable[[float], None],
 ) -> list[Picture]:
-    """What the player draws of a folder at these seconds, (h, w, 3), sRGB 0..1. on_picture hears each second
-    before it is drawn."""
+    """The pictures that the player draws of a folder at these seconds, (h, w, 3), sRGB 0..1. on_picture hears
+    each second before it is drawn."""
     scratch.mkdir(parents=True, exist_ok=True)
     drawn = []
     for second in moments:

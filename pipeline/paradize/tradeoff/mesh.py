@@ -227,7 +227,7 @@ def lod_tier(
 
 
 def _moved(levels: list[dict[str, float]]) -> str:
-    """What the levels do to normals and to the texture, for 99 % of the surface of the worst level."""
+    """How far the levels turn normals and move the texture, for 99 % of the surface of the worst level."""
     words = ""
     texts = ("normals turn by {:.3g} degrees", "the texture slides by {:.2g} of the diagonal")
     for metric, text in zip(_BESIDE, texts, strict=True):

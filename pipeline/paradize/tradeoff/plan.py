@@ -36,9 +36,9 @@ HEIGHT_SHARE = 0.1  # height of a heightmap without --height, as a share of its 
 
 @dataclass(frozen=True)
 class FileOptions:
-    """What a file does not say of itself. source: "color", "height" or "auto" (as readers/heightmap guesses).
-    size_m, height_m, max_error_m: of a heightmap as terrain; None: from PIXEL_M, from HEIGHT_SHARE unless the
-    file holds metres, a thousandth of the height."""
+    """The properties that a file does not state itself. source: "color", "height" or "auto" (as
+    readers/heightmap guesses). size_m, height_m, max_error_m: of a heightmap as terrain; None: from PIXEL_M,
+    from HEIGHT_SHARE unless the file holds metres, a thousandth of the height."""
 
     source: str = "auto"
     size_m: tuple[float, float] | None = None

@@ -54,7 +54,7 @@ class TrialGroup:
 
 @dataclass(frozen=True)
 class TrialResult:
-    """What a worker measured of a tier. seconds: of each run. levels: metric -> value, for each level of
+    """A worker's measurements of a tier. seconds: of each run. levels: metric -> value, for each level of
     detail; other stages have one level. bytes: None if nothing is written. triangles: of each level of
     detail."""
 

@@ -185,7 +185,7 @@ def disagreements(group: Group) -> list[str]:
 
 
 def instead(point: Point, group: Group) -> str:
-    """What to take instead of a dominated tier, and why."""
+    """Names the tier to take instead of a dominated one, and why."""
     best, why = _better(point, group)
     return f"take {best['tier']}: it is {why}"
 

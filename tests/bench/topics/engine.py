@@ -1,4 +1,4 @@
-"""What the engine costs beside the work: nothing to do, one map to do, stages that do nothing."""
+"""The cost of the engine beside the work: nothing to do, one map to do, stages that do nothing."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def bake_command(scene: Path, out: Path, *more: str) -> list[str]:
 
 
 def bake_report(command: list[str], store: Path, **more: str) -> dict[str, Any]:
-    """What a bake says, without contact sheets: those are for the eye. more: of its environment."""
+    """The output of a bake without contact sheets. more: of its environment."""
     environment = {**os.environ, "PARADIZE_STORE": str(store), "PARADIZE_REPORT": "", **more}
     done = subprocess.run(command, capture_output=True, check=True, env=environment)
     report: dict[str, Any] = json.loads(done.stdout)

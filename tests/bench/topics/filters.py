@@ -1,4 +1,4 @@
-"""What picking a derivative filter costs and brings, and de-stepping."""
+"""Cost and gain of choosing a derivative filter, and of de-stepping."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What laying out, filling and walking the gutters of a map costs, beside baking the map."""
+"""The cost of laying out, filling and walking the gutters of a map, beside baking the map."""
 
 from __future__ import annotations
 

@@ -46,7 +46,7 @@ def save(path: Path, values: np.ndarray) -> Path:
 
 
 def decoded(path: Path) -> None:
-    """What OpenImageIO alone takes to decode a file, in the file's own type."""
+    """The time that OpenImageIO alone takes to decode a file, in the file's own type."""
     source = oiio.ImageInput.open(str(path))
     spec = source.spec()
     assert source.read_image(0, 0, 0, spec.nchannels, spec.format) is not None

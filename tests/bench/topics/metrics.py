@@ -1,4 +1,4 @@
-"""What measuring maps costs: beside baking them, and beside the same in numpy float64."""
+"""The cost of measuring maps: beside baking them, and beside the same in numpy float64."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
-"""What the island's flight saves: bytes of its path-aware bake beside those of a full one, and how far the
-frames of both are apart.
+"""The savings by the island's flight: bytes of its path-aware bake beside those of a full one, and how far
+the frames of both are apart.
 
 Full is defined in tests/pipeline/full_bake.py: all four maps of every picture (of height maps too), all mips,
 all levels of detail with all attributes, every patch of the terrain at the same error. Left out of it are the

@@ -50,7 +50,7 @@ def noise(rows: int, columns: int, seed: int = 4) -> np.ndarray:
 
 
 def level(made: MapProduct, k: int = 0) -> np.ndarray:
-    """What a sampler reads of a level, (h, w, c)."""
+    """The values that a sampler reads of a level, (h, w, c)."""
     return decode_texels(decode_ktx2(made.data), k).astype(np.float64)
 
 

@@ -134,7 +134,7 @@ def known_maps(corpus: Path) -> Iterator[tuple[str, str, bytes]]:
 
 
 def guessed(data: bytes, *, flip: bool = False) -> str | None:
-    """What the picture is guessed to be; "unread" for a format that is not read."""
+    """The guess for a picture; "unread" for a format that is not read."""
     with TemporaryDirectory() as folder:
         path = Path(folder) / ("map.jpg" if data[:2] == b"\xff\xd8" else "map.png")
         path.write_bytes(data)

@@ -45,8 +45,8 @@ print(peak() // 1024 - before)
 
 
 def peak_bytes(path: Path, *more: str) -> int:
-    """What a bake of the four maps of a height map adds to its process's memory at most. more: the format
-    (KTX2 by itself), and an OBJ with a UV layout."""
+    """The peak of memory that a bake of the four maps of a height map adds to its process's memory at most.
+    more: the format (KTX2 by itself), and an OBJ with a UV layout."""
     environment = {**os.environ, "PARADIZE_THREADS": "2"}
     command = [sys.executable, "-c", MEMORY, str(path), *(more or ("ktx2",))]
     done = subprocess.run(command, capture_output=True, text=True, timeout=550, env=environment)
@@ -108,7 +108,7 @@ def tiles(path: Path, count: int) -> Path:
 def test_maps_with_a_uv_layout_need_at_most_so_many_times_their_heights(
     tmp_path: Path, size: int, fmt: str, times: int
 ) -> None:
-    """What does not grow with the picture counts for more in the small ones."""
+    """Memory that does not grow with the picture counts for more in the small ones."""
     uv = tiles(tmp_path / "uv.obj", 8)
     assert peak_bytes(height_map(tmp_path / "h.png", size), fmt, str(uv)) <= times * 4 * size * size
 

@@ -1,4 +1,4 @@
-"""What a baker makes of a glTF model: its tangents are measured, its triangles are named by number."""
+"""Baked glTF models: their tangents are measured, its triangles are named by number."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What may not change a baked mesh, from OBJ to report: place, turn, size, the order of faces."""
+"""Properties that may not change a baked mesh, from OBJ to report: place, turn, size, the order of faces."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from paradize.data import Mesh
 from tests.pipeline.bakers.test_mesh_extremes import write
 from tests.pipeline.shapes import grid, sphere
 
-# What a level tells that neither place, turn nor size may change by more than choices that cost alike do.
+# Figures of a level that neither place, turn nor size may change by more than choices that cost alike do.
 SHARES = ("error_rms", "normal_mean_deg")
 BOUND = 0.5  # of the value: as pipeline/paradize/bakers/README.md states it
 

@@ -1,4 +1,5 @@
-"""What is edited while a bake runs, appears after it, or decays in the store, is never taken for baked."""
+"""A file that is edited while a bake runs, appears after it, or decays in the store, never counts as
+baked."""
 
 from __future__ import annotations
 

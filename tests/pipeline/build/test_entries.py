@@ -1,4 +1,4 @@
-"""What the store keeps of a bake may be of any shape: what does not fit counts as not there."""
+"""Entries of the store may have any shape: those that do not fit count as not there."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a model's own files name is a source of the bake like the model."""
+"""Files that a model names are sources of the bake like the model."""
 
 from __future__ import annotations
 

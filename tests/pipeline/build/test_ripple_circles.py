@@ -1,4 +1,4 @@
-"""What stands in the water gets circles for ripples: round sections, each once, where it is wet."""
+"""Objects in the water get circles for ripples: round sections, each once, where it is wet."""
 
 from __future__ import annotations
 

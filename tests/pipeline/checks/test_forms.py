@@ -1,4 +1,4 @@
-"""What `check` prints others can read; its rules are documented; its workflow runs what there is.
+"""Other tools can read what `check` prints; its rules are documented; its workflow runs what there is.
 
 `python -m tests.pipeline.checks.test_forms` prints the table of RULES.md.
 """

@@ -112,8 +112,8 @@ def test_an_attribute_of_another_width_is_named(glb: bytes, attribute: str, acce
 
 
 def interleaved(length: int) -> bytes:
-    """What other tools write: rows of 32 bytes, indices in the middle of their view, colours as codes.
-    length: of the first view."""
+    """Vertices as other tools write them: rows of 32 bytes, indices in the middle of their view, colours as
+    codes. length: of the first view."""
     rng = np.random.default_rng(2)
     rows = np.zeros(4, np.dtype([("p", "<f4", 3), ("pad", "<f4"), ("n", "<f4", 3), ("c", "u1", 4)]))
     rows["p"], rows["n"], rows["c"] = rng.random((4, 3)), rng.random((4, 3)), rng.integers(0, 256, (4, 4))

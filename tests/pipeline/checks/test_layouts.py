@@ -1,4 +1,4 @@
-"""What `check` says of a UV layout follows from what its triangles show of the picture."""
+"""The findings of `check` in a UV layout follow from what its triangles show of the picture."""
 
 from __future__ import annotations
 

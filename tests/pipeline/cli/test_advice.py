@@ -1,4 +1,4 @@
-"""What a message about a scene's TOML says to write, works: the advice is taken out of it and followed."""
+"""The advice in messages about a scene's TOML works: it is taken out of the message and followed."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from tests.pipeline.scenes import ball, make_cove
 
 
 def value(text: str) -> Any:
-    """What TOML reads of a value."""
+    """The value as TOML reads it."""
     return tomllib.loads(f"it = {text}")["it"]
 
 

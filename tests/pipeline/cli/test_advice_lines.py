@@ -1,4 +1,4 @@
-"""What a message of a command or a rule says to write, works: the advice is taken out of it and followed.
+"""The advice in messages of commands and rules works: it is taken out of the message and followed.
 
 The last test finds literal advice (a key, a value, an option, a command, a variable) that no test follows.
 """

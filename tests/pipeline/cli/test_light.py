@@ -1,4 +1,4 @@
-"""What every command has in common: a light start, and --json."""
+"""Common to every command: a light start, and --json."""
 
 from __future__ import annotations
 

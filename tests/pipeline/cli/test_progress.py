@@ -1,4 +1,4 @@
-"""What a terminal shows of long work, and the lines that everything else gets."""
+"""The progress that a terminal shows, and the lines that everything else gets."""
 
 from __future__ import annotations
 

@@ -24,7 +24,7 @@ SOURCES = [
 MANIFEST, OBJECT, GROUND = "out/scene.json", "out/post_mesh-*.glb", "out/terrain_mesh-*.glb"
 ARTIFACTS = [MANIFEST, OBJECT, GROUND, "out/*_color-*.ktx2", "out/*.ogg"]
 SIZE = ["--size", "10", "10", "--height", "2"]
-# What is called, what is spoilt, and whether the command refuses (1) or does without (0).
+# The call, the spoilt file, and whether the command refuses (1) or does without (0).
 TRIED: dict[str, tuple[list[str], list[str], int]] = {
     "bake, a source": (["bake", "cove.toml", "-o", "out"], SOURCES, 1),
     "bake, what it names": (["bake", "own.toml", "-o", "new"], ["post.mtl", "wood.png"], 1),
@@ -80,7 +80,7 @@ Ended = tuple[str, str, int, str, int]
 
 
 def tried(words: list[str], places: list[str], kinds: list[str], base: Path, work: Path) -> list[Ended]:
-    """What became of each place and kind."""
+    """The outcome for each place and kind."""
     (ended,) = all_tried([(words, places, kinds)], base, work)
     return ended
 
@@ -102,7 +102,7 @@ QUICK += [(what, ["endless", *MORE]) for what in ("check", "explain, a source")]
 
 @pytest.fixture(scope="module")
 def quick(base: Path, tmp_path_factory: pytest.TempPathFactory) -> dict[tuple[str, str], list[Ended]]:
-    """What became of the quick cases, by what is called and the first kind."""
+    """The outcomes of the quick cases, by what is called and the first kind."""
     cases = [(*TRIED[what][:2], _makeable(kinds)) for what, kinds in QUICK]
     ended = all_tried(cases, base, tmp_path_factory.mktemp("quick") / "work")
     return {(what, kinds[0]): one for (what, kinds), one in zip(QUICK, ended, strict=True)}

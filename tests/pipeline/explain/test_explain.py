@@ -227,7 +227,7 @@ def cove(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> tuple[Path, Path]:
 
 
 def stale(scene: Path, out: Path) -> dict[str, list[str]]:
-    """What made each artifact stale, where something did."""
+    """The reason why each artifact is stale, if it is."""
     return {one["name"]: one["stale"] for one in explain(scene, out=out).artifacts if one["stale"] != []}
 
 

@@ -22,7 +22,7 @@ U8 = npt.NDArray[np.uint8]
 
 
 def oiio_texels(blocks: bytes, width: int, height: int, folder: Path) -> U8:
-    """What OpenImageIO reads from a DX10 DDS file of these BC7 blocks."""
+    """The texels that OpenImageIO reads from a DX10 DDS file of these BC7 blocks."""
     header = b"DDS " + struct.pack("<7I", 124, 0x81007, height, width, len(blocks), 0, 1) + bytes(44)
     header += struct.pack("<2I4s5I", 32, 4, b"DX10", 0, 0, 0, 0, 0) + struct.pack("<5I", 0x1000, 0, 0, 0, 0)
     path = folder / "blocks.dds"

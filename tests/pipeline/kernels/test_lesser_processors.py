@@ -174,7 +174,7 @@ def lesser(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
 
 
 def said(script: str, environment: dict[str, str], *arguments: object) -> str:
-    """What a script says; warnings are errors."""
+    """A script's output; warnings are errors."""
     done = subprocess.run(
         [sys.executable, "-W", "error", "-c", script, *map(str, arguments)],
         capture_output=True,

@@ -215,7 +215,8 @@ def test_what_is_measured_of_a_level_is_bounded_outwards() -> None:
 
 
 def test_a_level_whose_bounds_lie_apart_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
-    """What a kernel's limit of work leaves open: the upper bound is the error, and a note has both."""
+    """Where a kernel's limit of work leaves the bounds apart, the upper one is the error, and a note has
+    both."""
     far = NO_ERROR | {"error_max": 0.02, "error_max_lower": 0.015}
     monkeypatch.setattr(Original, "distance", lambda *_: far)
     steps, notes = make_levels(sphere(12), Plan(count=2), "balanced")

@@ -1,4 +1,4 @@
-"""What loading a model costs, near and far from the origin: held to the text in fractions and float64."""
+"""The error of loading a model, near and far from the origin: held to the text in fractions and float64."""
 
 from __future__ import annotations
 

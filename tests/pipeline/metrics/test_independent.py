@@ -1,4 +1,4 @@
-"""What artifacts state of their errors, once more by others' programs: trimesh reads and measures meshes,
+"""The stated errors of artifacts, measured again by others' programs: trimesh reads and measures meshes,
 Pillow reads pictures and decodes blocks, numpy and scipy work in float64. None of it is used by a bake."""
 
 from __future__ import annotations
@@ -82,7 +82,7 @@ def holds(stated: dict[str, Any], found: tuple[float, float]) -> None:
     assert rms == pytest.approx(stated["error_rms"], rel=0.2, abs=2e-6)
 
 
-# What the flight draws of the palm are two levels.
+# The flight draws two levels of the palm.
 @pytest.mark.parametrize(
     ("name", "least"),
     sweep([("tall_mesh", 3), ("palm_mesh", 2), ("slab_mesh", 3)], test=[("tall_mesh", 3), ("palm_mesh", 2)]),

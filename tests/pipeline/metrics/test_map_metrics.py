@@ -166,7 +166,7 @@ def test_gloss_of_every_level_agrees_with_numpy(shape: tuple[int, int]) -> None:
 def gloss_truth(
     texture: Texture, gloss: np.ndarray, vectors: np.ndarray, masks: list[np.ndarray]
 ) -> list[dict[str, float]]:
-    """What gloss_levels tells of the texels that each level's mask holds."""
+    """The result of gloss_levels for the texels that each level's mask holds."""
     wide = gloss.astype(np.float64)
     joined = np.dstack([wide[:, :, 0], (1 - wide[:, :, 1]) ** 4, vectors])
     wanted = []

@@ -1,4 +1,4 @@
-"""What a map is held to comes from its picture, not from the stages: a wrong stage shows in the error."""
+"""The reference of a map comes from its picture, not from the stages: a wrong stage shows in the error."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""What opens files gives regular files of bounded size, and answers at once whatever stands there."""
+"""The functions that open files give regular files of bounded size, and answers at once whatever stands
+there."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a file is, by its first bytes and its name; advice that a shell and a scene take as it stands."""
+"""The kind of a file, by its first bytes and its name; advice that a shell and a scene take as it stands."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What `paradize maps` takes a picture for where nobody says so, and heights against oracles in double."""
+"""The guess of `paradize maps` for a picture, and heights against oracles in double."""
 
 from __future__ import annotations
 

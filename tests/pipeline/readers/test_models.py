@@ -80,7 +80,7 @@ def test_a_sample_of_every_folder_is_baked_or_refused(sources: Path) -> None:
 
 
 def limited() -> None:
-    """What a child process may take: 4 GiB of memory and a minute of a processor, however busy that is."""
+    """Limits a child process: 4 GiB of memory and a minute of a processor, however busy that is."""
     resource.setrlimit(resource.RLIMIT_CPU, (60, 60))
     resource.setrlimit(resource.RLIMIT_AS, (4 << 30, 4 << 30))
 

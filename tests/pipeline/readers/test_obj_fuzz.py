@@ -93,7 +93,7 @@ def same(a: ParsedObj, b: ParsedObj) -> bool:
     return all(getattr(a, name).tobytes() == getattr(b, name).tobytes() for name in arrays)
 
 
-# What the plain way through a file does not take, and what leaves its meaning as it is.
+# Text that the fast path does not take, with the same meaning.
 DETOURS: list[Callable[[bytes], bytes]] = [
     lambda text: text.replace(b"\n", b"\r\n"),
     lambda text: text.replace(b"\n", b"\r"),

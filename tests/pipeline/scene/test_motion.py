@@ -1,4 +1,5 @@
-"""What moves goes round an ellipse in whole rounds, rests in its pauses, and is seen as near as it comes."""
+"""Moving objects go round an ellipse in whole rounds, rests in its pauses, and is seen as near as it
+comes."""
 
 from __future__ import annotations
 

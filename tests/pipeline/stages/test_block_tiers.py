@@ -132,7 +132,7 @@ def series_of(pixels: Pixels) -> Series:
 
 
 def shares(folder: Path, tell: Callable[[str], None] = lambda _: None) -> dict[tuple[str, str], list[bool]]:
-    """What is encoded and the metric -> of each picture, whether its tiers are in order."""
+    """The encoded kind and the metric -> of each picture, whether its tiers are in order."""
     found: dict[tuple[str, str], list[bool]] = {}
     for name, pixels in pictures(folder):
         for kind, tiers in series_of(pixels).items():

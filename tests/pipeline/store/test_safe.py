@@ -149,7 +149,7 @@ def test_a_full_disk_leaves_the_old_state_or_the_new(
     assert done.returncode == 0, done.stderr
 
 
-# What may not be read or written. Root may do everything: then a child does it without that right.
+# Places that may not be read or written. Root may do everything: then a child does it without that right.
 
 _RIGHTS = "-dac_override,-dac_read_search"
 OBEDIENT = [] if os.geteuid() else ["setpriv", f"--bounding-set={_RIGHTS}", f"--inh-caps={_RIGHTS}"]

@@ -1,4 +1,5 @@
-"""What `paradize measure` says of random curves: no sentence contradicts another or compares two series."""
+"""The advice of `paradize measure` for random curves: no sentence contradicts another or compares two
+series."""
 
 from __future__ import annotations
 
@@ -14,7 +15,8 @@ from paradize.report.tradeoff.page import _verdict
 from paradize.tradeoff.curve import Group, Point, series_of
 from paradize.tradeoff.words import advice, compare, conclude, disagreements, sentence
 
-# What a person reads of two tiers: (the later, the earlier) -> its time and its error, -1 less, 1 more.
+# The meaning of a sentence about two tiers: (the later, the earlier) -> its time and its error, -1 less, 1
+# more.
 Claims = dict[tuple[str, str], tuple[int, int]]
 _TIME = (
     r"(t\d) (?:(costs|takes) \S+ x the time of|takes \S+ % (longer|less time) than"

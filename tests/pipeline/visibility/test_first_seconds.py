@@ -45,7 +45,7 @@ def test_a_mip_is_needed_from_the_second_on_that_a_pixel_first_samples_it() -> N
     moments = np.linspace(0.0, 8.0, 80, endpoint=False)
     brute = texels_at(moments, plan_flight(flight), mesh, size)
     for level, second in enumerate(stated):
-        # What a device samples surely, and what it may sample: half a level finer.
+        # The mips that a device surely samples, and those that it may sample: half a level finer.
         sure = first(moments, brute < (np.inf if level == 12 else float(2 << level)))
         may = first(moments, brute < (np.inf if level == 12 else SLACK * float(2 << level)))
         assert sure is None or (second is not None and second <= sure), level

@@ -1,4 +1,4 @@
-"""What shaders do beside sampling a map by its coordinates, reckoned with in what is asked of the map."""
+"""The required detail of a map includes what shaders do beside sampling it by its coordinates."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a flight asks of a terrain: what any moment of it wants is baked, and all that a view sees counts."""
+"""The terrain that a flight needs: what any moment of it wants is baked, and all that a view sees counts."""
 
 from __future__ import annotations
 

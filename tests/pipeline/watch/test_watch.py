@@ -78,7 +78,7 @@ class Watched:
         self.listener.join()
 
     def next(self) -> dict[str, Any]:
-        """What the next bake told."""
+        """The output of the next bake."""
         try:
             found: dict[str, Any] = json.loads(self.lines.get(timeout=PATIENCE_S))
         except queue.Empty:

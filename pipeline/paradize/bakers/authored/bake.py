@@ -43,7 +43,7 @@ from paradize.scene.baker_settings import AuthoredSettings, MapSettings
 from paradize.stages.compress import formats_of
 from paradize.tiers import TIERS
 
-# What each map is made of.
+# The sources of each map.
 ROLES = {
     "normal": ("normal",),
     "height": ("height",),
@@ -280,7 +280,7 @@ class _Maps:
 
 
 def _beyond(channels: list[Channel]) -> list[str]:
-    """What a map does not keep of floats."""
+    """Says which float values a map cannot hold."""
     found = []
     for drawn in (one.drawn for one in channels if one.drawn is not None):
         if drawn.values.dtype != np.float32:

@@ -20,8 +20,8 @@ CHANNELS = ("rgb", "r", "g", "b", "a", "luminance")
 
 @dataclass(frozen=True)
 class Drawn:
-    """What a role takes of its picture. values: (h, w, 3) of a normal map, else (h, w); codes uint8 or
-    uint16, or finite floats. cast: made of the model at `path`, not drawn."""
+    """The texels that a role uses of its picture. values: (h, w, 3) of a normal map, else (h, w); codes uint8
+    or uint16, or finite floats. cast: made of the model at `path`, not drawn."""
 
     path: Path
     values: Values

@@ -134,7 +134,7 @@ class NormalRows:
         return rows
 
     def truth(self) -> DrawnNormals:
-        """What metrics compare with."""
+        """The reference of the metrics."""
         coding = self._coding
         vectors = true_normals(
             self._drawn.values
@@ -195,7 +195,7 @@ class MadeNormals:
         return rows
 
     def truth(self) -> HeightMap | DrawnNormals:
-        """What metrics compare with: the heights; of another size the normals of the reference filter."""
+        """The reference of the metrics: the heights; of another size the normals of the reference filter."""
         known = self._made.height_map
         if self._resized is None:
             return known

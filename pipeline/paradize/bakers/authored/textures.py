@@ -35,7 +35,7 @@ class NormalMap:
         return _swept(self.rows.size, fmt, tier, lambda *band: {"normal": self.rows.rows(*band)}, unit_rows)
 
     def errors(self, texture: Texture) -> LevelErrors:
-        """What was measured of each level; nothing where nobody measures."""
+        """The errors of each level; empty without measuring."""
         return [] if self._truth is None else normal_levels(texture, self._truth)
 
 
@@ -56,7 +56,7 @@ class ValueMap:
         )
 
     def errors(self, texture: Texture) -> LevelErrors:
-        """What was measured of each level; nothing where nobody measures."""
+        """The errors of each level; empty without measuring."""
         return [] if self._truth is None else value_levels(texture, self._truth)
 
 
@@ -99,7 +99,7 @@ class GlossMap:
         return _swept(self.rows.size, fmt, tier, source, values)
 
     def errors(self, texture: Texture) -> LevelErrors:
-        """What was measured of each level; nothing where nobody measures."""
+        """The errors of each level; empty without measuring."""
         if self._truth is None or self._normal_truth is None:
             return []
         return gloss_levels(texture, self._truth, self._normal_truth)

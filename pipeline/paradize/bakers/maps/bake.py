@@ -68,7 +68,7 @@ def bake_maps(
 
 @dataclass(frozen=True)
 class Picture:
-    """What a picture was taken for: "color" or "height"; the guess in words, None where somebody said it."""
+    """How a picture is read: as "color" or "height"; the guess in words, None where the user chose."""
 
     source: str
     guess: str | None
@@ -206,7 +206,7 @@ def _warnings(path: Path, image: Image) -> list[str]:
 
 
 def _beyond(path: Path, image: Image) -> list[str]:
-    """What colour does not keep of numbers that are no codes."""
+    """Says which float values a colour cannot hold."""
     if image.top is not None:
         return []
     least, most = float(image.values.min()), float(image.values.max())
@@ -290,7 +290,8 @@ def _heights(image: Image, source: str, levels: Levels | None) -> F32:
 
 
 def _code_heights(image: Image, heights: Callable[[Image], F32]) -> F32 | None:
-    """What `heights` makes of all codes of the picture, as greys, (n,) rising; None where it holds floats."""
+    """The heights that `heights` gives each grey code of the picture, (n,) rising; None for a picture of
+    floats."""
     if image.values.dtype == np.float32:
         return None
     kind = image.values.dtype

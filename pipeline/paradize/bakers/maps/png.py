@@ -114,7 +114,7 @@ def _read(name: str, codes: Codes) -> Texture | F32:
 
 
 def _measured(name: str, rows: MapRows, shown: Texture | F32) -> dict[str, float]:
-    """What was measured of the picture, under the names of a texture's level 0."""
+    """The errors of the picture, under the names of a texture's level 0."""
     if isinstance(shown, Texture):
         if name == "gloss":
             return gloss_levels(shown, rows.truth(name), rows.height_map)[0]

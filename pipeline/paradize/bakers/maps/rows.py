@@ -164,7 +164,7 @@ class MapRows:
         return out
 
     def bundle(self, names: Collection[str], first: int, last: int) -> Bundle:
-        """What belongs to the rows of some maps (see stages.sweep)."""
+        """Collects the rows of some maps (see stages.sweep)."""
         bundle: Bundle = {}
         if "normal" in names or "gloss" in names:
             bundle["normal"] = self.rows("normal", first, last)

@@ -80,7 +80,7 @@ def within_reach(budget: Mapping[str, float], fixed: Mapping[str, float]) -> dic
 def _measured(
     name: str, rows: MapRows, texture: Texture, fixed: Mapping[str, float]
 ) -> tuple[LevelErrors, dict[str, float]]:
-    """What was measured of every level, and of level 0 under the names of budgets."""
+    """The errors of every level, and those of level 0 under the names of budgets."""
     levels = map_errors(name, rows, texture)
     more = {**fixed, **encoding_errors(texture, rows.height_map)} if name == "normal" else {}
     return levels, flat_errors(name, levels[0]) | more
@@ -108,7 +108,7 @@ def map_textures(rows: MapRows, formats: dict[str, str], tier: str) -> tuple[dic
 
 
 def _values(name: str, bundle: Bundle, level: int) -> F32:
-    """What a band of a map's level holds."""
+    """The values in a band of a map's level."""
     if name == "normal":
         return unit_rows(bundle, level)
     return gloss_rows(bundle, level) if name == "gloss" else bundle[name]
@@ -127,7 +127,7 @@ def dudv_texture(rows: MapRows, mean: Mean) -> Texture:
 
 
 def map_errors(name: str, rows: MapRows, texture: Texture) -> LevelErrors:
-    """What was measured of every level."""
+    """The errors of every level."""
     if name == "gloss":
         return gloss_levels(texture, rows.truth("gloss"), rows.height_map)
     if MAPS[name].kind == "value":

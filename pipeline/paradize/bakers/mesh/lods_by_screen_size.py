@@ -77,7 +77,7 @@ class Judge:
         return self.flip >= 1.0 or switch_flip(self.before, level, self.size_px) <= _ROOM * self.flip
 
     def fault(self, mesh: Mesh) -> str:
-        """What the mesh exceeds, in words; an empty string where it may."""
+        """Says which limit the mesh exceeds; an empty string if none."""
         level = _plain(mesh, self.two_sided)
         found = seen_difference(self.finest, level, self.size_px)
         over = []

@@ -55,9 +55,9 @@ _COMPARED = (
 
 @dataclass
 class FoundMaps:
-    """What find_map_sets returns. libraries: the files that were read for it. missing: files that were looked
-    for but do not exist. warnings: what was guessed. inside: names for messages of pictures that the store
-    keeps a copy of, by the copy's path."""
+    """The result of find_map_sets. libraries: the files that were read for it. missing: files that were
+    looked for but do not exist. warnings: what was guessed. inside: names for messages of pictures that the
+    store keeps a copy of, by the copy's path."""
 
     maps: SceneMaps
     libraries: list[Path] = field(default_factory=list)
@@ -361,7 +361,8 @@ class _Finder:
         return one, self._key(one, material, "")
 
     def _key(self, one: MapSet, material: Material, owner: str) -> Any:
-        """What tells a material's set from others. owner: the object whose layout it follows."""
+        """The key of a material's map set: equal sets have equal keys. owner: the object whose layout it
+        follows."""
         content = tuple(
             (role, self.hash_cache.sha256(source.picture.file), source.channel, source.inverted)
             for role, source in sorted(material.maps.items())

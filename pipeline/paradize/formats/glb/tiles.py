@@ -47,7 +47,7 @@ class TilePatch:
     quantized: QuantizedValues | None = None
 
 
-# What all patches of a terrain share: the grid and the types of the attributes; None: float32.
+# Shared by all patches of a terrain: the grid and the types of the attributes; None: float32.
 _Layout = tuple[QuantizationGrid, tuple[str, ...]] | None
 
 

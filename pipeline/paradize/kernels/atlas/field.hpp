@@ -21,7 +21,7 @@ struct Placement {
     std::int32_t x = 0, y = 0, turn = 0;
 };
 
-// What a chart covers, cell row by cell row, in one of its four turns.
+// The cells that a chart covers, row by row, in one of its four turns.
 struct Shape {
     std::vector<Span> rows;
     std::int32_t width = 0;

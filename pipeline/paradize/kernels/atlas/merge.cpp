@@ -9,7 +9,7 @@ namespace paradize::atlas {
 
 namespace {
 
-// What a border counts beside flatness: of the ratio of its square to that of a disc of the same area.
+// The weight of a border beside flatness: of the ratio of its square to that of a disc of the same area.
 constexpr double roundness_weight = 0.01;
 
 struct Cluster {

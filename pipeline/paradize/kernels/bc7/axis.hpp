@@ -55,7 +55,7 @@ PARADIZE_INLINE void add_texel(const Block &block, const Products<Channels> &pro
 // Adds texel t where member says so.
 template <int Channels>
 PARADIZE_INLINE void add_member(const Block &block, const Products<Channels> &products, int t,
-                                const Whole &member, Sums<Channels> &sums) {
+                                const IntLanes &member, Sums<Channels> &sums) {
     sums.count += member ? all(1.0F) : Lanes{};
     for (int c = 0; c < Channels; ++c) {
         sums.value[c] += member ? block.v[c][t] : Lanes{};
@@ -122,7 +122,7 @@ PARADIZE_INLINE void find_axis(const Sums<Channels> &sums, int turns, Axis<Chann
         out.direction[c] = matrix[pair(0, c)];
     }
     for (int k = 1; k < Channels; ++k) {
-        const Whole wider = matrix[pair(k, k)] > most;
+        const IntLanes wider = matrix[pair(k, k)] > most;
         most = wider ? matrix[pair(k, k)] : most;
         for (int c = 0; c < Channels; ++c) {
             out.direction[c] = wider ? matrix[c < k ? pair(c, k) : pair(k, c)] : out.direction[c];

@@ -21,7 +21,7 @@ struct Shape {
 };
 
 template <int Channels>
-struct Ends {
+struct Endpoints {
     Lanes a[Channels];
     Lanes b[Channels];
 };
@@ -61,8 +61,8 @@ PARADIZE_INLINE Lanes code_of(const Lanes &value, int low) {
 // Rounds one end, and then the other to what suits the first best; returns the cost. weight: of each channel,
 // or null where all are 1.
 template <int Channels, int Bits>
-PARADIZE_INLINE Lanes round_ends(const Ends<Channels> &wanted, const Lanes *weight, const Cost &cost,
-                                 const Lanes &lean, int low_a, int low_b, Ends<Channels> &code) {
+PARADIZE_INLINE Lanes round_ends(const Endpoints<Channels> &wanted, const Lanes *weight, const Cost &cost,
+                                 const Lanes &lean, int low_a, int low_b, Endpoints<Channels> &code) {
     Lanes sum = Lanes{};
     for (int c = 0; c < Channels; ++c) {
         code.a[c] = code_of<Bits>(wanted.a[c], low_a);
@@ -76,8 +76,8 @@ PARADIZE_INLINE Lanes round_ends(const Ends<Channels> &wanted, const Lanes *weig
 }
 
 template <typename S>
-PARADIZE_INLINE void round_to_codes(const Ends<S::Channels> &wanted, const Lanes *weight, const Cost &cost,
-                                    Ends<S::Channels> &code) {
+PARADIZE_INLINE void round_to_codes(const Endpoints<S::Channels> &wanted, const Lanes *weight,
+                                    const Cost &cost, Endpoints<S::Channels> &code) {
     constexpr int C = S::Channels;
     const Lanes lean = cost.bb > 1e-3F ? cost.ab / cost.bb : Lanes{};
     if constexpr (S::low == Low::none) {
@@ -90,10 +90,10 @@ PARADIZE_INLINE void round_to_codes(const Ends<S::Channels> &wanted, const Lanes
             if (S::low == Low::shared && choice != 3) {
                 continue;
             }
-            Ends<C> other;
+            Endpoints<C> other;
             const Lanes price =
                 round_ends<C, S::Bits>(wanted, weight, cost, lean, choice & 1, choice >> 1, other);
-            const Whole better = price < best;
+            const IntLanes better = price < best;
             best = better ? price : best;
             for (int c = 0; c < C; ++c) {
                 code.a[c] = better ? other.a[c] : code.a[c];

@@ -43,7 +43,7 @@ struct Ranked {
     std::uint8_t number[most_kept];
 };
 
-// What a block's bytes leave, or may leave at most: squared errors of colour and of alpha, summed, and the
+// The error of a block's bytes, or its limit: squared errors of colour and of alpha, summed, and the
 // square of the largest difference of a colour's channel.
 struct Errors {
     float color;

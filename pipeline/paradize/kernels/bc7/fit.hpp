@@ -11,28 +11,28 @@ namespace paradize::bc7::PARADIZE_WIDTH {
 // Which texels belong to subset 1 and to subset 2; the others belong to subset 0.
 template <int Subsets>
 struct Members {
-    Whole of[Subsets > 1 ? Subsets - 1 : 1][texels];
+    IntLanes of[Subsets > 1 ? Subsets - 1 : 1][texels];
 };
 
-// What is left of each channel: squared errors, summed, and the largest difference of a texel.
+// The error of each channel: squared errors, summed, and the largest difference of a texel.
 template <int Channels>
-struct Left {
+struct ChannelErrors {
     Lanes square[Channels];
     Lanes worst[Channels];
 };
 
-// What was found for a block: codes of the ends, with their low bits, and every texel's index.
+// The best fit of a block: codes of the ends, with their low bits, and every texel's index.
 template <int Channels, int Subsets>
-struct Found {
+struct BlockFit {
     Lanes error; // weighted
-    Left<Channels> left;
-    Ends<Channels> code[Subsets];
+    ChannelErrors<Channels> left;
+    Endpoints<Channels> code[Subsets];
     Lanes index[texels];
 };
 
 // Sums over a subset's texels of their weights 0..64, the squares, and the products with the values.
 template <int Channels>
-struct Weighed {
+struct LeastSquaresSums {
     Lanes weight;
     Lanes square;
     Lanes value[Channels];
@@ -48,7 +48,8 @@ struct Ramp {
 };
 
 template <typename S>
-PARADIZE_INLINE void make_ramp(const Ends<S::Channels> &code, const Lanes *weight, Ramp<S::Channels> &ramp) {
+PARADIZE_INLINE void make_ramp(const Endpoints<S::Channels> &code, const Lanes *weight,
+                               Ramp<S::Channels> &ramp) {
     Lanes length = Lanes{};
     Lanes a[S::Channels];
     for (int c = 0; c < S::Channels; ++c) {
@@ -71,8 +72,9 @@ PARADIZE_INLINE void make_ramp(const Ends<S::Channels> &code, const Lanes *weigh
 // The index of every texel and exactly what is left in the hardware's picture.
 template <typename S>
 PARADIZE_INLINE void place(const Lanes (*const *values)[texels], const Lanes *weight,
-                           const Members<S::Subsets> &members, const Ends<S::Channels> *code, Lanes *index,
-                           Left<S::Channels> &left, Weighed<S::Channels> *weighed) {
+                           const Members<S::Subsets> &members, const Endpoints<S::Channels> *code,
+                           Lanes *index, ChannelErrors<S::Channels> &left,
+                           LeastSquaresSums<S::Channels> *weighed) {
     constexpr int C = S::Channels;
     Ramp<C> ramps[S::Subsets];
     for (int s = 0; s < S::Subsets; ++s) {
@@ -88,7 +90,7 @@ PARADIZE_INLINE void place(const Lanes (*const *values)[texels], const Lanes *we
     for (int t = 0; t < texels; ++t) {
         Ramp<C> ramp = ramps[0];
         for (int s = 1; s < S::Subsets; ++s) {
-            const Whole member = members.of[s - 1][t];
+            const IntLanes member = members.of[s - 1][t];
             ramp.shift = member ? ramps[s].shift : ramp.shift;
             for (int c = 0; c < C; ++c) {
                 ramp.slope[c] = member ? ramps[s].slope[c] : ramp.slope[c];
@@ -129,10 +131,10 @@ PARADIZE_INLINE void place(const Lanes (*const *values)[texels], const Lanes *we
 // The ends that fit a subset's texels best where they now lie, and what leaving them costs. Where all texels
 // lie at one place the ends stay.
 template <int Channels>
-PARADIZE_INLINE void refit(const Lanes &count, const Lanes *value, const Weighed<Channels> &sums,
-                           Ends<Channels> &wanted, Cost &cost) {
+PARADIZE_INLINE void refit(const Lanes &count, const Lanes *value, const LeastSquaresSums<Channels> &sums,
+                           Endpoints<Channels> &wanted, Cost &cost) {
     const Lanes determinant = count * sums.square - sums.weight * sums.weight;
-    const Whole known = determinant > 0.5F;
+    const IntLanes known = determinant > 0.5F;
     const Lanes share = known ? 1.0F / determinant : Lanes{};
     for (int c = 0; c < Channels; ++c) {
         const Lanes slope = (count * sums.value[c] - sums.weight * value[c]) * share;
@@ -149,8 +151,8 @@ PARADIZE_INLINE void refit(const Lanes &count, const Lanes *value, const Weighed
 
 // The first ends: the outermost texels along a subset's axis. member: null where all texels are the subset's.
 template <int Channels>
-PARADIZE_INLINE void first_ends(const Lanes (*const *values)[texels], const Whole *member,
-                                const Sums<Channels> &sums, Ends<Channels> &ends) {
+PARADIZE_INLINE void first_ends(const Lanes (*const *values)[texels], const IntLanes *member,
+                                const Sums<Channels> &sums, Endpoints<Channels> &ends) {
     Axis<Channels> axis;
     find_axis(sums, 4, axis);
     const Lanes share = 1.0F / sums.count;
@@ -188,10 +190,10 @@ PARADIZE_INLINE void first_ends(const Lanes (*const *values)[texels], const Whol
 template <typename S, typename Allowed>
 PARADIZE_INLINE void fit(const Lanes (*const *values)[texels], const Lanes *weight,
                          const Members<S::Subsets> &members, const Sums<S::Channels> *sums,
-                         Ends<S::Channels> *wanted, int passes, Allowed &&allowed,
-                         Found<S::Channels, S::Subsets> &best) {
+                         Endpoints<S::Channels> *wanted, int passes, Allowed &&allowed,
+                         BlockFit<S::Channels, S::Subsets> &best) {
     constexpr int C = S::Channels;
-    Ends<C> code[S::Subsets];
+    Endpoints<C> code[S::Subsets];
     Cost cost[S::Subsets];
     for (int s = 0; s < S::Subsets; ++s) {
         cost[s] = {all(1.0F), Lanes{}, all(1.0F)};
@@ -213,14 +215,14 @@ PARADIZE_INLINE void fit(const Lanes (*const *values)[texels], const Lanes *weig
             round_to_codes<S>(wanted[s], weight, cost[s], code[s]);
         }
         Lanes index[texels];
-        Left<C> left;
-        Weighed<C> weighed[S::Subsets];
+        ChannelErrors<C> left;
+        LeastSquaresSums<C> weighed[S::Subsets];
         place<S>(values, weight, members, code, index, left, weighed);
         Lanes error = Lanes{};
         for (int c = 0; c < C; ++c) {
             error += weight != nullptr ? left.square[c] * weight[c] : left.square[c];
         }
-        const Whole better = (error < best.error) & allowed(left);
+        const IntLanes better = (error < best.error) & allowed(left);
         best.error = better ? error : best.error;
         for (int c = 0; c < C; ++c) {
             best.left.square[c] = better ? left.square[c] : best.left.square[c];

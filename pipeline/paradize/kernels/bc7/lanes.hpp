@@ -15,7 +15,7 @@ namespace paradize::bc7::PARADIZE_WIDTH {
 
 constexpr int lanes = PARADIZE_LANES;
 typedef float Lanes __attribute__((vector_size(4 * PARADIZE_LANES)));
-typedef std::int32_t Whole __attribute__((vector_size(4 * PARADIZE_LANES)));
+typedef std::int32_t IntLanes __attribute__((vector_size(4 * PARADIZE_LANES)));
 
 PARADIZE_INLINE Lanes all(float value) {
     return Lanes{} + value;
@@ -41,10 +41,10 @@ PARADIZE_INLINE Lanes nearest(const Lanes &a) {
 
 // The integer below, for 0 <= a < 2^22.
 PARADIZE_INLINE Lanes below(const Lanes &a) {
-    return __builtin_convertvector(__builtin_convertvector(a, Whole), Lanes);
+    return __builtin_convertvector(__builtin_convertvector(a, IntLanes), Lanes);
 }
 
-PARADIZE_INLINE bool any(const Whole &mask) {
+PARADIZE_INLINE bool any(const IntLanes &mask) {
     std::int32_t bits = 0;
     for (int lane = 0; lane < lanes; ++lane) {
         bits |= mask[lane];

@@ -7,7 +7,7 @@
 
 namespace paradize::bc7::PARADIZE_WIDTH {
 
-// What is left of a block's channels, or may be left at most: bc7/effort.hpp's Errors.
+// The squared errors of a block's channels, or their limits: bc7/effort.hpp's Errors.
 struct Parts {
     Lanes color;
     Lanes alpha;
@@ -16,7 +16,7 @@ struct Parts {
 
 // The first three channels are colour, the fourth is alpha.
 template <int Channels>
-PARADIZE_INLINE void parts_of(const Left<Channels> &left, Parts &parts) {
+PARADIZE_INLINE void parts_of(const ChannelErrors<Channels> &left, Parts &parts) {
     parts.color = left.square[0] + left.square[1] + left.square[2];
     parts.worst = larger(larger(left.worst[0], left.worst[1]), left.worst[2]);
     if constexpr (Channels == 4) {
@@ -26,7 +26,7 @@ PARADIZE_INLINE void parts_of(const Left<Channels> &left, Parts &parts) {
     }
 }
 
-PARADIZE_INLINE Whole inside(const Parts &parts, const Parts &limit) {
+PARADIZE_INLINE IntLanes inside(const Parts &parts, const Parts &limit) {
     return (parts.color <= limit.color) & (parts.alpha <= limit.alpha) & (parts.worst <= limit.worst);
 }
 
@@ -35,10 +35,10 @@ struct Best {
     Lanes error;
     Parts left;
     Parts limit;
-    Whole mode;
-    Whole partition;
-    Whole rotation;
-    Whole selector;
+    IntLanes mode;
+    IntLanes partition;
+    IntLanes rotation;
+    IntLanes selector;
     Lanes code[3][2][4];
     Lanes index[texels];
     Lanes second[texels];
@@ -48,7 +48,7 @@ PARADIZE_INLINE void clear(Best &best, float alpha_weight) {
     best.alpha_weight = alpha_weight;
     best.error = all(1e30F);
     best.left.color = best.left.alpha = best.left.worst = Lanes{};
-    best.mode = best.partition = best.rotation = best.selector = Whole{};
+    best.mode = best.partition = best.rotation = best.selector = IntLanes{};
     for (int t = 0; t < texels; ++t) {
         best.index[t] = best.second[t] = Lanes{};
     }
@@ -63,10 +63,10 @@ PARADIZE_INLINE void clear(Best &best, float alpha_weight) {
 
 // Takes what was found where it is better, and says where that was.
 template <int Channels, int Subsets>
-PARADIZE_INLINE Whole offer(const Found<Channels, Subsets> &found, const Lanes &error, const Parts &parts,
-                            int mode, const Whole &partition, const Whole &rotation, int selector,
-                            Best &best) {
-    const Whole better = (error < best.error) & inside(parts, best.limit);
+PARADIZE_INLINE IntLanes offer(const BlockFit<Channels, Subsets> &found, const Lanes &error,
+                               const Parts &parts, int mode, const IntLanes &partition,
+                               const IntLanes &rotation, int selector, Best &best) {
+    const IntLanes better = (error < best.error) & inside(parts, best.limit);
     if (!any(better)) {
         return better;
     }
@@ -74,10 +74,10 @@ PARADIZE_INLINE Whole offer(const Found<Channels, Subsets> &found, const Lanes &
     best.left.color = better ? parts.color : best.left.color;
     best.left.alpha = better ? parts.alpha : best.left.alpha;
     best.left.worst = better ? parts.worst : best.left.worst;
-    best.mode = better ? Whole{} + mode : best.mode;
+    best.mode = better ? IntLanes{} + mode : best.mode;
     best.partition = better ? partition : best.partition;
     best.rotation = better ? rotation : best.rotation;
-    best.selector = better ? Whole{} + selector : best.selector;
+    best.selector = better ? IntLanes{} + selector : best.selector;
     for (int s = 0; s < Subsets; ++s) {
         for (int c = 0; c < Channels; ++c) {
             best.code[s][0][c] = better ? found.code[s].a[c] : best.code[s][0][c];
@@ -93,11 +93,11 @@ PARADIZE_INLINE Whole offer(const Found<Channels, Subsets> &found, const Lanes &
 // Fits all channels together and takes what was found where it is better.
 template <typename S>
 PARADIZE_INLINE void try_joint(const Lanes (*const *values)[texels], const Members<S::Subsets> &members,
-                               const Sums<S::Channels> *sums, Ends<S::Channels> *ends, int mode,
-                               const Whole &partition, int passes, Best &best) {
+                               const Sums<S::Channels> *sums, Endpoints<S::Channels> *ends, int mode,
+                               const IntLanes &partition, int passes, Best &best) {
     Lanes weights[4] = {all(1.0F), all(1.0F), all(1.0F), all(best.alpha_weight)};
-    Found<S::Channels, S::Subsets> found;
-    const auto allowed = [&](const Left<S::Channels> &left) {
+    BlockFit<S::Channels, S::Subsets> found;
+    const auto allowed = [&](const ChannelErrors<S::Channels> &left) {
         Parts parts;
         parts_of(left, parts);
         return inside(parts, best.limit);
@@ -105,7 +105,7 @@ PARADIZE_INLINE void try_joint(const Lanes (*const *values)[texels], const Membe
     fit<S>(values, S::Channels == 4 ? weights : nullptr, members, sums, ends, passes, allowed, found);
     Parts parts;
     parts_of(found.left, parts);
-    offer(found, found.error, parts, mode, partition, Whole{}, 0, best);
+    offer(found, found.error, parts, mode, partition, IntLanes{}, 0, best);
 }
 
 // Mode 6: one subset, sixteen places. Opaque blocks have all low bits set, so that alpha is 255.
@@ -116,10 +116,10 @@ static void try_mode6(const Block &block, const Products<Channels> &products, in
     for (int c = 0; c < Channels; ++c) {
         values[c] = &block.v[c];
     }
-    Ends<Channels> ends[1];
+    Endpoints<Channels> ends[1];
     const Members<1> members{};
     first_ends<Channels>(values, nullptr, products.total, ends[0]);
-    try_joint<S>(values, members, &products.total, ends, 6, Whole{}, passes, best);
+    try_joint<S>(values, members, &products.total, ends, 6, IntLanes{}, passes, best);
     // The box's diagonal is seldom better, but then by much of what little there is.
     for (int c = 0; c < Channels; ++c) {
         ends[0].a[c] = ends[0].b[c] = block.v[c][0];
@@ -128,7 +128,7 @@ static void try_mode6(const Block &block, const Products<Channels> &products, in
             ends[0].b[c] = larger(ends[0].b[c], block.v[c][t]);
         }
     }
-    try_joint<S>(values, members, &products.total, ends, 6, Whole{}, passes - 1, best);
+    try_joint<S>(values, members, &products.total, ends, 6, IntLanes{}, passes - 1, best);
     if constexpr (Channels == 3) {
         for (auto &end : best.code[0]) {
             end[3] = all(255.0F);
@@ -139,13 +139,13 @@ static void try_mode6(const Block &block, const Products<Channels> &products, in
 // A mode of two or three subsets, in the partition that each block wants.
 template <typename S>
 static void try_partition(const Block &block, const Products<S::Channels> &products, int mode,
-                          const Whole &partition, int passes, Best &best) {
+                          const IntLanes &partition, int passes, Best &best) {
     constexpr int C = S::Channels;
     const Lanes(*values[C])[texels];
     for (int c = 0; c < C; ++c) {
         values[c] = &block.v[c];
     }
-    Whole bits{};
+    IntLanes bits{};
     for (int lane = 0; lane < lanes; ++lane) {
         const auto at = static_cast<std::size_t>(partition[lane]);
         bits[lane] = static_cast<std::int32_t>(S::Subsets == 2 ? two_subsets[at] : three_subsets[at]);
@@ -156,13 +156,13 @@ static void try_partition(const Block &block, const Products<S::Channels> &produ
         clear(sums[s]);
         for (int t = 0; t < texels; ++t) {
             const int at = S::Subsets == 2 ? t : 2 * t + s - 1;
-            const Whole one = Whole{} + static_cast<std::int32_t>(1U << at);
+            const IntLanes one = IntLanes{} + static_cast<std::int32_t>(1U << at);
             members.of[s - 1][t] = (bits & one) != 0;
             add_member(block, products, t, members.of[s - 1][t], sums[s]);
         }
     }
     subtract(products.total, sums[1], sums[0]);
-    Whole mine[texels];
+    IntLanes mine[texels];
     for (int t = 0; t < texels; ++t) {
         mine[t] = ~members.of[0][t];
     }
@@ -172,7 +172,7 @@ static void try_partition(const Block &block, const Products<S::Channels> &produ
             mine[t] &= ~members.of[1][t];
         }
     }
-    Ends<C> ends[S::Subsets];
+    Endpoints<C> ends[S::Subsets];
     first_ends<C>(values, mine, sums[0], ends[0]);
     for (int s = 1; s < S::Subsets; ++s) {
         first_ends<C>(values, members.of[s - 1], sums[s], ends[s]);
@@ -181,16 +181,16 @@ static void try_partition(const Block &block, const Products<S::Channels> &produ
 }
 
 // Parts of a block are judged together, when both are found.
-constexpr auto any_left = [](const auto &) { return Whole{} == 0; };
+constexpr auto any_left = [](const auto &) { return IntLanes{} == 0; };
 
 // The last channel by itself, as modes 4 and 5 have it.
 template <int Bits, int Steps>
-PARADIZE_INLINE void fit_alone(const Block &block, int passes, Found<1, 1> &found) {
+PARADIZE_INLINE void fit_alone(const Block &block, int passes, BlockFit<1, 1> &found) {
     const Lanes(*const values[1])[texels] = {&block.v[3]};
     Sums<1> sums;
     clear(sums);
     sums.count = all(static_cast<float>(texels));
-    Ends<1> ends[1] = {{{block.v[3][0]}, {block.v[3][0]}}};
+    Endpoints<1> ends[1] = {{{block.v[3][0]}, {block.v[3][0]}}};
     for (int t = 0; t < texels; ++t) {
         sums.value[0] += block.v[3][t];
         ends[0].a[0] = smaller(ends[0].a[0], block.v[3][t]);
@@ -202,26 +202,26 @@ PARADIZE_INLINE void fit_alone(const Block &block, int passes, Found<1, 1> &foun
 
 template <int Bits, int Steps>
 PARADIZE_INLINE void fit_colors(const Lanes (*const *values)[texels], const Lanes *weight,
-                                const Sums<3> &sums, Ends<3> ends, int passes, Found<3, 1> &found) {
+                                const Sums<3> &sums, Endpoints<3> ends, int passes, BlockFit<3, 1> &found) {
     fit<Shape<3, Bits, Low::none, Steps, 1>>(values, weight, Members<1>{}, &sums, &ends, passes, any_left,
                                              found);
 }
 
-PARADIZE_INLINE void offer_apart(const Found<3, 1> &colors, const Found<1, 1> &alone, int mode,
-                                 const Whole &rotation, int selector, Best &best) {
-    const Whole plain = rotation == 0;
+PARADIZE_INLINE void offer_apart(const BlockFit<3, 1> &colors, const BlockFit<1, 1> &alone, int mode,
+                                 const IntLanes &rotation, int selector, Best &best) {
+    const IntLanes plain = rotation == 0;
     Parts parts;
     parts.color = plain ? Lanes{} : alone.left.square[0];
     parts.alpha = plain ? alone.left.square[0] : Lanes{};
     parts.worst = plain ? Lanes{} : alone.left.worst[0];
     for (int c = 0; c < 3; ++c) {
-        const Whole moved = rotation == c + 1;
+        const IntLanes moved = rotation == c + 1;
         parts.color += moved ? Lanes{} : colors.left.square[c];
         parts.alpha += moved ? colors.left.square[c] : Lanes{};
         parts.worst = larger(parts.worst, moved ? Lanes{} : colors.left.worst[c]);
     }
     const Lanes error = parts.color + parts.alpha * best.alpha_weight;
-    const Whole better = offer(colors, error, parts, mode, Whole{}, rotation, selector, best);
+    const IntLanes better = offer(colors, error, parts, mode, IntLanes{}, rotation, selector, best);
     best.code[0][0][3] = better ? alone.code[0].a[0] : best.code[0][0][3];
     best.code[0][1][3] = better ? alone.code[0].b[0] : best.code[0][1][3];
     for (int t = 0; t < texels; ++t) {
@@ -230,11 +230,11 @@ PARADIZE_INLINE void offer_apart(const Found<3, 1> &colors, const Found<1, 1> &a
 }
 
 // Alpha changes places with the channel `rotation - 1`; 0: none does.
-PARADIZE_INLINE void rotate(const Block &block, const Whole &rotation, Block &out) {
+PARADIZE_INLINE void rotate(const Block &block, const IntLanes &rotation, Block &out) {
     for (int t = 0; t < texels; ++t) {
         out.v[3][t] = block.v[3][t];
         for (int c = 0; c < 3; ++c) {
-            const Whole moved = rotation == c + 1;
+            const IntLanes moved = rotation == c + 1;
             out.v[c][t] = moved ? block.v[3][t] : block.v[c][t];
             out.v[3][t] = moved ? block.v[c][t] : out.v[3][t];
         }
@@ -242,21 +242,21 @@ PARADIZE_INLINE void rotate(const Block &block, const Whole &rotation, Block &ou
 }
 
 // Modes 4 and 5: three channels on a line, the fourth alone.
-static void try_apart(const Block &plain, const Whole &rotation, int passes, Best &best) {
+static void try_apart(const Block &plain, const IntLanes &rotation, int passes, Best &best) {
     Block block;
     rotate(plain, rotation, block);
     const Lanes(*const values[3])[texels] = {&block.v[0], &block.v[1], &block.v[2]};
     Products<3> products;
     make_products(block, products);
     const Sums<3> &sums = products.total;
-    Ends<3> ends;
+    Endpoints<3> ends;
     first_ends<3>(values, nullptr, sums, ends);
     Lanes weight[3]; // alpha stands where the channel stood that it changed places with
     for (int c = 0; c < 3; ++c) {
         weight[c] = rotation == c + 1 ? all(best.alpha_weight) : all(1.0F);
     }
-    Found<3, 1> colors;
-    Found<1, 1> single;
+    BlockFit<3, 1> colors;
+    BlockFit<1, 1> single;
     fit_colors<7, 3>(values, weight, sums, ends, passes, colors);
     fit_alone<8, 3>(block, passes, single);
     offer_apart(colors, single, 5, rotation, 0, best);

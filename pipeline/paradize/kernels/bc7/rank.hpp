@@ -8,24 +8,24 @@
 namespace paradize::bc7::PARADIZE_WIDTH {
 
 // The best partitions of each block so far, best first.
-struct Kept {
+struct BestPartitions {
     Lanes error[most_kept];
-    Whole partition[most_kept];
+    IntLanes partition[most_kept];
 };
 
-PARADIZE_INLINE void clear(Kept &kept, int count) {
+PARADIZE_INLINE void clear(BestPartitions &kept, int count) {
     for (int i = 0; i < count; ++i) {
         kept.error[i] = all(1e30F);
-        kept.partition[i] = Whole{};
+        kept.partition[i] = IntLanes{};
     }
 }
 
-PARADIZE_INLINE void keep(Kept &kept, int count, Lanes error, int partition) {
-    Whole here = Whole{} + partition;
+PARADIZE_INLINE void keep(BestPartitions &kept, int count, Lanes error, int partition) {
+    IntLanes here = IntLanes{} + partition;
     for (int i = 0; i < count; ++i) {
-        const Whole better = error < kept.error[i];
+        const IntLanes better = error < kept.error[i];
         const Lanes pushed = better ? kept.error[i] : error;
-        const Whole moved = better ? kept.partition[i] : here;
+        const IntLanes moved = better ? kept.partition[i] : here;
         kept.error[i] = better ? error : kept.error[i];
         kept.partition[i] = better ? here : kept.partition[i];
         error = pushed;
@@ -54,14 +54,14 @@ PARADIZE_INLINE void add_bits(const Block &block, const Products<Channels> &prod
     sums.count = all(static_cast<float>(count));
 }
 
-// What 8 and what 4 places leave of the spread along a line that the texels fill evenly.
+// The share that 8 and that 4 places leave of the spread along a line that the texels fill evenly.
 constexpr float left_fine = 1.0F / 49.0F;
 constexpr float left_coarse = 1.0F / 9.0F;
 
 // Fine: for 8 places, among the first fine_among partitions; coarse: for 4 places, among all of `among`.
 template <int Subsets, int Channels>
-static void rank(const Block &block, const Products<Channels> &products, int among, Kept &fine,
-                 int fine_count, int fine_among, Kept &coarse, int coarse_count) {
+static void rank(const Block &block, const Products<Channels> &products, int among, BestPartitions &fine,
+                 int fine_count, int fine_among, BestPartitions &coarse, int coarse_count) {
     clear(fine, fine_count);
     clear(coarse, coarse_count);
     for (int partition = 0; partition < among; ++partition) {
@@ -90,7 +90,7 @@ static void rank(const Block &block, const Products<Channels> &products, int amo
 
 // The four choices of the channel that stands alone in modes 4 and 5: its number in `partition`, as the
 // rotation is written.
-static void rank_alone(const Products<4> &products, Kept &kept, int count) {
+static void rank_alone(const Products<4> &products, BestPartitions &kept, int count) {
     clear(kept, count);
     for (int rotation = 0; rotation < 4; ++rotation) {
         const int alone = rotation == 0 ? 3 : rotation - 1;

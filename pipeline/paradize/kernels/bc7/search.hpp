@@ -31,7 +31,7 @@ PARADIZE_INLINE void load(const Search &search, const std::uint16_t *jobs, std::
         }
     }
     for (int t = 0; t < texels; ++t) {
-        Whole bits;
+        IntLanes bits;
         __builtin_memcpy(&bits, packed[t], sizeof bits);
         for (int c = 0; c < 4; ++c) {
             block.v[c][t] = __builtin_convertvector((bits >> (8 * c)) & 255, Lanes);
@@ -39,7 +39,7 @@ PARADIZE_INLINE void load(const Search &search, const std::uint16_t *jobs, std::
     }
 }
 
-// What the tier below left of up to `lanes` tasks.
+// The results of the tier below for up to `lanes` tasks.
 PARADIZE_INLINE void load_limits(const Search &search, const std::uint16_t *jobs, std::size_t count,
                                  Parts &limit) {
     for (std::size_t lane = 0; lane < lanes; ++lane) {
@@ -51,15 +51,15 @@ PARADIZE_INLINE void load_limits(const Search &search, const std::uint16_t *jobs
 }
 
 // Sixteen indices as four bits each: of the first eight texels and of the others.
-PARADIZE_INLINE void join(const Lanes *index, Whole &low, Whole &high) {
-    low = high = Whole{};
+PARADIZE_INLINE void join(const Lanes *index, IntLanes &low, IntLanes &high) {
+    low = high = IntLanes{};
     for (int t = 0; t < 8; ++t) {
-        low |= __builtin_convertvector(index[t], Whole) << (4 * t);
-        high |= __builtin_convertvector(index[t + 8], Whole) << (4 * t);
+        low |= __builtin_convertvector(index[t], IntLanes) << (4 * t);
+        high |= __builtin_convertvector(index[t + 8], IntLanes) << (4 * t);
     }
 }
 
-PARADIZE_INLINE std::uint64_t joined(const Whole &low, const Whole &high, int lane) {
+PARADIZE_INLINE std::uint64_t joined(const IntLanes &low, const IntLanes &high, int lane) {
     return static_cast<std::uint64_t>(static_cast<std::uint32_t>(high[lane])) << 32 |
            static_cast<std::uint32_t>(low[lane]);
 }
@@ -67,10 +67,10 @@ PARADIZE_INLINE std::uint64_t joined(const Whole &low, const Whole &high, int la
 // Writes the bytes of the blocks that became better.
 PARADIZE_INLINE void settle(const Search &search, const std::uint16_t *jobs, std::size_t count,
                             const Best &best) {
-    Whole low;
-    Whole high;
-    Whole second_low;
-    Whole second_high;
+    IntLanes low;
+    IntLanes high;
+    IntLanes second_low;
+    IntLanes second_high;
     join(best.index, low, high);
     join(best.second, second_low, second_high);
     for (int lane = 0; lane < static_cast<int>(count); ++lane) {
@@ -117,7 +117,7 @@ PARADIZE_INLINE void gather(const Search &search, Wanted &&wanted, Work &&work) 
 }
 
 PARADIZE_INLINE void store(const Search &search, const std::uint16_t *jobs, std::size_t some, int family,
-                           const Kept &kept, int count) {
+                           const BestPartitions &kept, int count) {
     for (std::size_t lane = 0; lane < some; ++lane) {
         Ranked &ranked = search.scratch.tasks[jobs[lane]].ranked[family];
         for (int i = 0; i < count; ++i) {
@@ -138,7 +138,7 @@ PARADIZE_INLINE void try_family(const Search &search, int family, int count, flo
                        task.ranked[family].estimate[i] * search.effort.doubt < task.error;
             },
             [&](const Block &block, const std::uint16_t *jobs, std::size_t some) {
-                Whole number{};
+                IntLanes number{};
                 for (std::size_t lane = 0; lane < lanes; ++lane) {
                     const Task &task = search.scratch.tasks[jobs[lane < some ? lane : some - 1]];
                     number[lane] = task.ranked[family].number[i];
@@ -154,7 +154,7 @@ PARADIZE_INLINE void try_family(const Search &search, int family, int count, flo
 
 template <typename S>
 static void try_partitions(const Search &search, int family, int mode, int count, float enough) {
-    try_family(search, family, count, enough, [&](const Block &block, const Whole &number, Best &best) {
+    try_family(search, family, count, enough, [&](const Block &block, const IntLanes &number, Best &best) {
         Products<S::Channels> products;
         make_products(block, products);
         try_partition<S>(block, products, mode, number, search.effort.passes, best);
@@ -188,8 +188,8 @@ static void rank_partitions(const Search &search, int family, int fine_count, in
         [&](const Block &block, const std::uint16_t *jobs, std::size_t some) {
             Products<Channels> products;
             make_products(block, products);
-            Kept fine;
-            Kept coarse;
+            BestPartitions fine;
+            BestPartitions coarse;
             rank<Subsets>(block, products, coarse_count > 0 ? partitions : fine_among, fine, fine_count,
                           fine_among, coarse, coarse_count);
             store(search, jobs, some, family, fine, fine_count);
@@ -207,12 +207,12 @@ static void search_apart(const Search &search, int rotations) {
         [&](const Block &block, const std::uint16_t *jobs, std::size_t some) {
             Products<4> products;
             make_products(block, products);
-            Kept kept;
+            BestPartitions kept;
             rank_alone(products, kept, rotations);
             store(search, jobs, some, family, kept, rotations);
         });
     try_family(search, family, rotations, search.effort.enough,
-               [&](const Block &block, const Whole &number, Best &best) {
+               [&](const Block &block, const IntLanes &number, Best &best) {
                    try_apart(block, number, search.effort.passes, best);
                });
 }

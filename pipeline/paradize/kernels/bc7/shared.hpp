@@ -1,4 +1,4 @@
-// What rows of BC7 blocks need, not compiled for any wider instruction set.
+// Functions for rows of BC7 blocks, not compiled for any wider instruction set.
 #pragma once
 
 #include <cstddef>

@@ -17,12 +17,12 @@ struct ColorBlocks {
 };
 
 // Two ends, a point of color space each: codes 0..31, 0..63, 0..31, or texel values less the mean.
-struct Ends {
+struct Endpoints {
     Lanes a[3];
     Lanes b[3];
 };
 
-// What a choice of places (0 at b, 3 at a) leaves: their sums with each other and with the texels.
+// The sums of a choice of places (0 at b, 3 at a): with each other and with the texels.
 struct Places {
     Lanes q;
     Lanes qq;
@@ -33,13 +33,13 @@ struct Places {
 
 // limit: the worst that a fit to come may leave.
 struct ColorFit {
-    Ends codes;
+    Endpoints codes;
     Lanes error;
     Lanes worst;
     Lanes limit;
 };
 
-PARADIZE_INLINE void centred(const ColorBlocks &blocks, const Ends &codes, Ends &out) {
+PARADIZE_INLINE void centred(const ColorBlocks &blocks, const Endpoints &codes, Endpoints &out) {
     for (int k = 0; k < 3; ++k) {
         out.a[k] = codes.a[k] * code_unit[k] - blocks.mean[k];
         out.b[k] = codes.b[k] * code_unit[k] - blocks.mean[k];
@@ -47,12 +47,12 @@ PARADIZE_INLINE void centred(const ColorBlocks &blocks, const Ends &codes, Ends 
 }
 
 // The line that places texels: place = clamped(sum of v * weight - offset).
-struct Ruler {
+struct ProjectionAxis {
     Lanes weight[3];
     Lanes offset;
 };
 
-PARADIZE_INLINE void make_ruler(const Ends &ends, Ruler &ruler) {
+PARADIZE_INLINE void make_ruler(const Endpoints &ends, ProjectionAxis &ruler) {
     const Lanes r = ends.a[0] - ends.b[0];
     const Lanes g = ends.a[1] - ends.b[1];
     const Lanes b = ends.a[2] - ends.b[2];
@@ -64,7 +64,7 @@ PARADIZE_INLINE void make_ruler(const Ends &ends, Ruler &ruler) {
     ruler.offset = ends.b[0] * ruler.weight[0] + ends.b[1] * ruler.weight[1] + ends.b[2] * ruler.weight[2];
 }
 
-PARADIZE_INLINE Lanes along(const ColorBlocks &blocks, const Ruler &ruler, std::size_t i) {
+PARADIZE_INLINE Lanes along(const ColorBlocks &blocks, const ProjectionAxis &ruler, std::size_t i) {
     return clamped(blocks.v[0][i] * ruler.weight[0] + blocks.v[1][i] * ruler.weight[1] +
                        blocks.v[2][i] * ruler.weight[2] - ruler.offset,
                    3.0F);
@@ -73,8 +73,8 @@ PARADIZE_INLINE Lanes along(const ColorBlocks &blocks, const Ruler &ruler, std::
 // The nearest place of every texel between two ends, and what is left. Bounded: whether the worst is asked
 // for; else it is 0.
 template <bool Bounded>
-PARADIZE_STEP void place(const ColorBlocks &blocks, const Ends &ends, Places &places) {
-    Ruler ruler;
+PARADIZE_STEP void place(const ColorBlocks &blocks, const Endpoints &ends, Places &places) {
+    ProjectionAxis ruler;
     make_ruler(ends, ruler);
     Lanes step[3];
     for (int k = 0; k < 3; ++k) {
@@ -119,7 +119,7 @@ PARADIZE_INLINE void solid_codes(const Lanes &value, int k, Lanes &a, Lanes &b) 
 // Ends by least squares for the places that the texels have, both rounded to codes together: for each of the
 // codes about the best a, the b that then is best. Where the places are all one: the nearest of one colour.
 template <int Options>
-PARADIZE_STEP void refit(const ColorBlocks &blocks, const Places &places, Ends &codes) {
+PARADIZE_STEP void refit(const ColorBlocks &blocks, const Places &places, Endpoints &codes) {
     const Lanes determinant = places.qq * 16.0F - places.q * places.q;
     const auto spread = determinant > 0.5F;
     const Lanes inverse = 16.0F / (spread ? determinant : splat(1.0F));
@@ -163,7 +163,7 @@ PARADIZE_STEP void refit(const ColorBlocks &blocks, const Places &places, Ends &
 }
 
 // Takes ends that leave less, where no texel is farther off than `limit` allows.
-PARADIZE_INLINE void keep(const Ends &codes, const Places &places, ColorFit &best) {
+PARADIZE_INLINE void keep(const Endpoints &codes, const Places &places, ColorFit &best) {
     const auto better = (places.error < best.error) & (places.worst <= best.limit);
     for (int k = 0; k < 3; ++k) {
         best.codes.a[k] = better ? codes.a[k] : best.codes.a[k];
@@ -203,7 +203,7 @@ PARADIZE_STEP void principal_axis(const ColorBlocks &blocks, Lanes (&axis)[3]) {
 }
 
 // The outermost texels along an axis through the mean.
-PARADIZE_STEP void axis_ends(const ColorBlocks &blocks, const Lanes (&axis)[3], Ends &ends) {
+PARADIZE_STEP void axis_ends(const ColorBlocks &blocks, const Lanes (&axis)[3], Endpoints &ends) {
     Lanes low = splat(1e30F), high = splat(-1e30F);
     for (std::size_t i = 0; i < texels; ++i) {
         const Lanes t = blocks.v[0][i] * axis[0] + blocks.v[1][i] * axis[1] + blocks.v[2][i] * axis[2];

@@ -20,15 +20,15 @@ PARADIZE_INLINE ValuePlaces places_between(const ValueBlocks &blocks, const Valu
 
 // Where six values serve a block better than eight between `ends`, `words` become theirs.
 PARADIZE_STEP void try_six(const ValueBlocks &blocks, CodeRange range, const ValueEnds &ends,
-                           Whole (&words)[2]) {
+                           IntLanes (&words)[2]) {
     Lanes low, high;
-    const Whole narrow = outer_six(blocks, range, low, high);
+    const IntLanes narrow = outer_six(blocks, range, low, high);
     if (!any(narrow)) {
         return;
     }
     ValuePlaces places;
     place<7>(blocks, ends.low, ends.high, range, places);
-    const Whole asked = touching(blocks, range) & narrow & (places.error > 1e-3F);
+    const IntLanes asked = touching(blocks, range) & narrow & (places.error > 1e-3F);
     ValueFit best = {ends.low, ends.high, places.error, places.worst, splat(1e30F), {}};
     settle<5>(blocks, range, 0, low, high, asked, best);
     if (any(best.six)) {
@@ -40,7 +40,7 @@ PARADIZE_STEP void try_six(const ValueBlocks &blocks, CodeRange range, const Val
 // step: one's arithmetic fills the time that another's takes.
 template <std::size_t N>
 PARADIZE_STEP void fast_single(ValueBlocks (&blocks)[N], std::size_t count, CodeRange range,
-                               Whole (&words)[N][2]) {
+                               IntLanes (&words)[N][2]) {
     ValueEnds ends[N];
     ValuePlaces places[N];
     for (std::size_t n = 0; n < count; ++n) {

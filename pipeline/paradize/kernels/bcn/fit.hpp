@@ -9,8 +9,8 @@ namespace paradize::bcn::PARADIZE_WIDTH {
 template <int Options>
 PARADIZE_STEP void settle(const ColorBlocks &blocks, Places &places, int turns, ColorFit &best) {
     for (int turn = 0; turn < turns; ++turn) {
-        Ends codes;
-        Ends ends;
+        Endpoints codes;
+        Endpoints ends;
         refit<Options>(blocks, places, codes);
         centred(blocks, codes, ends);
         place<true>(blocks, ends, places);
@@ -19,7 +19,7 @@ PARADIZE_STEP void settle(const ColorBlocks &blocks, Places &places, int turns, 
 }
 
 // Codes of the least and the largest of each channel; b takes the largest where the channel falls along axis.
-PARADIZE_STEP void box_codes(const ColorBlocks &blocks, const Lanes (&axis)[3], Ends &codes) {
+PARADIZE_STEP void box_codes(const ColorBlocks &blocks, const Lanes (&axis)[3], Endpoints &codes) {
     for (int k = 0; k < 3; ++k) {
         Lanes low = blocks.v[k][0], high = blocks.v[k][0];
         for (std::size_t i = 1; i < texels; ++i) {
@@ -34,8 +34,9 @@ PARADIZE_STEP void box_codes(const ColorBlocks &blocks, const Lanes (&axis)[3], 
     }
 }
 
-PARADIZE_STEP void try_codes(const ColorBlocks &blocks, const Ends &codes, Places &places, ColorFit &best) {
-    Ends ends;
+PARADIZE_STEP void try_codes(const ColorBlocks &blocks, const Endpoints &codes, Places &places,
+                             ColorFit &best) {
+    Endpoints ends;
     centred(blocks, codes, ends);
     place<true>(blocks, ends, places);
     keep(codes, places, best);
@@ -46,7 +47,7 @@ PARADIZE_STEP void descend(const ColorBlocks &blocks, int passes, ColorFit &best
     for (int pass = 0; pass < passes; ++pass) {
         const Lanes before = best.error;
         for (int move = 0; move < 12; ++move) {
-            Ends codes = best.codes;
+            Endpoints codes = best.codes;
             const int k = move / 4;
             Lanes &code = move & 2 ? codes.b[k] : codes.a[k];
             code = clamped(code + (move & 1 ? 1.0F : -1.0F), code_top[k]);
@@ -60,9 +61,9 @@ PARADIZE_STEP void descend(const ColorBlocks &blocks, int passes, ColorFit &best
 }
 
 // Least squares from the outermost texels along an axis, each end drawn towards the mean by a factor.
-PARADIZE_INLINE void start_from(const ColorBlocks &blocks, const Ends &outer, float draw_a, float draw_b,
+PARADIZE_INLINE void start_from(const ColorBlocks &blocks, const Endpoints &outer, float draw_a, float draw_b,
                                 ColorFit &best) {
-    Ends ends;
+    Endpoints ends;
     for (int k = 0; k < 3; ++k) {
         ends.a[k] = outer.a[k] * draw_a;
         ends.b[k] = outer.b[k] * draw_b;
@@ -74,7 +75,7 @@ PARADIZE_INLINE void start_from(const ColorBlocks &blocks, const Ends &outer, fl
 
 // Least squares from the nearest ends of one colour, the mean.
 PARADIZE_STEP void start_solid(const ColorBlocks &blocks, ColorFit &best) {
-    Ends codes;
+    Endpoints codes;
     for (int k = 0; k < 3; ++k) {
         solid_codes(blocks.mean[k], k, codes.a[k], codes.b[k]);
     }
@@ -85,8 +86,8 @@ PARADIZE_STEP void start_solid(const ColorBlocks &blocks, ColorFit &best) {
 
 // The two words of a block: its ends, the larger first, and the indices of its texels.
 struct ColorWords {
-    Whole ends;
-    Whole indices;
+    IntLanes ends;
+    IntLanes indices;
 };
 
 // The ends that are stored, and what they and the indices leave.
@@ -97,11 +98,11 @@ PARADIZE_STEP void measure(const ColorBlocks &blocks, const ColorWords &words, C
         fit.codes.a[k] = to_float(words.ends >> at[k] & mask);
         fit.codes.b[k] = to_float(words.ends >> (at[k] + 16) & mask);
     }
-    Ends ends;
+    Endpoints ends;
     centred(blocks, fit.codes, ends);
     fit.error = fit.worst = Lanes{};
     for (std::size_t i = 0; i < texels; ++i) {
-        const Whole index = words.indices >> (2 * static_cast<int>(i)) & 3;
+        const IntLanes index = words.indices >> (2 * static_cast<int>(i)) & 3;
         const Lanes share = to_float(index < 2 ? 3 - 3 * index : 4 - index) * (1.0F / 3.0F); // of a
         for (int k = 0; k < 3; ++k) {
             const Lanes off = blocks.v[k][i] - (ends.b[k] + share * (ends.a[k] - ends.b[k]));
@@ -119,13 +120,13 @@ PARADIZE_STEP void measure(const ColorBlocks &blocks, const ColorWords &words, C
 PARADIZE_STEP void fit_color(const ColorBlocks &blocks, Quality quality, ColorFit &best) {
     best.limit = best.worst;
     Lanes axis[3];
-    Ends outer;
+    Endpoints outer;
     principal_axis(blocks, axis);
     axis_ends(blocks, axis, outer);
     start_from(blocks, outer, 0.875F, 0.875F, best);
     start_from(blocks, outer, 1.0F, 0.67F, best);
     start_from(blocks, outer, 0.67F, 1.0F, best);
-    Ends codes;
+    Endpoints codes;
     Places places;
     box_codes(blocks, axis, codes);
     try_codes(blocks, codes, places, best);
@@ -148,24 +149,24 @@ PARADIZE_STEP void fit_color(const ColorBlocks &blocks, Quality quality, ColorFi
 }
 
 PARADIZE_STEP ColorWords pack_color(const ColorBlocks &blocks, const ColorFit &fit) {
-    const Whole a = to_int(fit.codes.a[0] * 2048.0F + fit.codes.a[1] * 32.0F + fit.codes.a[2]);
-    const Whole b = to_int(fit.codes.b[0] * 2048.0F + fit.codes.b[1] * 32.0F + fit.codes.b[2]);
-    Ends ends;
+    const IntLanes a = to_int(fit.codes.a[0] * 2048.0F + fit.codes.a[1] * 32.0F + fit.codes.a[2]);
+    const IntLanes b = to_int(fit.codes.b[0] * 2048.0F + fit.codes.b[1] * 32.0F + fit.codes.b[2]);
+    Endpoints ends;
     centred(blocks, fit.codes, ends);
-    Ruler ruler;
+    ProjectionAxis ruler;
     make_ruler(ends, ruler);
-    Whole from_b = {};
+    IntLanes from_b = {};
     for (std::size_t i = 0; i < texels; ++i) {
         from_b |= nearest_bits(along(blocks, ruler, i), 2) << (2 * static_cast<int>(i));
     }
     const auto swap = a < b; // the larger first: four colours
-    const Whole places = swap ? from_b : ~from_b;
+    const IntLanes places = swap ? from_b : ~from_b;
     // Stored: 0 is the first, 1 the second, 2 a third from the first, 3 two thirds.
-    const Whole ones = Whole{} + 0x55555555;
-    const Whole high = (places >> 1) & ones;
-    const Whole low = places & ones;
-    const Whole index = ((high ^ low) << 1) | high;
-    return {swap ? (b | a << 16) : (a | b << 16), a == b ? Whole{} : index};
+    const IntLanes ones = IntLanes{} + 0x55555555;
+    const IntLanes high = (places >> 1) & ones;
+    const IntLanes low = places & ones;
+    const IntLanes index = ((high ^ low) << 1) | high;
+    return {swap ? (b | a << 16) : (a | b << 16), a == b ? IntLanes{} : index};
 }
 
 // blocks.v: codes. words: those of the fast tier, which become the better ones of `quality`.

@@ -1,5 +1,5 @@
-// 16-bit integers side by side: two to each lane of a `Whole`. All operations are exact, so every instruction
-// set gives the same bits.
+// 16-bit integers side by side: two to each lane of `IntLanes`. All operations are exact, so every
+// instruction set gives the same bits.
 #pragma once
 
 #include "bcn/lanes.hpp"
@@ -19,21 +19,21 @@ typedef std::uint16_t Unsigned __attribute__((vector_size(4 * PARADIZE_LANES)));
 #endif
 
 // Of each lane: the product of the low halves and that of the high ones, added.
-PARADIZE_INLINE Whole dot(const Whole &a, const Whole &b) {
+PARADIZE_INLINE IntLanes dot(const IntLanes &a, const IntLanes &b) {
 #ifdef PARADIZE_NATIVE
-    return (Whole)PARADIZE_NATIVE(madd_epi16, a, b);
+    return (IntLanes)PARADIZE_NATIVE(madd_epi16, a, b);
 #else
     return (a << 16 >> 16) * (b << 16 >> 16) + (a >> 16) * (b >> 16);
 #endif
 }
 
 // Halves of a * b, their low 16 bits.
-PARADIZE_INLINE Whole product(const Whole &a, const Whole &b) {
-    return (Whole)((Halves)a * (Halves)b);
+PARADIZE_INLINE IntLanes product(const IntLanes &a, const IntLanes &b) {
+    return (IntLanes)((Halves)a * (Halves)b);
 }
 
 // In each group of four lanes: a's as the first four halves, b's as the last, kept within 16 bits.
-PARADIZE_INLINE Halves packed(const Whole &a, const Whole &b) {
+PARADIZE_INLINE Halves packed(const IntLanes &a, const IntLanes &b) {
 #ifdef PARADIZE_NATIVE
     return (Halves)PARADIZE_NATIVE(packs_epi32, a, b);
 #else
@@ -50,11 +50,11 @@ PARADIZE_INLINE Halves packed(const Whole &a, const Whole &b) {
 }
 
 // The reverse, each twice: from the first four halves of each group, or from the last.
-PARADIZE_INLINE Whole first_twice(const Halves &v) {
+PARADIZE_INLINE IntLanes first_twice(const Halves &v) {
 #ifdef PARADIZE_NATIVE
-    return (Whole)PARADIZE_NATIVE(unpacklo_epi16, v, v);
+    return (IntLanes)PARADIZE_NATIVE(unpacklo_epi16, v, v);
 #else
-    Whole out;
+    IntLanes out;
     for (std::size_t i = 0; i < lanes; ++i) {
         out[i] = (v[i / 4 * 8 + i % 4] & 0xFFFF) * 0x10001;
     }
@@ -62,11 +62,11 @@ PARADIZE_INLINE Whole first_twice(const Halves &v) {
 #endif
 }
 
-PARADIZE_INLINE Whole last_twice(const Halves &v) {
+PARADIZE_INLINE IntLanes last_twice(const Halves &v) {
 #ifdef PARADIZE_NATIVE
-    return (Whole)PARADIZE_NATIVE(unpackhi_epi16, v, v);
+    return (IntLanes)PARADIZE_NATIVE(unpackhi_epi16, v, v);
 #else
-    Whole out;
+    IntLanes out;
     for (std::size_t i = 0; i < lanes; ++i) {
         out[i] = (v[i / 4 * 8 + i % 4 + 4] & 0xFFFF) * 0x10001;
     }
@@ -99,12 +99,12 @@ PARADIZE_INLINE Halves most(const Halves &a, const Halves &b) {
 // Byte by byte, without a sign.
 typedef std::uint8_t Bytes __attribute__((vector_size(4 * PARADIZE_LANES)));
 
-PARADIZE_INLINE Whole least_bytes(const Whole &a, const Whole &b) {
-    return (Whole)((Bytes)a < (Bytes)b ? (Bytes)a : (Bytes)b);
+PARADIZE_INLINE IntLanes least_bytes(const IntLanes &a, const IntLanes &b) {
+    return (IntLanes)((Bytes)a < (Bytes)b ? (Bytes)a : (Bytes)b);
 }
 
-PARADIZE_INLINE Whole most_bytes(const Whole &a, const Whole &b) {
-    return (Whole)((Bytes)a > (Bytes)b ? (Bytes)a : (Bytes)b);
+PARADIZE_INLINE IntLanes most_bytes(const IntLanes &a, const IntLanes &b) {
+    return (IntLanes)((Bytes)a > (Bytes)b ? (Bytes)a : (Bytes)b);
 }
 
 #undef PARADIZE_NATIVE

@@ -20,7 +20,7 @@ constexpr std::size_t lanes = PARADIZE_LANES; // blocks at once
 constexpr std::size_t texels = 16;            // of a block
 using side_by_side::PARADIZE_WIDTH::Lanes;
 using side_by_side::PARADIZE_WIDTH::root;
-typedef std::int32_t Whole __attribute__((vector_size(4 * PARADIZE_LANES)));
+typedef std::int32_t IntLanes __attribute__((vector_size(4 * PARADIZE_LANES)));
 
 PARADIZE_INLINE Lanes splat(float v) {
     return Lanes{} + v;
@@ -78,9 +78,9 @@ PARADIZE_INLINE Lanes nearest(const Lanes &v) {
 }
 
 // The same as an integer, of the low `bits` bits.
-PARADIZE_INLINE Whole nearest_bits(const Lanes &v, int bits) {
+PARADIZE_INLINE IntLanes nearest_bits(const Lanes &v, int bits) {
     const Lanes sum = v + to_whole;
-    Whole out;
+    IntLanes out;
     std::memcpy(&out, &sum, sizeof(out));
     return out & ((1 << bits) - 1);
 }
@@ -90,17 +90,17 @@ PARADIZE_INLINE Lanes floored(const Lanes &v) {
     return whole > v ? whole - 1.0F : whole;
 }
 
-PARADIZE_INLINE Whole to_int(const Lanes &v) {
-    return __builtin_convertvector(v, Whole);
+PARADIZE_INLINE IntLanes to_int(const Lanes &v) {
+    return __builtin_convertvector(v, IntLanes);
 }
 
-PARADIZE_INLINE Lanes to_float(const Whole &v) {
+PARADIZE_INLINE Lanes to_float(const IntLanes &v) {
     return __builtin_convertvector(v, Lanes);
 }
 
 // Whether any lane of a comparison's result holds.
-PARADIZE_INLINE bool any(const Whole &mask) {
-    std::int64_t halves[sizeof(Whole) / 8];
+PARADIZE_INLINE bool any(const IntLanes &mask) {
+    std::int64_t halves[sizeof(IntLanes) / 8];
     std::memcpy(halves, &mask, sizeof(mask));
     std::int64_t all = 0;
     for (const std::int64_t half : halves) {
@@ -166,20 +166,20 @@ PARADIZE_INLINE Vector in_order(const Vector &v, std::index_sequence<I...>) {
 }
 
 // Stores for every block its words one after another.
-PARADIZE_INLINE void store_blocks(const Whole &first, const Whole &second, std::uint8_t *out) {
-    const Whole low = zipped<0>(first, second, Each{});
-    const Whole high = zipped<lanes / 2>(first, second, Each{});
+PARADIZE_INLINE void store_blocks(const IntLanes &first, const IntLanes &second, std::uint8_t *out) {
+    const IntLanes low = zipped<0>(first, second, Each{});
+    const IntLanes high = zipped<lanes / 2>(first, second, Each{});
     std::memcpy(out, &low, sizeof(low));
     std::memcpy(out + sizeof(low), &high, sizeof(high));
 }
 
-PARADIZE_INLINE void store_blocks(const Whole (&words)[4], std::uint8_t *out) {
-    const Whole even0 = zipped<0>(words[0], words[2], Each{});
-    const Whole even1 = zipped<lanes / 2>(words[0], words[2], Each{});
-    const Whole odd0 = zipped<0>(words[1], words[3], Each{});
-    const Whole odd1 = zipped<lanes / 2>(words[1], words[3], Each{});
+PARADIZE_INLINE void store_blocks(const IntLanes (&words)[4], std::uint8_t *out) {
+    const IntLanes even0 = zipped<0>(words[0], words[2], Each{});
+    const IntLanes even1 = zipped<lanes / 2>(words[0], words[2], Each{});
+    const IntLanes odd0 = zipped<0>(words[1], words[3], Each{});
+    const IntLanes odd1 = zipped<lanes / 2>(words[1], words[3], Each{});
     store_blocks(even0, odd0, out);
-    store_blocks(even1, odd1, out + 2 * sizeof(Whole));
+    store_blocks(even1, odd1, out + 2 * sizeof(IntLanes));
 }
 
 } // namespace paradize::bcn::PARADIZE_WIDTH

@@ -56,10 +56,10 @@ PARADIZE_INLINE void every_fourth_of(const Vector (&in)[4], Vector (&out)[4]) {
 // the order that `in_order` mends.
 template <bool Grouped>
 PARADIZE_INLINE void load_words(const Texels &from, std::size_t row, std::size_t column,
-                                Whole (&words)[texels]) {
+                                IntLanes (&words)[texels]) {
     const bool straight = from.texel_stride == 4 && from.channels == 4 && from.columns - column >= span;
     for (std::size_t y = 0; y < 4; ++y) {
-        Whole line[4];
+        IntLanes line[4];
         if (straight) {
             const std::uint8_t *at = texel_at(from, row + y, column);
             fetch_ahead(at, sizeof(line));
@@ -69,7 +69,7 @@ PARADIZE_INLINE void load_words(const Texels &from, std::size_t row, std::size_t
             read_colors(from, row + y, column, some);
             std::memcpy(line, some, sizeof(line));
         }
-        Whole four[4];
+        IntLanes four[4];
         every_fourth_of<Grouped>(line, four);
         for (std::size_t x = 0; x < 4; ++x) {
             words[4 * y + x] = four[x];
@@ -78,7 +78,7 @@ PARADIZE_INLINE void load_words(const Texels &from, std::size_t row, std::size_t
 }
 
 PARADIZE_STEP void load_colors(const Texels &from, std::size_t row, std::size_t column,
-                               Whole (&words)[texels]) {
+                               IntLanes (&words)[texels]) {
     load_words<false>(from, row, column, words);
 }
 
@@ -148,14 +148,14 @@ PARADIZE_STEP void load_bytes(const Texels &from, std::size_t row, std::size_t c
         const std::uint8_t *at = texel_at(from, row + y, column);
         fetch_ahead(at + 4 * from.row_stride - prefetched, 1);
         if (from.texel_stride == 1) { // a block's four are a word
-            Whole word;
+            IntLanes word;
             std::memcpy(&word, at, sizeof(word));
             for (std::size_t x = 0; x < 4; ++x) {
                 blocks[0].v[4 * y + x] = to_float(word >> (8 * static_cast<int>(x)) & 255);
             }
             continue;
         }
-        Whole line[4], four[4];
+        IntLanes line[4], four[4];
         std::memcpy(line, at, sizeof(line));
         every_fourth_of<Grouped>(line, four);
         for (std::size_t x = 0; x < 4; ++x) {

@@ -42,9 +42,9 @@ static void fast_color_row(const Texels &from, std::size_t row, std::uint8_t *ou
         const std::size_t count = groups_from(from, column, groups);
         FastColors colors[groups];
         ValueBlocks alpha[groups];
-        Whole ends[groups], values[groups][2];
+        IntLanes ends[groups], values[groups][2];
         for (std::size_t g = 0; g < count; ++g) {
-            Whole words[texels];
+            IntLanes words[texels];
             load_words<true>(from, 4 * row, column + g * span, words);
             find_axis(words, colors[g]);
             for (std::size_t i = 0; WithAlpha && i < texels; ++i) {
@@ -58,8 +58,8 @@ static void fast_color_row(const Texels &from, std::size_t row, std::uint8_t *ou
             fast_single(alpha, count, {0.0F, 255.0F}, values);
         }
         for (std::size_t g = 0; g < count; ++g, to += lanes * bytes) {
-            const Whole first = in_order(ends[g], Each{});
-            const Whole second = in_order(find_places(colors[g], ends[g]), Each{});
+            const IntLanes first = in_order(ends[g], Each{});
+            const IntLanes second = in_order(find_places(colors[g], ends[g]), Each{});
             if constexpr (WithAlpha) {
                 store_blocks({in_order(values[g][0], Each{}), in_order(values[g][1], Each{}), first, second},
                              to);
@@ -80,7 +80,7 @@ static void fast_value_row(const Texels &from, std::size_t row, CodeRange range,
             load_values<Channels, Channels == 2>(from, 4 * row, column + g * span, range.bottom, range.top,
                                                  &blocks[g * Channels]);
         }
-        Whole words[groups][2];
+        IntLanes words[groups][2];
         fast_single(blocks, count * Channels, range, words);
         if constexpr (Channels == 2) {
             store_blocks({in_order(words[0][0], Each{}), in_order(words[0][1], Each{}),
@@ -100,7 +100,7 @@ static void color_row_of(const Texels &from, std::size_t row, Quality quality, s
         return fast_color_row<WithAlpha>(from, row, out);
     }
     over_row<WithAlpha ? 16 : 8>(from.columns, out, [&](std::size_t column, std::uint8_t *to) {
-        Whole words[texels];
+        IntLanes words[texels];
         load_colors(from, 4 * row, column, words);
         ColorBlocks blocks;
         for (std::size_t i = 0; i < texels; ++i) {
@@ -119,7 +119,7 @@ static void color_row_of(const Texels &from, std::size_t row, Quality quality, s
             for (std::size_t i = 0; i < texels; ++i) {
                 alpha.v[i] = to_float(words[i] >> 24 & 255);
             }
-            Whole first, second;
+            IntLanes first, second;
             encode_single(alpha, {0.0F, 255.0F}, quality, first, second);
             store_blocks({first, second, found.ends, found.indices}, to);
         } else {
@@ -138,7 +138,7 @@ static void value_row_of(const Texels &from, std::size_t row, bool is_signed, Qu
     over_row<8 * Channels>(from.columns, out, [&](std::size_t column, std::uint8_t *to) {
         ValueBlocks blocks[Channels];
         load_values<Channels>(from, 4 * row, column, range.bottom, range.top, blocks);
-        Whole stored[4];
+        IntLanes stored[4];
         if constexpr (Channels == 2) {
             if (is_signed) {
                 encode_vectors(blocks, range, quality, stored);

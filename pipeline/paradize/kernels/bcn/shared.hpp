@@ -1,4 +1,4 @@
-// What rows of blocks need, not compiled for any wider instruction set.
+// Functions for rows of blocks, not compiled for any wider instruction set.
 #pragma once
 
 #include <algorithm>

@@ -40,7 +40,7 @@ struct ValueFit {
     Lanes error;
     Lanes worst;
     Lanes limit;
-    Whole six; // whether six values lie between the ends, or eight
+    IntLanes six; // whether six values lie between the ends, or eight
 };
 
 PARADIZE_INLINE Lanes within(const Lanes &v, const Lanes &bottom, const Lanes &top) {
@@ -141,19 +141,19 @@ PARADIZE_INLINE void refit(const ValueBlocks &blocks, const ValuePlaces &places,
 // Takes ends that leave less, where no texel is farther off than `limit` allows.
 template <int Steps>
 PARADIZE_INLINE void keep(const Lanes &low, const Lanes &high, const ValuePlaces &places,
-                          const Whole &allowed, ValueFit &best) {
+                          const IntLanes &allowed, ValueFit &best) {
     const auto better = (places.error < best.error) & (places.worst <= best.limit) & allowed;
     best.low = better ? low : best.low;
     best.high = better ? high : best.high;
     best.error = better ? places.error : best.error;
     best.worst = better ? places.worst : best.worst;
-    best.six = better ? Whole{} - (Steps == 5) : best.six;
+    best.six = better ? IntLanes{} - (Steps == 5) : best.six;
 }
 
 // Least squares and places in turns from the ends given; the best of the lanes that are asked for are kept.
 template <int Steps>
 PARADIZE_STEP void settle(const ValueBlocks &blocks, CodeRange range, int turns, Lanes low, Lanes high,
-                          const Whole &asked, ValueFit &best) {
+                          const IntLanes &asked, ValueFit &best) {
     ValuePlaces places;
     place<Steps>(blocks, low, high, range, places);
     keep<Steps>(low, high, places, asked, best);
@@ -166,7 +166,7 @@ PARADIZE_STEP void settle(const ValueBlocks &blocks, CodeRange range, int turns,
 
 // All ends within `reach` codes of the best ones.
 template <int Steps>
-PARADIZE_STEP void search(const ValueBlocks &blocks, CodeRange range, int reach, const Whole &asked,
+PARADIZE_STEP void search(const ValueBlocks &blocks, CodeRange range, int reach, const IntLanes &asked,
                           ValueFit &best) {
     const Lanes low = best.low, high = best.high;
     for (int down = -reach; down <= reach; ++down) {

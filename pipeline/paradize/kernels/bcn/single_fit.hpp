@@ -42,13 +42,13 @@ PARADIZE_INLINE void outer_eight(const ValueBlocks &blocks, CodeRange range, Lan
 }
 
 // Blocks that touch the ends of the range.
-PARADIZE_INLINE Whole touching(const ValueBlocks &blocks, CodeRange range) {
+PARADIZE_INLINE IntLanes touching(const ValueBlocks &blocks, CodeRange range) {
     return (blocks.low < range.bottom + 0.5F) | (blocks.high > range.top - 0.5F);
 }
 
 // The outermost ends of six values: of what lies between the range's own. Returns which blocks have something
 // there, at most a third as wide as the block.
-PARADIZE_STEP Whole outer_six(const ValueBlocks &blocks, CodeRange range, Lanes &low, Lanes &high) {
+PARADIZE_STEP IntLanes outer_six(const ValueBlocks &blocks, CodeRange range, Lanes &low, Lanes &high) {
     const Lanes bottom = range.bottom + 0.5F - blocks.mean;
     const Lanes top = range.top - 0.5F - blocks.mean;
     low = splat(1e30F);
@@ -59,7 +59,7 @@ PARADIZE_STEP Whole outer_six(const ValueBlocks &blocks, CodeRange range, Lanes 
         high = most(high, inside ? blocks.v[i] : splat(-1e30F));
     }
     const auto some = low <= high;
-    const Whole narrow = some & ((high - low) * 3.0F <= blocks.high - blocks.low);
+    const IntLanes narrow = some & ((high - low) * 3.0F <= blocks.high - blocks.low);
     low = nearest(some ? low + blocks.mean : splat(range.bottom));
     high = nearest(some ? high + blocks.mean : splat(range.bottom));
     return narrow;
@@ -88,7 +88,7 @@ PARADIZE_INLINE void centre(ValueBlocks &blocks) {
 // texel. Six values and the range's own ends are for blocks that touch those.
 PARADIZE_STEP void fit_single(const ValueBlocks &blocks, CodeRange range, Quality quality,
                               ValueFit (&fits)[3]) {
-    const Whole all = Whole{} == 0;
+    const IntLanes all = IntLanes{} == 0;
     Lanes low, high, low_six, high_six;
     outer_eight(blocks, range, low, high);
     ValueFit best = {low, high, {}, {}, {}, {}};
@@ -99,10 +99,10 @@ PARADIZE_STEP void fit_single(const ValueBlocks &blocks, CodeRange range, Qualit
     best.error = places.error;
     best.worst = places.worst;
     best.limit = splat(1e30F);
-    const Whole touches = touching(blocks, range) & (best.error > 1e-3F);
+    const IntLanes touches = touching(blocks, range) & (best.error > 1e-3F);
     const bool some = any(touches);
     if (some) {
-        const Whole narrow = outer_six(blocks, range, low_six, high_six);
+        const IntLanes narrow = outer_six(blocks, range, low_six, high_six);
         settle<5>(blocks, range, 0, low_six, high_six, touches & narrow, best);
     }
     fits[0] = best;
@@ -126,8 +126,8 @@ PARADIZE_STEP void fit_single(const ValueBlocks &blocks, CodeRange range, Qualit
 }
 
 // blocks.v: codes within the range.
-PARADIZE_STEP void encode_single(ValueBlocks &blocks, CodeRange range, Quality quality, Whole &first,
-                                 Whole &second) {
+PARADIZE_STEP void encode_single(ValueBlocks &blocks, CodeRange range, Quality quality, IntLanes &first,
+                                 IntLanes &second) {
     ValueFit fits[3];
     centre(blocks);
     fit_single(blocks, range, quality, fits);

@@ -22,17 +22,17 @@ PARADIZE_INLINE void each_place(const ValueBlocks &blocks, const ValueEnds &ends
 }
 
 // Places from the low end -> the indices that are stored: 0 is the high end, 1 the low one, then downwards.
-PARADIZE_INLINE Whole eight_stored(const Whole &bits) {
+PARADIZE_INLINE IntLanes eight_stored(const IntLanes &bits) {
     constexpr int every_third = 0x249249;
-    const Whole down = ~bits; // places from the high end
-    const Whole b0 = down & every_third, b1 = down >> 1 & every_third, b2 = down >> 2 & every_third;
-    const Whole n1 = b1 ^ b0, n2 = b2 ^ (b1 & b0);   // one more, where seven becomes zero
-    const Whole n0 = b0 ^ ((n1 | n2) & every_third); // zero and one change places
+    const IntLanes down = ~bits; // places from the high end
+    const IntLanes b0 = down & every_third, b1 = down >> 1 & every_third, b2 = down >> 2 & every_third;
+    const IntLanes n1 = b1 ^ b0, n2 = b2 ^ (b1 & b0);   // one more, where seven becomes zero
+    const IntLanes n0 = b0 ^ ((n1 | n2) & every_third); // zero and one change places
     return n0 | n1 << 1 | n2 << 2;
 }
 
 // The two words of blocks, from their ends.
-PARADIZE_INLINE void pack_eight(const ValueBlocks &blocks, const ValueEnds &ends, Whole (&words)[2]) {
+PARADIZE_INLINE void pack_eight(const ValueBlocks &blocks, const ValueEnds &ends, IntLanes (&words)[2]) {
     typedef std::uint32_t Bits __attribute__((vector_size(4 * PARADIZE_LANES)));
     Bits bits[2] = {}; // of texels 0 to 7, and 8 to 15
     each_place(blocks, ends, [&](std::size_t i, const Lanes &sum) {
@@ -42,25 +42,25 @@ PARADIZE_INLINE void pack_eight(const ValueBlocks &blocks, const ValueEnds &ends
     for (int i = 0; i < 8; ++i) {
         beside += 0x4B400000U << (3 * i);
     }
-    const Whole first = eight_stored((Whole)(bits[0] - beside));
-    const Whole second = eight_stored((Whole)(bits[1] - beside));
+    const IntLanes first = eight_stored((IntLanes)(bits[0] - beside));
+    const IntLanes second = eight_stored((IntLanes)(bits[1] - beside));
     words[0] = (to_int(ends.high) & 255) | (to_int(ends.low) & 255) << 8 | first << 16;
     words[1] = first >> 16 | second << 8;
 }
 
 // Place of a texel -> the index that is stored: 0 and 1 are the ends, then from the first to the second.
 template <int Steps>
-PARADIZE_INLINE Whole stored(const Whole &from_first) {
-    const Whole next = from_first + 1;
-    return from_first == 0 ? Whole{} : (from_first == Steps ? Whole{} + 1 : next);
+PARADIZE_INLINE IntLanes stored(const IntLanes &from_first) {
+    const IntLanes next = from_first + 1;
+    return from_first == 0 ? IntLanes{} : (from_first == Steps ? IntLanes{} + 1 : next);
 }
 
 struct ValueWords {
-    Whole first;
-    Whole second;
+    IntLanes first;
+    IntLanes second;
 };
 
-PARADIZE_INLINE void add_index(const Whole &index, int i, ValueWords &words) {
+PARADIZE_INLINE void add_index(const IntLanes &index, int i, ValueWords &words) {
     if (i < 5) {
         words.first |= index << (16 + 3 * i);
     } else if (i == 5) {
@@ -72,9 +72,9 @@ PARADIZE_INLINE void add_index(const Whole &index, int i, ValueWords &words) {
 }
 
 // The two words of every block.
-PARADIZE_STEP void pack_single(const ValueBlocks &blocks, CodeRange range, const ValueFit &fit, Whole &first,
-                               Whole &second) {
-    Whole words[2];
+PARADIZE_STEP void pack_single(const ValueBlocks &blocks, CodeRange range, const ValueFit &fit,
+                               IntLanes &first, IntLanes &second) {
+    IntLanes words[2];
     pack_eight(blocks, {fit.low, fit.six ? fit.low + 1.0F : fit.high}, words);
     if (any(fit.six)) {
         ValueWords other = {};
@@ -92,8 +92,8 @@ PARADIZE_STEP void pack_single(const ValueBlocks &blocks, CodeRange range, const
             const Lanes to_bottom = (v - bottom) * (v - bottom);
             const Lanes to_top = (top - v) * (top - v);
             const auto end = off * off > least(to_bottom, to_top);
-            const Whole index =
-                end ? (to_bottom <= to_top ? Whole{} + 6 : Whole{} + 7) : stored<5>(nearest_bits(q, 3));
+            const IntLanes index =
+                end ? (to_bottom <= to_top ? IntLanes{} + 6 : IntLanes{} + 7) : stored<5>(nearest_bits(q, 3));
             add_index(index, static_cast<int>(i), other);
         }
         other.first |= (to_int(fit.low) & 255) | (to_int(fit.high) & 255) << 8;

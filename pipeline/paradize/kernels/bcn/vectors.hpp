@@ -77,7 +77,7 @@ PARADIZE_STEP void compare(const Lanes (&x)[texels], const Lanes (&y)[texels], c
     }
 }
 
-PARADIZE_INLINE void choose(const Whole &better, const ValueFit &from, ValueFit &to) {
+PARADIZE_INLINE void choose(const IntLanes &better, const ValueFit &from, ValueFit &to) {
     to.low = better ? from.low : to.low;
     to.high = better ? from.high : to.high;
     to.six = better ? from.six : to.six;
@@ -86,7 +86,7 @@ PARADIZE_INLINE void choose(const Whole &better, const ValueFit &from, ValueFit 
 // Of all pairs of the tiers' results, tier by tier, the pair that leaves the least angle on average and
 // nothing that is worse than the pair of the tier below, by more than rounding can pretend.
 PARADIZE_STEP void encode_vectors(ValueBlocks (&blocks)[2], CodeRange range, Quality quality,
-                                  Whole (&stored)[4]) {
+                                  IntLanes (&stored)[4]) {
     Vectors truth;
     for (std::size_t i = 0; i < texels; ++i) {
         rebuild(blocks[0].v[i], blocks[1].v[i], truth, i);

@@ -68,9 +68,9 @@ std::vector<double> beyond_noise(const std::vector<double> &power, const std::ve
     return out;
 }
 
-// What is as strong at the highest frequencies goes on beyond them, and was folded back when the map was
-// sampled: half of the power at the edge of the spectrum, and less within, as if it fell with the square of
-// the frequency. It moves from the signal to the noise, because nobody can tell its slope.
+// A spectrum that is as strong at the highest frequencies goes on beyond them, and was folded back when the
+// map was sampled: half of the power at the edge of the spectrum, and less within, as if it fell with the
+// square of the frequency. It moves from the signal to the noise, because nobody can tell its slope.
 void take_aliases(std::vector<double> &signal, std::vector<double> &noise, std::size_t rows,
                   std::size_t columns) {
     const auto frequency = [](std::size_t i, std::size_t n) {
@@ -94,7 +94,7 @@ void take_aliases(std::vector<double> &signal, std::vector<double> &noise, std::
     }
 }
 
-// What a filter answers along and across at the wave numbers of one axis of a patch.
+// The response of a filter along and across at the wave numbers of one axis of a patch.
 struct Response {
     std::vector<double> slope;
     std::vector<double> smooth;

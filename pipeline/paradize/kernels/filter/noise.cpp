@@ -79,7 +79,7 @@ void add_line(std::vector<double> &lines, std::size_t columns, const Bins &y, co
     lines[y.second * columns + x.second] += mass * y.share * x.share;
 }
 
-// What the patches' window, Hann's squared, makes of a line: the squares of 1 4 6 4 1, their sum one.
+// A line after the patches' window, Hann's squared: the squares of 1 4 6 4 1, their sum one.
 double through_window(const double *line, std::size_t i, std::size_t n, std::size_t apart) {
     const auto at = [&](std::size_t k) { return line[(i + k) % n * apart]; };
     return (36.0 * at(0) + 16.0 * (at(1) + at(n - 1)) + (at(2) + at(2 * n - 2))) / 70.0;

@@ -118,7 +118,7 @@ class Borders {
         const auto found =
             gutter::walk(chain, static_cast<gutter::Kind>(kind), layout_, border_, flat(reach), threads);
         double *to = result.data();
-        for (const gutter::Found &level : found) {
+        for (const gutter::LevelBleed &level : found) {
             for (const double value :
                  {level.mean, level.p99, level.all_p99, level.worst, static_cast<double>(level.x),
                   static_cast<double>(level.y), static_cast<double>(level.island),

@@ -1,4 +1,5 @@
-// What each texel of a level should hold of each island: means over the island's own texels of level 0.
+// The reference of a gutter: the value of each island in each texel of a level, as the mean of the island's
+// own texels of level 0.
 #pragma once
 
 #include "gutter/walk.hpp"

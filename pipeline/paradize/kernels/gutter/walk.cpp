@@ -88,10 +88,10 @@ double difference(const std::array<double, 4> &seen, const std::array<double, 4>
     return has_alpha<kind, channels> ? largest * std::clamp(own[3], 0.0, 1.0) : largest;
 }
 
-Found judged(std::vector<float> &errors, const std::vector<float> &shares,
-             const std::vector<std::uint32_t> &border, const Layout &layout, std::size_t columns) {
+LevelBleed judged(std::vector<float> &errors, const std::vector<float> &shares,
+                  const std::vector<std::uint32_t> &border, const Layout &layout, std::size_t columns) {
     constexpr std::size_t each = directions.size();
-    Found found;
+    LevelBleed found;
     found.samples = static_cast<std::int64_t>(errors.size());
     if (errors.empty()) {
         return found;
@@ -174,9 +174,9 @@ class Walk {
         : chain_(chain), layout_(layout), border_(std::move(border)), reach_(reach), threads_(threads),
           errors_(border_.size() * directions.size()), shares_(errors_.size()) {}
 
-    std::vector<Found> all() {
+    std::vector<LevelBleed> all() {
         const Finest finest(chain_, layout_);
-        std::vector<Found> found{at(chain_.levels[0], finest)};
+        std::vector<LevelBleed> found{at(chain_.levels[0], finest)};
         if (chain_.levels.size() > 1) {
             Means means = Means::halved(finest);
             found.push_back(at(chain_.levels[1], means));
@@ -192,7 +192,7 @@ class Walk {
     using Finest = gutter::Finest<kind, channels>;
 
     template <typename Held>
-    Found at(const float *texels, const Held &means) {
+    LevelBleed at(const float *texels, const Held &means) {
         constexpr std::size_t each = directions.size();
         const auto width = static_cast<double>(chain_.columns);
         const auto height = static_cast<double>(chain_.rows);
@@ -231,8 +231,9 @@ class Walk {
 };
 
 template <std::size_t channels>
-std::vector<Found> walk_of(const Chain &chain, Kind kind, const Layout &layout,
-                           std::vector<std::uint32_t> border, std::span<const double> reach, int threads) {
+std::vector<LevelBleed> walk_of(const Chain &chain, Kind kind, const Layout &layout,
+                                std::vector<std::uint32_t> border, std::span<const double> reach,
+                                int threads) {
     if constexpr (channels == 2) {
         if (kind == Kind::normal) {
             return Walk<Kind::normal, 2>(chain, layout, std::move(border), reach, threads).all();
@@ -281,8 +282,9 @@ std::vector<std::uint32_t> border_of(const Layout &layout, std::size_t rows, std
     return found;
 }
 
-std::vector<Found> walk(const Chain &chain, Kind kind, const Layout &layout,
-                        std::span<const std::uint32_t> border, std::span<const double> reach, int threads) {
+std::vector<LevelBleed> walk(const Chain &chain, Kind kind, const Layout &layout,
+                             std::span<const std::uint32_t> border, std::span<const double> reach,
+                             int threads) {
     std::vector<std::uint32_t> walked;
     walked.reserve(border.size());
     std::ranges::copy_if(border, std::back_inserter(walked), [&](std::uint32_t texel) {

@@ -1,4 +1,4 @@
-// What samples along the borders of UV islands see of their neighbours, level by level.
+// Measures how far samples along the borders of UV islands see their neighbours, level by level.
 #pragma once
 
 #include <cstddef>
@@ -36,10 +36,10 @@ struct Layout {
     bool repeat;
 };
 
-// What was found at one level. `worst` of any sample, at level-0 texel (x, y), `p99` and `mean` of the island
+// The findings at one level. `worst` of any sample, at level-0 texel (x, y), `p99` and `mean` of the island
 // that fares worst by its 99th percentile, `all_p99` of all samples. own: how much of the worst sample is its
 // own island's.
-struct Found {
+struct LevelBleed {
     double mean = 0.0;
     double p99 = 0.0;
     double all_p99 = 0.0;
@@ -72,7 +72,8 @@ std::vector<std::uint32_t> border_of(const Layout &layout, std::size_t rows, std
 // hold of each island is the area mean of the island's own texels of level 0, its gutter included, the gutter
 // being its nearest texel. Texels that lie wholly inside are taken as they are, so that compression alone is
 // no bleeding. An island of negative reach is not walked. border: as border_of finds it.
-std::vector<Found> walk(const Chain &chain, Kind kind, const Layout &layout,
-                        std::span<const std::uint32_t> border, std::span<const double> reach, int threads);
+std::vector<LevelBleed> walk(const Chain &chain, Kind kind, const Layout &layout,
+                             std::span<const std::uint32_t> border, std::span<const double> reach,
+                             int threads);
 
 } // namespace paradize::gutter

@@ -15,7 +15,7 @@ std::int8_t snorm_code(float v) {
 
 constexpr int rest_steps = 64; // of one code
 
-// What rounding left of v, within what int8 holds.
+// The rounding error of v, in the range of int8.
 std::int8_t rest_of(float v, std::int8_t code) {
     const float left = (v * 127.0F - static_cast<float>(code)) * static_cast<float>(rest_steps);
     return static_cast<std::int8_t>(left < -127.0F ? -127.0F : (left > 127.0F ? 127.0F : left));

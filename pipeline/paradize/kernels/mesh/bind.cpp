@@ -10,7 +10,7 @@
 #include "mesh/normals.hpp"
 #include "mesh/project.hpp"
 #include "mesh/reach.hpp"
-#include "mesh/tangents.hpp"
+#include "mesh/tangents/tangents.hpp"
 #include "mesh/topology.hpp"
 #include "mesh/weld.hpp"
 #include "unify.hpp"
@@ -95,7 +95,7 @@ nb::dict topology(Rows<std::uint32_t> triangles, std::uint32_t vertices) {
         nb::gil_scoped_release unlocked;
         found = mesh::topology(flat(triangles), vertices);
     }
-    const auto as_tuple = [](const mesh::Found &kind) {
+    const auto as_tuple = [](const mesh::Occurrences &kind) {
         return nb::make_tuple(kind.count, kind.first_triangle);
     };
     nb::dict out;
@@ -132,7 +132,7 @@ nb::tuple project(Rows<float> source_positions, Rows<std::uint32_t> source_trian
 }
 
 nb::tuple reach(Rows<float> places, Rows<std::uint32_t> triangles, double rooted) {
-    mesh::Reach found;
+    mesh::RootDistances found;
     {
         nb::gil_scoped_release unlocked;
         found = mesh::reach(flat(places), flat(triangles), rooted);

@@ -20,13 +20,13 @@ struct Hit {
     double distance = std::numeric_limits<double>::max(); // squared
 };
 
-struct Foot {
+struct ClosestPoint {
     std::array<double, 3> weights;
     double distance; // squared
 };
 
 // The nearest point of a triangle. Source: C. Ericson, "Real-Time Collision Detection", 2004, section 5.1.5.
-Foot nearest_point(Vec p, Vec a, Vec b, Vec c) {
+ClosestPoint nearest_point(Vec p, Vec a, Vec b, Vec c) {
     const Vec ab = b - a, ac = c - a, ap = p - a, bp = p - b, cp = p - c;
     const double d1 = dot(ab, ap), d2 = dot(ac, ap), d3 = dot(ab, bp), d4 = dot(ac, bp), d5 = dot(ab, cp),
                  d6 = dot(ac, cp);
@@ -63,7 +63,7 @@ class Original {
             normals_[i] = unit(cross(corner(i, 1) - corner(i, 0), corner(i, 2) - corner(i, 0)));
     }
 
-    Foot foot(std::size_t triangle, Vec p) const {
+    ClosestPoint foot(std::size_t triangle, Vec p) const {
         return nearest_point(p, corner(triangle, 0), corner(triangle, 1), corner(triangle, 2));
     }
 
@@ -153,7 +153,7 @@ Places project(std::span<const float> source_positions, std::span<const std::uin
     }
     for (std::size_t i = 0; i < triangles.size(); ++i) {
         const std::uint32_t t = best[shared.index[i]].triangle;
-        const Foot foot = original.foot(t, at3(positions, triangles[i]));
+        const ClosestPoint foot = original.foot(t, at3(positions, triangles[i]));
         out.triangle[i] = t;
         std::copy(foot.weights.begin(), foot.weights.end(), &out.weights[i * 3]);
     }

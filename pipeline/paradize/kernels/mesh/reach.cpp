@@ -74,13 +74,13 @@ class PlaceTree {
         }
     }
 
-    struct Found {
+    struct NearestPlace {
         double squared = far;
         Index place = none;
     };
     // Finds the nearest place of another set than `own`, where there is one at most as far as `found`; of
     // equals the first by coordinates.
-    void nearest(const Point &point, Index own, Found &found, Index at = 0) const {
+    void nearest(const Point &point, Index own, NearestPlace &found, Index at = 0) const {
         const Node &node = nodes_[at];
         if (node.set == own || distance(node, point) > found.squared) {
             return;
@@ -194,7 +194,7 @@ std::vector<Edge> bridges(const std::vector<Point> &places, Sets &sets) {
         tree.set_names(names);
         for (Index i = 0; i < count; ++i) {
             Gap &known = shortest[names[i]];
-            PlaceTree::Found found{known.squared, none};
+            PlaceTree::NearestPlace found{known.squared, none};
             tree.nearest(places[i], names[i], found);
             if (const Gap gap{found.squared, i, found.place};
                 found.place != none && is_less(places, gap, known)) {
@@ -255,9 +255,9 @@ std::vector<double> shortest(const std::vector<Point> &places, const std::vector
 
 } // namespace
 
-Reach reach(std::span<const float> places, std::span<const std::uint32_t> triangles, double rooted) {
+RootDistances reach(std::span<const float> places, std::span<const std::uint32_t> triangles, double rooted) {
     const auto count = static_cast<Index>(places.size() / 3);
-    Reach out;
+    RootDistances out;
     if (count == 0) {
         return out;
     }

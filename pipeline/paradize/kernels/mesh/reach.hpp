@@ -9,7 +9,7 @@ namespace paradize::mesh {
 
 // from_root: of each place, along edges, and over gaps where a part hangs on another; metres. in_branch: the
 // same from where its branch begins, as a share of the branch's longest; 0 in parts that are rooted.
-struct Reach {
+struct RootDistances {
     std::vector<double> from_root;
     std::vector<double> in_branch;
 };
@@ -20,6 +20,6 @@ struct Reach {
 // until all hang together (O. Boruvka, "O jistem problemu minimalnim", 1926). A branch is all that hangs on a
 // rooted part by one such place. Distances are those of E. W. Dijkstra, "A note on two problems in connexion
 // with graphs", 1959. A place that no triangle has is a part of its own.
-Reach reach(std::span<const float> places, std::span<const std::uint32_t> triangles, double rooted);
+RootDistances reach(std::span<const float> places, std::span<const std::uint32_t> triangles, double rooted);
 
 } // namespace paradize::mesh

@@ -32,7 +32,7 @@ struct Edge {
     std::uint32_t low, high, corner; // corner: triangle * 3 + side; the side runs from corner k to k + 1
 };
 
-void tell(Found &found, std::uint32_t triangle) {
+void tell(Occurrences &found, std::uint32_t triangle) {
     ++found.count;
     found.first_triangle = std::min(found.first_triangle, triangle);
 }

@@ -18,7 +18,7 @@ constexpr std::size_t lanes = PARADIZE_LANES;
 using side_by_side::PARADIZE_WIDTH::Lanes;
 using side_by_side::PARADIZE_WIDTH::root;
 typedef float LanesAnywhere __attribute__((vector_size(4 * PARADIZE_LANES), aligned(4), may_alias));
-typedef std::int32_t Whole __attribute__((vector_size(4 * PARADIZE_LANES)));
+typedef std::int32_t IntLanes __attribute__((vector_size(4 * PARADIZE_LANES)));
 typedef std::uint32_t Bits __attribute__((vector_size(4 * PARADIZE_LANES)));
 
 PARADIZE_INLINE Lanes load(const float *from) {
@@ -30,8 +30,8 @@ PARADIZE_INLINE void store(float *to, const Lanes &v) {
 }
 
 // -1 in the first n lanes.
-PARADIZE_INLINE Whole first_lanes(std::size_t n) {
-    Whole index;
+PARADIZE_INLINE IntLanes first_lanes(std::size_t n) {
+    IntLanes index;
     for (std::size_t i = 0; i < lanes; ++i) {
         index[i] = static_cast<std::int32_t>(i);
     }

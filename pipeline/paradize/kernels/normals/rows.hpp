@@ -122,7 +122,7 @@ struct Writer {
     // all: every lane is a texel; else those that `keep` says.
     template <bool all>
     __attribute__((always_inline)) inline void put(std::size_t x, const Lanes &nx, const Lanes &ny,
-                                                   const Whole &keep) {
+                                                   const IntLanes &keep) {
         const Lanes square = nx * nx + ny * ny + 1.0F;
         const Bits bits = all ? (Bits)square : (Bits)square & (Bits)keep;
         worst = bits > worst ? bits : worst;
@@ -148,7 +148,7 @@ static bool run_row(const Slopes &slopes, std::size_t columns, float *xyz) {
     std::size_t x = 0;
     for (; x + lanes <= columns; x += lanes) {
         slopes.at(x, nx, ny);
-        writer.template put<true>(x, nx, ny, Whole{});
+        writer.template put<true>(x, nx, ny, IntLanes{});
     }
     if (x < columns) {
         slopes.at(x, nx, ny);

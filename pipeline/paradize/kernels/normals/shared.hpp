@@ -1,4 +1,4 @@
-// What rows of normals need, not compiled for any wider instruction set.
+// Functions for rows of normals, not compiled for any wider instruction set.
 #pragma once
 
 #include <cmath>

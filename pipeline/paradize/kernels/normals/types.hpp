@@ -1,4 +1,4 @@
-// What the normal kernels share: settings, and the table of row functions of one instruction set.
+// Shared by the normal kernels: settings, and the table of row functions of one instruction set.
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,4 @@
-// What the scanner of an OBJ file hands over, and its making into triangles with unique vertices.
+// Makes triangles with unique vertices from the results of the scanner of an OBJ file.
 #pragma once
 
 #include <cstdint>

@@ -56,7 +56,7 @@ class Buffer {
             reserve(size_ + more > 2 * size_ ? size_ + more : 2 * size_);
         return data_ + size_;
     }
-    // What lies beyond the old size is whatever was there.
+    // Elements beyond the old size are not initialised.
     void resize(std::size_t count) {
         reserve(count);
         size_ = count;

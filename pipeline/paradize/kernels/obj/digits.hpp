@@ -1,4 +1,4 @@
-// What up to eight digits of text are worth, read as one word of 64 bits. Little endian.
+// The value of up to eight digits of text, read as one word of 64 bits. Little endian.
 #pragma once
 
 #include <cstdint>

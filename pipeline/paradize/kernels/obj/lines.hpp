@@ -36,8 +36,8 @@ struct LineReaders {
     FaceReader *faces;
 };
 
-// What is plain to all CPUs: at most 7 digits before and 8 behind the point, 8 of an index; other numbers go
-// through read_number. Little endian.
+// Lines whose numbers have at most 7 digits before and 8 behind the point, 8 of an index, for every
+// instruction set; other numbers go through read_number. Little endian.
 extern const LineReaders plain_readers;
 
 // The same values, sooner, of numbers with a point and of corners v/vt/vn; other lines are left. Null where

@@ -55,7 +55,7 @@ class Vertices {
     Buffer<std::uint32_t> table_; // once lists are given up
 };
 
-// What vertices get their rows from; empty where they get none.
+// The sources of the vertices' rows; empty where they get none.
 struct Rows {
     std::span<const double> positions;           // 3 a row
     std::span<const float> uvs, normals, colors; // 2, 3, 4

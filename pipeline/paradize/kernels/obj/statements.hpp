@@ -50,7 +50,7 @@ class Statements : Text {
 
     enum class Kind : std::uint8_t { position, uv, normal };
 
-    // What is wrong with a position index that names none of `have`; `where` is said when there are none.
+    // The message for a position index that names none of `have`; `where` is said when there are none.
     static std::string out_of_range(std::int64_t given, std::uint64_t have, std::string_view where);
     // One index of a corner: moves past it. False (and a fault) on anything but a whole number, and on a
     // position that cannot be there. Texture coordinates and normals that are not there are dropped at the

@@ -31,7 +31,7 @@ struct Share {
 PARADIZE_EACH_WIDTH(PARADIZE_CAST)
 #undef PARADIZE_CAST
 
-// What each point sees: open / all, 0..1; 1 where no ray counts.
+// The open share of each point: open / all rays, 0..1; 1 where no ray counts.
 // points, normals, faces: (n, 3); normals and faces unit, with a product of 0 or more. texels: (n,), flat
 // indices on a map of so many columns: they choose the directions. reach: length of the rays. width: 0: the
 // widest that the CPU runs; 1, 2, 3: 4, 8, 16 rays at a time.

@@ -12,7 +12,7 @@ namespace paradize::occlusion::PARADIZE_WIDTH {
 
 using side_by_side::PARADIZE_WIDTH::Lanes;
 using side_by_side::PARADIZE_WIDTH::lanes;
-typedef std::int32_t Whole __attribute__((vector_size(4 * PARADIZE_LANES)));
+typedef std::int32_t IntLanes __attribute__((vector_size(4 * PARADIZE_LANES)));
 typedef float LanesAnywhere __attribute__((vector_size(4 * PARADIZE_LANES), aligned(4), may_alias));
 
 PARADIZE_INLINE Lanes load(const float *from) {
@@ -20,7 +20,7 @@ PARADIZE_INLINE Lanes load(const float *from) {
 }
 
 // A bit for each lane that is -1.
-PARADIZE_INLINE std::uint32_t bits(const Whole &mask) {
+PARADIZE_INLINE std::uint32_t bits(const IntLanes &mask) {
 #if PARADIZE_LANES == 16
     return _mm512_movepi32_mask((__m512i)mask);
 #elif PARADIZE_LANES == 8
@@ -70,7 +70,7 @@ PARADIZE_INLINE std::uint32_t meets_triangle(const std::array<float, 9> &c, cons
         return rays.d[0] * x + rays.d[1] * y + rays.d[2] * z;
     };
     const Lanes u = side(a, b), v = side(b, e), w = side(e, a), none = {};
-    const Whole inside =
+    const IntLanes inside =
         ((u >= none) & (v >= none) & (w >= none)) | ((u <= none) & (v <= none) & (w <= none));
     if (bits(inside) == 0) {
         return 0;

@@ -230,10 +230,10 @@ reference::HeightMap drawn(Values vectors, const nb::object &islands) {
     return out;
 }
 
-using Found = std::vector<reference::LevelError>;
+using LevelErrors = std::vector<reference::LevelError>;
 
 // One tuple a level: count, sum, p99, max, sum of alpha's squares, count of alpha's texels.
-nb::list as_list(const Found &found) {
+nb::list as_list(const LevelErrors &found) {
     nb::list out;
     for (const reference::LevelError &level : found) {
         out.append(nb::make_tuple(level.count, level.sum, level.p99, level.max, level.alpha_squares,
@@ -243,7 +243,7 @@ nb::list as_list(const Found &found) {
 }
 
 nb::list normal_levels(const Texture &texture, const reference::HeightMap &truth, bool offsets, int threads) {
-    Found found;
+    LevelErrors found;
     {
         nb::gil_scoped_release unlocked;
         found = offsets ? reference::offset_levels(texture.view, truth, threads)
@@ -253,7 +253,7 @@ nb::list normal_levels(const Texture &texture, const reference::HeightMap &truth
 }
 
 nb::list filter_angles(const reference::HeightMap &a, const reference::HeightMap &b, int threads) {
-    Found found;
+    LevelErrors found;
     {
         nb::gil_scoped_release unlocked;
         found = {reference::filter_angles(a, b, threads)};
@@ -262,7 +262,7 @@ nb::list filter_angles(const reference::HeightMap &a, const reference::HeightMap
 }
 
 nb::list open_angles(const reference::HeightMap &heights, int threads) {
-    Found found;
+    LevelErrors found;
     {
         nb::gil_scoped_release unlocked;
         found = {reference::open_angles(heights, threads)};
@@ -271,7 +271,7 @@ nb::list open_angles(const reference::HeightMap &heights, int threads) {
 }
 
 nb::list value_levels(const Texture &texture, Values values, int threads) {
-    Found found;
+    LevelErrors found;
     {
         nb::gil_scoped_release unlocked;
         found = reference::value_levels(texture.view, flat(values), values.shape(2), threads);
@@ -280,7 +280,7 @@ nb::list value_levels(const Texture &texture, Values values, int threads) {
 }
 
 nb::list gloss_levels(const Texture &texture, Values gloss, const reference::HeightMap &truth, int threads) {
-    Found found;
+    LevelErrors found;
     {
         nb::gil_scoped_release unlocked;
         found = reference::gloss_levels(texture.view, flat(gloss), truth, threads);
@@ -290,7 +290,7 @@ nb::list gloss_levels(const Texture &texture, Values gloss, const reference::Hei
 
 nb::list highlight_levels(const Texture &texture, Values gloss, const reference::HeightMap &truth,
                           int threads) {
-    Found found;
+    LevelErrors found;
     {
         nb::gil_scoped_release unlocked;
         found = reference::highlight_levels(texture.view, flat(gloss), truth, threads);
@@ -309,7 +309,7 @@ nb::list color_levels(const Texture &texture, Any pixels, bool encoded, double c
         throw nb::type_error("pixels are uint8, uint16 or float32");
     }
     const reference::Pixels view{kind, pixels.data(), pixels.shape(2), encoded};
-    Found found;
+    LevelErrors found;
     {
         nb::gil_scoped_release unlocked;
         found = reference::color_levels(texture.view, view, cutoff, threads);

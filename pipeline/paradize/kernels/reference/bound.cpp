@@ -105,7 +105,7 @@ void Work::look_up_all(std::span<Piece> pieces) {
 }
 
 void Work::look(const Piece &piece) {
-    const Rest rest = beyond(piece.at, Target(to_.corners(piece.slot)), near());
+    const ClippedPolygon rest = beyond(piece.at, Target(to_.corners(piece.slot)), near());
     tests_ += piece.at.count;
     const double most = std::min(piece.most, rest.farthest);
     if (most <= enough()) {

@@ -126,10 +126,10 @@ std::array<Polygon, 2> halves(const Polygon &polygon) {
     return out;
 }
 
-Rest beyond(const Polygon &polygon, const Target &target, double enough) {
+ClippedPolygon beyond(const Polygon &polygon, const Target &target, double enough) {
     const std::size_t n = polygon.count;
     std::array<double, Polygon::most> off;
-    Rest rest;
+    ClippedPolygon rest;
     std::size_t first = n; // a corner that is near, after one that is not
     for (std::size_t k = 0; k < n; ++k) {
         off[k] = std::sqrt(target.squared(polygon.at[k]));

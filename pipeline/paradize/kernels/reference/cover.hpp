@@ -44,8 +44,8 @@ Point middle(const Polygon &polygon);
 // Both parts of a polygon, cut from the middle of its longest side.
 std::array<Polygon, 2> halves(const Polygon &polygon);
 
-// What is left of a polygon where the part near a triangle is taken away.
-struct Rest {
+// The rest of a polygon after the part near a triangle is clipped away.
+struct ClippedPolygon {
     double near = 0;       // no point of what was taken away lies farther from the triangle
     double farthest = 0;   // no point of the whole polygon does
     bool worth = true;     // enough was taken away; if not, there are no parts
@@ -55,6 +55,6 @@ struct Rest {
 
 // By convexity no point of a polygon is farther from a triangle than its farthest corner. Sides that lead
 // farther away than `enough` are cut there, and each run of corners beyond is a part of its own.
-Rest beyond(const Polygon &polygon, const Target &target, double enough);
+ClippedPolygon beyond(const Polygon &polygon, const Target &target, double enough);
 
 } // namespace paradize::reference

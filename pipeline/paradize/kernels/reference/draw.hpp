@@ -1,5 +1,5 @@
-// What a graphics card would do to draw triangles in the order given: vertices transformed, bytes fetched.
-// For metrics only: no stage uses this kernel.
+// Counts the work of a graphics card that draws triangles in the order given: vertices transformed, bytes
+// fetched. For metrics only: no stage uses this kernel.
 // Sources: H. Hoppe, "Optimization of mesh locality for transparent vertex caching", 1999 (ACMR);
 // P. Sander, D. Nehab and J. Barczak, "Fast triangle reordering for vertex locality and reduced overdraw",
 // 2007 (ATVR).

@@ -1,4 +1,4 @@
-// What float32 positions lost of the positions in a file's text. For metrics only.
+// Measures how far float32 positions lie from the positions in a file's text. For metrics only.
 #pragma once
 
 #include <array>

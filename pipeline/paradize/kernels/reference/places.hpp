@@ -1,5 +1,5 @@
-// What a surface shows at the places of another: the angle between their mapped normals, and how far a
-// texture slid. For metrics only: no stage uses this kernel.
+// Compares a surface with another at the nearest places: the angle between their mapped normals, and how far
+// a texture slid. For metrics only: no stage uses this kernel.
 #pragma once
 
 #include <cstddef>

@@ -66,7 +66,7 @@ struct Placed {
     Point shown(std::size_t t, const PlacedTriangle &shape, const Pair &shares, const std::vector<Mip> &chain,
                 double without) const;
 
-    // What a sample sends to the viewer.
+    // The light that a sample sends to the viewer.
     Point lit(std::size_t t, const PlacedTriangle &shape, const Pair &shares, const Point &normal,
               const SeenLight &light) const;
 

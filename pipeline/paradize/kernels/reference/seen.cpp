@@ -29,13 +29,13 @@ Point mean(const Point &sum, std::uint32_t count) {
     return {sum[0] / n, sum[1] / n, sum[2] / n};
 }
 
-// What is measured of pictures, pixel by pixel.
-struct Found {
+// Measurements of pictures, pixel by pixel.
+struct PictureSums {
     std::vector<double> angle, weight;
     double covered = 0, changed = 0, box = 0;
 };
 
-SeenDifference difference_of(const Found &found) {
+SeenDifference difference_of(const PictureSums &found) {
     SeenDifference out{0, 0, 0, found.covered, found.changed, found.box};
     double sum = 0, whole = 0;
     for (std::size_t k = 0; k < found.angle.size(); ++k) {
@@ -97,8 +97,8 @@ std::pair<std::array<float, 3>, std::array<float, 3>> box_of(const SeenMesh &mes
     return {low, high};
 }
 
-Found compare(const SeenMesh &a, const SeenMesh &b, const Picture &picture, std::size_t samples,
-              std::size_t most_tiles, int threads) {
+PictureSums compare(const SeenMesh &a, const SeenMesh &b, const Picture &picture, std::size_t samples,
+                    std::size_t most_tiles, int threads) {
     const auto &[view, sides] = picture;
     const double side = static_cast<double>(tile * samples);
     const auto across = [&, &sides = sides](std::size_t axis) {
@@ -117,7 +117,7 @@ Found compare(const SeenMesh &a, const SeenMesh &b, const Picture &picture, std:
     of_first.fill(chosen);
     of_second.fill(chosen);
 
-    std::vector<Found> by_tile(chosen.size());
+    std::vector<PictureSums> by_tile(chosen.size());
     for_each_job(chosen.size(), threads, [&](std::size_t k) {
         const std::size_t left = chosen[k] % columns * tile * samples,
                           bottom = chosen[k] / columns * tile * samples;
@@ -128,7 +128,7 @@ Found compare(const SeenMesh &a, const SeenMesh &b, const Picture &picture, std:
         draw(first, own(of_first), left, bottom, samples, nullptr, one);
         draw(second, own(of_second), left, bottom, samples, nullptr, other);
         const double whole = static_cast<double>(samples * samples);
-        Found &found = by_tile[k];
+        PictureSums &found = by_tile[k];
         for (std::size_t p = 0; p < tile * tile; ++p) {
             const double here = one.covered[p] / whole, there = other.covered[p] / whole;
             found.covered += here;
@@ -140,10 +140,10 @@ Found compare(const SeenMesh &a, const SeenMesh &b, const Picture &picture, std:
             }
         }
     });
-    Found out;
+    PictureSums out;
     out.box = sides[0] * sides[1] / static_cast<double>(samples * samples) *
               static_cast<double>(chosen.size()) / std::max(1.0, full);
-    for (const Found &found : by_tile) {
+    for (const PictureSums &found : by_tile) {
         out.angle.insert(out.angle.end(), found.angle.begin(), found.angle.end());
         out.weight.insert(out.weight.end(), found.weight.begin(), found.weight.end());
         out.covered += found.covered;
@@ -166,10 +166,10 @@ std::vector<SeenDifference> seen_differences(const SeenMesh &a, const SeenMesh &
         to_come += pictures.back().most_pixels(samples);
     }
     std::vector<SeenDifference> out;
-    Found all;
+    PictureSums all;
     double weight = 0, beyond = 0; // of the angles so far, and of those beyond the limit
     for (const Picture &one : pictures) {
-        const Found found = compare(a, b, one, samples, most_tiles, threads);
+        const PictureSums found = compare(a, b, one, samples, most_tiles, threads);
         out.push_back(difference_of(found));
         all.angle.insert(all.angle.end(), found.angle.begin(), found.angle.end());
         all.weight.insert(all.weight.end(), found.weight.begin(), found.weight.end());

@@ -1,4 +1,4 @@
-// What two meshes show in pictures of the same size: the mean normal and the coverage of each pixel, or its
+// Draws two meshes into pictures of the same size: the mean normal and the coverage of each pixel, or its
 // light. For metrics only: no stage uses this kernel. Source: M. Olano and D. Baker, "LEAN mapping", 2010,
 // for why a pixel's mean normal is what light sees of the surfaces under it.
 #pragma once
@@ -21,7 +21,7 @@ struct Mip {
     std::size_t rows = 0, columns = 0;
 };
 
-// What decides how a material looks. Chains start with the finest level.
+// The look of a material. Chains start with the finest level.
 struct SeenMaterial {
     std::vector<Mip> normals;                        // unit vectors, green up; none: as if flat
     std::vector<Mip> alpha;                          // one channel; none: no holes
@@ -52,7 +52,7 @@ struct SeenDifference {
     double box = 0;     // pixels of the rectangle around both
 };
 
-// What all pictures together may differ by. changed: as a share of box.
+// Limits on the difference of all pictures together. changed: as a share of box.
 struct SeenLimits {
     double p99 = std::numeric_limits<double>::infinity();
     double changed = std::numeric_limits<double>::infinity();

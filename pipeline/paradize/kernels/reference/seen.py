@@ -20,11 +20,11 @@ MOST_PIXELS = 16384  # along a side of a picture
 
 @dataclass(frozen=True)
 class SeenMaterial:
-    """What decides how a material looks. normals: (h, w, 3) unit vectors of each mip of its normal map, green
-    up, the finest first; none: flat. alpha: (h, w) of each mip; none: no holes. colors, glow: (h, w, 3)
-    linear of each mip, what it reflects and what it gives off; none: white, and black. cutoff: what has less
-    alpha is a hole. wrap: "repeat", "clamp" or "mirror" beyond the edges of its maps, along u and v.
-    two_sided: whether back faces are drawn, with their normal turned round."""
+    """The look of a material. normals: (h, w, 3) unit vectors of each mip of its normal map, green up, the
+    finest first; none: flat. alpha: (h, w) of each mip; none: no holes. colors, glow: (h, w, 3) linear of
+    each mip, what it reflects and what it gives off; none: white, and black. cutoff: what has less alpha is a
+    hole. wrap: "repeat", "clamp" or "mirror" beyond the edges of its maps, along u and v. two_sided: whether
+    back faces are drawn, with their normal turned round."""
 
     normals: Sequence[F32] = ()
     alpha: Sequence[F32] = ()

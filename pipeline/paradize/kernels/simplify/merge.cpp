@@ -69,7 +69,7 @@ void merge(Work &work, const WedgeSets &sets, VertexQuadric &p, const VertexQuad
     Quadric drift;
     for (const auto &[wedge, third_is_p] : sets) {
         Float4 *into = work.quadrics.wedge(wedge[0]);
-        // What is locked keeps its attributes: it stays.
+        // A locked vertex keeps its attributes: it stays.
         const std::uint32_t stays = fixed_p ? wedge[0] : fixed_q ? wedge[1] : none;
         float moved = moved_on;
         if (stays != none) {

@@ -1,4 +1,4 @@
-// What all steps of one simplification work on.
+// The state that all steps of one simplification share.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-// What is left, numbered anew.
+// Writes the remaining mesh, numbered anew.
 #include "simplify/work.hpp"
 
 namespace paradize::simplify {

@@ -6,7 +6,7 @@
 
 namespace paradize::terrain {
 
-Triangulation listed(Net &&net, std::uint32_t width) {
+Triangulation listed(HalfEdgeMesh &&net, std::uint32_t width) {
     Triangulation found;
     std::vector<std::uint32_t> place(net.vertices.size(), none);
     net.twins = {};
@@ -19,7 +19,7 @@ Triangulation listed(Net &&net, std::uint32_t width) {
             std::uint32_t &index = place[net.corners[e + k]];
             if (index == none) {
                 index = static_cast<std::uint32_t>(found.pixels.size());
-                const Spot spot = net.vertices[net.corners[e + k]];
+                const Pixel spot = net.vertices[net.corners[e + k]];
                 found.pixels.push_back(spot.y * width + spot.x);
             }
             net.corners[kept++] = index;
@@ -37,7 +37,7 @@ Triangulation refine(std::span<const float> heights, std::uint32_t width, std::u
                 tolerance);
     std::vector<std::uint32_t> seams;
     Mesher mesher(view, tolerance);
-    Net whole = tiles.sew(threads, seams);
+    HalfEdgeMesh whole = tiles.sew(threads, seams);
     mesher.adopt(std::move(whole), tiles.tracked());
     mesher.mend(seams);
     for (const std::uint32_t vertex : tiles.removal_order()) {

@@ -24,6 +24,6 @@ Triangulation refine(std::span<const float> heights, std::uint32_t width, std::u
                      double tolerance, int threads);
 
 // The living triangles of a net of a field `width` pixels wide.
-Triangulation listed(Net &&net, std::uint32_t width);
+Triangulation listed(HalfEdgeMesh &&net, std::uint32_t width);
 
 } // namespace paradize::terrain

@@ -17,8 +17,8 @@ namespace paradize::terrain {
 class Line {
   public:
     // Along a row, a column or a diagonal; from and to may be the same pixel.
-    Line(View view, Spot from, Spot to) : turned_(packed(to) < packed(from)) {
-        const Spot low = turned_ ? to : from, high = turned_ ? from : to;
+    Line(View view, Pixel from, Pixel to) : turned_(packed(to) < packed(from)) {
+        const Pixel low = turned_ ? to : from, high = turned_ ? from : to;
         const int dx = high.x - low.x, dy = high.y - low.y;
         const int length = std::max(std::abs(dx), std::abs(dy));
         for (int k = 0; k <= length; ++k) {
@@ -56,10 +56,10 @@ class Line {
 
   private:
     bool turned_;
-    std::vector<Spot> spots_; // from the end that is first in reading order
+    std::vector<Pixel> spots_; // from the end that is first in reading order
     std::vector<double> heights_;
 
-    Spot spot(int k) const { return spots_[static_cast<std::size_t>(k)]; }
+    Pixel spot(int k) const { return spots_[static_cast<std::size_t>(k)]; }
     double height(int k) const { return heights_[static_cast<std::size_t>(k)]; }
 
     int worst_between(int low, int high, double tolerance) const {

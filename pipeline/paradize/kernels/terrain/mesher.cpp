@@ -5,7 +5,7 @@
 
 namespace paradize::terrain {
 
-std::uint32_t Mesher::add_vertex(Spot spot) {
+std::uint32_t Mesher::add_vertex(Pixel spot) {
     net_.vertices.push_back(spot);
     return static_cast<std::uint32_t>(net_.vertices.size() - 1);
 }
@@ -37,7 +37,7 @@ void Mesher::link(std::uint32_t edge, std::uint32_t twin) {
     }
 }
 
-void Mesher::start(const std::vector<Spot> &corners) {
+void Mesher::start(const std::vector<Pixel> &corners) {
     constexpr std::size_t some = 4096; // triangles: room for a tile of common ground
     net_ = {};
     net_.vertices.reserve(some / 2);
@@ -47,7 +47,7 @@ void Mesher::start(const std::vector<Spot> &corners) {
     queue_.reserve(some);
     candidates_.clear();
     spokes_.assign(corners.size(), none);
-    for (const Spot corner : corners) {
+    for (const Pixel corner : corners) {
         add_vertex(corner);
     }
     const auto count = static_cast<std::uint32_t>(corners.size());
@@ -61,7 +61,7 @@ void Mesher::start(const std::vector<Spot> &corners) {
     make_delaunay();
 }
 
-void Mesher::adopt(Net &&net, std::uint32_t tracked) {
+void Mesher::adopt(HalfEdgeMesh &&net, std::uint32_t tracked) {
     net_ = std::move(net);
     candidates_.assign(net_.corners.size() / 3, none);
     queue_ = {};
@@ -83,11 +83,11 @@ void Mesher::track_all() {
     }
 }
 
-Net Mesher::release() {
+HalfEdgeMesh Mesher::release() {
     return std::move(net_);
 }
 
-std::uint32_t Mesher::insert_on_rim(std::uint32_t before, Spot spot) {
+std::uint32_t Mesher::insert_on_rim(std::uint32_t before, Pixel spot) {
     std::uint32_t edge = spokes_[before];
     while (net_.twins[edge] != none) { // turn back to the rim
         edge = next(net_.twins[edge]);
@@ -99,7 +99,7 @@ std::uint32_t Mesher::insert_on_rim(std::uint32_t before, Spot spot) {
     return vertex;
 }
 
-void Mesher::insert(std::uint32_t triangle, Spot spot) {
+void Mesher::insert(std::uint32_t triangle, Pixel spot) {
     const std::uint32_t p = add_vertex(spot);
     for (std::uint32_t edge = 3 * triangle; edge < 3 * triangle + 3; ++edge) {
         if (turn(at(net_.corners[edge]), at(net_.corners[next(edge)]), spot) == 0) {

@@ -15,7 +15,7 @@ namespace paradize::terrain {
 
 // Positive when d lies inside the circle through a, b, c (which turn positively). Coordinates differ by at
 // most 2^14, so each product is below 2^58.
-inline std::int64_t in_circle(Spot a, Spot b, Spot c, Spot d) {
+inline std::int64_t in_circle(Pixel a, Pixel b, Pixel c, Pixel d) {
     const std::int64_t ax = a.x - d.x, ay = a.y - d.y, bx = b.x - d.x, by = b.y - d.y, cx = c.x - d.x,
                        cy = c.y - d.y;
     return (ax * ax + ay * ay) * (bx * cy - by * cx) - (bx * bx + by * by) * (ax * cy - ay * cx) +
@@ -24,8 +24,8 @@ inline std::int64_t in_circle(Spot a, Spot b, Spot c, Spot d) {
 
 // Three half-edges a triangle: corners[3t + k] is the vertex that edge 3t + k leaves; twins[e] runs back, or
 // is `none` on the rim. A dead triangle has `none` as its first corner.
-struct Net {
-    std::vector<Spot> vertices;
+struct HalfEdgeMesh {
+    std::vector<Pixel> vertices;
     std::vector<std::uint32_t> corners, twins;
 };
 
@@ -35,14 +35,14 @@ class Mesher {
     Mesher(View view, double tolerance) : view_(view), tolerance_(tolerance) {}
 
     // A strictly convex polygon of positive turn, Delaunay; its corners are the first vertices, in order.
-    void start(const std::vector<Spot> &corners);
+    void start(const std::vector<Pixel> &corners);
     // Takes a triangulation over; the first `tracked` vertices may later be removed.
-    void adopt(Net &&net, std::uint32_t tracked);
-    Net release();
+    void adopt(HalfEdgeMesh &&net, std::uint32_t tracked);
+    HalfEdgeMesh release();
 
     // A vertex on the side of the rim that leaves `before`, a corner or one that this returned; flipped in,
     // not scanned. Returns its index.
-    std::uint32_t insert_on_rim(std::uint32_t before, Spot spot);
+    std::uint32_t insert_on_rim(std::uint32_t before, Pixel spot);
     // From here on pixels on the rim are neither judged nor inserted.
     void fix_rim() { rim_is_fixed_ = true; }
     // Inserts pixels, the worst first, until all keep the tolerance or there are `most` vertices. From the
@@ -55,36 +55,37 @@ class Mesher {
     // Follows every vertex from here on, so that it may be removed.
     void track_all();
 
-    const Net &net() const { return net_; }
+    const HalfEdgeMesh &net() const { return net_; }
 
   private:
-    struct Tip { // a corner of the hole that a vertex leaves, and the half-edge outside the side to the next
+    struct HoleCorner { // a corner of the hole that a vertex leaves, and the half-edge outside the side to
+                        // the next
         std::uint32_t vertex, outside;
     };
 
     View view_;
     double tolerance_;
     bool rim_is_fixed_ = false;
-    Net net_;
+    HalfEdgeMesh net_;
     std::vector<std::uint32_t> candidates_; // per triangle: its worst pixel, or none
     WorstFirst queue_;                      // of the triangles that have one
     std::vector<std::uint32_t> suspects_;   // half-edges that may have to flip
     std::vector<std::uint32_t> spokes_;     // per tracked vertex: a half-edge that leaves it
     std::vector<std::uint32_t> changed_;    // triangles that `mend` flipped
     std::vector<std::uint32_t> freed_, made_;
-    std::vector<Tip> hole_;
+    std::vector<HoleCorner> hole_;
 
     static std::uint32_t next(std::uint32_t edge) { return edge % 3 == 2 ? edge - 2 : edge + 1; }
     static std::uint32_t previous(std::uint32_t edge) { return edge % 3 == 0 ? edge + 2 : edge - 1; }
-    Spot at(std::uint32_t vertex) const { return net_.vertices[vertex]; }
+    Pixel at(std::uint32_t vertex) const { return net_.vertices[vertex]; }
 
-    std::uint32_t add_vertex(Spot spot);
+    std::uint32_t add_vertex(Pixel spot);
     std::uint32_t add_triangle(std::uint32_t a, std::uint32_t b, std::uint32_t c);
     void set_triangle(std::uint32_t triangle, std::uint32_t a, std::uint32_t b, std::uint32_t c);
     void link(std::uint32_t edge, std::uint32_t twin);
     bool must_flip(std::uint32_t edge) const;
     void flip(std::uint32_t edge);
-    void insert(std::uint32_t triangle, Spot spot);
+    void insert(std::uint32_t triangle, Pixel spot);
     void split_triangle(std::uint32_t triangle, std::uint32_t p);
     void split_edge(std::uint32_t edge, std::uint32_t p);
     void settle();

@@ -56,13 +56,13 @@ bool Mesher::remove(std::uint32_t vertex) {
 bool Mesher::fill_hole() {
     made_.clear(); // three corners and three links each; a link of 2^31 + e is edge e of the new triangles
     constexpr std::uint32_t inner = 1U << 31;
-    std::vector<Tip> &hole = hole_;
+    std::vector<HoleCorner> &hole = hole_;
     while (hole.size() >= 3) {
         const std::size_t count = hole.size();
         std::size_t ear = count;
         for (std::size_t k = 0; k < count && ear == count; ++k) {
             const std::size_t before = (k + count - 1) % count, after = (k + 1) % count;
-            const Spot a = at(hole[before].vertex), b = at(hole[k].vertex), c = at(hole[after].vertex);
+            const Pixel a = at(hole[before].vertex), b = at(hole[k].vertex), c = at(hole[after].vertex);
             if (turn(a, b, c) <= 0) {
                 continue;
             }
@@ -79,7 +79,7 @@ bool Mesher::fill_hole() {
             return false;
         }
         const std::size_t before = (ear + count - 1) % count, after = (ear + 1) % count;
-        const Tip a = hole[before], b = hole[ear], c = hole[after];
+        const HoleCorner a = hole[before], b = hole[ear], c = hole[after];
         if (scan_triangle(view_, at(a.vertex), at(b.vertex), at(c.vertex), tolerance_).pixel != none) {
             return false;
         }

@@ -105,7 +105,7 @@ Triangulation patch(std::span<const float> heights, std::uint32_t width, std::ui
         view = {near.data(), across, near.data() + near.size()};
     }
 
-    std::vector<Spot> spots;
+    std::vector<Pixel> spots;
     for (const Side &side : polygon) {
         spots.push_back({static_cast<std::uint16_t>(side.from.x - first.x),
                          static_cast<std::uint16_t>(side.from.y - first.y)});
@@ -115,15 +115,15 @@ Triangulation patch(std::span<const float> heights, std::uint32_t width, std::ui
     for (std::size_t k = 0; k < polygon.size(); ++k) {
         const auto from = static_cast<std::uint32_t>(k),
                    to = static_cast<std::uint32_t>((k + 1) % polygon.size());
-        const auto add = [&](std::uint32_t before, std::uint32_t, Spot spot) {
+        const auto add = [&](std::uint32_t before, std::uint32_t, Pixel spot) {
             return mesher.insert_on_rim(before, spot);
         };
         Line(view, spots[from], spots[to]).split(polygon[k].tolerance, from, to, add);
     }
     mesher.fix_rim();
     mesher.refine_all(most);
-    Net net = mesher.release();
-    for (Spot &spot : net.vertices) {
+    HalfEdgeMesh net = mesher.release();
+    for (Pixel &spot : net.vertices) {
         spot = {static_cast<std::uint16_t>(spot.x + first.x), static_cast<std::uint16_t>(spot.y + first.y)};
     }
     return listed(std::move(net), width);

@@ -82,7 +82,7 @@ class Grid {
     bool even_;                                 // every pixel is a node
     std::vector<std::uint8_t> active_;
 
-    Spot spot(Node node) const { return {columns_[node.x], rows_[node.y]}; }
+    Pixel spot(Node node) const { return {columns_[node.x], rows_[node.y]}; }
     std::size_t index(Node node) const { return static_cast<std::size_t>(node.y) * (last_.x + 1) + node.x; }
     bool is_active(Node node) const { return active_[index(node)] != 0; }
     void activate(Node node) { // from several threads at once: all write the same
@@ -92,15 +92,15 @@ class Grid {
     static bool falls(Node corner, std::uint32_t size) { return ((corner.x ^ corner.y) / size) % 2 == 0; }
 
     bool is_off(Node a, Node b, Node c) const {
-        Spot p = spot(a), q = spot(b);
-        const Spot r = spot(c);
+        Pixel p = spot(a), q = spot(b);
+        const Pixel r = spot(c);
         if (turn(p, q, r) < 0) {
             std::swap(p, q);
         }
         return scan_triangle(view_, p, q, r, tolerance_).pixel != none;
     }
 
-    double off_middle(Spot a, Spot b, Spot middle) const {
+    double off_middle(Pixel a, Pixel b, Pixel middle) const {
         const double low = static_cast<double>(view_.height(a)), high = static_cast<double>(view_.height(b));
         return std::fabs(static_cast<double>(view_.height(middle)) - (low + (high - low) * 0.5));
     }
@@ -164,13 +164,13 @@ class Grid {
     // The pixel between two nodes of a finest triangle where it is off their line; `none` where there is
     // none.
     std::uint32_t between(Node a, Node b) const {
-        const Spot p = spot(a), q = spot(b);
+        const Pixel p = spot(a), q = spot(b);
         const int dx = p.x > q.x ? p.x - q.x : q.x - p.x, dy = p.y > q.y ? p.y - q.y : q.y - p.y;
         if (dx % 2 != 0 || dy % 2 != 0) {
             return none;
         }
-        const Spot middle{static_cast<std::uint16_t>((p.x + q.x) / 2),
-                          static_cast<std::uint16_t>((p.y + q.y) / 2)};
+        const Pixel middle{static_cast<std::uint16_t>((p.x + q.x) / 2),
+                           static_cast<std::uint16_t>((p.y + q.y) / 2)};
         // Both triangles of a side must see the same number.
         const bool swap = packed(q) < packed(p);
         return off_middle(swap ? q : p, swap ? p : q, middle) > tolerance_ ? packed(middle) : none;

@@ -20,21 +20,21 @@ constexpr std::int64_t one = std::int64_t{1} << 32;
 // 32 fractional bits err by less than 2^-17.
 constexpr std::int64_t bias = one >> 16;
 
-std::int64_t slope(Spot from, Spot to) { // columns per row, 32 fractional bits; to.y != from.y
+std::int64_t slope(Pixel from, Pixel to) { // columns per row, 32 fractional bits; to.y != from.y
     const double dx = static_cast<double>(static_cast<int>(to.x) - static_cast<int>(from.x));
     const double dy = static_cast<double>(static_cast<int>(to.y) - static_cast<int>(from.y));
     return static_cast<std::int64_t>(dx / dy * 4294967296.0);
 }
 
-std::int64_t fixed(Spot spot) {
+std::int64_t fixed(Pixel spot) {
     return static_cast<std::int64_t>(spot.x) << 32;
 }
 
 struct Face { // three corners of positive turn, and the plane base + per_x * x + per_y * y from the first on
-    Spot corner[3];
+    Pixel corner[3];
     double base, per_x, per_y;
 
-    Face(View view, Spot a, Spot b, Spot c, double area) : corner{a, b, c} {
+    Face(View view, Pixel a, Pixel b, Pixel c, double area) : corner{a, b, c} {
         const double z0 = static_cast<double>(view.height(a));
         const double z1 = static_cast<double>(view.height(b)) - z0,
                      z2 = static_cast<double>(view.height(c)) - z0;
@@ -98,7 +98,7 @@ PARADIZE_CLONES Worst scan_narrow(View view, const Face &face, const Box &box, d
     const Lanes places = {0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0};
     double start[3], across[3], down[3]; // of twice the area that a pixel spans with each side
     for (int k = 0; k < 3; ++k) {
-        const Spot p = face.corner[k], q = face.corner[k == 2 ? 0 : k + 1];
+        const Pixel p = face.corner[k], q = face.corner[k == 2 ? 0 : k + 1];
         down[k] = static_cast<int>(q.x) - static_cast<int>(p.x);
         across[k] = static_cast<int>(p.y) - static_cast<int>(q.y);
         start[k] =
@@ -166,7 +166,7 @@ Worst scan_slowly(View view, const Face &face, const Box &box, double tolerance,
     Worst worst{tolerance, none};
     for (int y = box.top; y <= box.bottom; ++y) {
         for (int x = box.left; x <= box.right; ++x) {
-            const Spot spot{static_cast<std::uint16_t>(x), static_cast<std::uint16_t>(y)};
+            const Pixel spot{static_cast<std::uint16_t>(x), static_cast<std::uint16_t>(y)};
             const double off = std::fabs(static_cast<double>(view.height(spot)) - face.at(x, y));
             if (!(off > worst.error)) {
                 continue;
@@ -187,9 +187,9 @@ Worst scan_slowly(View view, const Face &face, const Box &box, double tolerance,
 
 // a is the highest corner, and the left one of two.
 Worst scan_runs(View view, const Face &face, double tolerance, int step_rows) {
-    Spot a = face.corner[0], b = face.corner[1], c = face.corner[2];
+    Pixel a = face.corner[0], b = face.corner[1], c = face.corner[2];
     while (a.y > b.y || a.y >= c.y) {
-        const Spot first = a;
+        const Pixel first = a;
         a = b, b = c, c = first;
     }
     const std::int64_t left = slope(c, a), start = fixed(a) + one - bias;
@@ -210,7 +210,7 @@ Worst scan_runs(View view, const Face &face, double tolerance, int step_rows) {
 
 } // namespace
 
-Worst scan_triangle(View view, Spot a, Spot b, Spot c, double tolerance, unsigned skipped) {
+Worst scan_triangle(View view, Pixel a, Pixel b, Pixel c, double tolerance, unsigned skipped) {
     const std::int64_t area = turn(a, b, c);
     if (area == 1) {
         return {tolerance, none}; // three pixels in all
@@ -236,7 +236,7 @@ Worst scan_triangle(View view, Spot a, Spot b, Spot c, double tolerance, unsigne
     if (worst.pixel == none) {
         return worst;
     }
-    const Spot spot = unpacked(worst.pixel);
+    const Pixel spot = unpacked(worst.pixel);
     bool counts = !(spot == a) && !(spot == b) && !(spot == c);
     counts = counts && ((skipped & 1U) == 0 || turn(a, b, spot) != 0) &&
              ((skipped & 2U) == 0 || turn(b, c, spot) != 0) && ((skipped & 4U) == 0 || turn(c, a, spot) != 0);

@@ -11,15 +11,15 @@ namespace paradize::terrain {
 constexpr std::uint32_t none = std::numeric_limits<std::uint32_t>::max();
 
 // A pixel; coordinates at most 16384.
-struct Spot {
+struct Pixel {
     std::uint16_t x, y;
-    bool operator==(const Spot &other) const = default;
+    bool operator==(const Pixel &other) const = default;
 };
 
-constexpr std::uint32_t packed(Spot spot) {
+constexpr std::uint32_t packed(Pixel spot) {
     return static_cast<std::uint32_t>(spot.y) << 16 | static_cast<std::uint32_t>(spot.x);
 }
-constexpr Spot unpacked(std::uint32_t pixel) {
+constexpr Pixel unpacked(std::uint32_t pixel) {
     return {static_cast<std::uint16_t>(pixel & 0xffffU), static_cast<std::uint16_t>(pixel >> 16)};
 }
 
@@ -28,7 +28,7 @@ struct View {
     const float *at;
     std::size_t stride;
     const float *end;
-    float height(Spot spot) const { return at[spot.y * stride + spot.x]; }
+    float height(Pixel spot) const { return at[spot.y * stride + spot.x]; }
 };
 
 struct Worst {
@@ -37,7 +37,7 @@ struct Worst {
 };
 
 // Positive when a, b, c turn the way of every triangle here (x to the right, y down: clockwise).
-inline std::int64_t turn(Spot a, Spot b, Spot c) {
+inline std::int64_t turn(Pixel a, Pixel b, Pixel c) {
     return (static_cast<std::int64_t>(b.x) - a.x) * (static_cast<std::int64_t>(c.y) - a.y) -
            (static_cast<std::int64_t>(b.y) - a.y) * (static_cast<std::int64_t>(c.x) - a.x);
 }
@@ -46,6 +46,6 @@ inline std::int64_t turn(Spot a, Spot b, Spot c) {
 // `tolerance` from the plane through the corners' heights, where there is any: the farthest, of equals the
 // first in reading order; in a large triangle the farthest of some rows, where those hold one. In float64,
 // the same bits on every CPU. skipped: bits of the sides (1: ab, 2: bc, 4: ca) whose pixels do not count.
-Worst scan_triangle(View view, Spot a, Spot b, Spot c, double tolerance, unsigned skipped = 0);
+Worst scan_triangle(View view, Pixel a, Pixel b, Pixel c, double tolerance, unsigned skipped = 0);
 
 } // namespace paradize::terrain

@@ -24,7 +24,7 @@ std::vector<std::uint16_t> cuts(std::uint16_t last) {
 
 } // namespace
 
-Tiles::Tiles(View view, Spot last, double tolerance)
+Tiles::Tiles(View view, Pixel last, double tolerance)
     : view_(view), tolerance_(tolerance), columns_(cuts(last.x)), rows_(cuts(last.y)) {
     for (const std::uint16_t y : rows_) {
         for (std::size_t k = 0; k < across(); ++k) {
@@ -40,7 +40,7 @@ Tiles::Tiles(View view, Spot last, double tolerance)
 
 // The fewest pixels, greedily, whose polyline keeps the tolerance along the border.
 void Tiles::split(Border &border) const {
-    const auto add = [&](std::uint32_t before, std::uint32_t after, Spot spot) {
+    const auto add = [&](std::uint32_t before, std::uint32_t after, Pixel spot) {
         border.inner.push_back(spot);
         border.before.push_back(before);
         border.after.push_back(after);
@@ -50,9 +50,9 @@ void Tiles::split(Border &border) const {
 }
 
 Tiles::Tile Tiles::mesh(std::size_t row, std::size_t column) const {
-    const Spot first{columns_[column], rows_[row]};
-    const Spot last{static_cast<std::uint16_t>(columns_[column + 1] - first.x),
-                    static_cast<std::uint16_t>(rows_[row + 1] - first.y)};
+    const Pixel first{columns_[column], rows_[row]};
+    const Pixel last{static_cast<std::uint16_t>(columns_[column + 1] - first.x),
+                     static_cast<std::uint16_t>(rows_[row + 1] - first.y)};
     const std::size_t width = last.x + 1U;
     std::vector<float> heights;
     heights.reserve(width * (last.y + 1U));
@@ -70,7 +70,7 @@ Tiles::Tile Tiles::mesh(std::size_t row, std::size_t column) const {
         const auto base = static_cast<std::uint32_t>(mesher.net().vertices.size());
         for (std::size_t k = 0; k < border.inner.size(); ++k) {
             const std::uint32_t before = against ? border.after[k] : border.before[k];
-            const Spot spot = border.inner[k];
+            const Pixel spot = border.inner[k];
             mesher.insert_on_rim(
                 before == Border::start ? from
                 : before == Border::end ? to
@@ -82,7 +82,7 @@ Tiles::Tile Tiles::mesh(std::size_t row, std::size_t column) const {
     tile.fixed = static_cast<std::uint32_t>(mesher.net().vertices.size());
     mesher.refine_all();
     tile.net = mesher.release();
-    for (Spot &spot : tile.net.vertices) {
+    for (Pixel &spot : tile.net.vertices) {
         spot = {static_cast<std::uint16_t>(spot.x + first.x), static_cast<std::uint16_t>(spot.y + first.y)};
     }
     return tile;
@@ -103,7 +103,7 @@ std::vector<std::uint32_t> Tiles::global_of(std::size_t row, std::size_t column)
     return found;
 }
 
-Net Tiles::sew(int threads, std::vector<std::uint32_t> &seams) {
+HalfEdgeMesh Tiles::sew(int threads, std::vector<std::uint32_t> &seams) {
     for_each_job(borders_.size(), threads, [&](std::size_t k) { split(borders_[k]); });
     tracked_ = static_cast<std::uint32_t>(columns_.size() * rows_.size());
     for (Border &border : borders_) {
@@ -113,7 +113,7 @@ Net Tiles::sew(int threads, std::vector<std::uint32_t> &seams) {
     std::vector<Tile> tiles(across() * down());
     for_each_job(tiles.size(), threads, [&](std::size_t k) { tiles[k] = mesh(k / across(), k % across()); });
 
-    Net whole;
+    HalfEdgeMesh whole;
     std::size_t vertices = tracked_, corners = 0;
     for (const Tile &tile : tiles) {
         vertices += tile.net.vertices.size() - tile.fixed;

@@ -12,8 +12,8 @@ namespace paradize::terrain {
 
 // One straight border from crossing to crossing: its vertices between them, and their first index in the net.
 struct Border {
-    Spot from, to;
-    std::vector<Spot> inner; // each between two that came before it, or the ends: `before` is the nearer to
+    Pixel from, to;
+    std::vector<Pixel> inner; // each between two that came before it, or the ends: `before` is the nearer to
     std::vector<std::uint32_t> before, after; // `from`, `after` to `to`; indices of `inner`, or the ends'
     std::uint32_t first = 0;
     static constexpr std::uint32_t start = none, end = none - 1;
@@ -22,11 +22,11 @@ struct Border {
 class Tiles {
   public:
     // heights: width x height, row by row; tolerance as in `refine`.
-    Tiles(View view, Spot last, double tolerance);
+    Tiles(View view, Pixel last, double tolerance);
 
     // All tiles meshed on `threads` threads and sewn into one net, in which the `tracked` first vertices are
     // those of the borders. The borders are not Delaunay yet: `seams` are the half-edges on them.
-    Net sew(int threads, std::vector<std::uint32_t> &seams);
+    HalfEdgeMesh sew(int threads, std::vector<std::uint32_t> &seams);
 
     // The border vertices in the order in which to try to remove them: those between crossings, then the
     // crossings, the coarsest grid last, so that a hole never grows far beyond its neighbours.
@@ -35,7 +35,7 @@ class Tiles {
 
   private:
     struct Tile {
-        Net net;
+        HalfEdgeMesh net;
         std::uint32_t fixed = 0; // its first vertices, which stand on its borders
     };
 

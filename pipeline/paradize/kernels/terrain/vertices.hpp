@@ -1,4 +1,4 @@
-// What a vertex of the terrain carries, from its pixel and the height field alone: so that meshes of parts
+// The attributes of a terrain vertex, from its pixel and the height field alone: so that meshes of parts
 // have the same where they meet.
 #pragma once
 

@@ -1,4 +1,4 @@
-"""What is read of glTF's registry of extensions, and what is said of the rest."""
+"""The glTF extensions that are read, and the warnings for the rest."""
 
 from __future__ import annotations
 

@@ -66,7 +66,7 @@ class Pictures:
         by_itself: int,
         otherwise: W,
     ) -> W:
-        """What a field of a sampler stands for; `otherwise`, and a warning, where glTF does not know it."""
+        """The meaning of a field of a sampler; `otherwise`, and a warning, where glTF does not know it."""
         place = f"/samplers/{number}"
         value = self.document.get(sampler, place, key, int, by_itself)
         if value not in known:
@@ -120,7 +120,7 @@ class Pictures:
 
 
 def _mend(kind: str) -> str:
-    """What to do about a picture in a format of GPUs."""
+    """Advice for a picture in a GPU format."""
     ktx = "KTX" in kind or "BASIS" in kind
     return "; npx @gltf-transform/cli ktxdecompress IN.glb OUT.glb makes PNG of it" if ktx else ""
 

@@ -95,7 +95,7 @@ class _Reader:
         self._primitives: dict[tuple[int, int, tuple[float, ...]], Primitive | None] = {}
 
     def parts(self) -> list[Part]:
-        """What the scene shows, in the order of its nodes."""
+        """The parts of the scene, in the order of its nodes."""
         document = self.document
         if document.table("animations"):
             document.warn("its animations are left out; the model is read at rest")

@@ -22,7 +22,7 @@ _SURE, _LEAST = 0.95, 0.05  # share of texels that decides; share that has to ho
 
 
 def bump_of_file(path: Path) -> Bump:
-    """What a picture holds, see `bump_of`; "unreadable" where it cannot be read."""
+    """Whether a picture holds heights or normals, as `bump_of` says; "unreadable" where it cannot be read."""
     try:
         status = path.stat()
     except OSError:

@@ -51,8 +51,8 @@ _NEUTRAL |= {key: {0.0} for key in ("ps", "pc", "pcr", "aniso", "anisor")}
 
 @dataclass(frozen=True)
 class Library:
-    """What an MTL file holds. materials: by name, in the file's order. transforms: of texture coordinates, by
-    material, where a material moves them."""
+    """The contents of an MTL file. materials: by name, in the file's order. transforms: of texture
+    coordinates, by material, where a material moves them."""
 
     materials: dict[str, Material]
     warnings: list[str]

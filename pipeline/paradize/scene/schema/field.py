@@ -1,4 +1,4 @@
-"""What every field of a table has: a rule that checks its value and adds its faults to those of the file."""
+"""The field of a table: a rule that checks its value and adds its faults to those of the file."""
 
 from __future__ import annotations
 

@@ -30,8 +30,8 @@ from paradize.stages.reproject import take_attributes, with_groups
 if TYPE_CHECKING:
     import numpy.typing as npt
 
-# What a change of a unit normal by 1, and a texture that slides by its own size, weigh beside a distance of
-# one diagonal.
+# Weights of a change of a unit normal by 1, and of a texture that slides by its own size, beside a distance
+# of one diagonal.
 _NORMAL_WEIGHT = 0.02
 _UV_WEIGHT = 0.2
 _ROUNDS = 8

@@ -1,4 +1,4 @@
-"""What the simplifiers share: the result, the mesh centred and scaled, vertices joined, areas."""
+"""Shared by the simplifiers: the result, the mesh centred and scaled, vertices joined, areas."""
 
 from __future__ import annotations
 
@@ -66,7 +66,8 @@ def used_only(mesh: Mesh) -> Mesh:
 
 
 def _taken(mesh: Mesh, source: npt.NDArray[np.uint32]) -> dict[str, npt.NDArray[np.float32] | None]:
-    """What the mesh's vertices carry, in the order of `source`; its own arrays where that is theirs."""
+    """The attributes of the mesh's vertices, in the order of `source`; its own arrays where that is their
+    order."""
     own = len(source) == len(mesh.positions) and bool((source == np.arange(len(source))).all())
     return {
         name: values

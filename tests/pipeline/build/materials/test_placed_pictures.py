@@ -24,7 +24,7 @@ def picture(folder: Path, values: np.ndarray) -> Path:
 
 
 def shown(values: np.ndarray, uv: np.ndarray, wrap: tuple[Wrap, Wrap]) -> np.ndarray:
-    """What a sampler shows of values (h, w, c) at places (n, 2), written anew for this test."""
+    """The values that a sampler shows of values (h, w, c) at places (n, 2), written anew for this test."""
     found = []
     for u, v in uv:
         x, y = u * values.shape[1] - 0.5, v * values.shape[0] - 0.5

@@ -74,7 +74,7 @@ def bilinear(at: float, size: int, repeat: bool) -> np.ndarray:
 
 
 def lifted(values: np.ndarray, kind: str) -> np.ndarray:
-    """What is averaged of values: of normals (x, y) the vector, of colours with alpha their product."""
+    """The quantity that is averaged: of normals (x, y) the vector, of colours with alpha their product."""
     if kind == "normal":
         x, y = values[..., :1], values[..., 1:]
         return np.concatenate([x, y, np.sqrt(np.maximum(0.0, 1.0 - x * x - y * y))], axis=-1)
@@ -307,7 +307,7 @@ def test_shader_and_gutters_share_the_steepest_look(root: Path) -> None:
     assert float(found[1]) == gutter.STEEPEST
 
 
-# What stands in scene.json
+# The entries of scene.json
 
 
 def test_islands_of_two_colours_that_stand_close_stop_the_mips(tmp_path: Path) -> None:
@@ -372,7 +372,7 @@ def test_the_level_in_use_follows_the_flight(tmp_path: Path) -> None:
     assert levels[1] > levels[0]
 
 
-# What `paradize check` finds
+# The findings of `paradize check`
 
 
 @pytest.fixture(scope="module")

@@ -38,7 +38,7 @@ Truth = dict[str, dict[str, float]]  # by tier: what it measures of the post's m
 
 @pytest.fixture(scope="module")
 def brute_force(tmp_path_factory: pytest.TempPathFactory) -> tuple[Truth, Path]:
-    """What each tier measures, and the store of those bakes."""
+    """The errors of each tier, and the store of those bakes."""
     top = tmp_path_factory.mktemp("brute")
     found = {}
     with pytest.MonkeyPatch.context() as patch:
@@ -309,7 +309,7 @@ def assets(where: str, files: Path, folder: Path) -> Iterator[tuple[str, Path, B
 
 
 def grown(path: Path, settings: BakerSettings, metric: str, limit: float) -> dict[str, float]:
-    """What each tier measures in the first format that keeps a limit, else in the finest."""
+    """The errors of each tier in the first format that keeps a limit, else in the finest."""
     found = {}
     for tier, label in zip(TIERS, FINER_FORMAT, strict=True):
         errors = bake_single("maps", path, settings, tier=tier, budget={metric: limit}).errors
@@ -335,7 +335,7 @@ def test_auto_takes_a_finer_format_in_the_tier_that_keeps_the_budget_in_it(tmp_p
 
 
 def brute(kind: str, path: Path, settings: BakerSettings, metric: str) -> dict[str, float]:
-    """What each tier measures, the worst of its products."""
+    """The errors of each tier, the worst of its products."""
     found = {}
     for tier in TIERS:
         errors = bake_single(kind, path, settings, tier=tier, budget={}).errors

@@ -1,4 +1,4 @@
-"""What meshopt and Draco compressed is unpacked, and no more than the packed bytes may hold."""
+"""Data compressed by meshopt and Draco is unpacked, and no more than the packed bytes may hold."""
 
 from __future__ import annotations
 

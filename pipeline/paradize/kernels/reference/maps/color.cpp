@@ -163,7 +163,7 @@ class ColorComparer final : public MapComparer {
     }
 
   private:
-    // What is wholly transparent in a level's mean may have any colour.
+    // A texel that is wholly transparent in a level's mean may have any colour.
     void forgive_unseen(const double *alpha, std::size_t count) {
         for (std::size_t i = 0; i < count; ++i) {
             if (alpha[i] <= 0.0) {

@@ -1,4 +1,4 @@
-// What all comparisons of a map's levels share: decoded rows, sums and percentiles. For metrics only.
+// Shared by all comparisons of a map's levels: decoded rows, sums and percentiles. For metrics only.
 #pragma once
 
 #include <cstddef>

@@ -13,13 +13,13 @@ namespace {
 constexpr auto unheld = std::numeric_limits<std::ptrdiff_t>::min();
 
 // Where a value beyond an edge comes from: texel `at`, or 2 h[about] - h[at] where it is reflected.
-struct Place {
+struct SourceTexel {
     std::size_t at;
     std::size_t about;
     bool reflected;
 };
 
-Place place(std::ptrdiff_t i, std::size_t size, bool wrap) {
+SourceTexel place(std::ptrdiff_t i, std::size_t size, bool wrap) {
     const auto n = static_cast<std::ptrdiff_t>(size);
     if (wrap) {
         const std::ptrdiff_t rest = i % n;
@@ -218,7 +218,7 @@ void NormalRows::pad(std::vector<double> &line, double sign) const {
         const auto left = -static_cast<std::ptrdiff_t>(k);
         const auto right = static_cast<std::ptrdiff_t>(columns + k - 1);
         for (const std::ptrdiff_t x : {left, right}) {
-            const Place p = place(x, columns, height_map_.wrap_x);
+            const SourceTexel p = place(x, columns, height_map_.wrap_x);
             line[static_cast<std::size_t>(x + static_cast<std::ptrdiff_t>(reach_))] =
                 p.reflected ? 2.0 * middle[p.about] + sign * middle[p.at] : middle[p.at];
         }
@@ -234,7 +234,7 @@ const double *NormalRows::padded(std::ptrdiff_t y) {
     }
     const std::size_t columns = height_map_.size.columns;
     double *middle = line.data() + reach_;
-    const Place from = place(y, height_map_.size.rows, height_map_.wrap_y);
+    const SourceTexel from = place(y, height_map_.size.rows, height_map_.wrap_y);
     widen(&height_map_.heights[from.at * columns], columns, middle);
     if (from.reflected) {
         const float *about = &height_map_.heights[from.about * columns];
@@ -256,7 +256,7 @@ const double *NormalRows::half_steps(std::ptrdiff_t y) {
     }
     const std::size_t columns = height_map_.size.columns;
     double *middle = line.data() + reach_;
-    const Place from = place(y, height_map_.size.rows, height_map_.wrap_y);
+    const SourceTexel from = place(y, height_map_.size.rows, height_map_.wrap_y);
     for (std::size_t x = 0; x < columns; ++x) {
         middle[x] = half_steps_->of(height_map_.heights[from.at * columns + x]);
         if (from.reflected) {
@@ -385,7 +385,7 @@ void NormalRows::inside(std::size_t y, double *out) const {
         out[x] = here[x] >= 0 ? 1.0 : 0.0;
     }
     for (std::ptrdiff_t j = -reach; j <= reach; ++j) {
-        const Place row =
+        const SourceTexel row =
             place(static_cast<std::ptrdiff_t>(y) + j, height_map_.size.rows, height_map_.wrap_y);
         const std::int32_t *there = &height_map_.islands[row.at * columns];
         // How far back the ids of the other row were last unlike: one walk along it, not one per texel.

@@ -128,7 +128,7 @@ Mean mean_of(const NormalRows &height_map, Size size, bool masked, int threads) 
     return {ordered_sum(sum_x) / count, ordered_sum(sum_y) / count};
 }
 
-// What the angles of all rows are together. make() gives a function of a row and room for its angles, which
+// The statistics of the angles of all rows. make() gives a function of a row and room for its angles, which
 // returns how many there are; one for each part of the rows.
 template <typename Make>
 LevelError tallied(Size size, int threads, Make &&make) {

@@ -8,7 +8,7 @@
 
 namespace paradize::reference {
 
-// What was found in one level. sum: of angles, or of squared differences.
+// The sums of one level. sum: of angles, or of squared differences.
 struct LevelError {
     std::uint64_t count = 0;
     double sum = 0.0;

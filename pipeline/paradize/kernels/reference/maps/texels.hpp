@@ -1,4 +1,4 @@
-// What hardware reads from a texture's bytes, as floats. For metrics only: shares nothing with the encoders.
+// Decodes a texture's bytes to floats as hardware does. For metrics only: shares nothing with the encoders.
 // Source: Khronos, "Data Format Specification 1.3", chapters S3TC and RGTC: exact fractions, rounded once.
 #pragma once
 

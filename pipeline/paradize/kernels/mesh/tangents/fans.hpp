@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "mesh/tangents_faces.hpp"
+#include "mesh/tangents/faces.hpp"
 
 namespace paradize::mesh {
 
@@ -20,23 +20,23 @@ struct Fans {
     Buffer<std::uint32_t> start, corner;
 };
 
-struct Odd {
+struct CornerFrame {
     std::uint32_t corner;
     Frame frame;
 };
 
 // One frame a vertex where all its corners share it; w = 0 where they do not: then each of its corners is in
 // `odd`.
-struct Found {
-    std::vector<Odd> odd;
+struct FanFrames {
+    std::vector<CornerFrame> odd;
     std::vector<std::uint32_t> undecided; // vertices with a face that follows its neighbours
 };
 
 // Frames of vertices [first, last); those left undecided depend on the order of faces all over the mesh.
-void gather_frames(const Fans &fans, std::size_t first, std::size_t last, Frame *frames, Found &found);
+void gather_frames(const Fans &fans, std::size_t first, std::size_t last, Frame *frames, FanFrames &found);
 
 // Frames of the vertices left undecided, in the order that the reference takes.
 void decide_frames(const Fans &fans, const std::vector<std::uint32_t> &vertices, Frame *frames,
-                   std::vector<Odd> &odd);
+                   std::vector<CornerFrame> &odd);
 
 } // namespace paradize::mesh

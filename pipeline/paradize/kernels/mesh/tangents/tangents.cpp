@@ -1,12 +1,12 @@
-#include "mesh/tangents.hpp"
+#include "mesh/tangents/tangents.hpp"
 
 #include <algorithm>
 #include <cstddef>
 #include <utility>
 
-#include "mesh/tangents_faces.hpp"
-#include "mesh/tangents_fans.hpp"
-#include "mesh/tangents_vertex.hpp"
+#include "mesh/tangents/faces.hpp"
+#include "mesh/tangents/fans.hpp"
+#include "mesh/tangents/vertex.hpp"
 #include "parallel.hpp"
 
 namespace paradize::mesh {
@@ -19,7 +19,7 @@ constexpr std::size_t fans_at_once = 4096;
 struct Frames {
     Welded welded;
     Buffer<Frame> of_vertex;
-    std::vector<Odd> odd;
+    std::vector<CornerFrame> odd;
 };
 
 Frames frames_of(const Surface &surface, int threads) {
@@ -33,19 +33,19 @@ Frames frames_of(const Surface &surface, int threads) {
     const Fans fans(surface, out.welded, faces);
     out.of_vertex = Buffer<Frame>(out.welded.count);
     const std::size_t runs = (out.welded.count + fans_at_once - 1) / fans_at_once;
-    std::vector<Found> found(runs);
+    std::vector<FanFrames> found(runs);
     for_rows(runs, threads, [&](std::size_t first, std::size_t last) {
         for (std::size_t run = first; run < last; ++run)
             gather_frames(fans, run * fans_at_once, std::min((run + 1) * fans_at_once, out.welded.count),
                           out.of_vertex.data(), found[run]);
     });
     std::vector<std::uint32_t> undecided;
-    for (const Found &part : found) {
+    for (const FanFrames &part : found) {
         out.odd.insert(out.odd.end(), part.odd.begin(), part.odd.end());
         undecided.insert(undecided.end(), part.undecided.begin(), part.undecided.end());
     }
     decide_frames(fans, undecided, out.of_vertex.data(), out.odd);
-    std::ranges::sort(out.odd, {}, &Odd::corner);
+    std::ranges::sort(out.odd, {}, &CornerFrame::corner);
     return out;
 }
 

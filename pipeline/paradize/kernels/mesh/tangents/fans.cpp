@@ -1,11 +1,11 @@
-#include "mesh/tangents_fans.hpp"
+#include "mesh/tangents/fans.hpp"
 
 #include <algorithm>
 #include <bit>
 #include <cmath>
 #include <utility>
 
-#include "mesh/tangents_frame.hpp"
+#include "mesh/tangents/frame.hpp"
 
 namespace paradize::mesh {
 namespace {
@@ -204,7 +204,8 @@ void evaluate(const Fans &fans, const Fan &fan, std::uint32_t number, Vec n, std
 }
 
 // All groups' frames. Corners in none, of faces without area, take the frame of the first that is in one.
-void finish(const Fans &fans, const Fan &fan, std::uint32_t vertex, Frame *frames, std::vector<Odd> &odd) {
+void finish(const Fans &fans, const Fan &fan, std::uint32_t vertex, Frame *frames,
+            std::vector<CornerFrame> &odd) {
     if (fan.corners.empty())
         return;
     const Vec n = normal_of(fans, vertex);
@@ -241,7 +242,7 @@ Fans::Fans(const Surface &given, const Welded &joined, Buffer<Face> &measured)
             corner[start[faces[f].vertex[k] + std::size_t{1}]++] = static_cast<std::uint32_t>(f * 3 + k);
 }
 
-void gather_frames(const Fans &fans, std::size_t first, std::size_t last, Frame *frames, Found &found) {
+void gather_frames(const Fans &fans, std::size_t first, std::size_t last, Frame *frames, FanFrames &found) {
     Fan fan;
     for (std::size_t v = first; v < last; ++v) {
         const auto vertex = static_cast<std::uint32_t>(v);
@@ -263,7 +264,7 @@ void gather_frames(const Fans &fans, std::size_t first, std::size_t last, Frame 
 }
 
 void decide_frames(const Fans &fans, const std::vector<std::uint32_t> &vertices, Frame *frames,
-                   std::vector<Odd> &odd) {
+                   std::vector<CornerFrame> &odd) {
     struct Seed {
         std::uint32_t corner, fan, place;
     };

@@ -3,7 +3,7 @@
 
 #include <span>
 
-#include "mesh/tangents.hpp"
+#include "mesh/tangents/tangents.hpp"
 
 namespace paradize::mesh {
 

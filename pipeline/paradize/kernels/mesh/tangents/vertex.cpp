@@ -1,11 +1,11 @@
-#include "mesh/tangents_vertex.hpp"
+#include "mesh/tangents/vertex.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cstddef>
 #include <vector>
 
-#include "mesh/tangents_frame.hpp"
+#include "mesh/tangents/frame.hpp"
 
 namespace paradize::mesh {
 namespace {

@@ -1,4 +1,4 @@
-#include "mesh/tangents_faces.hpp"
+#include "mesh/tangents/faces.hpp"
 
 #include <bit>
 #include <cmath>
@@ -131,7 +131,7 @@ void measure(Block &b) {
     measure_corners(b, 2, 1, 2, 1);
 }
 
-Spot spot_of(const Surface &surface, std::size_t i) {
+WeldedVertex spot_of(const Surface &surface, std::size_t i) {
     const float *const p = &surface.positions[i * 3], *const n = &surface.normals[i * 3],
                        *const t = &surface.uvs[i * 2];
     const double x = n[0], y = n[1], z = n[2], nn = x * x + y * y + z * z;
@@ -161,7 +161,7 @@ Welded weld(const Surface &surface) {
                 return false;
         return surface.uvs[i * 2] == surface.uvs[j * 2] && surface.uvs[i * 2 + 1] == surface.uvs[j * 2 + 1];
     };
-    Welded out{0, Buffer<std::uint32_t>(count), Buffer<std::uint32_t>(count), Buffer<Spot>(count)};
+    Welded out{0, Buffer<std::uint32_t>(count), Buffer<std::uint32_t>(count), Buffer<WeldedVertex>(count)};
     // Open addressing; an entry is the hash's upper half and the number. Slots are fetched ahead.
     constexpr std::uint64_t empty = ~std::uint64_t{0}, upper = empty << 32;
     const std::size_t mask = std::bit_ceil(count * 2 + 1) - 1;
@@ -202,7 +202,7 @@ void measure_faces(const Surface &surface, const Welded &welded, Face *faces, st
             for (std::size_t k = 0; k < 3; ++k) {
                 const std::uint32_t vertex = welded.number[surface.triangles[(at + i) * 3 + k]];
                 faces[at + i].vertex[k] = vertex;
-                const Spot &spot = welded.spots[vertex];
+                const WeldedVertex &spot = welded.spots[vertex];
                 for (std::size_t c = 0; c < 3; ++c) {
                     block.in[k][c][i] = spot.position[c];
                     block.in[k][3 + c][i] = spot.normal[c];

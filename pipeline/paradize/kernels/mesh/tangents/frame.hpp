@@ -2,7 +2,7 @@
 #pragma once
 
 #include "math/vec.hpp"
-#include "mesh/tangents.hpp"
+#include "mesh/tangents/tangents.hpp"
 
 namespace paradize::mesh {
 

@@ -1,16 +1,16 @@
-// What tangent frames need of each vertex and each triangle.
+// The inputs of tangent frames for each vertex and each triangle.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
 
 #include "mesh/buffer.hpp"
-#include "mesh/tangents.hpp"
+#include "mesh/tangents/tangents.hpp"
 
 namespace paradize::mesh {
 
 // The values of a welded vertex; the normal unit, or zero where it has no direction.
-struct alignas(32) Spot {
+struct alignas(32) WeldedVertex {
     float position[3];
     float normal[3];
     float uv[2];
@@ -21,7 +21,7 @@ struct Welded {
     std::size_t count;
     Buffer<std::uint32_t> number; // of each vertex
     Buffer<std::uint32_t> first;  // a vertex with each number
-    Buffer<Spot> spots;           // by number
+    Buffer<WeldedVertex> spots;   // by number
 };
 Welded weld(const Surface &surface);
 
