@@ -126,7 +126,7 @@ def ball(rings: int = 12) -> Mesh:
 
 @cache
 def large() -> Mesh:
-    """57,000 triangles: larger ones are those of `tests/pipeline/bakers/test_mesh_extremes.py`."""
+    """57,000 triangles: larger ones are those of `tests/pipeline/bakers/mesh/test_extremes.py`."""
     return sphere(120)
 
 

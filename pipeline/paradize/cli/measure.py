@@ -42,7 +42,7 @@ def add(sub: argparse.ArgumentParser) -> None:
         height="(default: a tenth of the longer side)",
         max_error="(default: a thousandth of H)",
     )
-    sub.add_argument("--json", action="store_true", help="print one JSON object on standard output")
+    options.add_json(sub)
 
 
 def run(arguments: argparse.Namespace) -> int:

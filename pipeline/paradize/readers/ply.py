@@ -18,7 +18,7 @@ from paradize.kernels.math import srgb_to_linear
 from paradize.kernels.mesh import number_rows
 from paradize.kernels.obj import cut_polygons, origin_of
 from paradize.readers.ply_elements import Lists, Ply, read_elements
-from paradize.readers.record import DEFAULT_NAME, UNKNOWN_SMOOTHING, Model
+from paradize.readers.record import DEFAULT_NAME, LARGEST_COORDINATE, UNKNOWN_SMOOTHING, Model
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -32,7 +32,6 @@ _COLORS = (
 )
 _FACES = ("vertex_indices", "vertex_index")
 _READ = {"x", "y", "z", "nx", "ny", "nz", *(name for names in (*_UVS, *_COLORS) for name in names)}
-_LARGEST = 3.4e38  # float32
 _MEND = "export the model again"
 
 
@@ -81,7 +80,7 @@ def read_ply(path: Path) -> Model:
 def _finite(path: Path, columns: dict[str, npt.NDArray[Any]], names: tuple[str, ...]) -> F64:
     """Some columns of the vertices (n, k). Raises SourceError for what is no number, or beyond float32."""
     rows = np.stack([columns[name] for name in names], axis=1).astype(np.float64)
-    sound = (np.abs(rows) <= _LARGEST).all(axis=1)
+    sound = (np.abs(rows) <= LARGEST_COORDINATE).all(axis=1)
     if not sound.all():
         at = int(sound.argmin())
         shown = " ".join(f"{value:g}" for value in rows[at])

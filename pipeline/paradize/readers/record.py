@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     import numpy.typing as npt
 
 UNKNOWN_SMOOTHING = 0xFFFFFFFF
+LARGEST_COORDINATE = 3.4e38  # of a file, metres: the range of float32
 DEFAULT_NAME = "default"  # of a group or a material without a name
 
 

@@ -17,7 +17,7 @@ from paradize.errors import SourceError
 from paradize.files import read_file
 from paradize.kernels.mesh import number_rows
 from paradize.kernels.obj import origin_of
-from paradize.readers.record import DEFAULT_NAME, UNKNOWN_SMOOTHING, Model
+from paradize.readers.record import DEFAULT_NAME, LARGEST_COORDINATE, UNKNOWN_SMOOTHING, Model
 
 if TYPE_CHECKING:
     from paradize.data import F64
@@ -26,7 +26,6 @@ _HEADER, _FACET = 84, 50  # bytes
 _VERTEX = re.compile(rb"\bvertex[ \t]+(\S+)[ \t]+(\S+)[ \t]+(\S+)", re.I)
 _HEAD = 4096  # a binary file holds a zero in as many bytes, a text none
 _BLANK = b"\xef\xbb\xbf \t\r\n"
-_LARGEST = 3.4e38  # float32
 _MEND = "export the model again"
 
 
@@ -57,7 +56,7 @@ def read_stl(path: Path) -> Model:
         places = np.frombuffer(data, kind, count, _HEADER)["corners"].astype(np.float64).reshape(-1, 3)
     if not len(places):
         raise SourceError("holds no facets", file=path, mend="export the model with its surface")
-    sound = (np.abs(places) <= _LARGEST).all(axis=1)
+    sound = (np.abs(places) <= LARGEST_COORDINATE).all(axis=1)
     if not sound.all():
         at = int(sound.argmin())
         shown = " ".join(f"{value:g}" for value in places[at])

@@ -10,8 +10,8 @@ import pytest
 from paradize.bakers.authored.bake import bake_authored
 from paradize.bakers.color import bake_color
 from paradize.formats.ktx2.reader import decode_ktx2
-from tests.pipeline.bakers.test_authored import codes as normal_codes
-from tests.pipeline.bakers.test_authored import noise, write
+from tests.pipeline.bakers.authored.test_authored import codes as normal_codes
+from tests.pipeline.bakers.authored.test_authored import noise, write
 from tests.pipeline.checks.test_maps import Files, codes, with_level
 from tests.pipeline.heights import normals, waves
 

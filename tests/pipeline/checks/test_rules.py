@@ -491,7 +491,7 @@ def test_a_loud_high_tone_that_loops_is_clean() -> None:
 
 
 def test_every_rule_has_a_planted_fault() -> None:
-    from tests.pipeline.bakers.test_terrain_tiles import TILE_FAULTS
+    from tests.pipeline.bakers.terrain.test_tiles import TILE_FAULTS
     from tests.pipeline.build.measurements.test_gutters import GUTTER_FAULTS
     from tests.pipeline.checks.test_maps import MAP_FAULTS
 

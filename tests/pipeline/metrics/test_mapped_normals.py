@@ -18,7 +18,7 @@ from paradize.kernels.reference import Shading, Surface
 from paradize.material import REPEATED, Wrap
 from paradize.metrics.mapped_normal import normal_error
 from paradize.stages.tangents import tangent_frames
-from tests.pipeline.bakers.test_mesh_extremes import write
+from tests.pipeline.bakers.mesh.test_extremes import write
 from tests.pipeline.scenes import make_cove, make_free_cove, write_image
 from tests.pipeline.shapes import grid, sphere
 

@@ -165,7 +165,7 @@ def test_wings_turn_about_a_hinge_in_metres_and_so_need_vertices_that_are_no_gri
 
 
 def test_the_player_s_own_numbers() -> None:
-    """tests/player/test_motion.cpp holds the player to the same."""
+    """tests/player/scene/test_motion.cpp holds the player to the same."""
     table = motion_json(replace(GLIDE, pauses=4, pause_share=0.25))
     assert table is not None
     now = moved(STAND, table, 3, 0.37)

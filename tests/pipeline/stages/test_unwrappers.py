@@ -25,7 +25,7 @@ from paradize.stages.atlas import make_atlas
 from paradize.stages.unwrappers import unwrapper_version, xatlas_charts
 from paradize.tiers import UNWRAPPERS
 from paradize.tradeoff.plan import FileOptions, file_groups
-from tests.pipeline.bakers.test_atlas import bare, bumpy, cards, moebius, require_sound, rough
+from tests.pipeline.bakers.mesh.test_atlas import bare, bumpy, cards, moebius, require_sound, rough
 from tests.pipeline.shapes import cube, grid, soup, sphere
 from tests.pipeline.stages.test_lod import write_obj
 from tests.sweeps import sample

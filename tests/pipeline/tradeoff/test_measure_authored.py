@@ -17,7 +17,7 @@ from paradize.scene.jobs import BakeJob, Output
 from paradize.tradeoff.plan import file_rows
 from paradize.tradeoff.texture import authored_groups, color_groups
 from paradize.tradeoff.tiers import run_groups
-from tests.pipeline.bakers.test_authored import codes, noise, write
+from tests.pipeline.bakers.authored.test_authored import codes, noise, write
 from tests.pipeline.shapes import CORNER_OBJ
 from tests.pipeline.stages.test_authored import hills
 

@@ -15,7 +15,7 @@ from paradize.scene.flight import plan_flight
 from paradize.scene.settings import EyePoint, Flight, TargetPoint
 from paradize.stages.terrain_tree import diamond_of
 from paradize.visibility.query import Sphere, VisibilityQuery, lifted_spheres, plan_query
-from tests.pipeline.bakers.test_terrain_tree import FIELDS, grown, tables_of
+from tests.pipeline.bakers.terrain.test_tree import FIELDS, grown, tables_of
 from tests.pipeline.terrain_cut import drawn, split_diamonds
 from tests.sweeps import sample
 

@@ -10,7 +10,7 @@ import numpy.typing as npt
 import paradize.kernels.reference._reference as _reference
 from paradize.kernels.threads import default_threads
 
-_WRAPS = ("repeat", "clamp", "mirror")  # as places.hpp numbers them
+WRAPS = ("repeat", "clamp", "mirror")  # as places.hpp numbers them
 
 # Largest gap of the two bounds of a distance: relative to it, or to the first surface's diagonal.
 GAP, RESOLUTION = 0.001, 1e-7
@@ -144,7 +144,7 @@ class Shading:
         workers = default_threads(8) if threads is None else max(1, threads)
         found = _reference.normal_angles(
             self.surface.tree, self.native, truth.surface.tree, truth.native,
-            vectors, *(_WRAPS.index(way) for way in wrap), near, samples, workers,
+            vectors, *(WRAPS.index(way) for way in wrap), near, samples, workers,
         )  # fmt: skip
         plain, mapped = ((float(mean), float(p99), float(most)) for mean, p99, most in found)
         return plain, mapped

@@ -11,10 +11,10 @@ import numpy as np
 import numpy.typing as npt
 
 import paradize.kernels.reference._reference as _reference
+from paradize.kernels.reference import WRAPS
 from paradize.kernels.threads import default_threads
 
 F32 = npt.NDArray[np.float32]
-_WRAPS = ("repeat", "clamp", "mirror")  # as places.hpp numbers them
 MOST_PIXELS = 16384  # along a side of a picture
 
 
@@ -109,7 +109,7 @@ class SeenMesh:
             vectors, alpha = _chain(one.normals, 3), _chain(one.alpha, 1)
             maps = [vectors, alpha, _chain(one.colors, 3), _chain(one.glow, 3)]
             chains += maps
-            ways = (_WRAPS.index(way) for way in one.wrap)
+            ways = (WRAPS.index(way) for way in one.wrap)
             native.append(_reference.seen_material(*maps, one.cutoff, *ways, one.two_sided))
         self._held = (points, faces, columns, rows, painted, chains)  # the native mesh looks at them
         self.native = _reference.seen_mesh(points, faces, *columns, rows, native, painted)

@@ -16,14 +16,12 @@ from paradize.readers.gltf.materials import PlacedMaterial
 from paradize.readers.gltf.nodes import Matrix, cofactors, determinant
 from paradize.readers.gltf.placement import Placement
 from paradize.readers.gltf.primitives import Primitive
-from paradize.readers.record import UNKNOWN_SMOOTHING
+from paradize.readers.record import LARGEST_COORDINATE, UNKNOWN_SMOOTHING
 
 if TYPE_CHECKING:
     import numpy.typing as npt
 
     from paradize.data import F64
-
-_LARGEST = 3.4e38  # float32
 
 
 @dataclass(frozen=True)
@@ -56,8 +54,8 @@ def place_part(
     m = np.broadcast_to(np.asarray(matrix), (len(read.values["POSITION"]), 12))
     with np.errstate(over="ignore", invalid="ignore"):
         positions = _moved(m, read.values["POSITION"], 4) + m[:, 3::4]
-    if not (np.abs(positions) <= _LARGEST).all():
-        at = int((~(np.abs(positions) <= _LARGEST)).any(axis=1).argmax())
+    if not (np.abs(positions) <= LARGEST_COORDINATE).all():
+        at = int((~(np.abs(positions) <= LARGEST_COORDINATE)).any(axis=1).argmax())
         shown = " ".join(f"{value:g}" for value in positions[at])
         raise document.fault(f"vertex {at} lies at {shown}, beyond float32", place)
     triangles, mirrored = read.triangles, np.zeros(len(positions), np.bool_)
@@ -228,7 +226,7 @@ def _units(rows: F64) -> F64:
 
 def _finite(document: Document, rows: F64, what: str, place: str) -> F64:
     """The rows, with 0 for those that are not finite or beyond float32."""
-    bad = np.logical_not((np.abs(rows) <= _LARGEST).all(axis=1))
+    bad = np.logical_not((np.abs(rows) <= LARGEST_COORDINATE).all(axis=1))
     if not bad.any():
         return rows
     document.warn(f"{int(bad.sum())} {what} are not finite; left out", place)

@@ -1,7 +1,7 @@
 """Published materials through the baker of drawn maps, and which way the green of published normal maps
 points, guessed beside known.
 
-`python -m tests.pipeline.bakers.test_authored_sources FOLDER` prints the tables.
+`python -m tests.pipeline.bakers.authored.test_sources FOLDER` prints the tables.
 """
 
 from __future__ import annotations

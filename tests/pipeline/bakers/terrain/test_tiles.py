@@ -495,4 +495,4 @@ def test_tables_that_make_no_tree_are_refused(coast: Any, fault: str, edit: Call
 
 
 def test_the_example_of_the_tables_is_one() -> None:
-    check_tree(json.loads((Path(__file__).parent / "terrain_tiles.json").read_text()))
+    check_tree(json.loads((Path(__file__).parent / "tiles.json").read_text()))

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 from paradize.bakers.mesh.bake import bake_mesh
 from paradize.data import Mesh
-from tests.pipeline.bakers.test_mesh_extremes import write
+from tests.pipeline.bakers.mesh.test_extremes import write
 from tests.pipeline.shapes import grid, sphere
 
 # Figures of a level that neither place, turn nor size may change by more than choices that cost alike do.
