@@ -18,7 +18,7 @@ using assets::JsonTree;
 
 namespace {
 
-std::string error_of(const std::string &text) {
+std::string parse_error(const std::string &text) {
     try {
         const JsonTree tree(text, "f");
     } catch (const Error &error) {
@@ -120,11 +120,11 @@ TEST_CASE("JSON: what is no JSON is refused") {
                                    "\"\xF4\x90\x80\x80\"",
                                    "\"\xE2\x82"}) {
         INFO(text);
-        CHECK(error_of(text).starts_with("f: is not valid JSON: "));
+        CHECK(parse_error(text).starts_with("f: is not valid JSON: "));
     }
     const auto nested = [](std::size_t depth) { return std::string(depth, '[') + std::string(depth, ']'); };
-    CHECK(error_of(nested(255)).empty());
-    CHECK(error_of(nested(300)).starts_with("f: is not valid JSON: "));
+    CHECK(parse_error(nested(255)).empty());
+    CHECK(parse_error(nested(300)).starts_with("f: is not valid JSON: "));
 }
 
 TEST_CASE("JSON: members are found by name, in small objects and large ones, and never twice") {
@@ -143,7 +143,7 @@ TEST_CASE("JSON: members are found by name, in small objects and large ones, and
         }
         CHECK(tree.find(tree.root(), "m") == nullptr);
         CHECK(tree.find(tree.root(), "zzz") == nullptr);
-        CHECK(error_of(text + "\"m0\": 1}") == "f: key \"m0\" appears twice in one object");
+        CHECK(parse_error(text + "\"m0\": 1}") == "f: key \"m0\" appears twice in one object");
     }
 }
 
