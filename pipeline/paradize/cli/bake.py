@@ -36,7 +36,7 @@ def add(sub: argparse.ArgumentParser) -> None:
     )
     add_elsewhere(sub)
     add_common(sub, "worker processes", None)
-    sub.epilog = f"All fields of a scene: {_FIELDS}"
+    sub.epilog = f"{sub.epilog}. All fields of a scene: {_FIELDS}"
 
 
 def run(arguments: argparse.Namespace) -> int:

@@ -12,12 +12,26 @@ from paradize.cli.values import day, percent
 
 def add(sub: argparse.ArgumentParser) -> None:
     """Declares the options of `paradize check`."""
-    sub.add_argument("paths", type=Path, nargs="+", metavar="PATH")
-    sub.add_argument("--format", dest="fmt", choices=("text", "json", "junit", "sarif"), default="text")
+    sub.add_argument(
+        "paths", type=Path, nargs="+", metavar="PATH", help="a baked folder, scene.json, GLB, KTX2 or PNG"
+    )
+    sub.add_argument(
+        "--format",
+        dest="fmt",
+        choices=("text", "json", "junit", "sarif"),
+        default="text",
+        help="form of the findings (text); junit and sarif for CI",
+    )
     sub.add_argument(
         "--against", type=Path, metavar="DIR", help="an earlier bake: fail if an artifact got worse"
     )
-    sub.add_argument("--worse-by", type=percent, default=5.0, metavar="P", help="by more than P percent (5)")
+    sub.add_argument(
+        "--worse-by",
+        type=percent,
+        default=5.0,
+        metavar="P",
+        help="with --against: by more than P percent (5)",
+    )
     sub.add_argument("--today", type=day, help=argparse.SUPPRESS)
     add_json(sub, "the same as --format json")
 

@@ -36,5 +36,6 @@ def run(arguments: argparse.Namespace) -> int:
         show_json(result)
     else:
         kept = f"{cleaned.kept_bytes} bytes stay in {store.root}"
-        show(one_line(f"{cleaned.dropped} entries dropped, {cleaned.freed_bytes} bytes freed, {kept}"))
+        dropped = "1 entry" if cleaned.dropped == 1 else f"{cleaned.dropped} entries"
+        show(one_line(f"{dropped} deleted, {cleaned.freed_bytes} bytes freed, {kept}"))
     return 0

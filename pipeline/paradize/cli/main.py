@@ -93,6 +93,21 @@ COMMANDS = {
     "completion": "Print a script by which a shell completes commands, options and files.",
 }
 
+EXAMPLES = {
+    "bake": "bake scene.toml -o build/assets/scene",
+    "mesh": "mesh rock.obj -o rock.glb --lods 3 --tier exact",
+    "maps": "maps bark.png -o bark --only normal,gloss --wrap repeat",
+    "terrain": "terrain island.png -o island.glb --size 400 400 --height 30",
+    "explain": "explain scene.toml palm_color",
+    "check": "check build/assets/scene --against build/assets/before",
+    "measure": "measure rock.obj -o trade",
+    "watch": "watch scene.toml",
+    "export": "export build/assets/scene -o scene.glb",
+    "new": "new mine --from rock.obj",
+    "clean": "clean --older-than 30d --to-size 2G",
+    "completion": "completion bash",
+}
+
 
 def parser(only: str | None = None) -> argparse.ArgumentParser:
     """The command line, with all commands, or with one."""
@@ -103,7 +118,8 @@ def parser(only: str | None = None) -> argparse.ArgumentParser:
     top.add_argument("--version", action="store_true", help="print the version and exit")
     commands = top.add_subparsers(dest="command", metavar="COMMAND", prog="paradize")
     for name in [only] if only else COMMANDS:
-        sub = commands.add_parser(name, help=COMMANDS[name], description=COMMANDS[name])
+        example = f"Example: paradize {EXAMPLES[name]}"
+        sub = commands.add_parser(name, help=COMMANDS[name], description=COMMANDS[name], epilog=example)
         import_module(f"paradize.cli.{name}").add(sub)
     return top
 

@@ -26,7 +26,7 @@ def _maps(text: str) -> list[str]:
     for name in names:
         if name not in DERIVED:
             known = ", ".join((*DERIVED, _CAST))
-            raise argparse.ArgumentTypeError(f"{name!r} is no map; known: {known}")
+            raise argparse.ArgumentTypeError(f"{name!r} is no map that this command bakes; known: {known}")
     return [name for name in DERIVED if name in names]
 
 
@@ -51,7 +51,7 @@ def add(sub: argparse.ArgumentParser) -> None:
         type=_maps,
         default=list(DERIVED),
         metavar="A,B",
-        help=f"{', '.join(DERIVED)}; or {_CAST}: cast from the mesh of a model, IN",
+        help=f"of {', '.join(DERIVED)} (all); or {_CAST}: cast from the mesh of a model, IN",
     )
     sub.add_argument(
         "--from",
@@ -77,7 +77,9 @@ def add(sub: argparse.ArgumentParser) -> None:
     sub.add_argument(
         "--green", choices=("up", "down"), default="up", help="direction of green in normals (up)"
     )
-    sub.add_argument("--format", dest="fmt", choices=("ktx2", "png"), default="ktx2")
+    sub.add_argument(
+        "--format", dest="fmt", choices=("ktx2", "png"), default="ktx2", help="format of the files (ktx2)"
+    )
     sub.add_argument(
         "--uv", type=Path, metavar="IN.obj|glb|gltf|ply|stl", help="the model whose UVs the map is for"
     )

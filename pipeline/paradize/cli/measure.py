@@ -18,7 +18,7 @@ from paradize.tiers import TIER_OPTIONS
 def add(sub: argparse.ArgumentParser) -> None:
     """Declares the options of `paradize measure`."""
     sub.add_argument("input", type=Path, metavar="SCENE.toml|FILE", help="a scene, a model or a picture")
-    sub.add_argument("-o", "--out", type=Path, metavar="DIR", required=True)
+    sub.add_argument("-o", "--out", type=Path, metavar="DIR", required=True, help="the folder to write")
     sub.add_argument(
         "--runs",
         type=whole(1, 1000),

@@ -27,7 +27,8 @@ def add(sub: argparse.ArgumentParser) -> None:
         "--max-error",
         type=number(**ranges.MAX_ERROR),
         metavar="F",
-        help="largest error of a level, a share of the diagonal",
+        help="largest distance of a level from the source, a share of the diagonal of its bounding box (0.1, "
+        "or the largest of --errors)",
     )
     sub.add_argument(
         "--ratio",

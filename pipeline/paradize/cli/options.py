@@ -52,7 +52,7 @@ def add_relief(
 
 def add_scene(sub: argparse.ArgumentParser) -> None:
     """Declares the scene argument."""
-    sub.add_argument("scene", type=Path, metavar="SCENE.toml")
+    sub.add_argument("scene", type=Path, metavar="SCENE.toml", help="the scene file")
 
 
 def _scheduler(text: str) -> str:

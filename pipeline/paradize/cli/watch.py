@@ -23,7 +23,7 @@ def add(sub: argparse.ArgumentParser) -> None:
     sub.add_argument("-o", "--out", type=Path, metavar="DIR", help="default: build/assets/<scene name>")
     add_elsewhere(sub)
     add_common(sub, "worker processes", None)
-    sub.epilog = "With --json every bake prints one line of JSON. Ctrl-C ends the watch: exit 0."
+    sub.epilog = f"{sub.epilog}. With --json every bake prints one line of JSON. Ctrl-C ends it: exit 0."
 
 
 def run(arguments: argparse.Namespace) -> int:

@@ -17,7 +17,7 @@ import pytest
 from paradize.artifact import Artifact
 from paradize.build.provenance import BakeReport
 from paradize.cli.bake import MANY, show_bake
-from paradize.cli.main import COMMANDS, main
+from paradize.cli.main import COMMANDS, EXAMPLES, main, parser
 from tests.pipeline.scenes import make_cove
 from tests.pipeline.shapes import CORNER_OBJ
 
@@ -92,6 +92,12 @@ def test_of_many_artifacts_the_table_tells_those_that_are_not_as_they_were(tmp_p
     few = io.StringIO()
     show_bake(BakeReport(tmp_path, rows[:MANY]), few)
     assert "thing_4 " in few.getvalue()
+
+
+def test_the_help_of_every_command_has_an_example_that_parses() -> None:
+    assert EXAMPLES.keys() == COMMANDS.keys()
+    for command, example in EXAMPLES.items():
+        assert parser(command).parse_args(example.split()).command == command
 
 
 def test_every_command_has_words_that_it_refuses() -> None:
