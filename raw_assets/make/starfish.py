@@ -20,10 +20,9 @@ from terrain import height_at
 
 ARMS, RINGS, AROUND = 5, 6, 8  # points along an arm's length, and from its one side to the other
 RIDGE_COLOR, RIM_COLOR, TIP_COLOR = (1.0, 0.88, 0.62), (0.76, 0.20, 0.09), (1.0, 0.80, 0.50)  # sRGB
-# Of the rim above the sand, for the flight's views from above the water: near the eye wide triangles of sand
-# are drawn that much too high, because only their corners are lifted to where water shows them
-# (shaders/lib/position.glsl).
-LIFT_M = 0.22
+# Of the rim above the sand, whose triangles are up to 1.5 cm wrong, and lifted to where water shows them at
+# their corners alone (shaders/lib/position.glsl).
+LIFT_M = 0.03
 
 
 def arm(number: int) -> tuple[list[list[float]], list[list[float]]]:

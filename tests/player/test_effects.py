@@ -106,3 +106,11 @@ def test_starfish_are_seen_on_the_floor_of_the_lagoon(moment: Any) -> None:
         one["objects"] = [item for item in one["objects"] if item["name"] != "starfish"]
 
     assert differs(moment(183.0), moment(183.0, without)).mean() > 0.003
+
+
+def test_the_jetty_s_grain_is_filtered_as_far_as_the_flight_sees_it(island: Path) -> None:
+    """Mips that end earlier break up under the lamps, which graze its beams."""
+    artifacts = json.loads((island / "scene.json").read_text())["artifacts"]
+    last = [artifacts[f"jetty_{name}"] for name in ("color", "normal", "height", "gloss")]
+    for one in last:
+        assert one["max_level"] is None or one["max_level"] >= one["gutter"]["level_in_use"]

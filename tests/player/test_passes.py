@@ -322,7 +322,7 @@ def test_the_sky_fills_what_nothing_else_covers(posed: Posed) -> None:
 
 
 def test_relief_of_the_wood_is_seen_and_parallax_moves_it_alone(posed: Posed) -> None:
-    eye, target = (38.0, 2.3, 30.0), (37.8, 1.2, 26.0)
+    eye, target = (38.0, 1.75, 28.0), (37.9, 1.2, 27.0)  # so near that a pixel covers few texels
     scene = without(posed, "palm")
     flat = without(posed, "palm")
     wood = next(item for item in flat["objects"] if item["name"] == "jetty")
