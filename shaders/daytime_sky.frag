@@ -26,7 +26,8 @@ void main() {
     vec3 direction = safe_normalize(v_ray, vec3(0.0, 1.0, 0.0));
     float pixels_per_rad = max(lens.z, 1.0);
     float towards_light = dot(direction, u_light_direction);
-    vec3 color = clear_sky(direction);
+    vec3 clear = clear_sky(direction);
+    vec3 color = clear;
     // The mirror view shows neither disc: the water draws their glitter.
     float shown = lens.w > 0.5 ? 0.0 : 1.0;
     float sun_angle = sqrt(max(2.0 - 2.0 * dot(direction, u_sun), 0.0));
@@ -46,7 +47,7 @@ void main() {
     }
 #endif
     color += light_glow(towards_light) + discs;
-    vec4 cloud = clouds(direction, towards_light, pixels_per_rad);
+    vec4 cloud = clouds(direction, clear, towards_light, pixels_per_rad);
     color = min(mix(color, cloud.rgb, cloud.a), vec3(MAX_RADIANCE));
     color = mix(color, haze_color(direction), haze_amount(haze_path(direction.y)));
     if (eye_in_water()) {

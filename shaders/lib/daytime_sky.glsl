@@ -1,5 +1,6 @@
 // The sky between two keys of the scene: the clear skies of both, the glow around its light, clouds. Uses no
 // FrameUniforms, because the environment is drawn before there is a view.
+#include "lib/color.glsl"
 #include "lib/guard.glsl"
 
 uniform samplerCube u_sky_before; // linear radiance without discs, stars and clouds
@@ -10,7 +11,7 @@ uniform sampler2D u_clouds; // R, G, B: light from the right, the left, above; A
 // Widths of the picture per radian; how far it is turned, in widths; 1 / elevation of its upper edge, 1/rad; its
 // texels per radian, 0: no clouds
 uniform vec4 u_clouds_fit;
-uniform vec3 u_cloud_ambient;   // linear radiance around the clouds
+uniform vec3 u_cloud_ambient;   // linear radiance around the clouds, where the sky is bright
 uniform vec3 u_light_direction; // unit, towards sun or moon
 uniform vec3 u_light_radiance;  // colour x intensity, also where it is just below the horizon
 
@@ -31,7 +32,8 @@ vec3 light_glow(float towards_light) {
 // Radiance and cover of the clouds. Their light was baked for three directions; weights are the squares of the
 // light's parts along them, as for volumes lit from six sides. Clouds between the eye and the light shine at their
 // thin edges, by the phase function of L. G. Henyey and J. L. Greenstein, "Diffuse radiation in the galaxy", 1941.
-vec4 clouds(vec3 direction, float towards_light, float pixels_per_rad) {
+// clear: the sky behind them. At dusk it is darker than the scene's ambient light, and they scatter no more than it has.
+vec4 clouds(vec3 direction, vec3 clear, float towards_light, float pixels_per_rad) {
     if (u_clouds_fit.w <= 0.0) {
         return vec4(0.0);
     }
@@ -49,5 +51,6 @@ vec4 clouds(vec3 direction, float towards_light, float pixels_per_rad) {
                 light.z * light.z * (light.z > 0.0 ? 0.35 * sides : 0.55 * sides + 0.45 * baked.b);
     float phase = 0.4375 / (12.566 * safe_pow(1.5625 - 1.5 * towards_light, 1.5)); // g = 0.75
     float edge = 1.6 * phase * baked.a * (1.0 - baked.a);
-    return vec4(u_light_radiance * (0.62 * lit + edge) + u_cloud_ambient * (0.6 + 0.8 * baked.b), cover);
+    vec3 around = u_cloud_ambient * min(luminance(clear) / max(luminance(u_cloud_ambient), 1e-6), 1.0);
+    return vec4(u_light_radiance * (0.62 * lit + edge) + around * (0.6 + 0.8 * baked.b), cover);
 }

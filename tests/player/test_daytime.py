@@ -305,6 +305,23 @@ def test_clouds_are_bright_on_the_side_of_the_light(picture: Callable[..., Pictu
     assert right[cloud].mean() > 1.15 * left[cloud].mean()
 
 
+def test_clouds_at_dusk_are_about_as_bright_as_the_sky_that_lights_them(
+    picture: Callable[..., Picture],
+) -> None:
+    """Neither sun nor moon lights, and the scene's ambient light is five times as bright as the sky."""
+
+    def cloudy(manifest: dict[str, Any]) -> None:
+        clouds = {"color": "clouds_color", "high_rad": 0.4, "repeat": 8, "drift_repeats": 0}
+        manifest["daytime"]["clouds"] = clouds
+
+    def at(second: float, change: Callable[[dict[str, Any]], None] = lambda _: None) -> Picture:
+        return picture(second, "--disable", "water,terrain,objects", change=change, ahead=(0.0, 0.2, -1.0))
+
+    covered = differs(at(DAY_S), at(DAY_S, cloudy))
+    sky, clouds = ((one[covered] ** 2.2).mean() for one in (at(DUSK_S), at(DUSK_S, cloudy)))
+    assert 0.4 * sky < clouds < 1.6 * sky
+
+
 def test_the_loop_closes_and_a_moment_looks_the_same_however_it_is_reached(
     picture: Callable[..., Picture], scene: Path, player: Callable[..., Any], tmp_path: Path
 ) -> None:
