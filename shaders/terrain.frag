@@ -67,12 +67,12 @@ SandScale sand_scale(float distance_m) {
     return s;
 }
 
-vec4 sand_sample(sampler2D map, SandScale s, vec2 dx, vec2 dy) {
-    vec4 near = textureGrad(map, v_uv_sand * s.near, dx * s.near, dy * s.near);
+vec4 sand_sample(sampler2D map, vec2 uv, SandScale s, vec2 dx, vec2 dy) {
+    vec4 near = textureGrad(map, uv * s.near, dx * s.near, dy * s.near);
     if (s.blend <= 0.0) {
         return near;
     }
-    vec4 far = textureGrad(map, v_uv_sand * s.far, dx * s.far, dy * s.far);
+    vec4 far = textureGrad(map, uv * s.far, dx * s.far, dy * s.far);
     return mix(near, far, s.blend);
 }
 
@@ -103,20 +103,18 @@ void main() {
     vec3 local_normal = vec3(0.0, 0.0, 1.0);
     vec2 grain_normal = vec2(0.0);
     if (u_has_sand_normal > 0.5 && grain_strength > 0.0) {
-        grain_normal = sand_sample(u_sand_normal, scale, dx, dy).rg;
+        grain_normal = sand_sample(u_sand_normal, v_uv_sand, scale, dx, dy).rg;
         local_normal = decode_normal(grain_normal, GRAIN_SLOPE * grain_strength);
-        if (near_eye > 0.0) {
-            // Adds the same relief five times as wide, for trodden sand.
-            vec2 wide = textureGrad(u_sand_normal, LUMPS * v_uv_sand.yx, wide_dx, wide_dy).rg;
-            local_normal = blend_normals(local_normal, decode_normal(wide, LUMP_SLOPE * grain_strength * near_eye));
-        }
+        // Adds the same relief five times as wide, for trodden sand.
+        vec2 wide = sand_sample(u_sand_normal, LUMPS * v_uv_sand.yx, scale, wide_dx, wide_dy).rg;
+        local_normal = blend_normals(local_normal, decode_normal(wide, LUMP_SLOPE * grain_strength));
     }
 
     vec3 albedo = vec3(0.0);
     vec3 sand = vec3(0.0);
     float grain = 1.0;
     if (grain_strength > 0.0) {
-        sand = sand_sample(u_sand_color, scale, dx, dy).rgb;
+        sand = sand_sample(u_sand_color, v_uv_sand, scale, dx, dy).rgb;
         float mean = luminance(textureLod(u_sand_color, v_uv_sand, 16.0).rgb);
         grain = clamp(luminance(sand) / max(mean, 1e-3), 0.5, 1.6);
         // Close to the eye grains have more contrast.
