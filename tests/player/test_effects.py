@@ -18,22 +18,27 @@ from tests.conftest import ROOT
 from tests.pictures import load
 from tests.player.posed import Picture, differs
 
-SIZE = "192x108"
+SIZE, LARGE = "192x108", "640x360"  # large where a map's relief is finer than a pixel of the other
+FAINT = 3.5 / 255.0
 # Effects that no setting turns off are cut out of a shader: file, its words, and their replacement.
 NO_STARS = ("daytime_sky.frag", "color += stars(", "color += 0.0 * stars(")
+ONE_SCALE_OF_SAND = ("terrain.frag", "    return s;\n", "    return SandScale(1.0, 1.0, 0.0);\n")
 Change = Callable[[dict[str, Any]], Any]
 
 
 @pytest.fixture(scope="module")
 def moment(island: Path, player: Callable[..., Any], tmp_path_factory: pytest.TempPathFactory) -> Any:
     """The picture at a second of the flight, with a change of scene.json or of a shader."""
-    kept: dict[float, Picture] = {}
+    kept: dict[tuple[float, str], Picture] = {}
 
     def render(
-        second: float, change: Change | None = None, shader: tuple[str, str, str] | None = None
+        second: float,
+        change: Change | None = None,
+        shader: tuple[str, str, str] | None = None,
+        size: str = SIZE,
     ) -> Any:
-        if change is None and shader is None and second in kept:
-            return kept[second]
+        if change is None and shader is None and (second, size) in kept:
+            return kept[second, size]
         folder = tmp_path_factory.mktemp("moment")
         manifest = json.loads((island / "scene.json").read_text())
         manifest["particles"] = []
@@ -51,15 +56,21 @@ def moment(island: Path, player: Callable[..., Any], tmp_path_factory: pytest.Te
             (folder / "shaders" / name).write_text(text.replace(words, instead))
             environment["PARADIZE_SHADERS"] = str(folder / "shaders")
         out = folder / "picture.png"
-        arguments = ("--time", second, "--size", SIZE, "--screenshot", out)
+        arguments = ("--time", second, "--size", size, "--screenshot", out)
         result = player(folder, *arguments, env=environment)
         assert result.returncode == 0, result.stderr
         picture = load(out)
         if change is None and shader is None:
-            kept[second] = picture
+            kept[second, size] = picture
         return picture
 
     return render
+
+
+def item(scene: dict[str, Any], name: str) -> dict[str, Any]:
+    """The object of a scene.json that has the name."""
+    found: dict[str, Any] = next(one for one in scene["objects"] if one["name"] == name)
+    return found
 
 
 @pytest.mark.deep
@@ -103,9 +114,43 @@ def test_beams_rise_from_the_lamps(moment: Any) -> None:
 
 def test_starfish_are_seen_on_the_floor_of_the_lagoon(moment: Any) -> None:
     def without(one: dict[str, Any]) -> None:
-        one["objects"] = [item for item in one["objects"] if item["name"] != "starfish"]
+        one["objects"].remove(item(one, "starfish"))
 
     assert differs(moment(183.0), moment(183.0, without)).mean() > 0.003
+
+
+def test_grass_leans_in_the_wind(moment: Any) -> None:
+    def calm(one: dict[str, Any]) -> None:
+        item(one, "grass")["sway"] = None
+
+    assert differs(moment(156.0), moment(156.0, calm)).mean() > 0.01
+
+
+@pytest.mark.deep
+def test_the_palm_s_bark_has_relief(moment: Any) -> None:
+    def smooth(one: dict[str, Any]) -> None:
+        for material in item(one, "palm")["materials"].values():
+            material["maps"]["normal"] = None
+
+    def without(one: dict[str, Any]) -> None:
+        one["objects"].remove(item(one, "palm"))
+
+    seen = moment(97.0, size=LARGE)
+    palm = differs(seen, moment(97.0, without, size=LARGE))
+    changed = differs(seen, moment(97.0, smooth, size=LARGE), FAINT)
+    assert (changed & palm).sum() > 0.05 * palm.sum()
+
+
+@pytest.mark.deep
+def test_the_sand_has_relief_near_the_eye_and_far_away(moment: Any) -> None:
+    def smooth(one: dict[str, Any]) -> None:
+        one["terrain"]["sand_normal"] = ""
+
+    seen = moment(148.0, size=LARGE)
+    assert differs(seen, moment(148.0, smooth, size=LARGE), FAINT).mean() > 0.05
+    # Without the scales for far away, grains and lumps blur where pixels cover many.
+    one_scale = differs(seen, moment(148.0, shader=ONE_SCALE_OF_SAND, size=LARGE), FAINT)
+    assert one_scale.mean() > 0.01
 
 
 def test_the_jetty_s_grain_is_filtered_as_far_as_the_flight_sees_it(island: Path) -> None:
