@@ -26,7 +26,7 @@ def posed(island: Path, player: Callable[..., Any], tmp_path_factory: pytest.Tem
 def beach(posed: Posed, **water: object) -> dict[str, Any]:
     """The scene with waves that stand still but for those at the shore."""
     scene = posed.scene() | {"particles": [], "shadow": None, "light_shafts": None}
-    scene["water"] |= {"scroll_per_s": [0.0, 0.0]} | water
+    scene["water"] |= {"scroll_per_s": [0.0, 0.0], "wave_height_m": 0.0} | water
     return scene
 
 
