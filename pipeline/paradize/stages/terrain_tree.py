@@ -21,8 +21,6 @@ Point = tuple[int, int]  # row, column
 Corners = tuple[Point, Point, Point]  # the right angle first, then the hypotenuse's ends
 Range = tuple[float, float]
 
-_SQRT2 = 1.4142135623730951
-
 
 @dataclass(frozen=True)
 class Shape:
@@ -122,12 +120,12 @@ def diamond_of(corners: Corners) -> Point:
 
 
 def tolerance(level: int, finest: int, finest_m: float, least_m: float) -> float:
-    """Returns the vertical tolerance of a level, metres: finest_m at the finest level, and sqrt(2) times as
-    much at each coarser one. least_m: used instead of finest_m for coarser levels, if it is larger."""
+    """Returns the vertical tolerance of a level, metres: finest_m at the finest level, and twice as much at
+    each coarser one. Sides grow by sqrt(2) alone: the coarser a patch is, the smaller it is beside the
+    distance at which it is drawn, so that its far part is hardly finer than needed. least_m: used instead of
+    finest_m for coarser levels, if it is larger."""
     up = finest - level
-    if up == 0:
-        return finest_m
-    return max(finest_m, least_m) * float(1 << up // 2) * (_SQRT2 if up % 2 else 1.0)
+    return finest_m if up == 0 else max(finest_m, least_m) * float(1 << up)
 
 
 @dataclass(frozen=True)

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 import pytest
 
 from paradize.bakers.terrain.grow import Grower
@@ -411,27 +412,33 @@ def lifted(patches: list[TilePatch]) -> list[TilePatch]:
     return [TilePatch(patches[0].index, mesh, patches[0].error_m, patches[0].finest), *patches[1:]]
 
 
-def bulging(patches: list[TilePatch]) -> list[TilePatch]:
-    """Every vertex inside the first patch far above the ground."""
-    first = patches[0].mesh
-    edges = np.sort(first.triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
+def inside_of(mesh: Mesh) -> npt.NDArray[np.bool_]:
+    """Which vertices are not on the rim."""
+    edges = np.sort(mesh.triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
     rim, count = np.unique(edges, axis=0, return_counts=True)
-    inner = np.ones(len(first.positions), bool)
+    inner = np.ones(len(mesh.positions), bool)
     inner[rim[count == 1]] = False
-    assert inner.any()
-    positions = first.positions.copy()
-    positions[inner, 1] += 100.0
-    mesh = replace(first, positions=positions)
-    return [TilePatch(patches[0].index, mesh, patches[0].error_m, patches[0].finest), *patches[1:]]
+    return inner
+
+
+def moved_inside(patches: list[TilePatch], up_m: Callable[[TilePatch], float]) -> list[TilePatch]:
+    """Moves the vertices inside the first patch that has some."""
+    at = next(i for i, patch in enumerate(patches) if inside_of(patch.mesh).any())
+    chosen = patches[at]
+    positions = chosen.mesh.positions.copy()
+    positions[inside_of(chosen.mesh), 1] += np.float32(up_m(chosen))
+    moved = replace(chosen, mesh=replace(chosen.mesh, positions=positions))
+    return [*patches[:at], moved, *patches[at + 1 :]]
+
+
+def bulging(patches: list[TilePatch]) -> list[TilePatch]:
+    """A patch far above the ground."""
+    return moved_inside(patches, lambda _: 100.0)
 
 
 def sunk(patches: list[TilePatch]) -> list[TilePatch]:
-    """Every vertex inside the first patch lower than its error, and that of what replaces it, allows."""
-    first = patches[0]
-    deeper = bulging(patches)[0].mesh.positions
-    positions = first.mesh.positions.copy()
-    positions[:, 1] -= np.float32(2.0 * first.error_m + 0.3) * (deeper[:, 1] > positions[:, 1])
-    return [replace(first, mesh=replace(first.mesh, positions=positions)), *patches[1:]]
+    """A patch lower than its error, and that of what replaces it, allows."""
+    return moved_inside(patches, lambda patch: -2.0 * patch.error_m - 0.3)
 
 
 def other_error(patches: list[TilePatch]) -> list[TilePatch]:
@@ -443,8 +450,8 @@ TILE_FAULTS: list[tuple[str, str, Callable[[Path], Any]]] = [
     ("PZ404", "a tile of other errors", lambda out: changed_tile(out, 0, other_error)),
     ("PZ404", "a tile that lacks a patch", lambda out: changed_tile(out, -1, lambda tile: tile[:-1])),
     ("PZ405", "a lifted vertex", lambda out: changed_tile(out, 0, lifted)),
-    ("PZ413", "a patch that bulges", lambda out: changed_tile(out, 0, bulging)),
-    ("PZ413", "a patch that lies too low", lambda out: changed_tile(out, 0, sunk)),
+    ("PZ413", "a patch that bulges", lambda out: changed_tile(out, -1, bulging)),
+    ("PZ413", "a patch that lies too low", lambda out: changed_tile(out, -1, sunk)),
 ]
 
 
