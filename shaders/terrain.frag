@@ -1,5 +1,5 @@
 // Macros: FADE 1 leaves out pixels by u_fade; SWASH 1 has waves run up the beach; DRY, SUNKEN as in
-// lib/light.glsl; default 0.
+// lib/light.glsl; default 0. SAND_NORMAL, EFFECT_MAP 0: the scene has no such maps; default 1.
 #include "lib/clip_frag.glsl"
 #include "lib/color.glsl"
 #include "lib/fog.glsl"
@@ -9,6 +9,12 @@
 
 #ifndef FADE
 #define FADE 0
+#endif
+#ifndef SAND_NORMAL
+#define SAND_NORMAL 1
+#endif
+#ifndef EFFECT_MAP
+#define EFFECT_MAP 1
 #endif
 #ifndef SWASH
 #define SWASH 0
@@ -26,8 +32,6 @@ uniform sampler2D u_sand_color;
 uniform sampler2D u_sand_normal;
 uniform sampler2D u_effect_color;
 uniform sampler2D u_effect_normal;
-uniform float u_has_sand_normal;
-uniform float u_has_effect;
 uniform float u_sand_reference_m; // up to this distance the sand repeats at its baked scale
 uniform vec4 u_sand_mix;          // low height m, high height m, specular, smoothness
 uniform vec2 u_grain_offset_uv;   // displacement of the effect map by grains, UV
@@ -93,22 +97,29 @@ void main() {
     dy *= shorten;
     SandScale scale = sand_scale(distance_m);
 
-    // Share of sand: 0 at the low height, 1 at the high height.
-    float sand_share = u_has_effect > 0.5 ? safe_smoothstep(u_sand_mix.x, u_sand_mix.y, height) : 1.0;
-    // Strength of grains on the effect map, from just above the low height. They are finer than its texels.
+    // Share of sand: 0 at the low height, 1 at the high height. Strength of grains on the effect map, from just
+    // above the low height: they are finer than its texels.
+#if EFFECT_MAP
+    float sand_share = safe_smoothstep(u_sand_mix.x, u_sand_mix.y, height);
     float grain_full_m = mix(u_sand_mix.x, u_sand_mix.y, 0.08);
-    float grain_strength = u_has_effect > 0.5 ? safe_smoothstep(u_sand_mix.x, grain_full_m, height) : 1.0;
+    float grain_strength = safe_smoothstep(u_sand_mix.x, grain_full_m, height);
+#else
+    const float sand_share = 1.0;
+    const float grain_strength = 1.0;
+#endif
     float near_eye = 1.0 - smoothstep(0.6 * u_sand_reference_m, 1.7 * u_sand_reference_m, distance_m);
 
     vec3 local_normal = vec3(0.0, 0.0, 1.0);
     vec2 grain_normal = vec2(0.0);
-    if (u_has_sand_normal > 0.5 && grain_strength > 0.0) {
+#if SAND_NORMAL
+    if (grain_strength > 0.0) {
         grain_normal = sand_sample(u_sand_normal, v_uv_sand, scale, dx, dy).rg;
         local_normal = decode_normal(grain_normal, GRAIN_SLOPE * grain_strength);
         // Adds the same relief five times as wide, for trodden sand.
         vec2 wide = sand_sample(u_sand_normal, LUMPS * v_uv_sand.yx, scale, wide_dx, wide_dy).rg;
         local_normal = blend_normals(local_normal, decode_normal(wide, LUMP_SLOPE * grain_strength));
     }
+#endif
 
     vec3 albedo = vec3(0.0);
     vec3 sand = vec3(0.0);
@@ -122,24 +133,24 @@ void main() {
         albedo += sand_share * contrast * sand;
         grain *= contrast;
     }
-    if (u_has_effect > 0.5) {
-        vec2 ex = dFdx(v_uv_effect);
-        vec2 ey = dFdy(v_uv_effect);
-        // Grains displace the effect map, which hides its texels.
-        vec2 uv = v_uv_effect + grain_normal * (grain_strength * near_eye * u_grain_offset_uv);
-        if (sand_share < 1.0) {
-            vec3 effect = textureGrad(u_effect_color, uv, ex, ey).rgb;
-            // Where the effect map is magnified, an unsharp mask sharpens it.
-            float texels = sqrt(max(dot(ex, ex), dot(ey, ey))) * float(textureSize(u_effect_color, 0).x);
-            float magnified = 1.0 - smoothstep(0.15, 0.6, texels);
-            if (magnified > 0.0) {
-                vec3 blurred = textureLod(u_effect_color, uv, 1.7).rgb;
-                effect = clamp(effect + 1.4 * magnified * (effect - blurred), 0.5 * effect, vec3(1.0));
-            }
-            albedo += (1.0 - sand_share) * effect * mix(1.0, grain, grain_strength);
+#if EFFECT_MAP
+    vec2 ex = dFdx(v_uv_effect);
+    vec2 ey = dFdy(v_uv_effect);
+    // Grains displace the effect map, which hides its texels.
+    vec2 uv = v_uv_effect + grain_normal * (grain_strength * near_eye * u_grain_offset_uv);
+    if (sand_share < 1.0) {
+        vec3 effect = textureGrad(u_effect_color, uv, ex, ey).rgb;
+        // Where the effect map is magnified, an unsharp mask sharpens it.
+        float texels = sqrt(max(dot(ex, ex), dot(ey, ey))) * float(textureSize(u_effect_color, 0).x);
+        float magnified = 1.0 - smoothstep(0.15, 0.6, texels);
+        if (magnified > 0.0) {
+            vec3 blurred = textureLod(u_effect_color, uv, 1.7).rgb;
+            effect = clamp(effect + 1.4 * magnified * (effect - blurred), 0.5 * effect, vec3(1.0));
         }
-        local_normal = blend_normals(decode_normal(textureGrad(u_effect_normal, uv, ex, ey).rg, 1.0), local_normal);
+        albedo += (1.0 - sand_share) * effect * mix(1.0, grain, grain_strength);
     }
+    local_normal = blend_normals(decode_normal(textureGrad(u_effect_normal, uv, ex, ey).rg, 1.0), local_normal);
+#endif
     // Broad, faint changes of tone, which hide the repeating pattern.
     vec2 world = v_position.xz + anchor.xz;
     float tone = value_noise(world * 0.11) + 0.5 * value_noise(world * 0.37 + 19.0);

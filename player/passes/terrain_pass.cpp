@@ -22,11 +22,14 @@ constexpr float grain_shift_m = 0.12F;
 
 std::string defines_of(const PassSetup &setup, PatchKind kind, bool point_lights, bool above_water) {
     const bool matte = kind == PatchKind::sunken;
+    const assets::Terrain &terrain = *setup.scene.file().terrain;
     return shadow_define(setup.settings) + "\n#define " + cascades_define(setup.settings) +
            "\n#define FADE " + (kind == PatchKind::fading ? "1" : "0") + "\n#define DRY " +
            (kind == PatchKind::dry ? "1" : "0") + "\n#define SUNKEN " + (matte ? "1" : "0") +
            "\n#define ABOVE_WATER " + (above_water ? "1" : "0") + "\n#define MATTE " + (matte ? "1" : "0") +
-           "\n#define " + point_lights_define(point_lights) + "\n#define " + swash_define(setup);
+           "\n#define " + point_lights_define(point_lights) + "\n#define " + swash_define(setup) +
+           "\n#define SAND_NORMAL " + (terrain.sand_normal.empty() ? "0" : "1") + "\n#define EFFECT_MAP " +
+           (terrain.effect_color.empty() || terrain.effect_normal.empty() ? "0" : "1");
 }
 
 /// The kinds of patches that the terrain has.
@@ -55,8 +58,7 @@ TerrainPass::Lit::Lit(const PassSetup &setup, PatchKind drawn_kind, bool point_l
     : kind(drawn_kind), by_lights(point_lights), above_water(views_above),
       program(setup.shaders, "terrain.vert", "terrain.frag",
               {defines_of(setup, kind, by_lights, above_water)}),
-      environment(setup, program), has_sand_normal(program.location("u_has_sand_normal")),
-      has_effect(program.location("u_has_effect")), sand_reference(program.location("u_sand_reference_m")),
+      environment(setup, program), sand_reference(program.location("u_sand_reference_m")),
       grain_offset(program.location("u_grain_offset_uv")), mix(program.location("u_sand_mix")),
       wet(program.location("u_wet")), has_reflection(program.location("u_has_reflection")),
       clip(program.location("u_clip_plane")), uniforms{program.location("u_model"),
@@ -77,8 +79,6 @@ TerrainPass::TerrainPass(const PassSetup &setup)
       reflection_sampler_(gl::make_sampler(gl::Wrap::clamp, gl::Filter::linear)),
       depth_model_location_(depth_.location("u_model")) {
     const assets::Terrain &terrain = *setup.scene.file().terrain;
-    has_sand_normal_ = !terrain.sand_normal.empty();
-    has_effect_ = !terrain.effect_color.empty() && !terrain.effect_normal.empty();
     const std::array<bool, patch_kinds> kinds = kinds_of(setup.scene);
     const bool has_refraction = setup.scene.file().water && setup.scene.file().refraction_scale;
     for (std::size_t i = 0; i < kinds.size(); ++i) {
@@ -97,9 +97,7 @@ TerrainPass::TerrainPass(const PassSetup &setup)
     }
 }
 
-void TerrainPass::set_uniforms(const Lit &lit, const assets::Terrain &terrain) const {
-    gl::Program::set(lit.has_sand_normal, has_sand_normal_ ? 1.0F : 0.0F);
-    gl::Program::set(lit.has_effect, has_effect_ ? 1.0F : 0.0F);
+void TerrainPass::set_uniforms(const Lit &lit, const assets::Terrain &terrain) {
     const float repeat_m = terrain.size_m.x / std::max(terrain.sand_repeat, 1e-3F);
     gl::Program::set(lit.sand_reference, 4.0F * repeat_m);
     gl::Program::set(lit.grain_offset, grain_shift_m / glm::vec2(terrain.size_m));

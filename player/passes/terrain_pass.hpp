@@ -28,10 +28,10 @@ class TerrainPass : public Pass {
         bool above_water; // for views that show nothing under water (Frame::hides_under_water)
         gl::Program program;
         EnvironmentBindings environment;
-        int has_sand_normal, has_effect, sand_reference, grain_offset, mix, wet, has_reflection, clip;
+        int sand_reference, grain_offset, mix, wet, has_reflection, clip;
         TerrainUniforms uniforms;
     };
-    void set_uniforms(const Lit &lit, const assets::Terrain &terrain) const;
+    static void set_uniforms(const Lit &lit, const assets::Terrain &terrain);
 
     gl::Program depth_;
     std::vector<Lit> lit_; // of the kinds that the terrain has, and again where point lights reach it
@@ -42,7 +42,6 @@ class TerrainPass : public Pass {
     gl::Sampler clamp_sampler_;
     gl::Sampler reflection_sampler_;
     int depth_model_location_ = -1;
-    bool has_sand_normal_, has_effect_;
 };
 
 } // namespace paradize

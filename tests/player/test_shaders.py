@@ -38,8 +38,9 @@ LEAST = (
 )
 VARIANTS += ["\n#define ".join(LEAST), "SECOND_UV 1", "VERTEX_COLORS 2"]
 VARIANTS.append("ALPHA_MODE 1\n#define VERTEX_COLORS 1\n#define SWAY 1\n#define BEAT 1")
-# Of the terrain's shader: patches that fade, and those wholly above or below the water.
+# Of the terrain's shader: patches that fade, those wholly above or below the water, and scenes with few maps.
 VARIANTS += ["FADE 1", "DRY 1", "SUNKEN 1\n#define MATTE 1"]
+VARIANTS += ["SAND_NORMAL 0", "EFFECT_MAP 0", "SAND_NORMAL 0\n#define EFFECT_MAP 0"]
 STEPS = [f"PARALLAX_STEPS {i}" for i in (0, 1, 24, 128)]  # the values that player/scene/quality.cpp sets
 SHADOWS = [f"SHADOW_FILTER {i}\n#define SHADOW_CASCADES {n}" for i in range(4) for n in (1, 3)]
 INCLUDE = re.compile(r'^#include "(lib/[a-z0-9_]+\.glsl)"$')

@@ -103,6 +103,28 @@ def test_the_cut_looks_like_the_finest_level_with_fewer_triangles(
     assert worse.mean() < 0.02
 
 
+def test_without_maps_the_ground_looks_as_with_maps_that_change_nothing(
+    hilly: Path, player: Player, tmp_path: Path
+) -> None:
+    """A scene without a map of normals, or without an effect map, has a shader without them."""
+    manifest = pose(json.loads((hilly / "scene.json").read_text()), *EYES["low"])
+    pictures = []
+    for i, maps in enumerate(
+        (
+            {},
+            {"sand_normal": "effect_normal"},
+            {"effect_color": "box_color"},
+            {"effect_color": "box_color", "mix_low_m": 5.0, "mix_high_m": 6.0},
+        )
+    ):
+        edited = manifest | {"terrain": manifest["terrain"] | maps}
+        pictures.append(draw(player, place(tmp_path / str(i), hilly, edited))[0])
+    bare, flat, unseen, seen = pictures
+    assert np.abs(bare - flat).max() < 1.5 / 255
+    assert (np.abs(bare - unseen).max(axis=2) > 1.5 / 255).mean() < 1e-3  # highlights that rounding moves
+    assert (np.abs(bare - seen).max(axis=2) > 10 / 255).mean() > 0.1, "the maps are read"
+
+
 def test_patches_of_all_tiles_take_one_draw_call_for_each_kind(
     hilly: Path, player: Player, tmp_path: Path
 ) -> None:
