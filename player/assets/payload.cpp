@@ -9,6 +9,7 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <utility>
 
 namespace paradize::assets {
 
@@ -35,30 +36,13 @@ float decoded(const std::byte *at, bool normalized) {
     }
 }
 
-template <typename Code>
-Numbers read_numbers(const std::byte *at, std::size_t count, bool normalized) {
+template <typename Code, std::size_t count>
+Numbers read_numbers(const std::byte *at, bool normalized) {
     Numbers out{};
     for (std::size_t i = 0; i < count; ++i) {
         out[i] = decoded<Code>(at + i * sizeof(Code), normalized);
     }
     return out;
-}
-
-Numbers numbers_at(std::span<const std::byte> bytes, const GlbFormat &format, std::size_t vertex,
-                   std::size_t count) {
-    const std::byte *at = bytes.data() + vertex * format.stride;
-    switch (format.component) {
-    case 5120:
-        return read_numbers<std::int8_t>(at, count, format.normalized);
-    case 5121:
-        return read_numbers<std::uint8_t>(at, count, format.normalized);
-    case 5122:
-        return read_numbers<std::int16_t>(at, count, format.normalized);
-    case 5123:
-        return read_numbers<std::uint16_t>(at, count, format.normalized);
-    default:
-        return read_numbers<float>(at, count, false);
-    }
 }
 
 bool within(float value, float low, float high) {
@@ -91,32 +75,74 @@ constexpr std::array<Attribute, mesh_attributes> attributes{{{"POSITION", 3},
                                                              {"COLOR_0", 4},
                                                              {"_SWAY", 2}}};
 
-/// Returns the rule that an attribute's value breaks, or an empty text.
-std::string broken_rule(const GlbLevel &level, std::uint32_t part, const Numbers &v) {
+template <std::uint32_t part>
+bool keeps_rule(const GlbLevel &level, const Numbers &v) {
     const auto all_within = [&](float low, float high) {
-        return std::all_of(v.begin(), v.begin() + static_cast<std::ptrdiff_t>(attributes[part].components),
+        return std::all_of(v.begin(), v.begin() + attributes[part].components,
                            [&](float value) { return within(value, low, high); });
     };
+    if constexpr (part == 0) {
+        return within(v[0], level.low[0], level.high[0]) && within(v[1], level.low[1], level.high[1]) &&
+               within(v[2], level.low[2], level.high[2]);
+    } else if constexpr (part == 1) {
+        return unit(v);
+    } else if constexpr (part == 2) {
+        return unit(v) && within(std::abs(v[3]), min_unit_length, max_unit_length);
+    } else if constexpr (part == 5 || part == 6) {
+        return all_within(0.0F, 1.0F);
+    } else {
+        return all_within(-max_uv, max_uv);
+    }
+}
+
+std::string rule_of(const GlbLevel &level, std::uint32_t part) {
     switch (part) {
     case 0:
-        for (std::size_t axis = 0; axis < 3; ++axis) {
-            if (!within(v[axis], level.low[axis], level.high[axis])) {
-                return "must lie within its accessor's min " + shown(level.low, 3) + " and max " +
-                       shown(level.high, 3);
-            }
-        }
-        return "";
+        return "must lie within its accessor's min " + shown(level.low, 3) + " and max " +
+               shown(level.high, 3);
     case 1:
-        return unit(v) ? "" : "must have length 1";
+        return "must have length 1";
     case 2:
-        return unit(v) && within(std::abs(v[3]), min_unit_length, max_unit_length)
-                   ? ""
-                   : "must have length 1 and w 1 or -1";
+        return "must have length 1 and w 1 or -1";
     case 5:
     case 6:
-        return all_within(0.0F, 1.0F) ? "" : "must lie in 0 to 1";
+        return "must lie in 0 to 1";
     default:
-        return all_within(-max_uv, max_uv) ? "" : "must lie within " + shortest(max_uv) + " of 0";
+        return "must lie within " + shortest(max_uv) + " of 0";
+    }
+}
+
+/// Throws Error at the first vertex whose attribute, of this type, breaks its rule. What is known while
+/// compiling is no branch in the loop.
+template <std::uint32_t part, typename Code>
+void check_codes(const GlbLevel &level, const std::string &place) {
+    const std::byte *at = mesh_attribute(level, part).data();
+    const GlbFormat &format = level.formats[part];
+    for (std::size_t vertex = 0; vertex < level.vertices; ++vertex, at += format.stride) {
+        const Numbers v = read_numbers<Code, attributes[part].components>(at, format.normalized);
+        if (!keeps_rule<part>(level, v)) {
+            throw Error(place + attributes[part].name + ", vertex " + std::to_string(vertex) + ": is " +
+                        shown(v, attributes[part].components) + ", " + rule_of(level, part) + bake_again);
+        }
+    }
+}
+
+template <std::uint32_t part>
+void check_attribute(const GlbLevel &level, const std::string &place) {
+    if (mesh_attribute(level, part).empty()) {
+        return;
+    }
+    switch (level.formats[part].component) {
+    case 5120:
+        return check_codes<part, std::int8_t>(level, place);
+    case 5121:
+        return check_codes<part, std::uint8_t>(level, place);
+    case 5122:
+        return check_codes<part, std::int16_t>(level, place);
+    case 5123:
+        return check_codes<part, std::uint16_t>(level, place);
+    default:
+        return check_codes<part, float>(level, place);
     }
 }
 
@@ -164,27 +190,22 @@ std::string texel_message(const Ktx2Level &level, std::size_t code, std::size_t 
 
 void check_level(const GlbLevel &level, const std::string &name) {
     const std::string place = name + ": node " + level.name + ", ";
-    for (std::uint32_t part = 0; part < mesh_attributes; ++part) {
-        const std::span<const std::byte> bytes = mesh_attribute(level, part);
-        for (std::size_t vertex = 0; !bytes.empty() && vertex < level.vertices; ++vertex) {
-            const Numbers v = numbers_at(bytes, level.formats[part], vertex, attributes[part].components);
-            if (const std::string rule = broken_rule(level, part, v); !rule.empty()) {
-                throw Error(place + attributes[part].name + ", vertex " + std::to_string(vertex) + ": is " +
-                            shown(v, attributes[part].components) + ", " + rule + bake_again);
-            }
-        }
+    [&]<std::uint32_t... part>(std::integer_sequence<std::uint32_t, part...>) {
+        (check_attribute<part>(level, place), ...);
     }
+    (std::make_integer_sequence<std::uint32_t, mesh_attributes>());
     for (std::size_t i = 0; i < level.primitives.size(); ++i) {
         const std::span<const std::byte> indices = level.primitives[i].indices;
-        for (std::size_t at = 0; at < indices.size(); at += level.index_bytes) {
+        const auto bad = [&](std::uint32_t index) { return index >= level.vertices; };
+        const bool narrow = level.index_bytes == 2;
+        const std::size_t at =
+            narrow ? first_invalid<std::uint16_t>(indices, bad) : first_invalid<std::uint32_t>(indices, bad);
+        if (at < indices.size() / level.index_bytes) {
             std::uint32_t index = 0; // little-endian: two bytes fill the low half
-            std::memcpy(&index, indices.data() + at, level.index_bytes);
-            if (index >= level.vertices) {
-                throw Error(place + "primitive " + std::to_string(i) + ", index " +
-                            std::to_string(at / level.index_bytes) + ": is " + std::to_string(index) +
-                            ", must be below the " + std::to_string(level.vertices) + " vertices" +
-                            bake_again);
-            }
+            std::memcpy(&index, indices.data() + at * level.index_bytes, level.index_bytes);
+            throw Error(place + "primitive " + std::to_string(i) + ", index " + std::to_string(at) + ": is " +
+                        std::to_string(index) + ", must be below the " + std::to_string(level.vertices) +
+                        " vertices" + bake_again);
         }
     }
 }
