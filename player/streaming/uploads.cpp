@@ -123,6 +123,7 @@ void Uploads::make_schedule(const MemoryLimits &limits) {
     needs.resize(pieces.size());
     ordered.resize(pieces.size());
     queue.reserve(pieces.size());
+    paused.reserve(most_paused);
     ahead.reserve(pieces.size());
     files_ahead.reserve(items.size());
 }
@@ -188,7 +189,11 @@ void Uploads::count_needs() {
 }
 
 std::size_t Uploads::bytes_for(std::uint32_t piece, const UploadBudget &budget) const {
-    return needs[piece].now > urgent_error ? std::max(budget.bytes, budget.urgent_bytes) : budget.bytes;
+    return is_urgent(piece) ? std::max(budget.bytes, budget.urgent_bytes) : budget.bytes;
+}
+
+bool Uploads::is_urgent(std::uint32_t piece) const {
+    return needs[piece].now > urgent_error;
 }
 
 bool Uploads::settled() const {
@@ -214,7 +219,7 @@ bool Uploads::upload(const UploadBudget &budget) {
         if (!current && queue.empty()) {
             plan();
         }
-        give_way(budget.not_ready);
+        give_way(budget, used);
         if (!current) {
             const std::optional<std::size_t> place = next_piece(budget, used, shows_something);
             if (!place) {
@@ -225,15 +230,22 @@ bool Uploads::upload(const UploadBudget &budget) {
         }
         const std::size_t bytes = next_chunk().bytes.size();
         const bool late = std::chrono::duration<double, std::milli>(Clock::now() - start).count() > budget.ms;
-        if (used != 0 && (used + bytes > bytes_for(current->piece, budget) || late)) {
+        if (used != 0 && late) {
             break;
+        }
+        if (used != 0 && used + bytes > bytes_for(current->piece, budget)) {
+            used = std::max(used, budget.bytes); // what is left is too little for this one
+            if (!give_way(budget, used)) {
+                break;
+            }
+            continue;
         }
         used += bytes;
         shows_something = shows_something || is_seen(current->piece);
         upload_next();
     }
     has_uploaded = true;
-    const bool done = !current && !paused && queue.empty();
+    const bool done = !current && paused.empty() && queue.empty();
     plan_next_frame();
     count_needs();
     return done;
@@ -269,7 +281,7 @@ void Uploads::plan_next_frame() {
 }
 
 bool Uploads::can_begin(std::uint32_t piece, NotReady not_ready) const {
-    if ((current || paused) && !schedule->has_room(piece)) {
+    if ((current || !paused.empty()) && !schedule->has_room(piece)) {
         return false;
     }
     const bool is_ready = not_ready != NotReady::skip ||
@@ -277,15 +289,28 @@ bool Uploads::can_begin(std::uint32_t piece, NotReady not_ready) const {
     return is_ready && schedule->can_load(piece);
 }
 
-void Uploads::give_way(NotReady not_ready) {
-    const auto goes_first = [&](std::uint32_t piece) {
-        return is_seen(piece) && can_begin(piece, not_ready);
+bool Uploads::gives_way(std::uint32_t half, const UploadBudget &budget, std::size_t used) const {
+    const auto rank = [&](std::uint32_t piece) {
+        return !is_seen(piece) ? 0 : is_urgent(piece) || plan_of(piece).coarse ? 2 : 1;
     };
-    if (current && !paused && !is_seen(current->piece) && std::ranges::any_of(queue, goes_first)) {
-        paused = std::exchange(current, std::nullopt);
-    } else if (paused && !current && std::ranges::none_of(queue, goes_first)) {
-        current = std::exchange(paused, std::nullopt);
+    const bool spent = !is_urgent(half) && used >= budget.bytes;
+    return std::ranges::any_of(queue, [&](std::uint32_t piece) {
+        return (rank(piece) > rank(half) || (spent && is_urgent(piece))) && used < bytes_for(piece, budget) &&
+               can_begin(piece, budget.not_ready);
+    });
+}
+
+bool Uploads::give_way(const UploadBudget &budget, std::size_t used) {
+    if (current && paused.size() < most_paused && gives_way(current->piece, budget, used)) {
+        paused.push_back(std::move(*current));
+        current.reset();
+        return true;
     }
+    if (!current && !paused.empty() && !gives_way(paused.back().piece, budget, used)) {
+        current = std::move(paused.back());
+        paused.pop_back();
+    }
+    return false;
 }
 
 void Uploads::give_up(std::uint32_t artifact, std::string error) {

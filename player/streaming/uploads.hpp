@@ -65,7 +65,9 @@ struct Uploads {
         std::uint64_t bytes_done = 0;
         std::unique_ptr<std::byte[]> staged; // nullptr: the chunks are in memory
     };
-    std::optional<Current> current, paused;   // paused: gives way to pieces that are needed now
+    std::optional<Current> current;
+    static constexpr std::size_t most_paused = 3;
+    std::vector<Current> paused;              // gave way to those that show more; the last one goes on first
     std::vector<std::uint32_t> ahead;         // pieces for the loader
     std::vector<std::uint32_t> files_ahead;   // artifacts for the checker
     bool has_uploaded = false;                // upload() was called
@@ -125,6 +127,7 @@ struct Uploads {
     void count_needs();
 
     bool is_seen(std::uint32_t piece) const { return needs[piece].now > 1.0F; }
+    bool is_urgent(std::uint32_t piece) const; // its absence shows much
     /// Bytes that a call may upload while the piece is next.
     std::size_t bytes_for(std::uint32_t piece, const UploadBudget &budget) const;
 
@@ -149,8 +152,13 @@ struct Uploads {
     /// needs room for its own copies as well.
     bool can_begin(std::uint32_t piece, NotReady not_ready) const;
 
-    /// Lets pieces that are needed now go before one that is not and is half uploaded.
-    void give_way(NotReady not_ready);
+    /// True if a piece that is half uploaded gives way to one that shows more: what is not seen to what is,
+    /// a finer piece also to a coarse one and to one whose absence shows much. A coarse one too gives way to
+    /// that, once it has used up its share of the budget. used: bytes that this call has uploaded.
+    bool gives_way(std::uint32_t half, const UploadBudget &budget, std::size_t used) const;
+    /// Pauses the piece that is half uploaded if it gives way; else lets the last paused one go on if there
+    /// is no other. True if it has paused one.
+    bool give_way(const UploadBudget &budget, std::size_t used);
 
     /// Drops all pieces of an artifact whose file cannot be read any more.
     void give_up(std::uint32_t artifact, std::string error);

@@ -80,6 +80,65 @@ TEST_CASE("streamer: a large piece that is half uploaded gives way to one that i
     test::throw_on_error();
 }
 
+TEST_CASE("streamer: a half uploaded piece that shows little gives way to one that shows much") {
+    if (!test::have_context()) {
+        return;
+    }
+    SmallScene scene;
+    scene.put("quad_color", test::ktx2_file(assets::PixelFormat::rgba8_srgb, 1024, 1024)); // mip 0: 4 MB
+    scene.put("sky", test::ktx2_file(assets::PixelFormat::rgba8_unorm, 128, 128, 6));      // mip 0: 0.4 MB
+    const UploadBudget frame{.bytes = 1 << 20, .not_ready = NotReady::wait_if_seen};
+    Streamer streamer = scene.streamer();
+    std::vector<Need> needs(streamer.piece_count());
+    const auto [first, count] = streamer.pieces_of("quad_color");
+    std::fill_n(needs.begin() + first, count, Need{1.5F, 0.0F});
+    streamer.set_needs(needs);
+    while (streamer.counts().uploads + 1 < count) {
+        streamer.upload(frame);
+    }
+    streamer.upload(frame); // a part of mip 0
+    REQUIRE_FALSE(streamer.texture("quad_color")->complete());
+    const auto [sky, skies] = streamer.pieces_of("sky");
+    std::fill_n(needs.begin() + sky, skies, Need{5.0F, 0.0F});
+    streamer.set_needs(needs);
+    streamer.upload(frame);
+    CHECK(streamer.texture("sky")->complete());
+    CHECK_FALSE(streamer.texture("quad_color")->complete());
+    while (!streamer.upload(frame)) {
+    }
+    CHECK(streamer.texture("quad_color")->complete());
+    test::throw_on_error();
+}
+
+TEST_CASE(
+    "streamer: a coarse piece that is half uploaded at the budget's end leaves the rest to what shows much") {
+    if (!test::have_context()) {
+        return;
+    }
+    SmallScene scene;
+    // its coarse piece, 6 x 64 x 64 texels of 4 bytes and their mips, is larger than the budget
+    scene.put("sky", test::ktx2_file(assets::PixelFormat::rgba8_unorm, 64, 64, 6));
+    Streamer streamer = scene.streamer();
+    std::vector<Need> needs(streamer.piece_count());
+    const auto [sky, skies] = streamer.pieces_of("sky");
+    const auto [color, colors] = streamer.pieces_of("quad_color");
+    REQUIRE(streamer.piece(sky).coarse);
+    std::fill_n(needs.begin() + color, colors, Need{5.0F, 0.0F});
+    streamer.set_needs(needs);
+    while (streamer.counts().uploads == 0) { // its coarse piece; then the sky's comes before its finer ones
+        streamer.upload({.bytes = 1, .not_ready = NotReady::wait_if_seen});
+    }
+    std::fill_n(needs.begin() + sky, skies, Need{1.5F, 0.0F});
+    streamer.set_needs(needs);
+    streamer.upload({.bytes = 60000, .urgent_bytes = 16 << 20, .not_ready = NotReady::wait_if_seen});
+    CHECK_FALSE(streamer.texture("sky")->resident());
+    CHECK(streamer.texture("quad_color")->complete());
+    while (!streamer.upload({})) {
+    }
+    CHECK(streamer.complete());
+    test::throw_on_error();
+}
+
 TEST_CASE("streamer: what a texture that gave way has allocated counts under the limit and in the peak") {
     if (!test::have_context()) {
         return;
