@@ -12,7 +12,8 @@ uniform vec4 u_sun_disc; // radiance; angular radius, rad
 #include "lib/stars.glsl"
 uniform vec3 u_moon;       // unit, towards its disc
 uniform vec4 u_moon_disc;  // radiance; angular radius, rad
-uniform float u_star_light; // factor on the radiance of the stars
+uniform float u_star_light; // 0 by day, 1 at night
+uniform float u_star_area;  // 1; less where the picture is enlarged, so that a star keeps its light
 uniform mat3 u_star_turn;  // from directions in the world to those of the stars' sphere
 #endif
 
@@ -36,7 +37,7 @@ void main() {
     vec3 discs = u_sun_disc.rgb * sun;
 #if NIGHT
     // Waves spread the light of mirrored stars.
-    color += stars(u_star_turn * direction, pixels_per_rad) * (u_star_light * (lens.w > 0.5 ? 0.15 : 1.0));
+    color += stars(u_star_turn * direction, pixels_per_rad) * (u_star_light * u_star_area * (lens.w > 0.5 ? 0.15 : 1.0));
     vec3 right = safe_normalize(cross(vec3(0.0, 1.0, 0.0), u_moon), vec3(1.0, 0.0, 0.0));
     vec3 off = direction - u_moon;
     vec2 offset = vec2(-dot(off, right), dot(off, cross(u_moon, right))) / max(u_moon_disc.w, 1e-4);

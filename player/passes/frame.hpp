@@ -58,9 +58,10 @@ class Frame {
     PassMeter *meter = nullptr; // measures the passes of the main view; nullptr: no measurement
     // processor time of this thread for what the frame draws: culling, levels, terrain cut, draw lists
     mutable double scene_ms = 0.0;
-    int width_px = 0, height_px = 0; // of the picture
+    int width_px = 0, height_px = 0; // of the drawn picture
     unsigned filtered = 0;           // framebuffer that filter() draws into: RGBA16F, width_px x height_px
-    unsigned output = 0;             // framebuffer that finish() draws into: RGBA8, width_px x height_px
+    int output_width_px = 0, output_height_px = 0; // of the shown picture
+    unsigned output = 0;                           // framebuffer of that size that finish() draws into: RGBA8
 
     /// The views of this frame. Copy a view to change its size or clip plane before draw_view().
     const View &view(ViewKind kind) const { return views_[static_cast<std::size_t>(kind)]; }

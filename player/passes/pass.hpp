@@ -37,7 +37,8 @@ class Pass {
     Pass(const Pass &) = delete;
     Pass &operator=(const Pass &) = delete;
 
-    /// Called before the first frame and whenever the picture's size changes. Create render targets here.
+    /// Called before the first frame and whenever the drawn picture's size changes. Create render targets
+    /// here.
     virtual void resize(int /*width_px*/, int /*height_px*/) {}
     /// Draws textures that other passes sample (shadow map, reflection, refraction) and stores them in
     /// frame.shared. Called before the main view. What moves is a function of frame.clock alone, so that a
@@ -51,7 +52,7 @@ class Pass {
     /// linear light. The result becomes frame.shared.picture for the next filter and for finish(). The main
     /// view's FrameUniforms are bound.
     virtual void filter(Frame & /*frame*/) {}
-    /// Draws from frame.shared.picture to the screen format, into frame.output.
+    /// Draws from frame.shared.picture to the screen format, into all of frame.output.
     virtual void finish(Frame & /*frame*/) {}
 };
 

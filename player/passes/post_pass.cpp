@@ -26,6 +26,11 @@ PostPass::PostPass(const PassSetup &setup)
     program_.set_unit("u_picture", unit_picture);
     program_.set_unit("u_glow", unit_glow);
     glow_.set_unit("u_source", unit_picture);
+    if (setup.settings.render_scale < 1.0F) {
+        enlarge_ = gl::Program(setup.shaders, "fullscreen.vert", "enlarge.frag");
+        enlarge_.set_unit("u_picture", unit_picture);
+        texels_location_ = enlarge_.location("u_texels");
+    }
 }
 
 void PostPass::resize(int width_px, int height_px) {
@@ -35,6 +40,10 @@ void PostPass::resize(int width_px, int height_px) {
     for (int i = 0; i < 2; ++i) {
         glow_color_[i] = gl::make_target(GL_RGBA16F, glow_width_px_, glow_height_px_);
         glow_framebuffer_[i] = gl::make_framebuffer(glow_color_[i], {});
+    }
+    if (enlarge_) {
+        encoded_color_ = gl::make_target(GL_RGBA8, width_px, height_px);
+        encoded_ = gl::make_framebuffer(encoded_color_, {});
     }
 }
 
@@ -59,12 +68,21 @@ void PostPass::finish(Frame &frame) {
     draw_glow(frame, glow_color_[0].name(), glow_framebuffer_[1].name(), 0, step_x, 0.0F);
     draw_glow(frame, glow_color_[1].name(), glow_framebuffer_[0].name(), 0, 0.0F, step_y);
 
-    gl::bind_framebuffer(frame.output, frame.width_px, frame.height_px);
+    gl::bind_framebuffer(enlarge_ ? encoded_.name() : frame.output, frame.width_px, frame.height_px);
     program_.use();
     gl::Program::set(glow_strength_location_, glow_strength);
     gl::bind_texture(unit_picture, GL_TEXTURE_2D, frame.shared.picture->name());
     gl::bind_texture(unit_glow, GL_TEXTURE_2D, glow_color_[0].name());
     frame.draw_fullscreen();
+
+    if (enlarge_) {
+        gl::bind_framebuffer(frame.output, frame.output_width_px, frame.output_height_px);
+        enlarge_.use();
+        gl::Program::set(texels_location_, glm::vec2(frame.width_px, frame.height_px) /
+                                               glm::vec2(frame.output_width_px, frame.output_height_px));
+        gl::bind_texture(unit_picture, GL_TEXTURE_2D, encoded_color_.name());
+        frame.draw_fullscreen();
+    }
 
     glEnable(GL_CULL_FACE);
     glEnable(GL_DEPTH_TEST);

@@ -1,5 +1,6 @@
 #pragma once
-// Converts linear light to the screen: exposure, glow, tone map, sRGB encoding and a static dither.
+// Converts linear light to the screen: exposure, glow, tone map, sRGB encoding and a static dither. A picture
+// that was drawn smaller is then enlarged.
 
 #include "gl/handle.hpp"
 #include "gl/program.hpp"
@@ -20,12 +21,15 @@ class PostPass : public Pass {
 
     gl::Program program_;
     gl::Program glow_;
+    gl::Program enlarge_;       // empty: the picture is drawn as large as it is shown
+    gl::Texture encoded_color_; // the picture that it enlarges
+    gl::Framebuffer encoded_;
     gl::Texture glow_color_[2]; // bright parts; the two targets are blurred in turn
     gl::Framebuffer glow_framebuffer_[2];
     int downsampling_ = 1; // picture texels per glow texel along an edge
     int glow_width_px_ = 1, glow_height_px_ = 1;
     int glow_strength_location_ = -1, blur_step_location_ = -1, downsample_location_ = -1,
-        exposure_location_ = -1;
+        exposure_location_ = -1, texels_location_ = -1;
 };
 
 } // namespace paradize

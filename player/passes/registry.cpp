@@ -96,7 +96,9 @@ constexpr std::array<Entry, 13> entries{{
     {"shafts", [](const SceneFile &f) { return f.light_shafts.has_value(); },
      [](const RenderSettings &a, const RenderSettings &b) { return a.shaft_steps == b.shaft_steps; },
      make<ShaftsPass>},
-    {"post", [](const SceneFile &) { return true; }, always, make<PostPass>},
+    {"post", [](const SceneFile &) { return true; },
+     [](const RenderSettings &a, const RenderSettings &b) { return a.render_scale == b.render_scale; },
+     make<PostPass>},
 }};
 
 constexpr auto names = [] {

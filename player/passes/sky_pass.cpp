@@ -28,13 +28,13 @@ struct SkyPass::Drawing {
     gl::Program program;
     EnvironmentBindings environment;
     std::optional<DaytimeSkyBindings> daytime;
-    int sun, sun_disc, moon, moon_disc, star_light, star_turn;
+    int sun, sun_disc, moon, moon_disc, star_light, star_area, star_turn;
 
     Drawing(const PassSetup &setup, gl::Program drawn, bool has_daytime)
         : program(std::move(drawn)), environment(setup, program), sun(program.location("u_sun")),
           sun_disc(program.location("u_sun_disc")), moon(program.location("u_moon")),
           moon_disc(program.location("u_moon_disc")), star_light(program.location("u_star_light")),
-          star_turn(program.location("u_star_turn")) {
+          star_area(program.location("u_star_area")), star_turn(program.location("u_star_turn")) {
         if (has_daytime) {
             daytime.emplace(program);
         }
@@ -72,6 +72,8 @@ void SkyPass::draw(const Frame &frame, const View &view) {
         gl::Program::set(drawing.moon_disc,
                          glm::vec4(moon_disc_gain * light.moon.radiance, 0.5F * file.moon_diameter_rad));
         gl::Program::set(drawing.star_light, star_light * light.night * light.night);
+        // A star is as wide as a pixel: where that is enlarged, the same light has a larger area.
+        gl::Program::set(drawing.star_area, frame.settings.render_scale * frame.settings.render_scale);
         const auto turn = static_cast<float>(frame.clock.flight_s / file.flight.duration_s);
         gl::Program::set(
             drawing.star_turn,

@@ -2,6 +2,7 @@
 
 #include "gl/framebuffer.hpp"
 #include "gl/texture.hpp"
+#include "scene/camera.hpp"
 
 #include <epoxy/gl.h>
 
@@ -11,8 +12,8 @@
 namespace paradize {
 
 void WaterView::resize(int width_px, int height_px) {
-    width_px_ = std::max(1, static_cast<int>(std::lround(static_cast<float>(width_px) * scale_)));
-    height_px_ = std::max(1, static_cast<int>(std::lround(static_cast<float>(height_px) * scale_)));
+    width_px_ = scaled_px(width_px, scale_);
+    height_px_ = scaled_px(height_px, scale_);
     color_ = gl::make_target(GL_RGBA16F, width_px_, height_px_);
     depth_ = gl::make_target(GL_DEPTH_COMPONENT24, width_px_, height_px_);
     framebuffer_ = gl::make_framebuffer(color_, depth_);

@@ -53,7 +53,7 @@ Renderer::~Renderer() = default;
 
 Renderer::Picture Renderer::make_picture() const {
     Picture picture;
-    picture.color = gl::make_target(GL_RGBA16F, width_px_, height_px_);
+    picture.color = gl::make_target(GL_RGBA16F, frame_.width_px, frame_.height_px);
     picture.framebuffer = gl::make_framebuffer(picture.color, {});
     return picture;
 }
@@ -64,13 +64,13 @@ void Renderer::make_filter_targets() {
         return;
     }
     pictures_[1] = make_picture();
-    resolved_depth_ = gl::make_target(GL_DEPTH_COMPONENT24, width_px_, height_px_);
+    resolved_depth_ = gl::make_target(GL_DEPTH_COMPONENT24, frame_.width_px, frame_.height_px);
     depth_framebuffer_ = gl::make_framebuffer({}, resolved_depth_);
 }
 
 void Renderer::make_main() {
     const RenderSettings &settings = frame_.settings;
-    main_.make(width_px_, height_px_, settings.samples, has_post_ && settings.fine_edges);
+    main_.make(frame_.width_px, frame_.height_px, settings.samples, has_post_ && settings.fine_edges);
 }
 
 void Renderer::resize(int width_px, int height_px) {
@@ -79,23 +79,30 @@ void Renderer::resize(int width_px, int height_px) {
     }
     width_px_ = width_px;
     height_px_ = height_px;
-    make_main();
     final_ = gl::make_target(GL_RGBA8, width_px, height_px);
+    output_ = gl::make_framebuffer(final_, {});
+    frame_.output_width_px = width_px;
+    frame_.output_height_px = height_px;
+    frame_.output = output_.name();
+    cached_passes_.clear(); // their size is wrong now
+    make_targets();
+}
+
+void Renderer::make_targets() {
+    frame_.width_px = scaled_px(width_px_, frame_.settings.render_scale);
+    frame_.height_px = scaled_px(height_px_, frame_.settings.render_scale);
+    make_main();
     pictures_[0] = make_picture();
     pictures_[1] = {};
     make_filter_targets();
-    output_ = gl::make_framebuffer(final_, {});
-    cached_passes_.clear(); // their size is wrong now
     for (const std::unique_ptr<Pass> &pass : passes_) {
-        pass->resize(width_px, height_px);
+        pass->resize(frame_.width_px, frame_.height_px);
     }
-    frame_.width_px = width_px;
-    frame_.height_px = height_px;
-    frame_.output = output_.name();
 }
 
 void Renderer::change_settings(const RenderSettings &settings) {
     const RenderSettings before = std::exchange(frame_.settings, settings);
+    const bool resized = before.render_scale != settings.render_scale;
     for (std::size_t i = 0; i < passes_.size(); ++i) {
         const std::size_t index = pass_indices_[i];
         if (reusable(index, before, settings)) {
@@ -110,11 +117,13 @@ void Renderer::change_settings(const RenderSettings &settings) {
             cached_passes_.erase(cached);
         } else {
             pass = make_pass(index, {scene_, shaders_, settings});
-            pass->resize(width_px_, height_px_);
         }
+        pass->resize(frame_.width_px, frame_.height_px);
         cached_passes_.push_back({index, before, std::exchange(passes_[i], std::move(pass))});
     }
-    if (before.samples != settings.samples || before.fine_edges != settings.fine_edges) {
+    if (resized) {
+        make_targets();
+    } else if (before.samples != settings.samples || before.fine_edges != settings.fine_edges) {
         make_main();
     }
     make_filter_targets(); // another quality may filter where the one before did not
@@ -218,7 +227,7 @@ void Renderer::finish() {
         }
     } else {
         const unsigned shown = pictures_[picture_].framebuffer.name();
-        gl::blit_color(shown, width_px_, height_px_, output_.name(), width_px_, height_px_);
+        gl::blit_color(shown, frame_.width_px, frame_.height_px, output_.name(), width_px_, height_px_);
     }
     ++frame_.clock.frame;
     draw_calls_ = gl::draw_calls() - first_draw_call_;
@@ -244,7 +253,7 @@ void Renderer::draw_mean(double elapsed_s, const Pose &pose, const std::vector<S
     std::ranges::transform(sum, pixels.begin(), [&](double s) {
         return static_cast<float>(s / static_cast<double>(samples.size()));
     });
-    gl::write_target(pictures_[picture_].color, width_px_, height_px_, pixels);
+    gl::write_target(pictures_[picture_].color, frame_.width_px, frame_.height_px, pixels);
     finish();
 }
 
@@ -288,9 +297,9 @@ void Renderer::read_picture(std::vector<std::uint8_t> &pixels) const {
 }
 
 void Renderer::read_linear(std::vector<float> &pixels) const {
-    pixels.resize(static_cast<std::size_t>(width_px_) * static_cast<std::size_t>(height_px_) * 4);
+    pixels.resize(static_cast<std::size_t>(frame_.width_px) * static_cast<std::size_t>(frame_.height_px) * 4);
     glBindFramebuffer(GL_READ_FRAMEBUFFER, pictures_[picture_].framebuffer.name());
-    glReadPixels(0, 0, width_px_, height_px_, GL_RGBA, GL_FLOAT, pixels.data());
+    glReadPixels(0, 0, frame_.width_px, frame_.height_px, GL_RGBA, GL_FLOAT, pixels.data());
 }
 
 std::optional<BadPixel> Renderer::find_bad_pixel() const {
@@ -303,8 +312,8 @@ std::optional<BadPixel> Renderer::find_bad_pixel() const {
     }
     const auto pixel = (bad - pixels.begin()) / 4;
     BadPixel out;
-    out.x = static_cast<int>(pixel % width_px_);
-    out.y = height_px_ - 1 - static_cast<int>(pixel / width_px_);
+    out.x = static_cast<int>(pixel % frame_.width_px);
+    out.y = frame_.height_px - 1 - static_cast<int>(pixel / frame_.width_px);
     std::copy_n(pixels.begin() + pixel * 4, 4, out.value);
     return out;
 }

@@ -26,7 +26,7 @@ struct RendererOptions {
     std::vector<std::string> disabled; // names of passes
 };
 
-/// A pixel with a value that is not finite.
+/// A pixel of the drawn picture with a value that is not finite.
 struct BadPixel {
     int x = 0, y = 0; // from the top left
     float value[4] = {};
@@ -85,6 +85,8 @@ class Renderer {
     void draw_linear(const Pose &pose, const Sample &sample);
     void finish();
     void make_main();
+    /// Creates the targets of the drawn picture and resizes the passes.
+    void make_targets();
     Picture make_picture() const;
     void make_filter_targets();
     void filter();
@@ -93,7 +95,7 @@ class Renderer {
 
     const Scene &scene_;
     const gl::ShaderLibrary &shaders_;
-    int width_px_ = 0, height_px_ = 0;
+    int width_px_ = 0, height_px_ = 0;      // of the shown picture; frame_ has those of the drawn one
     std::vector<std::size_t> pass_indices_; // indices into pass_names(), one per pass
     std::vector<std::unique_ptr<Pass>> passes_;
     struct CachedPass {

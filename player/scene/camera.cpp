@@ -51,11 +51,15 @@ View main_view(const Pose &pose, const assets::Flight &flight, int width_px, int
     return out;
 }
 
+int scaled_px(int px, float scale) {
+    return std::max(1, static_cast<int>(std::lround(static_cast<float>(px) * scale)));
+}
+
 namespace {
 
 void resize(View &view, float scale) {
-    view.width_px = std::max(1, static_cast<int>(std::lround(static_cast<float>(view.width_px) * scale)));
-    view.height_px = std::max(1, static_cast<int>(std::lround(static_cast<float>(view.height_px) * scale)));
+    view.width_px = scaled_px(view.width_px, scale);
+    view.height_px = scaled_px(view.height_px, scale);
     view.pixels_at_1m *= scale;
 }
 
@@ -126,6 +130,7 @@ std::array<View, view_kinds> frame_views(const assets::SceneFile &file, const Re
     std::array<View, view_kinds> views;
     const auto set = [&](const View &view) { views[static_cast<std::size_t>(view.kind)] = view; };
     View main = main_view(pose, file.flight, width_px, height_px);
+    resize(main, settings.render_scale);
     jitter(main, pixel);
     const double level_m = file.water ? file.water->level_m : 0.0;
     set(main);

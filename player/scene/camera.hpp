@@ -20,6 +20,9 @@ inline constexpr float clip_margin_m = 0.05F;
 /// multiple of 1024 m near the eye.
 glm::dvec3 anchor_of(const glm::dvec3 &eye);
 
+/// Pixels of a side that is drawn at `scale`, at least one.
+int scaled_px(int px, float scale);
+
 /// The main camera.
 View main_view(const Pose &pose, const assets::Flight &flight, int width_px, int height_px);
 /// The camera mirrored in the plane y = level_m (world). `scale` multiplies its resolution. Clips what lies
@@ -31,8 +34,8 @@ View refraction_view(const View &main, double level_m, float scale);
 View light_view(const assets::Shadow &shadow, const glm::vec3 &to_sun,
                 const glm::dvec3 &anchor = glm::dvec3(0.0));
 
-/// Returns the views of a frame, at the index of their kind. `pixel` shifts the main and the light view by a
-/// fraction of their pixels.
+/// Returns the views of a frame, at the index of their kind. The size is that of the shown picture. `pixel`
+/// shifts the main and the light view by a fraction of their pixels.
 std::array<View, view_kinds> frame_views(const assets::SceneFile &file, const RenderSettings &settings,
                                          const Pose &pose, int width_px, int height_px,
                                          const glm::vec3 &to_sun, const glm::vec2 &pixel = glm::vec2(0.0F));

@@ -10,6 +10,7 @@ namespace paradize {
 namespace {
 
 constexpr int smallest_shadow_px = 64;
+constexpr float fast_render_scale = 0.7F; // half the pixels
 constexpr int shaft_steps = 12;
 constexpr int exact_shaft_steps = 32;
 constexpr int exact_parallax_steps = 24;
@@ -52,6 +53,8 @@ bool has_feature(const assets::SceneFile &file, QualityFeature feature, const De
         return !device.software && (file.terrain || !file.objects.empty());
     case QualityFeature::lod:
         return file.terrain || !file.objects.empty() || has_near_waves(file);
+    case QualityFeature::resolution:
+        return true;
     }
     return false;
 }
@@ -82,6 +85,8 @@ RenderSettings render_settings(const assets::SceneFile &file, const Quality &qua
                             0.25F * file.lod_error_px);
     out.near_waves = has_near_waves(file) && pick(quality, QualityFeature::lod, false, true, true);
     out.fine_edges = pick(quality, QualityFeature::lod, false, true, true);
+    out.render_scale = pick(quality, QualityFeature::resolution, fast_render_scale, 1.0F, 1.0F);
+    out.samples = pick(quality, QualityFeature::resolution, 0, out.samples, out.samples);
     return out;
 }
 

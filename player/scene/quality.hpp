@@ -14,9 +14,17 @@ enum class Tier : unsigned char { fast, balanced, exact };
 inline constexpr std::array<std::string_view, 3> tier_names{"fast", "balanced", "exact"};
 
 /// The features that --quality names. Texture formats are not among them: the bake's tiers choose them.
-enum class QualityFeature : unsigned char { shadow, reflection, refraction, parallax, anisotropy, lod };
-inline constexpr std::array<std::string_view, 6> feature_names{"shadow",   "reflection", "refraction",
-                                                               "parallax", "anisotropy", "lod"};
+enum class QualityFeature : unsigned char {
+    shadow,
+    reflection,
+    refraction,
+    parallax,
+    anisotropy,
+    lod,
+    resolution
+};
+inline constexpr std::array<std::string_view, 7> feature_names{
+    "shadow", "reflection", "refraction", "parallax", "anisotropy", "lod", "resolution"};
 inline constexpr std::size_t feature_count = feature_names.size();
 
 /// One tier per feature. `balanced` means the scene's own settings.
@@ -32,17 +40,19 @@ enum class ShadowFilter { hard = 0, disc = 1, penumbra = 2, nearest = 3 };
 
 /// Settings that the passes are built and drawn with.
 struct RenderSettings {
+    float render_scale =
+        1.0F; // sides of the drawn picture relative to the shown one, which it is enlarged to
     int shadow_size_px = 2048; // of each cascade
     int shadow_cascades = 3;   // scene/cascades.hpp; 1: the whole square alone
     ShadowFilter shadow_filter = ShadowFilter::disc;
     bool sky_light = true; // light from all around differs with the direction; needs lookups of the sky
     int shaft_steps = 12;  // places that a ray through the air looks the shadow map up at; 0: no light shafts
-    float reflection_scale = 1.0F; // relative to the picture's size
+    float reflection_scale = 1.0F; // relative to the drawn picture's size
     float refraction_scale = 1.0F;
     // 0: off; 1, 2: iterative; more: steps of the ray march (PARALLAX_STEPS of lib/parallax.glsl)
     int parallax_steps = 2;
     float anisotropy = 1.0F;
-    float lod_error_px = 1.0F; // 0: always the finest level
+    float lod_error_px = 1.0F; // of the drawn picture; 0: always the finest level
     // alpha is looked up at four places of a pixel, and samples are resolved after a tone map
     bool fine_edges = true;
     bool near_waves = false; // waves lift the sea near the eye

@@ -204,9 +204,10 @@ def test_fps_reports_its_choice_and_whether_the_rate_is_reached(player: Player, 
         assert ("the fastest quality needs" in result.stderr) == (rate == "1000")
     slow = report["0.01"]
     assert slow["fps"]["reached"] and not report["1000"]["fps"]["reached"]
-    assert slow["features"] == ["shadow", "reflection", "refraction", "lod"]
-    # A very long budget gives the quality with the least error: exact.
-    assert {slow["quality"][feature] for feature in slow["features"]} == {"exact"}
+    assert slow["features"] == ["shadow", "reflection", "refraction", "lod", "resolution"]
+    # A very long budget gives the quality with the least error: exact, which of the resolution is balanced.
+    assert {slow["quality"][feature] for feature in slow["features"][:-1]} == {"exact"}
+    assert slow["quality"]["resolution"] == "balanced"
     assert set(slow["fps"]["calibration"]) == set(slow["features"])
 
 

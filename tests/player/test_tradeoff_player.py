@@ -13,7 +13,7 @@ from tests.places import ROOT
 from tests.player.synthetic import write_scene
 
 PLAYER = ROOT / "build/bin/paradize-player"
-FEATURES = ["shadow", "reflection", "refraction", "lod"]
+FEATURES = ["shadow", "reflection", "refraction", "lod", "resolution"]
 
 
 @pytest.mark.deep

@@ -14,7 +14,9 @@ from paradize.scene.settings import Scene
 # smaller (player/scene/cascades.hpp).
 FINEST_LOD, FINEST_SCALE, FINEST_SHADOW = 0.25, 1.0, 2
 SHADOW_CASCADES, CASCADE_RATIO = 3, 3
-COARSEST_LOD = 3.0  # the player's coarsest quality: COARSEST_LOD times lod_error_px
+# The player's coarsest quality: COARSEST_LOD times lod_error_px, in pixels of the shown picture. Where it
+# draws a smaller one (resolution=fast) coarser levels still would do; none is baked for that.
+COARSEST_LOD = 3.0
 
 
 def camera_views(scene: Scene) -> dict[str, Any]:

@@ -13,9 +13,10 @@ using namespace paradize;
 
 namespace {
 
-constexpr std::array<QualityFeature, 6> all_features{QualityFeature::shadow,     QualityFeature::reflection,
-                                                     QualityFeature::refraction, QualityFeature::parallax,
-                                                     QualityFeature::anisotropy, QualityFeature::lod};
+constexpr std::array<QualityFeature, feature_count> all_features{
+    QualityFeature::shadow,    QualityFeature::reflection, QualityFeature::refraction,
+    QualityFeature::parallax,  QualityFeature::anisotropy, QualityFeature::lod,
+    QualityFeature::resolution};
 
 /// Random costs that mostly rise and errors that mostly fall, with ties and features that are not worth their
 /// cost.
@@ -32,15 +33,16 @@ FeatureCosts random_table(std::uint64_t seed) {
     return table;
 }
 
-/// Least error of all 729 qualities within the budget, or infinity if none fits.
+/// Least error of all 2187 qualities within the budget, or infinity if none fits.
 double brute_force(const FeatureCosts &table, double base_ms, double budget_ms) {
     double best = std::numeric_limits<double>::infinity();
-    for (int code = 0; code < 729; ++code) {
+    for (int code = 0; code < 2187; ++code) {
         double ms = base_ms;
         double error = 0.0;
-        for (int feature = 0, rest = code; feature < 6; ++feature, rest /= 3) {
-            const FeatureCost &point =
-                table[static_cast<std::size_t>(feature)][static_cast<std::size_t>(rest % 3)];
+        int rest = code;
+        for (const auto &row : table) {
+            const FeatureCost &point = row[static_cast<std::size_t>(rest % 3)];
+            rest /= 3;
             ms += point.ms;
             error += point.error;
         }

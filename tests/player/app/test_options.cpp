@@ -101,7 +101,7 @@ TEST_CASE("command line: tiers for all features and for single ones") {
                          "--quality best: is not a tier; choose from fast, balanced, exact", UsageError);
     CHECK_THROWS_WITH_AS(parse({"a", "--quality", "sky=fast"}),
                          "--quality sky: is not a quality feature; choose from shadow, reflection, "
-                         "refraction, parallax, anisotropy, lod",
+                         "refraction, parallax, anisotropy, lod, resolution",
                          UsageError);
     CHECK_THROWS_AS(parse({"a", "--quality", ""}), UsageError);
     CHECK_THROWS_AS(parse({"a", "--quality", "fast,"}), UsageError);

@@ -44,6 +44,26 @@ TEST_CASE("mirror: a point is seen where its mirror image is seen by the camera"
     CHECK(mirror.pixels_at_1m == doctest::Approx(main.pixels_at_1m * 0.5F));
 }
 
+TEST_CASE("views: a picture drawn smaller shows the same, in its own pixels, also where its sides are odd") {
+    assets::SceneFile file;
+    file.flight = lens();
+    RenderSettings settings;
+    settings.reflection_scale = 0.5F;
+    const auto all = frame_views(file, settings, pose, 641, 361, glm::vec3(0.0F, 1.0F, 0.0F));
+    settings.render_scale = 0.5F;
+    const auto half = frame_views(file, settings, pose, 641, 361, glm::vec3(0.0F, 1.0F, 0.0F));
+    const View &main = half[static_cast<std::size_t>(ViewKind::main)];
+    CHECK(main.width_px == 321);
+    CHECK(main.height_px == 181);
+    CHECK(half[static_cast<std::size_t>(ViewKind::mirror)].width_px == 161);
+    for (const ViewKind kind : {ViewKind::main, ViewKind::mirror, ViewKind::refraction}) {
+        const auto i = static_cast<std::size_t>(kind);
+        CHECK(half[i].view_projection == all[i].view_projection);
+        CHECK(half[i].pixels_at_1m == doctest::Approx(0.5F * all[i].pixels_at_1m));
+    }
+    CHECK(scaled_px(1, 0.25F) == 1);
+}
+
 TEST_CASE("mirror: clips what is below the water; the refraction clips what is above") {
     const View main = main_view(pose, lens(), 640, 360);
     const View mirror = mirror_view(main, 0.0F, 1.0F);

@@ -53,7 +53,7 @@ TEST_CASE("quality: each feature changes its own setting only") {
         for (const Tier tier : {Tier::fast, Tier::exact}) {
             const auto feature = static_cast<QualityFeature>(i);
             RenderSettings settings = render_settings(file, only(feature, tier), Device());
-            CHECK(settings != balanced);
+            CHECK((settings != balanced || (feature == QualityFeature::resolution && tier == Tier::exact)));
             switch (feature) {
             case QualityFeature::shadow:
                 settings.shadow_size_px = balanced.shadow_size_px;
@@ -81,6 +81,12 @@ TEST_CASE("quality: each feature changes its own setting only") {
                 CHECK(settings.fine_edges == (tier != Tier::fast));
                 settings.fine_edges = balanced.fine_edges;
                 break;
+            case QualityFeature::resolution:
+                CHECK((settings.render_scale < 1.0F) == (tier == Tier::fast));
+                CHECK((settings.samples == 0) == (tier == Tier::fast));
+                settings.render_scale = balanced.render_scale;
+                settings.samples = balanced.samples;
+                break;
             }
             CHECK(settings == balanced);
         }
@@ -99,6 +105,7 @@ TEST_CASE("quality: device limits hold, and a scene need not have every feature"
     CHECK_FALSE(has_feature(island(), QualityFeature::parallax, small)); // no object has parallax
     CHECK_FALSE(has_feature(assets::SceneFile(), QualityFeature::shadow, small));
     CHECK_FALSE(has_feature(assets::SceneFile(), QualityFeature::lod, small));
+    CHECK(has_feature(assets::SceneFile(), QualityFeature::resolution, small));
 }
 
 TEST_CASE("reference: samples lie in the pixel and on the sun's disc, with the centre as their mean") {
