@@ -224,7 +224,7 @@ class HeightMap:
 
 @dataclass(frozen=True)
 class DrawnNormals:
-    """The normals of a map that somebody drew, as metrics compare with them. vectors: (h, w, 3) float32,
+    """The normals of an authored map, as metrics compare with them. vectors: (h, w, 3) float32,
     unit, green up. islands: as of HeightMap; None: all texels count."""
 
     vectors: F32

@@ -25,7 +25,7 @@ class MaterialMap:
     surfaces: who may have it: "object", "water", "ground".
     stream_rank: what of a surface is streamed first.
     derived: made by `paradize maps` of a colour or a height picture. authored: may be baked from a picture
-    that somebody drew of it, no colour.
+    of itself.
     narrow_formats: the same where only the first channel is read.
     panels: what a contact sheet shows of it, one after the other; of a "value" one for each channel.
     not_bounded: what the bound of its error does not hold, in the words of `paradize explain`.

@@ -35,7 +35,7 @@ void play_frames(Playback &playback, const Options &options, gl::DebugLog &log, 
             glFinish(); // finishes the window's previous frame
         }
         const double start = now_ms();
-        playback.frame(elapsed_s, playback.flight_outlook(elapsed_s), log);
+        playback.frame(elapsed_s, playback.flight_forecast(elapsed_s), log);
         glFinish();
         if (i >= before) {
             playback.record_frame_time(now_ms() - start);

@@ -71,8 +71,8 @@ void play_window(Playback &playback, const Options &options, gl::DebugLog &log, 
         const assets::SceneFile *shown = &playback.file();
         playback.frame(elapsed_s,
                        options.interactive
-                           ? playback.steered_outlook(camera.pose(), before, elapsed_s, delta_s)
-                           : playback.flight_outlook(elapsed_s),
+                           ? playback.steered_forecast(camera.pose(), before, elapsed_s, delta_s)
+                           : playback.flight_forecast(elapsed_s),
                        log);
         gl::blit_color(playback.renderer().output(), playback.renderer().width_px(),
                        playback.renderer().height_px(), 0, width, height);

@@ -71,11 +71,11 @@ Playback::Playback(const Options &options, PendingScene pending, const RendererO
       shaders_(gl::ShaderLibrary::find()), device_(device()), features_(available_features(file(), device_)) {
     warn_of_terrain_size();
     scenes_.begin_reading(
-        flight_outlook(options.time_s, renderer_options.width_px, renderer_options.height_px));
+        flight_forecast(options.time_s, renderer_options.width_px, renderer_options.height_px));
     renderer_ = std::make_unique<Renderer>(scenes_.current().scene, shaders_, renderer_options);
     if (options.wait_resident || options.bench || options.fps ||
         (!options.screenshot.empty() && !options.frames)) {
-        scenes_.upload_all(flight_outlook(options.time_s));
+        scenes_.upload_all(flight_forecast(options.time_s));
     }
     if (options.reference) {
         samples_ = reference_samples(*options.reference);
@@ -138,35 +138,35 @@ Horizons Playback::horizons_s() const {
                              : horizons_for(scenes_.current().streamer.counts().read_bytes_per_s);
 }
 
-Outlook Playback::flight_outlook(double elapsed_s) const {
-    return flight_outlook(elapsed_s, renderer_->width_px(), renderer_->height_px());
+CameraForecast Playback::flight_forecast(double elapsed_s) const {
+    return flight_forecast(elapsed_s, renderer_->width_px(), renderer_->height_px());
 }
 
-Outlook Playback::flight_outlook(double elapsed_s, int width_px, int height_px) const {
-    Outlook out{renderer_options_.settings,
-                width_px,
-                height_px,
-                flight_pose(file().flight, elapsed_s),
-                {},
-                elapsed_s,
-                false,
-                horizons_s()};
+CameraForecast Playback::flight_forecast(double elapsed_s, int width_px, int height_px) const {
+    CameraForecast out{renderer_options_.settings,
+                       width_px,
+                       height_px,
+                       flight_pose(file().flight, elapsed_s),
+                       {},
+                       elapsed_s,
+                       false,
+                       horizons_s()};
     for (std::size_t i = 0; i < out.soon.size(); ++i) {
         out.soon[i] = flight_pose(file().flight, elapsed_s + out.horizons_s[i]);
     }
     return out;
 }
 
-Outlook Playback::steered_outlook(const Pose &pose, const Pose &before, double elapsed_s,
-                                  double delta_s) const {
-    Outlook out{renderer_options_.settings,
-                renderer_->width_px(),
-                renderer_->height_px(),
-                pose,
-                {},
-                elapsed_s,
-                true,
-                horizons_s()};
+CameraForecast Playback::steered_forecast(const Pose &pose, const Pose &before, double elapsed_s,
+                                          double delta_s) const {
+    CameraForecast out{renderer_options_.settings,
+                       renderer_->width_px(),
+                       renderer_->height_px(),
+                       pose,
+                       {},
+                       elapsed_s,
+                       true,
+                       horizons_s()};
     for (std::size_t i = 0; i < out.soon.size(); ++i) {
         const double steps = delta_s > 0.0 ? out.horizons_s[i] / delta_s : 0.0;
         out.soon[i] = pose;
@@ -176,8 +176,8 @@ Outlook Playback::steered_outlook(const Pose &pose, const Pose &before, double e
     return out;
 }
 
-void Playback::frame(double elapsed_s, const Outlook &outlook, gl::DebugLog &log) {
-    const Pose &pose = outlook.now;
+void Playback::frame(double elapsed_s, const CameraForecast &forecast, gl::DebugLog &log) {
+    const Pose &pose = forecast.now;
     // Headless frames wait for data, so that they do not depend on timing. Frames in a window do not
     // wait.
     log_unless_empty(bake_limits_->check_size(renderer_->width_px(), renderer_->height_px()));
@@ -193,7 +193,7 @@ void Playback::frame(double elapsed_s, const Outlook &outlook, gl::DebugLog &log
     stream_ms_ = 0.0;
     {
         const CpuTimer timer(stream_ms_);
-        if (LoadedScene *next = scenes_.upload(outlook, budget)) {
+        if (LoadedScene *next = scenes_.upload(forecast, budget)) {
             activate(*next, elapsed_s);
         }
     }

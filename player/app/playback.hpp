@@ -41,14 +41,15 @@ class Playback {
     Renderer &renderer() { return *renderer_; }
 
     /// Where the flight leads from this time on.
-    Outlook flight_outlook(double elapsed_s) const;
+    CameraForecast flight_forecast(double elapsed_s) const;
     /// Where a steered camera heads, if it goes on as since the last frame.
-    Outlook steered_outlook(const Pose &pose, const Pose &before, double elapsed_s, double delta_s) const;
+    CameraForecast steered_forecast(const Pose &pose, const Pose &before, double elapsed_s,
+                                    double delta_s) const;
     /// Warns once if the free camera leaves the region that the scene was baked for.
     void check_free_camera(const glm::dvec3 &eye);
 
     /// Uploads within the budget of a frame and draws.
-    void frame(double elapsed_s, const Outlook &outlook, gl::DebugLog &log);
+    void frame(double elapsed_s, const CameraForecast &forecast, gl::DebugLog &log);
     /// Frames to record. Their recording allocates nothing.
     void reserve_frames(std::size_t frames);
     /// Records the duration of a finished frame, and adjusts the quality for --fps.
@@ -64,7 +65,7 @@ class Playback {
 
   private:
     Horizons horizons_s() const;
-    Outlook flight_outlook(double elapsed_s, int width_px, int height_px) const;
+    CameraForecast flight_forecast(double elapsed_s, int width_px, int height_px) const;
     void apply(const Quality &quality);
     void warn_of_terrain_size() const;
     /// Warns once if the picture needs more than the limit of device memory.

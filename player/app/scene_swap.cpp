@@ -25,14 +25,14 @@ MemoryLimits limits_for(const assets::SceneFile &file, MemoryLimits limits) {
     return limits;
 }
 
-void set_needs(LoadedScene &scene, const Outlook &outlook) {
-    scene.demand.update(outlook);
+void set_needs(LoadedScene &scene, const CameraForecast &forecast) {
+    scene.demand.update(forecast);
     scene.streamer.set_needs(scene.demand.needs());
 }
 
-bool upload_needed(LoadedScene &scene, const Outlook &outlook, const UploadBudget &budget) {
+bool upload_needed(LoadedScene &scene, const CameraForecast &forecast, const UploadBudget &budget) {
     if (!scene.streamer.settled()) {
-        set_needs(scene, outlook);
+        set_needs(scene, forecast);
     }
     return scene.streamer.upload(budget);
 }
@@ -91,28 +91,28 @@ void SceneSwap::log_failures() {
     }
 }
 
-void SceneSwap::begin_reading(const Outlook &outlook) {
-    set_needs(*current_, outlook);
+void SceneSwap::begin_reading(const CameraForecast &forecast) {
+    set_needs(*current_, forecast);
     current_->streamer.begin_reading();
 }
 
-void SceneSwap::upload_all(const Outlook &outlook) {
+void SceneSwap::upload_all(const CameraForecast &forecast) {
     current_->streamer.finish_checks();
-    upload_needed(*current_, outlook, {});
+    upload_needed(*current_, forecast, {});
     log_failures();
 }
 
-LoadedScene *SceneSwap::upload(const Outlook &outlook, const UploadBudget &budget) {
+LoadedScene *SceneSwap::upload(const CameraForecast &forecast, const UploadBudget &budget) {
     if (watcher_ != nullptr) {
         poll(budget.not_ready);
     }
     if (!next_) {
-        upload_needed(*current_, outlook, budget);
+        upload_needed(*current_, forecast, budget);
         log_failures();
         return nullptr;
     }
     try {
-        bool complete = upload_needed(*next_, outlook, budget);
+        bool complete = upload_needed(*next_, forecast, budget);
         if (complete && budget.not_ready != NotReady::skip) {
             next_->streamer.finish_checks();
         }

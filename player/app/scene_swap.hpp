@@ -47,14 +47,14 @@ class SceneSwap {
     LoadedScene &current() { return *current_; }
     const LoadedScene &current() const { return *current_; }
     /// Lets threads read what the first picture shows, while the shaders are compiled.
-    void begin_reading(const Outlook &outlook);
+    void begin_reading(const CameraForecast &forecast);
     /// Uploads within the budget, to the next scene if there is one, else to the current scene. Returns the
     /// next scene once it is resident; call activate() then. Otherwise returns nullptr. An error of the next
     /// scene is logged once and that scene is dropped. A file of the current scene that cannot be read any
     /// more is logged once. Throws Error if the current scene fails.
-    LoadedScene *upload(const Outlook &outlook, const UploadBudget &budget);
+    LoadedScene *upload(const CameraForecast &forecast, const UploadBudget &budget);
     /// Uploads all of the current scene, or all that is needed and fits the limit.
-    void upload_all(const Outlook &outlook);
+    void upload_all(const CameraForecast &forecast);
     /// Makes the next scene the current one. Returns the previous scene; keep it until nothing refers to it.
     std::unique_ptr<LoadedScene> activate();
     /// Drops the next scene and logs `error`.

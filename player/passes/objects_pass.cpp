@@ -160,7 +160,7 @@ ObjectsPass::ObjectsPass(const PassSetup &setup, DrawnMaterials drawn)
                         return number_in(lit_known, lit_defines(setup.settings, values, dry, lights), lit_);
                     };
                     const std::uint32_t plain = number(false);
-                    return Programs::OfView{plain, object.light_sets.size() > 1 ? number(true) : plain};
+                    return Programs::ViewPrograms{plain, object.light_sets.size() > 1 ? number(true) : plain};
                 };
                 numbers.whole = lit(object.dry);
                 numbers.above_water = is_blended ? numbers.whole : lit(true);
@@ -227,7 +227,7 @@ void ObjectsPass::bind_uniforms(const Material &material) {
 void ObjectsPass::use_lit(const Frame &frame, const View &view, const DrawCommand &command) {
     const Material &material = command.object->materials[command.material];
     const Programs &both = programs_of(command);
-    const Programs::OfView &programs = frame.hides_under_water(view) ? both.above_water : both.whole;
+    const Programs::ViewPrograms &programs = frame.hides_under_water(view) ? both.above_water : both.whole;
     const std::uint32_t number = command.light_set != 0 ? programs.by_lights : programs.lit;
     const Lit &lit = lit_[number];
     if (command.light_set != 0 && light_set_ != command.light_set) {

@@ -44,10 +44,10 @@ class ObjectsPass : public Pass {
     };
     /// Of a material of an object: indices of its programs. `by_lights`: where point lights reach it.
     struct Programs {
-        struct OfView {
+        struct ViewPrograms {
             std::uint32_t lit = 0, by_lights = 0;
         };
-        OfView whole, above_water; // for views that show what is under water, and for those that do not
+        ViewPrograms whole, above_water; // for views that show what is under water, and for those that do not
         std::uint32_t depth = 0;
     };
     const Programs &programs_of(const DrawCommand &command) const;

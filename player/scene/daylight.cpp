@@ -46,16 +46,16 @@ double shorter(double from, double to) {
 }
 
 /// The keys around a second, and how far it lies between the second and the third of them.
-struct Place {
+struct KeyBlend {
     std::array<std::size_t, 4> key{};
     std::array<double, 3> span_s{}; // between neighbours
     double share = 0.0;             // of the way from key[1] to key[2]
 };
 
-Place place_of(const SceneFile &file, double flight_s) {
+KeyBlend blend_of(const SceneFile &file, double flight_s) {
     const std::vector<DaytimeKey> &keys = file.daytime;
     const std::size_t count = keys.size();
-    Place out;
+    KeyBlend out;
     const std::size_t here = key_before(file, flight_s);
     for (std::size_t i = 0; i < 4; ++i) {
         out.key[i] = (here + count + i - 1) % count;
@@ -89,30 +89,30 @@ double slope_at(double rise_before, double span_before, double rise_after, doubl
 }
 
 /// Returns how far a value has risen from key[1]. rises: from each key to the next.
-double rise_at(const Place &place, const std::array<double, 3> &rises) {
-    const double first = slope_at(rises[0], place.span_s[0], rises[1], place.span_s[1]);
-    const double last = slope_at(rises[1], place.span_s[1], rises[2], place.span_s[2]);
-    const double u = place.share;
-    const double span = place.span_s[1];
+double rise_at(const KeyBlend &blend, const std::array<double, 3> &rises) {
+    const double first = slope_at(rises[0], blend.span_s[0], rises[1], blend.span_s[1]);
+    const double last = slope_at(rises[1], blend.span_s[1], rises[2], blend.span_s[2]);
+    const double u = blend.share;
+    const double span = blend.span_s[1];
     return u * (1.0 - u) * (1.0 - u) * span * first + u * u * (3.0 - 2.0 * u) * rises[1] -
            u * u * (1.0 - u) * span * last;
 }
 
 template <typename Of>
-double value_at(const SceneFile &file, const Place &place, Of of) {
+double value_at(const SceneFile &file, const KeyBlend &blend, Of of) {
     std::array<double, 4> values{};
     for (std::size_t i = 0; i < 4; ++i) {
-        values[i] = static_cast<double>(of(file.daytime[place.key[i]]));
+        values[i] = static_cast<double>(of(file.daytime[blend.key[i]]));
     }
-    return values[1] + rise_at(place, {values[1] - values[0], values[2] - values[1], values[3] - values[2]});
+    return values[1] + rise_at(blend, {values[1] - values[0], values[2] - values[1], values[3] - values[2]});
 }
 
 template <typename Of>
-glm::vec3 color_at(const SceneFile &file, const Place &place, Of of) {
+glm::vec3 color_at(const SceneFile &file, const KeyBlend &blend, Of of) {
     glm::vec3 out;
     for (int channel = 0; channel < 3; ++channel) {
         out[channel] = static_cast<float>(
-            value_at(file, place, [&](const DaytimeKey &key) { return glm::vec3(of(key))[channel]; }));
+            value_at(file, blend, [&](const DaytimeKey &key) { return glm::vec3(of(key))[channel]; }));
     }
     return out;
 }
@@ -121,15 +121,15 @@ struct Angles {
     double azimuth = 0.0, elevation = 0.0;
 };
 
-Angles angles_at(const SceneFile &file, const Place &place, SkyLight DaytimeKey::*light) {
+Angles angles_at(const SceneFile &file, const KeyBlend &blend, SkyLight DaytimeKey::*light) {
     std::array<double, 4> azimuth{};
     for (std::size_t i = 0; i < 4; ++i) {
-        azimuth[i] = static_cast<double>((file.daytime[place.key[i]].*light).azimuth_rad);
+        azimuth[i] = static_cast<double>((file.daytime[blend.key[i]].*light).azimuth_rad);
     }
     const std::array<double, 3> turns{shorter(azimuth[0], azimuth[1]), shorter(azimuth[1], azimuth[2]),
                                       shorter(azimuth[2], azimuth[3])};
-    return {azimuth[1] + rise_at(place, turns),
-            value_at(file, place, [&](const DaytimeKey &key) { return (key.*light).elevation_rad; })};
+    return {azimuth[1] + rise_at(blend, turns),
+            value_at(file, blend, [&](const DaytimeKey &key) { return (key.*light).elevation_rad; })};
 }
 
 glm::vec3 radiance_of(const SkyLight &light) {
@@ -171,41 +171,41 @@ Daylight daylight_at(const SceneFile &file, double flight_s) {
     if (file.daytime.empty()) {
         return out;
     }
-    const Place place = place_of(file, flight_s);
+    const KeyBlend blend = blend_of(file, flight_s);
     const std::array<SkyLight DaytimeKey::*, 2> lights{&DaytimeKey::sun, &DaytimeKey::moon};
     const std::array<Disc *, 2> discs{&out.sun, &out.moon};
     std::array<Angles, 2> angles;
     for (std::size_t i = 0; i < 2; ++i) {
-        angles[i] = angles_at(file, place, lights[i]);
+        angles[i] = angles_at(file, blend, lights[i]);
         discs[i]->direction = direction_of(angles[i].azimuth, angles[i].elevation);
         discs[i]->radiance =
-            color_at(file, place, [&](const DaytimeKey &key) { return radiance_of(key.*lights[i]); });
+            color_at(file, blend, [&](const DaytimeKey &key) { return radiance_of(key.*lights[i]); });
     }
     // No key with light of the one is beside one with light of the other, so both are dark where they change.
     out.by_moon = luminance(out.moon.radiance) > luminance(out.sun.radiance);
     const double step_s = std::floor(flight_s * turning_steps_per_s) / turning_steps_per_s;
-    const Angles stepped = angles_at(file, place_of(file, step_s), lights[out.by_moon ? 1 : 0]);
+    const Angles stepped = angles_at(file, blend_of(file, step_s), lights[out.by_moon ? 1 : 0]);
     out.to_light = direction_of(stepped.azimuth, stepped.elevation);
     out.radiance = risen(out.brighter());
     out.angular_radius_rad = 0.5F * (out.by_moon ? file.moon_diameter_rad : file.sun.angular_diameter_rad);
     out.haze_glow = std::min(luminance(out.radiance), 1.0F);
-    out.ambient = color_at(file, place,
+    out.ambient = color_at(file, blend,
                            [](const DaytimeKey &key) { return key.ambient.color * key.ambient.intensity; });
-    out.fog = color_at(file, place, [](const DaytimeKey &key) { return key.fog.color; });
+    out.fog = color_at(file, blend, [](const DaytimeKey &key) { return key.fog.color; });
     out.fog_density_per_m = static_cast<float>(
-        value_at(file, place, [](const DaytimeKey &key) { return key.fog.density_per_m; }));
+        value_at(file, blend, [](const DaytimeKey &key) { return key.fog.density_per_m; }));
     out.exposure =
-        static_cast<float>(value_at(file, place, [](const DaytimeKey &key) { return key.exposure; }));
+        static_cast<float>(value_at(file, blend, [](const DaytimeKey &key) { return key.exposure; }));
     out.night = smooth_share(dusk_sine, night_sine, out.sun.direction.y);
 
     for (std::size_t i = 0; i < 2; ++i) {
-        out.sky.key[i] = place.key[i + 1];
+        out.sky.key[i] = blend.key[i + 1];
         const DaytimeKey &key = file.daytime[out.sky.key[i]];
         const auto light = light_of(key);
         const double azimuth = angles[light == &DaytimeKey::moon ? 1 : 0].azimuth;
         out.sky.turn_rad[i] = static_cast<float>(shorter(static_cast<double>(key.sky_azimuth_rad), azimuth));
     }
-    out.sky.share = smooth_share(0.0F, 1.0F, static_cast<float>(place.share));
+    out.sky.share = smooth_share(0.0F, 1.0F, static_cast<float>(blend.share));
     if (file.clouds) {
         const double repeats = file.clouds->drift_repeats * flight_s / file.flight.duration_s;
         out.clouds_turn_rad = static_cast<float>(turn * std::remainder(repeats, 1.0) / file.clouds->repeat);

@@ -162,7 +162,7 @@ int InstanceTree::lod_of(const Instance &instance, const View &view, const LodQu
     return choose_lod(query.errors_m, distance_m, query.pixels_at_1m * instance.scale, query.error_px);
 }
 
-InstanceTree::Seen InstanceTree::look(const Node &node, const View &view, const LodQuery &query) {
+InstanceTree::CullResult InstanceTree::look(const Node &node, const View &view, const LodQuery &query) {
     const Side side = side_of(node, view);
     if (side != Side::inside) {
         return {side, 0};
@@ -173,7 +173,7 @@ InstanceTree::Seen InstanceTree::look(const Node &node, const View &view, const 
     };
     const int finest = level(reach.least_m, node.most_scale * (1.0F + widening));
     const int coarsest = level(reach.most_m, node.least_scale * (1.0F - widening));
-    return finest == coarsest ? Seen{Side::inside, finest} : Seen{Side::crossed, 0};
+    return finest == coarsest ? CullResult{Side::inside, finest} : CullResult{Side::crossed, 0};
 }
 
 void InstanceTree::find_nearest(std::span<const Instance> instances, const View &view, const LodQuery &query,

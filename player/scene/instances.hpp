@@ -75,7 +75,7 @@ class InstanceTree {
                  const Take &take) const {
         for (std::size_t at = 0; at < nodes_.size();) {
             const Node &node = nodes_[at];
-            const Seen seen = look(node, view, query);
+            const CullResult seen = look(node, view, query);
             at = seen.side == Side::crossed && !node.is_leaf() ? at + 1 : node.next;
             if (seen.side == Side::inside) {
                 take(InstanceRange{node.first, node.count, seen.lod});
@@ -109,7 +109,7 @@ class InstanceTree {
         bool is_leaf() const { return leaf; }
     };
     enum class Side { outside, inside, crossed };
-    struct Seen {
+    struct CullResult {
         Side side = Side::outside;
         int lod = 0; // of all instances, where side is inside
     };
@@ -122,7 +122,7 @@ class InstanceTree {
     void build(std::vector<std::uint32_t> &order, const std::vector<Instance> &instances, std::uint32_t first,
                std::uint32_t count);
     /// Inside: the view sees every instance of the node, all at one level.
-    static Seen look(const Node &node, const View &view, const LodQuery &query);
+    static CullResult look(const Node &node, const View &view, const LodQuery &query);
     static Side side_of(const Node &node, const View &view);
     /// Bounds of the distances from a point to the spheres.
     static Reach distances(const Node &node, const View &view, const glm::vec3 &eye);

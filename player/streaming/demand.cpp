@@ -122,28 +122,28 @@ Demand::MapUse Demand::map_use(std::string_view artifact, float uv_per_m) const 
             uv_per_m * static_cast<float>(std::min(texture->width_px(), texture->height_px()))};
 }
 
-void Demand::update(const Outlook &outlook) {
+void Demand::update(const CameraForecast &forecast) {
     std::ranges::fill(now_, 0.0F);
     std::ranges::fill(around_, 0.0F);
-    look(outlook.now, outlook.elapsed_s, outlook, now_, &around_);
-    for (std::size_t i = 0; i < outlook.horizons_s.size(); ++i) {
+    look(forecast.now, forecast.elapsed_s, forecast, now_, &around_);
+    for (std::size_t i = 0; i < forecast.horizons_s.size(); ++i) {
         if (first_ || i == turn_) {
-            look_ahead(i, outlook);
+            look_ahead(i, forecast);
         }
     }
     first_ = false;
-    turn_ = (turn_ + 1) % outlook.horizons_s.size();
+    turn_ = (turn_ + 1) % forecast.horizons_s.size();
     for (std::size_t piece = 0; piece < needs_.size(); ++piece) {
         needs_[piece] = {now_[piece], 0.0F};
         if (around_[piece] > 1.0F) {
             needs_[piece].soon = less_the_later(around_[piece], turn_s);
         }
-        for (std::size_t i = 0; i < outlook.horizons_s.size(); ++i) {
+        for (std::size_t i = 0; i < forecast.horizons_s.size(); ++i) {
             const Sighting &then = soon_[i][piece];
             if (then.error > 1.0F) { // what is accepted then is not needed; what is not, remains needed
-                const double after_s =
-                    outlook.steered ? outlook.horizons_s[i]
-                                    : std::clamp(then.at_s - outlook.elapsed_s, 0.0, outlook.horizons_s[i]);
+                const double after_s = forecast.steered ? forecast.horizons_s[i]
+                                                        : std::clamp(then.at_s - forecast.elapsed_s, 0.0,
+                                                                     forecast.horizons_s[i]);
                 raise(needs_[piece].soon, less_the_later(then.error, after_s));
             }
         }
@@ -151,15 +151,15 @@ void Demand::update(const Outlook &outlook) {
 }
 
 /// On a flight a sighting stays until its time has come, because a glimpse may fall between the horizons.
-void Demand::look_ahead(std::size_t horizon, const Outlook &outlook) {
-    const double at_s = outlook.elapsed_s + outlook.horizons_s[horizon];
+void Demand::look_ahead(std::size_t horizon, const CameraForecast &forecast) {
+    const double at_s = forecast.elapsed_s + forecast.horizons_s[horizon];
     std::ranges::fill(seen_, 0.0F);
-    look(outlook.soon[horizon], at_s, outlook, seen_, nullptr);
+    look(forecast.soon[horizon], at_s, forecast, seen_, nullptr);
     for (std::size_t piece = 0; piece < seen_.size(); ++piece) {
         Sighting &kept = soon_[horizon][piece];
-        if (outlook.steered) {
+        if (forecast.steered) {
             kept.error *= fading;
-        } else if (kept.at_s < outlook.elapsed_s || kept.at_s > at_s) {
+        } else if (kept.at_s < forecast.elapsed_s || kept.at_s > at_s) {
             kept.error = 0.0F; // past, or of a flight that began anew
         }
         if (seen_[piece] >= kept.error) {
@@ -168,20 +168,20 @@ void Demand::look_ahead(std::size_t horizon, const Outlook &outlook) {
     }
 }
 
-void Demand::look(const Pose &pose, double elapsed_s, const Outlook &outlook, std::vector<float> &errors,
-                  std::vector<float> *around) {
+void Demand::look(const Pose &pose, double elapsed_s, const CameraForecast &forecast,
+                  std::vector<float> &errors, std::vector<float> *around) {
     const assets::SceneFile &file = scene_.file();
     const Daylight daylight = daylight_at(file, flight_second(elapsed_s, file.flight.duration_s));
     const Views views =
-        frame_views(file, outlook.settings, pose, outlook.width_px, outlook.height_px, daylight.to_light);
+        frame_views(file, forecast.settings, pose, forecast.width_px, forecast.height_px, daylight.to_light);
     const View &main = views[static_cast<std::size_t>(ViewKind::main)];
-    add_objects(views, outlook.settings, errors);
+    add_objects(views, forecast.settings, errors);
     if (file.shadow) {
-        add_shadows(views, outlook.settings, errors);
+        add_shadows(views, forecast.settings, errors);
     }
     add_surfaces(main, errors);
     add_sky(daylight, main.pixels_at_1m, errors);
-    add_terrain(views, outlook.settings.lod_error_px, errors, around);
+    add_terrain(views, forecast.settings.lod_error_px, errors, around);
 }
 
 bool Demand::is_used(ViewKind view) const {

@@ -24,7 +24,7 @@ inline constexpr Horizons near_horizons_s{1.0, 2.0, 4.0, 8.0};
 Horizons horizons_for(double read_bytes_per_s);
 
 /// Where the camera is and will be.
-struct Outlook {
+struct CameraForecast {
     RenderSettings settings{};
     int width_px = 0, height_px = 0;
     Pose now{};
@@ -41,7 +41,7 @@ class Demand {
 
     /// Looks at the pose of now and at one of the later poses in turn; the first call looks at all. An error
     /// after s seconds counts 1 / (1 + s). Allocates nothing.
-    void update(const Outlook &outlook);
+    void update(const CameraForecast &forecast);
     /// One entry per piece of the streamer.
     std::span<const Need> needs() const { return needs_; }
 
@@ -65,11 +65,11 @@ class Demand {
     };
     using Views = std::array<View, view_kinds>;
 
-    void look_ahead(std::size_t horizon, const Outlook &outlook);
+    void look_ahead(std::size_t horizon, const CameraForecast &forecast);
     MapUse map_use(std::string_view artifact, float uv_per_m) const;
     /// Raises `errors` to those that the pose sees, and `around` to those of terrain that it would see where
     /// it turned; nullptr: not asked for.
-    void look(const Pose &pose, double elapsed_s, const Outlook &outlook, std::vector<float> &errors,
+    void look(const Pose &pose, double elapsed_s, const CameraForecast &forecast, std::vector<float> &errors,
               std::vector<float> *around);
     bool is_used(ViewKind view) const;
     NearestInstance nearest(const Object &object, const Views &views, float error_px) const;

@@ -174,22 +174,22 @@ void TerrainTiles::choose(const View &view, const glm::vec4 &plane, PatchKinds k
     }
     // Those that one call draws lie together. Of them the last patch is the first: fine patches are near and
     // hide coarse ones behind them.
-    std::ranges::sort(seen_, [](const Seen &a, const Seen &b) {
+    std::ranges::sort(seen_, [](const VisiblePatch &a, const VisiblePatch &b) {
         return std::tuple(a.slot->page->id, a.model, a.light_set, a.fade.from, -a.fade.to, b.patch) <
                std::tuple(b.slot->page->id, b.model, b.light_set, b.fade.from, -b.fade.to, a.patch);
     });
 }
 
-bool TerrainTiles::joined(const Seen &a, const Seen &b) {
+bool TerrainTiles::joined(const VisiblePatch &a, const VisiblePatch &b) {
     return a.slot->page == b.slot->page && a.model == b.model && a.light_set == b.light_set &&
            a.fade == b.fade;
 }
 
 void TerrainTiles::draw(const View &view, const TerrainUniforms &uniforms, const PatchLights *lights) {
     std::uint64_t triangles = 0;
-    const Seen *before = nullptr; // of the last draw call
+    const VisiblePatch *before = nullptr; // of the last draw call
     for (std::size_t begin = 0; begin < seen_.size();) {
-        const Seen &first = seen_[begin];
+        const VisiblePatch &first = seen_[begin];
         const PatchPage &page = *first.slot->page;
         if (before == nullptr || before->model != first.model) {
             const glm::dmat4 &model = streamer_.tile(first.model).model();
@@ -204,7 +204,7 @@ void TerrainTiles::draw(const View &view, const TerrainUniforms &uniforms, const
         }
         std::size_t count = 0;
         for (; begin < seen_.size() && joined(first, seen_[begin]); ++begin, ++count) {
-            const Seen &seen = seen_[begin];
+            const VisiblePatch &seen = seen_[begin];
             counts_[count] = seen.range->index_count;
             base_vertices_[count] = static_cast<int>(seen.slot->first_vertex + seen.range->first_vertex);
             offsets_[count] = reinterpret_cast<const void *>(

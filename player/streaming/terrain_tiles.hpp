@@ -106,15 +106,15 @@ class TerrainTiles {
     std::vector<std::vector<bool>> known_resident_; // per tile and block: what cut_ knows
     std::vector<std::uint32_t> same_model_;         // per tile: the first one with the same model
     /// A patch to draw.
-    struct Seen {
+    struct VisiblePatch {
         std::uint32_t patch = 0, model = 0, light_set = 0; // model: a tile
         PatchFade fade;
         const PatchSlot *slot = nullptr;
         const PatchRange *range = nullptr;
     };
     /// True if one draw call may draw both.
-    static bool joined(const Seen &a, const Seen &b);
-    std::vector<Seen> seen_;
+    static bool joined(const VisiblePatch &a, const VisiblePatch &b);
+    std::vector<VisiblePatch> seen_;
     // Arguments of glMultiDrawElementsBaseVertex.
     std::vector<int> counts_, base_vertices_;
     std::vector<const void *> offsets_;

@@ -62,7 +62,7 @@ TEST_CASE("whatLiesBeyondATriangleIsInOneOfTheParts") {
             corners[1] = corners[2] = corners[0]; // a point
         const Target target(corners);
         const double enough = 0.02 + 0.6 * share(random);
-        const Rest rest = beyond(polygon, target, enough);
+        const ClippedPolygon rest = beyond(polygon, target, enough);
         CHECK(rest.near <= enough);
         if (!rest.worth) {
             CHECK(rest.count == 0);

@@ -1,6 +1,6 @@
 """A gallery: a scene of many models of others, each as its exporter wrote it, on a small island in the sea.
 
-`write_models` makes such models: OBJ, STL and glTF; several materials; maps that somebody drew; holes,
+`write_models` makes such models: OBJ, STL and glTF; several materials; authored maps; holes,
 glass, light, metal, vertex colours, a palette, Draco and meshopt. `make_gallery` sets models up, some
 mirrored or stretched.
 """

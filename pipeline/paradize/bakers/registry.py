@@ -136,7 +136,7 @@ def make_maps(sources: Sources, settings: Settings, tier: str, root: Path | None
 
 
 def make_authored(sources: Sources, settings: Settings, tier: str, root: Path | None = None) -> list[Product]:
-    """Pictures that somebody drew, by role -> the asked ones of normal, height, gloss and occlusion, each
+    """Authored pictures, by role -> the asked ones of normal, height, gloss and occlusion, each
     KTX2; of a map whose texels are all equal no bytes, but `constant`."""
     from paradize.bakers.authored.bake import bake_authored
     from paradize.scene.baker_settings import AuthoredSettings

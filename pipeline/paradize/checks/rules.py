@@ -93,7 +93,7 @@ RULES: dict[str, Rule] = {
         "error",
         "normal map is not its height map's",
         "where the heights slope, the normals do not lean that way: parallax and light would disagree",
-        "bake both from one source; of maps that somebody drew, turn green or the height round",
+        "bake both from one source; of authored maps, turn green or the height round",
     ),
     "PZ221": Rule(
         "error",

@@ -1,4 +1,4 @@
-"""References of maps that somebody drew: normals and shares of a picture's own values, in float64.
+"""References of authored maps: normals and shares of a picture's own values, in float64.
 
 The formulas are those of the formats that name the pictures, not those of the stages: glTF's normals (the
 codes in the middle are 0, z below 0 counts as 0, black is no normal), roughness as 1 - smoothness. Results

@@ -9,7 +9,7 @@ Normals have one reference for all tiers and filters: eighth-order differences o
 to half a step only. The half steps allow a cone of normals around the reference: the largest angle to a
 normal whose slopes lie within their reach. An angle counts by how much it exceeds the cone; at level k the
 cone is the mean of level 0's, which is generous, because half steps partly cancel. The heights are the
-source's own (source.py), not those of the stages. Normals that somebody drew are their own reference
+source's own (source.py), not those of the stages. Authored normals are their own reference
 (authored.py).
 
 Angles are degrees. PSNR is dB for a peak of 1, at most LOSSLESS_DB. p99 is the 99th percentile. All numbers
@@ -137,7 +137,7 @@ def _filtered(height_map: HeightMap) -> reference_maps.HeightMap:
 
 def normal_levels(texture: Texture, height_map: HeightMap | DrawnNormals) -> list[dict[str, float]]:
     """mean_deg, p99_deg and max_deg of each level of a normal map, against the reference of all tiers, or
-    against the normals of a map that somebody drew.
+    against the normals of an authored map.
 
     The reference of a level averages normals and normalizes the mean, which is (0, 0, 1) where they cancel.
     With islands, only texels whose taps and area lie on one island are measured (elsewhere the gutter

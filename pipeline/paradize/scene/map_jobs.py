@@ -16,7 +16,7 @@ from paradize.scene.pass_inputs import MADE_OF, drawing_passes, map_inputs
 
 
 @dataclass(frozen=True)
-class _Ways:
+class _MapOrigins:
     """How the maps of a set are made, but for colour and emission. of_heights, drawn, of_color: the maps by
     way. pictures: the roles of the pictures that each drawn map is made of; none: occlusion that is cast
     from the mesh, or gloss of the colour beside normals that are not. gloss_of_color: the latter."""
@@ -28,7 +28,7 @@ class _Ways:
     gloss_of_color: bool
 
 
-def _ways(one: MapSet, inputs: Collection[str]) -> _Ways:
+def _map_origins(one: MapSet, inputs: Collection[str]) -> _MapOrigins:
     """inputs: the maps that passes read."""
     has = one.pictures
     pictures = {key: tuple(role for role in MADE_OF[key] if role in has) for key in AUTHORED if key in inputs}
@@ -48,7 +48,7 @@ def _ways(one: MapSet, inputs: Collection[str]) -> _Ways:
         of_color.remove("gloss")
         drawn.append("gloss")
         pictures["gloss"] = ()
-    return _Ways(of_heights, tuple(drawn), tuple(of_color), pictures, gloss_of_color)
+    return _MapOrigins(of_heights, tuple(drawn), tuple(of_color), pictures, gloss_of_color)
 
 
 def add_map_set(
@@ -69,18 +69,18 @@ def add_map_set(
         ]
         required.add(f"{one.name} {what}", baker, {**sources, **layout}, outputs, one.materials, **settings)
 
-    ways = _ways(one, inputs)
+    origins = _map_origins(one, inputs)
     if "color" in inputs:
         add("colour", "color", _color_sources(one), ["color"], _color_settings(one))
-    if ways.of_heights:
+    if origins.of_heights:
         heights = {"image": one.pictures["height"]}
-        add("bumps", "maps", heights, ways.of_heights, _map_settings(one, "height", ways.of_heights))
-    if ways.drawn:
-        sources, settings = _drawn_maps(one, ways, with_normals="normal" in inputs)
-        add("drawn maps", "authored", sources, ways.drawn, settings)
-    if ways.of_color:
+        add("bumps", "maps", heights, origins.of_heights, _map_settings(one, "height", origins.of_heights))
+    if origins.drawn:
+        sources, settings = _drawn_maps(one, origins, with_normals="normal" in inputs)
+        add("drawn maps", "authored", sources, origins.drawn, settings)
+    if origins.of_color:
         color = {"image": one.pictures["color"]}
-        add("maps", "maps", color, ways.of_color, _map_settings(one, "color", ways.of_color))
+        add("maps", "maps", color, origins.of_color, _map_settings(one, "color", origins.of_color))
     if "emission" in inputs:
         emission = asdict(ColorSettings(product="emission", **_plain(one)))
         add("emission", "color", {"image": one.pictures["emission"]}, ["emission"], emission)
@@ -128,22 +128,24 @@ def _map_settings(one: MapSet, source: str, keys: Sequence[str]) -> dict[str, An
     return asdict(settings)
 
 
-def _drawn_maps(one: MapSet, ways: _Ways, *, with_normals: bool) -> tuple[dict[str, Path], dict[str, Any]]:
+def _drawn_maps(
+    one: MapSet, origins: _MapOrigins, *, with_normals: bool
+) -> tuple[dict[str, Path], dict[str, Any]]:
     """The sources and the settings of the drawn maps. with_normals: whether normals are read."""
     has = one.pictures
-    roles = [role for key in ways.drawn for role in ways.pictures[key]]
-    if "gloss" in ways.drawn and "normal" in has and "normal" not in roles:
+    roles = [role for key in origins.drawn for role in origins.pictures[key]]
+    if "gloss" in origins.drawn and "normal" in has and "normal" not in roles:
         roles.append("normal")
     sources, bumps, brightness = {role: has[role] for role in roles}, None, None
-    if "gloss" in ways.drawn and with_normals and "normal" not in has:
+    if "gloss" in origins.drawn and with_normals and "normal" not in has:
         source = "height" if "height" in has else "color"
         sources["bumps"], bumps = has[source], _map_settings(one, source, ["normal"])
-    if ways.gloss_of_color:
+    if origins.gloss_of_color:
         sources["brightness"], brightness = has["color"], _map_settings(one, "color", ["gloss"])
-    cast = one.casts_occlusion and "occlusion" in ways.drawn
+    cast = one.casts_occlusion and "occlusion" in origins.drawn
     fields_of = _fields(one.authored, roles, cast=cast)
     settings = AuthoredSettings(
-        only=list(ways.drawn), bumps=bumps, brightness=brightness, **fields_of, **_common(one)
+        only=list(origins.drawn), bumps=bumps, brightness=brightness, **fields_of, **_common(one)
     )
     return sources, asdict(settings)
 

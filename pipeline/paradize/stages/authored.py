@@ -1,4 +1,4 @@
-"""Texels of maps that somebody drew -> unit normals, and shares of 1.
+"""Texels of authored maps -> unit normals, and shares of 1.
 
 Normals follow glTF: component = 2 v / 255 - 1, times the material's scale along x and y, made unit. The
 Khronos Group, "glTF 2.0 Specification", 2021, 3.9.3. Codes 127 and 128 are both 0, and so are 32767 and 32768

@@ -189,7 +189,7 @@ def color_tier(
 
 
 def _drawn(sources: dict[str, Path], settings: Settings, **more: Any) -> dict[str, MapProduct]:
-    """Maps that somebody drew, as the baker makes them, whatever the budget and zstd."""
+    """Authored maps, as the baker makes them, whatever the budget and zstd."""
     drawn = {role: path for role, path in sources.items() if role.partition(",")[0] != "layout"}
     used = AuthoredSettings(**settings | {"budget": {}, "zstd": None})
     return bake_authored(drawn, used, uv=layout_of(sources), **more)

@@ -25,7 +25,7 @@ def cove(folder: Path) -> Changing:
 
 
 def whole_gallery(folder: Path) -> Changing:
-    """Models of others. A palette, a table of instances, a map that somebody drew and a glTF model change."""
+    """Models of others. A palette, a table of instances, an authored map and a glTF model change."""
     return _gallery(folder, [one.name for one in MADE])
 
 

@@ -1,4 +1,4 @@
-"""`check` of maps that somebody drew: what is baked passes, a level of another picture is found."""
+"""`check` of authored maps: what is baked passes, a level of another picture is found."""
 
 from __future__ import annotations
 

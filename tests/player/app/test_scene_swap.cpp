@@ -63,12 +63,12 @@ std::unique_ptr<assets::SceneUpdate> wait_for(assets::SceneWatcher &watcher) {
     return found;
 }
 
-const Outlook outlook{.width_px = 64, .height_px = 64};
+const CameraForecast forecast{.width_px = 64, .height_px = 64};
 
 /// Uploads until a new scene is resident.
 LoadedScene *wait_for(SceneSwap &scenes) {
     LoadedScene *next = nullptr;
-    while ((next = scenes.upload(outlook, {})) == nullptr) {
+    while ((next = scenes.upload(forecast, {})) == nullptr) {
         std::this_thread::yield();
     }
     return next;
@@ -127,7 +127,7 @@ TEST_CASE("scene swap: a new scene reuses unchanged artifacts and is shown when 
     SceneSwap scenes(PendingScene(assets::read_scene(baked.scene_json()), baked.folder.path()),
                      baked.folder.path(), {}, &watcher);
     while (!scenes.current().streamer.complete()) {
-        CHECK(scenes.upload(outlook, {}) == nullptr);
+        CHECK(scenes.upload(forecast, {}) == nullptr);
     }
     const StreamedMesh *mesh = scenes.current().streamer.mesh("quad_mesh");
     const StreamedTexture *sky = scenes.current().streamer.texture("sky");
@@ -158,7 +158,7 @@ TEST_CASE("scene swap: a broken scene leaves the previous one, and a later scene
                      baked.folder.path(), {}, &watcher);
     const LoadedScene *first = &scenes.current();
     while (!scenes.current().streamer.complete()) { // the next bake deletes its files
-        scenes.upload(outlook, {});
+        scenes.upload(forecast, {});
     }
     test::SceneText broken = baked.scene();
     broken.color_name = "quad_color-0.ktx2"; // a file that does not exist
@@ -190,7 +190,7 @@ TEST_CASE("scene swap: fifty scenes leave no GL object behind") {
                          baked.folder.path(), {}, &watcher);
         auto renderer = std::make_unique<Renderer>(scenes.current().scene, shaders, options);
         while (!scenes.current().streamer.complete()) {
-            scenes.upload(outlook, {});
+            scenes.upload(forecast, {});
         }
         renderer->draw(0.0, flight_pose(scenes.current().file.flight, 0.0));
         const std::array<int, 7> first = objects();

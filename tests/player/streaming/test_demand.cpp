@@ -32,19 +32,19 @@ TEST_CASE("demand: where files are read slowly it looks further ahead, up to fou
     const Streamer streamer = small.streamer();
     const Scene scene(small.file, streamer);
     Demand demand(scene, streamer);
-    Outlook outlook{.settings = render_settings(small.file, all_at(Tier::balanced), Device()),
-                    .width_px = 160,
-                    .height_px = 90,
-                    .now = away,
-                    .soon = {away, away, away, towards},
-                    .horizons_s = horizons_for(1e5)};
-    demand.update(outlook); // in 32 s
-    outlook.soon.fill(away);
-    for (outlook.elapsed_s = 1.0; outlook.elapsed_s < 36.0; ++outlook.elapsed_s) {
-        demand.update(outlook);
+    CameraForecast forecast{.settings = render_settings(small.file, all_at(Tier::balanced), Device()),
+                            .width_px = 160,
+                            .height_px = 90,
+                            .now = away,
+                            .soon = {away, away, away, towards},
+                            .horizons_s = horizons_for(1e5)};
+    demand.update(forecast); // in 32 s
+    forecast.soon.fill(away);
+    for (forecast.elapsed_s = 1.0; forecast.elapsed_s < 36.0; ++forecast.elapsed_s) {
+        demand.update(forecast);
         const bool is_needed = demand.needs()[streamer.pieces_of("quad_mesh").first].soon > 1.0F;
-        CHECK((is_needed || outlook.elapsed_s > 32.0));
-        CHECK((!is_needed || outlook.elapsed_s < 36.0));
+        CHECK((is_needed || forecast.elapsed_s > 32.0));
+        CHECK((!is_needed || forecast.elapsed_s < 36.0));
     }
 }
 
@@ -59,25 +59,25 @@ TEST_CASE("demand: what a look ahead glimpses is needed until its time has come,
     const std::uint32_t mesh = streamer.pieces_of("quad_mesh").first;
     for (const bool steered : {false, true}) {
         Demand demand(scene, streamer);
-        Outlook outlook{.settings = render_settings(small.file, all_at(Tier::balanced), Device()),
-                        .width_px = 160,
-                        .height_px = 90,
-                        .now = away,
-                        .soon = {away, towards, away, away}, // in two seconds
-                        .steered = steered};
-        demand.update(outlook);
+        CameraForecast forecast{.settings = render_settings(small.file, all_at(Tier::balanced), Device()),
+                                .width_px = 160,
+                                .height_px = 90,
+                                .now = away,
+                                .soon = {away, towards, away, away}, // in two seconds
+                                .steered = steered};
+        demand.update(forecast);
         float before = demand.needs()[mesh].soon;
         CHECK(demand.needs()[mesh].now == 0.0F);
         REQUIRE(before > 1.0F);
-        outlook.soon.fill(away);
+        forecast.soon.fill(away);
         for (int frame = 1; frame < 180; ++frame) {
-            outlook.elapsed_s = frame / 30.0;
-            demand.update(outlook);
+            forecast.elapsed_s = frame / 30.0;
+            demand.update(forecast);
             const float soon = demand.needs()[mesh].soon;
             if (steered) {
                 CHECK(soon <= before); // a guess that fades
             } else {
-                CHECK((outlook.elapsed_s > 2.0 || soon >= before));
+                CHECK((forecast.elapsed_s > 2.0 || soon >= before));
             }
             before = soon;
         }

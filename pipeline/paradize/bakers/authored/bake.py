@@ -1,4 +1,4 @@
-"""Pictures that somebody drew of a material's maps -> its textures, with the measured error of every level.
+"""Authored pictures of a material's maps -> its textures, with the measured error of every level.
 
 The conventions are those of formats/FORMAT.md: normals are green up, gloss holds specular intensity and
 smoothness, occlusion 1 where nothing is hidden. Pictures are data, whatever their profile of colours says.

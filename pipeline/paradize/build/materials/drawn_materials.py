@@ -69,7 +69,7 @@ _COLORED = ("color", "normal", "emission")
 
 
 def is_authored(material: Material) -> bool:
-    """Whether a material brings maps that somebody drew, so that none are made of its colour."""
+    """Whether a material brings authored maps, so that none are made of its colour."""
     return bool({"normal", "roughness", "smoothness"} & material.maps.keys())
 
 

@@ -137,7 +137,7 @@ class HeightMap:
 
 
 class Vectors:
-    """Unit vectors (h, w, 3) float32, finite: the normals of a map that somebody drew. islands: as of
+    """Unit vectors (h, w, 3) float32, finite: the normals of an authored map. islands: as of
     HeightMap. Raises ValueError."""
 
     cones = False
