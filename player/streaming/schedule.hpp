@@ -28,6 +28,7 @@ enum class UploadOrder : std::uint8_t { needs, file };
 
 class Schedule {
   public:
+    UploadOrder order() const { return order_; }
     /// `budget_bytes` 0: no limit, everything is loaded in the end.
     Schedule(std::vector<ScheduledPiece> pieces, std::uint64_t budget_bytes,
              UploadOrder order = UploadOrder::needs);

@@ -290,6 +290,9 @@ bool Uploads::can_begin(std::uint32_t piece, NotReady not_ready) const {
 }
 
 bool Uploads::gives_way(std::uint32_t half, const UploadBudget &budget, std::size_t used) const {
+    if (schedule->order() == UploadOrder::file) {
+        return false;
+    }
     const auto rank = [&](std::uint32_t piece) {
         return !is_seen(piece) ? 0 : is_urgent(piece) || plan_of(piece).coarse ? 2 : 1;
     };

@@ -18,7 +18,7 @@ from tests.sweeps import sweep
 Render = Callable[..., NDArray[Any]]
 FRONDS_S = 82.0  # of the flight: below the palm's crown, the sun out of the picture on the left
 SUNSET_S = 164.0  # the sun a hand above the sea
-DUSK_S = 182.0  # neither sun nor moon lights
+DUSK_S = 180.0  # neither sun nor moon lights
 POSTER_S = 113.0  # the sun behind the camera
 
 
