@@ -77,39 +77,32 @@ Name parse_name(std::string_view text, const std::array<std::string_view, count>
     return static_cast<Name>(found - names.begin());
 }
 
-/// Parses `exact`, `shadow=fast,lod=exact` or both. Later words override earlier ones.
-void parse_quality(std::string_view text, Quality &out) {
-    while (true) {
-        const std::string_view word = text.substr(0, text.find(','));
-        const std::size_t equals = word.find('=');
-        if (equals == std::string_view::npos) {
-            out.fill(parse_name<Tier>(word, tier_names, "tier"));
-        } else {
-            const auto feature =
-                parse_name<QualityFeature>(word.substr(0, equals), feature_names, "quality feature");
-            out[static_cast<std::size_t>(feature)] =
-                parse_name<Tier>(word.substr(equals + 1), tier_names, "tier");
-        }
-        if (word.size() == text.size()) {
-            return;
-        }
-        text = text.substr(word.size() + 1);
+/// Calls `take` with each word of a list that commas separate.
+template <typename Take>
+void for_each_word(std::string_view text, const Take &take) {
+    for (std::size_t comma; (comma = text.find(',')) != std::string_view::npos;) {
+        take(text.substr(0, comma));
+        text.remove_prefix(comma + 1);
     }
+    take(text);
 }
 
-void parse_passes(std::string_view text, std::span<const std::string_view> passes, Options &out) {
-    while (true) {
-        const std::size_t comma = text.find(',');
-        const std::string_view name = text.substr(0, comma);
-        if (std::find(passes.begin(), passes.end(), name) == passes.end()) {
-            refuse("--disable", name, "is not a pass; choose from " + listed(passes));
-        }
-        out.disabled.emplace_back(name);
-        if (comma == std::string_view::npos) {
-            return;
-        }
-        text = text.substr(comma + 1);
+/// Parses `exact` or `shadow=fast`. Later words override earlier ones.
+void parse_quality(std::string_view word, Quality &out) {
+    const std::size_t equals = word.find('=');
+    if (equals == std::string_view::npos) {
+        out.fill(parse_name<Tier>(word, tier_names, "tier"));
+        return;
     }
+    const auto feature = parse_name<QualityFeature>(word.substr(0, equals), feature_names, "quality feature");
+    out[static_cast<std::size_t>(feature)] = parse_name<Tier>(word.substr(equals + 1), tier_names, "tier");
+}
+
+void parse_pass(std::string_view name, std::span<const std::string_view> passes, Options &out) {
+    if (std::ranges::find(passes, name) == passes.end()) {
+        refuse("--disable", name, "is not a pass; choose from " + listed(passes));
+    }
+    out.disabled.emplace_back(name);
 }
 
 /// Throws for options that exclude or need each other.
@@ -187,7 +180,7 @@ Options parse_options(std::span<const char *const> arguments, std::span<const st
     bool quality_given = false;
     const auto take_quality = [&out, &quality_given](const std::string &text) {
         quality_given = true;
-        parse_quality(text, out.quality);
+        for_each_word(text, [&](std::string_view word) { parse_quality(word, out.quality); });
     };
     app.add_option_function<std::string>("--quality", take_quality,
                                          "speed against exactness: " + listed(tier_names) +
@@ -202,7 +195,9 @@ Options parse_options(std::span<const char *const> arguments, std::span<const st
     option("--fps", "N", number(out.fps, min_fps, max_fps), "frames a second, above 0 and up to 1000",
            "measure, choose the qualities that reach N frames a second with the least\n"
            "error, and keep to them");
-    const auto take_passes = [&out, passes](const std::string &text) { parse_passes(text, passes, out); };
+    const auto take_passes = [&out, passes](const std::string &text) {
+        for_each_word(text, [&](std::string_view name) { parse_pass(name, passes, out); });
+    };
     app.add_option_function<std::string>("--disable", take_passes, "leave passes out: " + listed(passes))
         ->type_name("PASS,...")
         ->trigger_on_parse();
