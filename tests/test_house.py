@@ -86,6 +86,34 @@ def test_rooms_import_from_lower_floors_alone(trees: Trees) -> None:
     assert not wrong
 
 
+def doors_of(trees: Trees) -> dict[str, set[str]]:
+    """The modules and names in `__all__` of each room's `__init__`: what other rooms may use of it."""
+    doors = {}
+    for module, nodes in trees.items():
+        for node in nodes:
+            if (
+                module.count(".") == 1
+                and MODULES[module].name == "__init__.py"
+                and isinstance(node, ast.Assign)
+                and ast.unparse(node.targets[0]) == "__all__"
+            ):
+                doors[room_of(module)] = set(ast.literal_eval(node.value))
+    return doors
+
+
+def test_rooms_are_entered_through_their_doors_alone(trees: Trees) -> None:
+    """A room's `__all__` names what other rooms import from it: no less, no more."""
+    used: dict[str, set[str]] = {room: set() for room in doors_of(trees)}
+    for module, nodes in trees.items():
+        for node in nodes:
+            if isinstance(node, ast.ImportFrom) and str(node.module).startswith("paradize."):
+                room, *inner = str(node.module).split(".")[1:]
+                if room in used and room != room_of(module):
+                    used[room] |= {inner[0]} if inner else {alias.name for alias in node.names}
+    assert len(used) > 15
+    assert used == doors_of(trees)
+
+
 def test_check_judges_with_eyes_of_its_own(trees: Trees) -> None:
     """It shares kernels, readers of files and metrics with what made a file, nothing else."""
     rules = [module for module in MODULES if room_of(module) == "checks"]

@@ -6,7 +6,7 @@ each. rules.py lists all rules, verdicts.py applies the severities and waivers o
 
 from paradize.checks.paths import check_paths
 from paradize.checks.render import render
-from paradize.checks.rules import RULES, Finding
+from paradize.checks.rules import Finding
 from paradize.checks.scenes import CheckOptions
 
-__all__ = ["RULES", "CheckOptions", "Finding", "check_paths", "render"]
+__all__ = ["CheckOptions", "Finding", "check_paths", "render"]

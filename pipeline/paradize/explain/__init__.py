@@ -3,3 +3,5 @@ pixel.
 
 facts.py collects the facts, words.py prints them. bounds.py, surfaces.py and pixels.py bound the error in
 pixels; economy.py counts the bytes saved; gutters.py explains the gutters of UV layouts."""
+
+__all__ = ["facts", "words"]

@@ -4,3 +4,5 @@ scene.py writes the TOML; model.py copies the model, shapes.py measures it, and 
 of what a glTF shows often; views.py takes its cameras and its sun; sources.py makes sky, terrain, sand and a
 vase. template.py writes the scenes of --template, whose texts and sources are in templates/.
 """
+
+__all__ = ["scene", "template"]

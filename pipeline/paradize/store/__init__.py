@@ -2,3 +2,5 @@
 
 atomic.py writes files completely or not at all. file_hashes.py caches the hashes of unchanged files.
 """
+
+__all__ = ["atomic", "clean", "file_hashes", "local", "remote_folder", "shared"]

@@ -13,7 +13,8 @@ from typing import Any
 
 import junitparser
 
-from paradize.checks import RULES, Finding, render
+from paradize.checks import Finding, render
+from paradize.checks.rules import RULES
 from paradize.cli.main import parser
 from tests.places import ROOT
 

@@ -13,8 +13,9 @@ import pytest
 
 from paradize.bakers.color import bake_color
 from paradize.bakers.maps.bake import bake_maps
-from paradize.checks import RULES, check_paths
+from paradize.checks import check_paths
 from paradize.checks.maps import Map, check_maps
+from paradize.checks.rules import RULES
 from paradize.data import Texture
 from paradize.formats.ktx2.encode import encode_ktx2
 from paradize.formats.ktx2.reader import decode_ktx2

@@ -20,8 +20,8 @@ import soundfile
 from paradize.build.bake import bake
 from paradize.build.light_sets import add_light_sets
 from paradize.build.options import BuildOptions
-from paradize.checks import RULES, CheckOptions, Finding, check_paths, render
-from paradize.checks.rules import gathered
+from paradize.checks import CheckOptions, Finding, check_paths, render
+from paradize.checks.rules import RULES, gathered
 from paradize.checks.sounds import check_sound
 from paradize.data import Texture
 from paradize.formats.ktx2.encode import encode_ktx2

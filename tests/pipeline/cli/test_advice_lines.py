@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from paradize.checks import RULES
+from paradize.checks.rules import RULES
 from paradize.errors import SceneError
 from paradize.scene.settings.instance_table import read_instances
 from tests.pipeline.cli.test_advice import faults_of
