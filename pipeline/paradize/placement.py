@@ -14,6 +14,20 @@ if TYPE_CHECKING:
     Number = TypeVar("Number", float, npt.NDArray[np.float64])
 
 
+IDENTITY: tuple[float, ...] = (
+    1.0,
+    0.0,
+    0.0,
+    0.0,
+    0.0,
+    1.0,
+    0.0,
+    0.0,
+    0.0,
+    0.0,
+    1.0,
+    0.0,
+)  # 3 x 4, by rows
 UNMOVED = {"position": [0.0, 0.0, 0.0], "rotation": [0.0, 0.0, 0.0, 1.0], "scale": [1.0, 1.0, 1.0]}
 
 

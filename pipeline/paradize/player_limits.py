@@ -1,6 +1,7 @@
 """The limits of the player in a scene, all objects or clouds together (player/assets/scene_objects.cpp).
 Pairs are the least and the largest value."""
 
+VIEWS = ("camera", "shadow", "reflection", "refraction")  # that an object may be drawn in
 FARTHEST_UV = 1e7  # tiles from 0; payload.cpp there
 SCALES = (1e-6, 1e6)  # of an instance along an axis; mirrored: negative
 FLIGHT_S = (1e-3, 86_400.0)

@@ -41,7 +41,6 @@ from paradize.tiers import TIERS
 
 Values = npt.NDArray[Any]
 _COARSE_DB = 20.0  # a picture below is another one to the eye; photographs reach 30 and more
-_INDEX = {"r": 0, "g": 1, "b": 2}
 # How much an error of alpha may count beside one of a colour's channel in BC7.
 ALPHA_WEIGHTS = (1.0, 1.25, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 12.0, 16.0, 24.0, 32.0)
 
@@ -305,7 +304,7 @@ def _alpha_texels(values: Values, channel: str) -> Values:
     if channel == "a" and not has_alpha:
         return np.full_like(values[:, :, :1], _top(values))
     see_through = has_alpha and bool((values[:, :, -1] < _top(values)).any())
-    if channel == "a" or (channel not in _INDEX and see_through):
+    if channel == "a" or (channel not in ("r", "g", "b") and see_through):
         return values[:, :, -1:]
-    at = _INDEX.get(channel, 0) if values.shape[2] >= 3 else 0
+    at = max("rgb".find(channel), 0) if values.shape[2] >= 3 else 0
     return values[:, :, at : at + 1]

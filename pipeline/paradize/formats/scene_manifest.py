@@ -37,7 +37,6 @@ from paradize.material import REPEATED, WRAPS
 
 FORMAT = "paradize-scene"
 VERSION = 9
-VIEWS = ("camera", "shadow", "reflection", "refraction")
 KINDS = ("mesh", "texture", "cubemap", "sound")
 ALPHA_MODES = ("opaque", "mask", "blend")
 MATERIAL_MAPS = maps_of("object")
@@ -49,8 +48,8 @@ def _kind(value: Any, place: str) -> None:
 
 
 def _view_name(value: Any, place: str) -> None:
-    if value not in VIEWS:
-        raise Wrong(place, f"is {value!r:.60}, not one of {', '.join(VIEWS)}")
+    if value not in player_limits.VIEWS:
+        raise Wrong(place, f"is {value!r:.60}, not one of {', '.join(player_limits.VIEWS)}")
 
 
 _real, _positive, _share = number(), number(0.0), number(0.0, 1.0)

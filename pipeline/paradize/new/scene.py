@@ -19,7 +19,7 @@ from paradize.files import resolved
 from paradize.kinds import kind_of, mend_of
 from paradize.new.model import Model, copy_model, identifier
 from paradize.new.sources import FACES, write_heightmap, write_sand, write_sky, write_vase
-from paradize.new.views import FOV_DEG, lens_of, waypoints_of
+from paradize.new.views import FOV_DEG, Waypoint, lens_of, waypoints_of
 from paradize.readers.record import Vec3
 from paradize.scene.reference import SCHEMA, schema_text
 from paradize.store.atomic import PARTIAL
@@ -167,14 +167,7 @@ def _toml(name: str, model: Model, folder: Path) -> str:
         "sand_strength = 0.4",
         f"sand_repeat = {_text(40.0)}",
     ]
-    for part in model.parts:
-        lines += ["", "[[object]]", f"name = {toml_text(part.name)}", f"mesh = {toml_text(part.mesh)}"]
-        lines += [f"instances = {toml_text(part.table)}"] if part.table else []
-        for material in part.cutouts:
-            lines += ["", f"[object.material.{toml_text(material)}]", "two_sided = true"]
-        if not part.table:
-            lines += ["", "[[object.instance]]", f"position = [{', '.join(origin)}]"]
-            lines += [f"scale = {_text(scale)}"] if scale != 1.0 else []
+    lines += _objects(model, origin)
     lines += [
         "",
         *(["# first what the cameras of the model see, then"] if cameras else []),
@@ -185,6 +178,28 @@ def _toml(name: str, model: Model, folder: Path) -> str:
         f"near_m = {_text(max(0.02 * r, 1e-4))}",
         f"far_m = {_text(1.5 * side)}",
     ]
+    lines += _waypoints(cameras, middle, r, away)
+    return "\n".join(lines) + "\n"
+
+
+def _objects(model: Model, origin: list[str]) -> list[str]:
+    """The lines of the model's objects. origin: where the model stands."""
+    lines = []
+    for part in model.parts:
+        lines += ["", "[[object]]", f"name = {toml_text(part.name)}", f"mesh = {toml_text(part.mesh)}"]
+        lines += [f"instances = {toml_text(part.table)}"] if part.table else []
+        for material in part.cutouts:
+            lines += ["", f"[object.material.{toml_text(material)}]", "two_sided = true"]
+        if not part.table:
+            lines += ["", "[[object.instance]]", f"position = [{', '.join(origin)}]"]
+            lines += [f"scale = {_text(model.scale)}"] if model.scale != 1.0 else []
+    return lines
+
+
+def _waypoints(cameras: list[Waypoint], middle: float, r: float, away: float) -> list[str]:
+    """The lines of the flight's eyes and targets: those of the model's cameras, then a turn round the model,
+    whose middle is so high. r: its radius, away: how far the eye is, in metres."""
+    lines = []
     for one in cameras:
         lines += ["", f"# the camera {_shown(one.camera)}", "[[flight.eye]]"]
         lines += [f"position = {_vector(one.eye)}"]
@@ -199,7 +214,7 @@ def _toml(name: str, model: Model, folder: Path) -> str:
         lines += ["", "[[flight.target]]", f"position = {_vector(one.target)}"]
     for _ in range(WAYPOINTS):
         lines += ["", "[[flight.target]]", f"position = [0.0, {_text(middle)}, 0.0]"]
-    return "\n".join(lines) + "\n"
+    return lines
 
 
 def _origin(model: Model, lift: float) -> Vec3:

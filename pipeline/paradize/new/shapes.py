@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from paradize.placement import IDENTITY
+
 if TYPE_CHECKING:
     import numpy.typing as npt
 
@@ -17,7 +19,6 @@ _SHARE = 0.05  # of the ground that the model covers: what faces up on less is a
 _AT_ONCE = 1 << 20  # vertices
 _MOST_VERTICES = 1 << 28  # over all copies; beyond, the box of a mesh stands for its vertices
 _MOST_TRIANGLES = 1 << 24  # over all copies; beyond, a shape is not searched for a floor
-IDENTITY = (1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0)
 
 
 @dataclass(frozen=True)

@@ -85,57 +85,12 @@ def read_obj(path: Path, root: Path | None = None, on_library: list[Path] | None
         warnings = _warnings(path, parsed)
         if len(parsed.triangles) == 0:
             raise _without_faces(path, warnings)
-    root = root_of(path) if root is None else root
-    materials: dict[str, Material] = {}
-    transforms: dict[str, UvTransforms] = {}
-    libraries: list[Path] = []
-    absent: list[Path] = []
     groups, smoothing = _groups(parsed)
-    used = dict.fromkeys(group.material for group in groups)
-    bounds_of = _bounds_of(parsed, groups)
-    statements = list(dict.fromkeys(parsed.libraries))
-    if len(statements) > MAX_LIBRARIES:
-        warnings.append(
-            f"{path}: {len(statements)} material files, limit {MAX_LIBRARIES}; the rest is left out"
-        )
-    for library in statements[:MAX_LIBRARIES]:
-        libraries += [
-            found for found in _libraries(path, root, library, warnings, absent) if found not in libraries
-        ]
-
-    def read_library(found: Path, kept: Collection[str] = ()) -> None:
-        """kept: materials that stay as they are."""
-        if on_library is not None:
-            on_library.append(found)
-        more = read_mtl(found, root, absent, bounds_of)
-        warnings.extend(more.warnings)
-        for name, material in more.materials.items():
-            if name not in kept:
-                materials[name] = material
-                transforms.pop(name, None)
-                transforms.update({name: more.transforms[name]} if name in more.transforms else {})
-
-    for found in libraries:
-        read_library(found)
-    missing = [name for name in used if name not in materials and name != DEFAULT_NAME]
-    meant = _without_comments(missing, materials)
-    missing = [name for name in missing if name not in meant]
-    if missing and (own := _of_same_name(path, root)) and own not in libraries:
-        libraries.append(own)
-        read_library(own, kept=list(materials))
-        missing = [name for name in missing if name not in materials]
-        meant |= _without_comments(missing, materials)
-        warnings.append(f"{path}: no mtllib line names {own.name!r}; its name is the model's, so it is read")
-    for name, other in meant.items():
-        warnings.append(f"{path}: material {name[:120]!r} is not defined; read as {other[:120]!r}")
-    groups = tuple(replace(group, material=meant.get(group.material, group.material)) for group in groups)
-    missing = [name for name in missing if name not in meant]
+    defined = _Definitions(
+        path, root_of(path) if root is None else root, warnings, _bounds_of(parsed, groups)
+    )
+    groups = defined.read_all(parsed.libraries, groups, on_library)
     warnings = list(dict.fromkeys(warnings))
-    if missing:
-        shown = ", ".join(repr(name[:120]) for name in missing[:8]) + (", ..." if len(missing) > 8 else "")
-        are = "1 material is" if len(missing) == 1 else f"{len(missing)} materials are"
-        mend = "drawn white, unless a scene says more; a `mtllib` line names the file that defines them"
-        warnings.append(f"{path}: {are} used but not defined: {shown}; {mend}")
     colors = _linear(parsed.colors, path, warnings) if len(parsed.colors) else None
     mesh = Mesh(
         positions=parsed.positions,
@@ -147,7 +102,7 @@ def read_obj(path: Path, root: Path | None = None, on_library: list[Path] | None
         origin=parsed.origin,
     )
     source = SourcePositions(parsed.source_positions, parsed.collapsed, parsed.first_collapsed)
-    mesh, source = transformed_uvs(mesh, source, transforms)
+    mesh, source = transformed_uvs(mesh, source, defined.transforms)
     counts = {
         "faces": parsed.faces,
         "triangles": len(parsed.triangles),
@@ -163,9 +118,79 @@ def read_obj(path: Path, root: Path | None = None, on_library: list[Path] | None
         if note.code in lost:
             lost[note.code] |= {"count": note.count, "line": note.line}
     return Model(
-        *(mesh, source, materials, warnings, counts, smoothing, parsed.triangle_lines),
-        *(libraries, absent, lost),
+        *(mesh, source, defined.materials, warnings, counts, smoothing, parsed.triangle_lines),
+        *(defined.libraries, defined.absent, lost),
     )
+
+
+class _Definitions:
+    """The materials of a model, read from its MTL files.
+
+    materials, transforms: by name; libraries: the files read, in order; absent: files that are named and not
+    there. New warnings are appended to `warnings`.
+    """
+
+    def __init__(
+        self, path: Path, root: Path, warnings: list[str], bounds_of: Callable[[str], Bounds | None]
+    ) -> None:
+        self.materials: dict[str, Material] = {}
+        self.transforms: dict[str, UvTransforms] = {}
+        self.libraries: list[Path] = []
+        self.absent: list[Path] = []
+        self._path, self._root, self._warnings, self._bounds_of = path, root, warnings, bounds_of
+
+    def read_all(
+        self, statements: Sequence[str], groups: Sequence[Group], on_library: list[Path] | None
+    ) -> tuple[Group, ...]:
+        """Reads the files that the mtllib statements name, and the file of the model's name where materials
+        are missing. Returns the groups with materials that are spelled otherwise named as they are defined.
+        on_library: as of read_obj."""
+        path, warnings = self._path, self._warnings
+        statements = list(dict.fromkeys(statements))
+        if len(statements) > MAX_LIBRARIES:
+            warnings.append(
+                f"{path}: {len(statements)} material files, limit {MAX_LIBRARIES}; the rest is left out"
+            )
+        found: list[Path] = []
+        for statement in statements[:MAX_LIBRARIES]:
+            found += _libraries(path, self._root, statement, warnings, self.absent)
+        for library in dict.fromkeys(found):
+            self._read(library, on_library)
+        used = dict.fromkeys(group.material for group in groups)
+        missing = [name for name in used if name not in self.materials and name != DEFAULT_NAME]
+        meant = _without_comments(missing, self.materials)
+        missing = [name for name in missing if name not in meant]
+        if missing and (own := _of_same_name(path, self._root)) and own not in self.libraries:
+            self._read(own, on_library, kept=list(self.materials))
+            missing = [name for name in missing if name not in self.materials]
+            meant |= _without_comments(missing, self.materials)
+            missing = [name for name in missing if name not in meant]
+            warnings.append(
+                f"{path}: no mtllib line names {own.name!r}; its name is the model's, so it is read"
+            )
+        for name, other in meant.items():
+            warnings.append(f"{path}: material {name[:120]!r} is not defined; read as {other[:120]!r}")
+        if missing:
+            shown = ", ".join(repr(name[:120]) for name in missing[:8]) + (
+                ", ..." if len(missing) > 8 else ""
+            )
+            are = "1 material is" if len(missing) == 1 else f"{len(missing)} materials are"
+            mend = "drawn white, unless a scene says more; a `mtllib` line names the file that defines them"
+            warnings.append(f"{path}: {are} used but not defined: {shown}; {mend}")
+        return tuple(replace(group, material=meant.get(group.material, group.material)) for group in groups)
+
+    def _read(self, library: Path, on_library: list[Path] | None, kept: Collection[str] = ()) -> None:
+        """Reads one file. Materials of `kept` stay as they are; other names mean what was read last."""
+        self.libraries.append(library)
+        if on_library is not None:
+            on_library.append(library)
+        more = read_mtl(library, self._root, self.absent, self._bounds_of)
+        self._warnings += more.warnings
+        for name, material in more.materials.items():
+            if name not in kept:
+                self.materials[name] = material
+                self.transforms.pop(name, None)
+                self.transforms |= {name: more.transforms[name]} if name in more.transforms else {}
 
 
 def _linear(colors: npt.NDArray[np.float32], path: Path, warnings: list[str]) -> npt.NDArray[np.float32]:

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
+from paradize.player_limits import VIEWS
 from paradize.scene.map_sets import GLOSS_ROLES, OCCLUSION_ROLES, DrawnMaterial, MapSet, ObjectMaps, SceneMaps
-from paradize.scene.settings import VIEWS, Scene, SceneObject
+from paradize.scene.settings import Scene, SceneObject
 
 BLACK = (0.0, 0.0, 0.0)
 
@@ -36,9 +37,14 @@ def seen_in(what: str, views: tuple[str, ...]) -> str:
     return listed(*parts) if "camera" in views else f"{what}: {listed(*parts)}"
 
 
+def views_of(scene: Scene) -> tuple[str, ...]:
+    """Returns the views that the scene draws."""
+    return tuple(name for name in VIEWS if name == "camera" or getattr(scene, name))
+
+
 def views_of_objects(scene: Scene) -> dict[str, tuple[str, ...]]:
     """Returns the views that draw each object, by its name."""
-    views = tuple(name for name in VIEWS if name == "camera" or getattr(scene, name))
+    views = views_of(scene)
     return {item.name: tuple(view for view in views if view in item.views) for item in scene.objects}
 
 

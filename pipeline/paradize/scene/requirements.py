@@ -16,15 +16,15 @@ from paradize.scene.jobs import Output, Requirements
 from paradize.scene.map_jobs import add_map_set
 from paradize.scene.map_sets import SceneMaps
 from paradize.scene.object_jobs import add_object, screen_size
-from paradize.scene.pass_inputs import listed, views_of_objects
-from paradize.scene.settings import VIEWS, Scene, sound_files
+from paradize.scene.pass_inputs import listed, views_of, views_of_objects
+from paradize.scene.settings import Scene, sound_files
 
 
 def require(scene: Scene, maps: SceneMaps) -> Requirements:
     """Returns the jobs of a scene. maps: from build/materials/map_sets.py."""
     required = Requirements()
     _add_skies(required, scene)
-    views = tuple(name for name in VIEWS if name == "camera" or getattr(scene, name))
+    views = views_of(scene)
     if scene.terrain:
         waves = scene.water is not None and scene.water.wave_height_m > 0.0
         add_terrain(required, scene.terrain, views[1:], scene_views(scene), waves=waves)

@@ -14,12 +14,11 @@ from paradize.stages.split import split_by
 if TYPE_CHECKING:
     import numpy.typing as npt
 
-CREASE_DEG = 45.0
 _SHORTEST = 1e-18  # a normal below this length, metres or not, has no direction worth keeping
 
 
 def complete_normals(
-    mesh: Mesh, smoothing: npt.NDArray[np.uint32] | None = None, *, crease_deg: float = CREASE_DEG
+    mesh: Mesh, smoothing: npt.NDArray[np.uint32] | None = None, *, crease_deg: float
 ) -> tuple[Mesh, int]:
     """Scales given normals to length 1 and computes those that are missing (absent, or rows of zeros).
 

@@ -120,7 +120,7 @@ def _query_of(flight_views: str) -> VisibilityQuery:
 
 def views_of(flight_views: dict[str, Any], drawn: tuple[str, ...], light_m: float | None) -> Views:
     """The views of an object. flight_views: as for plan_query, and `scales` of reflection and refraction by
-    name. drawn: names of the views that draw the object (scene.settings.VIEWS). light_m: as in Views."""
+    name. drawn: names of the views that draw the object (player_limits.VIEWS). light_m: as in Views."""
     query = _query_of(json.dumps(flight_views))
     scales = flight_views["scales"]
     return Views(

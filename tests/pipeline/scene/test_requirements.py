@@ -18,13 +18,14 @@ from paradize.errors import ParadizeError
 from paradize.formats.glb.reader import decode_glb
 from paradize.formats.glb.tiles import decode_tile
 from paradize.material import AlphaMode
+from paradize.player_limits import VIEWS
 from paradize.scene.finest_views import sun_direction
 from paradize.scene.flight import plan_flight, sightings_of
 from paradize.scene.jobs import BakeJob
 from paradize.scene.map_sets import DrawnMaterial, MapSet, ObjectMaps, SceneMaps
 from paradize.scene.pass_inputs import map_inputs, mesh_inputs
 from paradize.scene.requirements import require
-from paradize.scene.settings import VIEWS, Instance, SceneObject, View, load_scene
+from paradize.scene.settings import Instance, SceneObject, View, load_scene
 from paradize.scene.sightings import ObjectSighting, object_sightings
 from paradize.stages.unwrappers import unwrapper_version
 from tests.pipeline.glb_json import document

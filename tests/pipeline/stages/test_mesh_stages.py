@@ -92,7 +92,7 @@ def everything(mesh: Mesh) -> Mesh:
     [
         tangent_frames,
         lambda mesh: weld(mesh, 0.2)[0],
-        lambda mesh: complete_normals(replace(mesh, normals=None))[0],
+        lambda mesh: complete_normals(replace(mesh, normals=None), crease_deg=45.0)[0],
         lambda mesh: split_by(mesh, uvs=mesh.uvs[mesh.triangles]),
         lambda mesh: validate_mesh(mesh)[0],
     ],
@@ -171,21 +171,21 @@ def angle_deg(a: np.ndarray, b: np.ndarray) -> float:
 
 
 def test_computed_normals_of_a_sphere_point_outwards() -> None:
-    mesh, computed = complete_normals(replace(sphere(32), normals=None))
+    mesh, computed = complete_normals(replace(sphere(32), normals=None), crease_deg=45.0)
     assert computed == len(mesh.triangles) and mesh.normals is not None
     assert angle_deg(mesh.normals.astype(float), mesh.positions.astype(float)) < 0.5
 
 
 def test_a_cube_is_flat_by_its_crease_angle_and_smooth_by_its_smoothing_group() -> None:
-    flat, _ = complete_normals(cube())
+    flat, _ = complete_normals(cube(), crease_deg=45.0)
     assert flat.normals is not None
     assert len(flat.positions) == 24
     assert set(np.abs(flat.normals).max(axis=1).tolist()) == {1.0}
-    smooth, _ = complete_normals(cube(), np.full(12, 3, np.uint32))
+    smooth, _ = complete_normals(cube(), np.full(12, 3, np.uint32), crease_deg=45.0)
     assert smooth.normals is not None
     assert len(smooth.positions) == 8
     assert np.allclose(np.abs(smooth.normals), 1 / np.sqrt(3), atol=1e-6)
-    off, _ = complete_normals(cube(), np.zeros(12, np.uint32))
+    off, _ = complete_normals(cube(), np.zeros(12, np.uint32), crease_deg=45.0)
     assert len(off.positions) == 24
 
 
@@ -193,13 +193,13 @@ def test_a_cube_is_flat_by_its_crease_angle_and_smooth_by_its_smoothing_group() 
 def test_a_fold_of_more_than_45_degrees_is_an_edge(degrees: float, count: int) -> None:
     turn = np.radians(degrees)
     points = [(0, 0, 0), (0, 0, 1), (1, 0, 0), (-np.cos(turn), np.sin(turn), 0)]
-    folded, _ = complete_normals(soup(points, [(0, 1, 2), (1, 0, 3)]))
+    folded, _ = complete_normals(soup(points, [(0, 1, 2), (1, 0, 3)]), crease_deg=45.0)
     assert len(folded.positions) == count
 
 
 def test_normals_do_not_depend_on_how_faces_are_cut() -> None:
     """Weighted by angle: a corner of a cube has the same normal whichever diagonals its faces have."""
-    normals = corner_normals(cube().positions, cube().triangles, np.full(12, 1, np.uint32))
+    normals = corner_normals(cube().positions, cube().triangles, np.full(12, 1, np.uint32), crease_deg=45.0)
     assert np.allclose(np.abs(normals), 1 / np.sqrt(3), atol=1e-6)
 
 
@@ -208,7 +208,7 @@ def test_smoothing_groups_do_not_mix() -> None:
     groups = np.array([1, 1, 1, 1, 2, 2, UNKNOWN_SMOOTHING, 0], np.uint32)
     bent = mesh.positions.copy()
     bent[:, 1] = np.abs(bent[:, 0] - 0.5)
-    normals = corner_normals(bent, mesh.triangles, groups)
+    normals = corner_normals(bent, mesh.triangles, groups, crease_deg=45.0)
     assert np.isfinite(normals).all()
     assert np.allclose(np.linalg.norm(normals, axis=-1), 1, atol=1e-6)
     face = np.cross(*(bent[mesh.triangles[7]][[1, 2]] - bent[mesh.triangles[7]][0]))
@@ -218,13 +218,13 @@ def test_smoothing_groups_do_not_mix() -> None:
 def test_given_normals_stay_and_are_made_unit() -> None:
     ball = sphere(6)
     assert ball.normals is not None
-    long, computed = complete_normals(replace(ball, normals=ball.normals * np.float32(7)))
+    long, computed = complete_normals(replace(ball, normals=ball.normals * np.float32(7)), crease_deg=45.0)
     assert computed == 0 and long.normals is not None
     assert np.allclose(long.normals, ball.normals, atol=1e-6)
     assert np.array_equal(long.triangles, ball.triangles)
     holed = ball.normals.copy()
     holed[40] = 0
-    mended, computed = complete_normals(replace(ball, normals=holed))
+    mended, computed = complete_normals(replace(ball, normals=holed), crease_deg=45.0)
     assert computed == int((ball.triangles == 40).any(axis=1).sum()) and mended.normals is not None
     assert np.allclose(np.linalg.norm(mended.normals, axis=1), 1, atol=1e-6)
 

@@ -102,7 +102,7 @@ def per_corner(path: Path) -> tuple[Corners, npt.NDArray[np.float32]]:
         for line in path.read_text().splitlines()
         if line.startswith("f ")
     ]
-    mesh = complete_normals(read_obj(path).mesh)[0]
+    mesh = complete_normals(read_obj(path).mesh, crease_deg=45.0)[0]
     return stored[np.array(faces)], corner_tangents(mesh)
 
 
@@ -193,7 +193,7 @@ def test_a_huge_fan_costs_bounded_time() -> None:
 @settings(max_examples=150, deadline=None)
 def test_any_image_over_any_faces_gives_frames(uvs: list[float], faces: list[tuple[int, int, int]]) -> None:
     mesh = replace(cube(), triangles=np.array(faces, np.uint32), uvs=np.array(uvs, np.float32).reshape(8, 2))
-    assert_frames(tangent_frames(complete_normals(mesh)[0]))
+    assert_frames(tangent_frames(complete_normals(mesh, crease_deg=45.0)[0]))
 
 
 def test_without_normals_or_uvs_there_is_an_error() -> None:

@@ -12,6 +12,7 @@ from paradize.material import OVERHANG, repeating, uv_width
 from paradize.metrics.occlusion import cast_errors
 from paradize.readers.model import read_model
 from paradize.scene.baker_settings import CastSettings
+from paradize.scene.settings import SceneObject
 from paradize.stages.normals import complete_normals
 from paradize.stages.occlusion import RAYS, Occlusion, mesh_occlusion
 from paradize.stages.validate import validate_mesh
@@ -48,7 +49,7 @@ def cast_occlusion(
         raise BakeError(
             "has no texture coordinates that a map of its occlusion could follow", file=model, mend=mend
         )
-    mesh = complete_normals(mesh, read.smoothing[report.kept])[0]
+    mesh = complete_normals(mesh, read.smoothing[report.kept], crease_deg=SceneObject.crease_deg)[0]
     on = mesh.of_materials(materials) if materials else mesh
     names = {group.material for group in mesh.groups}
     if unknown := sorted({*materials, *settings.see_through} - names):

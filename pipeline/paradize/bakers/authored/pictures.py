@@ -14,7 +14,6 @@ from paradize.errors import BakeError, SourceError
 from paradize.readers.image import read_image
 
 Values = npt.NDArray[Any]
-_INDEX = {"r": 0, "g": 1, "b": 2}
 CHANNELS = ("rgb", "r", "g", "b", "a", "luminance")
 
 
@@ -68,8 +67,8 @@ def _plane(values: Values, channel: str, path: Path, role: str) -> Values:
         return np.ascontiguousarray(values[:, :, -1])
     if count < 3:
         return np.ascontiguousarray(values[:, :, 0])
-    if channel in _INDEX:
-        return np.ascontiguousarray(values[:, :, _INDEX[channel]])
+    if channel in ("r", "g", "b"):
+        return np.ascontiguousarray(values[:, :, "rgb".index(channel)])
     red, green, blue = (values[:, :, k] for k in range(3))
     if np.array_equal(red, green) and np.array_equal(green, blue):
         return np.ascontiguousarray(red)

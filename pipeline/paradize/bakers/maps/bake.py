@@ -88,39 +88,15 @@ def map_rows(
     wraps = wraps_of(settings.wrap)
     if settings.gloss_groups and uv is None:
         raise BakeError("groups that shine need a UV layout", mend="name the model whose UVs the map follows")
+    levels, filter_name = _levels_of(settings), settings.filter
     report_step("reading")
-    source, levels, filter_name = settings.source, _levels_of(settings), settings.filter
-    image = read_image(path, finite=False)
-    guess = None
-    if source == "auto":
-        source, why = guess_source(image)
-        taken = "heights" if source == "height" else "colour"
-        guess = f"{path}: taken for {taken}: {why} (--from says otherwise)"
-    warnings: list[str] = []
-    if source == "height":
-        image, warnings = with_heights(replace(image, color_space="data"), path, settings.nodata)
-        warnings = [*_warnings(path, image), *warnings]
-    elif settings.nodata not in ("auto", "none"):
-        mend = "leave --nodata out, or add --from height where a grey picture holds heights"
-        raise BakeError("is taken for colour, which has no number for no height", file=path, mend=mend)
-    else:
-        require_finite(image.values, path)
-        warnings += [f"{path}: {note}" for note in image.notes]
-        warnings += [*_beyond(path, image), *_normals(path, image)]
+    image, read = _read(path, settings)
+    source, warnings = read.source, read.warnings
     rows, columns = image.values.shape[:2]
-    layout = (
-        None
-        if uv is None
-        else read_layout(
-            uv,
-            rows,
-            columns=columns,
-            wraps=wraps,
-            groups=settings.gloss_groups,
-            materials=settings.layout_materials,
-            root=root,
-        )
-    )
+    layout = None
+    if uv is not None:
+        groups, materials = settings.gloss_groups, settings.layout_materials
+        layout = read_layout(uv, rows, columns, wraps, groups, materials, root)
     if source == "color":
         image = replace(image, values=spread(image.values, wraps))
     heights = _heights(image, source, levels)
@@ -140,14 +116,14 @@ def map_rows(
         image, notes = _without_steps(image, path, wraps)
         if source == "height":
             warnings = [text for text in warnings if text not in _warnings(path, image)]
-        warnings += notes
+        warnings = [*warnings, *notes]
         heights = _heights(image, source, levels)
     if truth is not None and np.array_equal(truth, heights):
         truth = heights  # one plane less while maps are made
     unit = (0.0, 1.0)
     if source == "height":
         unit, ranged = unit_of_heights(heights, path)
-        warnings += ranged
+        warnings = [*warnings, *ranged]
     slopes = _slopes(settings, rows, columns, unit[1])
     down = settings.green == "down"
     height_map = HeightMap(
@@ -175,7 +151,26 @@ def map_rows(
         layout=layout,
         truth=true_light,
     )
-    return made, Picture(source, guess, warnings)
+    return made, replace(read, warnings=warnings)
+
+
+def _read(path: Path, settings: MapSettings) -> tuple[Image, Picture]:
+    """The picture's texels, and how they are read. Raises SourceError and BakeError."""
+    image = read_image(path, finite=False)
+    source, guess = settings.source, None
+    if source == "auto":
+        source, why = guess_source(image)
+        taken = "heights" if source == "height" else "colour"
+        guess = f"{path}: taken for {taken}: {why} (--from says otherwise)"
+    if source == "height":
+        image, warnings = with_heights(replace(image, color_space="data"), path, settings.nodata)
+        return image, Picture(source, guess, [*_warnings(path, image), *warnings])
+    if settings.nodata not in ("auto", "none"):
+        mend = "leave --nodata out, or add --from height where a grey picture holds heights"
+        raise BakeError("is taken for colour, which has no number for no height", file=path, mend=mend)
+    require_finite(image.values, path)
+    notes = [f"{path}: {note}" for note in image.notes]
+    return image, Picture(source, guess, [*notes, *_beyond(path, image), *_normals(path, image)])
 
 
 def _levels_of(relief: Relief) -> Levels | None:

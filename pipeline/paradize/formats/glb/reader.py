@@ -239,79 +239,16 @@ def _read_level(reader: Reader, number: int) -> Lod:
     node = reader.item("nodes", number, pointer)
     if reader.get(node, pointer, "name", str) != f"lod{number}":
         raise reader.fault(f"{node['name'][:40]!r}, expected 'lod{number}'", f"{pointer}/name")
-    extras = reader.get(node, pointer, "extras", dict)
-    errors = []
-    for key in ("error_max", "error_rms"):
-        value = extras.get(key)
-        if isinstance(value, bool) or not isinstance(value, int | float) or not 0 <= value < float("inf"):
-            raise reader.fault(f"{str(value)[:40]}, expected a number from 0", f"{pointer}/extras/{key}")
-        errors.append(float(value))
-    other_errors = {
-        key: value for key, value in extras.items() if key not in ("error_max", "error_rms", "error_m")
-    }
-    for key, value in other_errors.items():
-        if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) < float("inf"):
-            raise reader.fault(f"{str(value)[:40]}, expected a number", f"{pointer}/extras/{key}")
+    error_max, error_rms, other_errors = _errors_of(reader, node, pointer)
     mesh_index = reader.get(node, pointer, "mesh", int)
     entry = reader.item("meshes", mesh_index, f"{pointer}/mesh")
     mesh_pointer = f"/meshes/{mesh_index}"
     primitives = reader.get(entry, mesh_pointer, "primitives", list)
     if not primitives:
         raise reader.fault("no primitives", f"{mesh_pointer}/primitives")
-    arrays: dict[str, Any] = {}
     shared = reader.get(primitives[0], f"{mesh_pointer}/primitives/0", "attributes", dict)
-    known = {key: (attribute, shape) for key, attribute, shape in ATTRIBUTES}
-    if "POSITION" not in shared or not shared.keys() <= known.keys():
-        raise reader.fault(f"attributes {sorted(shared)!r:.80}", f"{mesh_pointer}/primitives/0/attributes")
-    for key, index in shared.items():
-        attribute, shape = known[key]
-        path = f"{mesh_pointer}/primitives/0/attributes/{key}"
-        components, normalized = QUANTIZED_TYPES[key]
-        values = reader.accessor(index, path, shape, (FLOAT, *components), normalized)
-        if values.dtype.kind == "i" and int(values.min()) < -np.iinfo(values.dtype).max:
-            raise reader.fault(f"a value of {int(values.min())}", f"/accessors/{index}")
-        if values.dtype.kind == "f" and not np.isfinite(values).all():
-            vertex = int(np.flatnonzero(~np.isfinite(values).all(axis=1))[0])
-            raise reader.fault(f"{key} of vertex {vertex} is not finite", f"/accessors/{index}")
-        if key in SHARES and values.dtype.kind == "f" and (values.min() < 0 or values.max() > 1):
-            raise reader.fault(f"values of {key} leave 0 to 1", f"/accessors/{index}")
-        arrays[attribute] = np.ascontiguousarray(values, values.dtype.newbyteorder("="))
-    count = len(arrays["positions"])
-    for attribute, values in arrays.items():
-        if len(values) != count:
-            raise reader.fault(f"{len(values)} {attribute} for {count} vertices", mesh_pointer)
-    _check_bounds(reader, shared["POSITION"], arrays["positions"])
-    parts, groups, first = [], [], 0
-    for number, primitive in enumerate(primitives):
-        path = f"{mesh_pointer}/primitives/{number}"
-        if reader.get(primitive, path, "attributes", dict) != shared:
-            raise reader.fault("all primitives of a level must share their attributes", f"{path}/attributes")
-        if reader.get(primitive, path, "mode", int, 4) != 4:
-            raise reader.fault("expected triangles", f"{path}/mode")
-        indices = reader.accessor(primitive.get("indices"), f"{path}/indices", "SCALAR", (U16, U32))
-        if len(indices) % 3:
-            raise reader.fault(f"{len(indices)} indices are not whole triangles", f"{path}/indices")
-        if int(indices.max()) >= count:
-            raise reader.fault(f"index {int(indices.max())} of {count} vertices", f"{path}/indices")
-        material = reader.item("materials", primitive.get("material"), f"{path}/material")
-        name = reader.get(
-            reader.get(primitive, path, "extras", dict),
-            f"{path}/extras",
-            "name",
-            str,
-        )
-        groups.append(
-            Group(
-                name,
-                reader.get(material, f"/materials/{primitive['material']}", "name", str),
-                first,
-                len(indices) // 3,
-            )
-        )
-        parts.append(indices.astype(np.uint32).reshape(-1, 3))
-        first += len(indices) // 3
-        if first * 6 > len(reader.binary):  # a small file must not make the reader allocate endless triangles
-            raise reader.fault(f"{first} triangles of {len(reader.binary)} bytes", path)
+    arrays = _read_attributes(reader, shared, mesh_pointer)
+    triangles, groups = _read_primitives(reader, primitives, shared, len(arrays["positions"]), mesh_pointer)
     quantized = None
     if arrays["positions"].dtype == np.float32:
         origin = _origin_of(reader, node, pointer)
@@ -325,8 +262,80 @@ def _read_level(reader: Reader, number: int) -> Lod:
             raise reader.fault("positions exceed float32", pointer)
     if quantized is None and any(values.dtype != np.float32 for values in arrays.values()):
         raise reader.fault("quantized attributes beside float positions", mesh_pointer)
-    mesh = Mesh(**arrays, triangles=np.concatenate(parts), groups=tuple(groups), origin=origin)
-    return Lod(mesh, errors[0], errors[1], other_errors, quantized)
+    mesh = Mesh(**arrays, triangles=triangles, groups=groups, origin=origin)
+    return Lod(mesh, error_max, error_rms, other_errors, quantized)
+
+
+def _errors_of(reader: Reader, node: dict[str, Any], pointer: str) -> tuple[float, float, dict[str, Any]]:
+    """error_max, error_rms and the other errors of a level's node."""
+    extras = reader.get(node, pointer, "extras", dict)
+    errors = []
+    for key in ("error_max", "error_rms"):
+        value = extras.get(key)
+        if isinstance(value, bool) or not isinstance(value, int | float) or not 0 <= value < float("inf"):
+            raise reader.fault(f"{str(value)[:40]}, expected a number from 0", f"{pointer}/extras/{key}")
+        errors.append(float(value))
+    others = {key: value for key, value in extras.items() if key not in ("error_max", "error_rms", "error_m")}
+    for key, value in others.items():
+        if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) < float("inf"):
+            raise reader.fault(f"{str(value)[:40]}, expected a number", f"{pointer}/extras/{key}")
+    return errors[0], errors[1], others
+
+
+def _read_attributes(reader: Reader, shared: dict[str, Any], pointer: str) -> dict[str, Any]:
+    """The vertex attributes of a mesh by the names of Mesh, as they are stored. pointer: of the mesh."""
+    arrays: dict[str, Any] = {}
+    known = {key: (attribute, shape) for key, attribute, shape in ATTRIBUTES}
+    if "POSITION" not in shared or not shared.keys() <= known.keys():
+        raise reader.fault(f"attributes {sorted(shared)!r:.80}", f"{pointer}/primitives/0/attributes")
+    for key, index in shared.items():
+        attribute, shape = known[key]
+        path = f"{pointer}/primitives/0/attributes/{key}"
+        components, normalized = QUANTIZED_TYPES[key]
+        values = reader.accessor(index, path, shape, (FLOAT, *components), normalized)
+        if values.dtype.kind == "i" and int(values.min()) < -np.iinfo(values.dtype).max:
+            raise reader.fault(f"a value of {int(values.min())}", f"/accessors/{index}")
+        if values.dtype.kind == "f" and not np.isfinite(values).all():
+            vertex = int(np.flatnonzero(~np.isfinite(values).all(axis=1))[0])
+            raise reader.fault(f"{key} of vertex {vertex} is not finite", f"/accessors/{index}")
+        if key in SHARES and values.dtype.kind == "f" and (values.min() < 0 or values.max() > 1):
+            raise reader.fault(f"values of {key} leave 0 to 1", f"/accessors/{index}")
+        arrays[attribute] = np.ascontiguousarray(values, values.dtype.newbyteorder("="))
+    count = len(arrays["positions"])
+    for attribute, values in arrays.items():
+        if len(values) != count:
+            raise reader.fault(f"{len(values)} {attribute} for {count} vertices", pointer)
+    _check_bounds(reader, shared["POSITION"], arrays["positions"])
+    return arrays
+
+
+def _read_primitives(
+    reader: Reader, primitives: list[Any], shared: dict[str, Any], vertices: int, pointer: str
+) -> tuple[npt.NDArray[np.uint32], tuple[Group, ...]]:
+    """The triangles (n, 3) of a mesh's primitives, one group each. shared: the attributes that all have;
+    pointer: of the mesh."""
+    parts, groups, first = [], [], 0
+    for number, primitive in enumerate(primitives):
+        path = f"{pointer}/primitives/{number}"
+        if reader.get(primitive, path, "attributes", dict) != shared:
+            raise reader.fault("all primitives of a level must share their attributes", f"{path}/attributes")
+        if reader.get(primitive, path, "mode", int, 4) != 4:
+            raise reader.fault("expected triangles", f"{path}/mode")
+        indices = reader.accessor(primitive.get("indices"), f"{path}/indices", "SCALAR", (U16, U32))
+        if len(indices) % 3:
+            raise reader.fault(f"{len(indices)} indices are not whole triangles", f"{path}/indices")
+        if int(indices.max()) >= vertices:
+            raise reader.fault(f"index {int(indices.max())} of {vertices} vertices", f"{path}/indices")
+        material = reader.item("materials", primitive.get("material"), f"{path}/material")
+        extras = reader.get(primitive, path, "extras", dict)
+        name = reader.get(extras, f"{path}/extras", "name", str)
+        material_name = reader.get(material, f"/materials/{primitive['material']}", "name", str)
+        groups.append(Group(name, material_name, first, len(indices) // 3))
+        parts.append(indices.astype(np.uint32).reshape(-1, 3))
+        first += len(indices) // 3
+        if first * 6 > len(reader.binary):  # a small file must not make the reader allocate endless triangles
+            raise reader.fault(f"{first} triangles of {len(reader.binary)} bytes", path)
+    return np.concatenate(parts), tuple(groups)
 
 
 def _check_bounds(reader: Reader, index: int, positions: npt.NDArray[Any]) -> None:

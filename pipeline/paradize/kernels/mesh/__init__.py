@@ -84,7 +84,7 @@ def number_corners(base: npt.ArrayLike, rows: npt.ArrayLike) -> tuple[U32, U32]:
 
 
 def corner_normals(
-    positions: F32, triangles: U32, smoothing: npt.ArrayLike | None = None, *, crease_deg: float = 45.0
+    positions: F32, triangles: U32, smoothing: npt.ArrayLike | None = None, *, crease_deg: float
 ) -> F32:
     """(m, 3, 3) unit normals by smoothing group where known, else by crease angle (0 to 180 degrees).
 

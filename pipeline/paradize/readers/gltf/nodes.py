@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from math import isfinite, sqrt
 from typing import TYPE_CHECKING
 
+from paradize.placement import IDENTITY
 from paradize.readers.gltf.accessors import Accessors
 from paradize.readers.gltf.document import Document
 
@@ -16,7 +17,6 @@ if TYPE_CHECKING:
     from paradize.data import F64
 
 Matrix = tuple[float, ...]  # 12 numbers
-IDENTITY: Matrix = (1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0)
 _ROUNDED = 0.01  # how far from 1 the length of a rotation may be in quantized and rounded files
 INSTANCING = "EXT_mesh_gpu_instancing"
 

@@ -8,13 +8,14 @@ from typing import Any
 import numpy as np
 
 from paradize.errors import SourceError, one_line
+from paradize.placement import IDENTITY
 from paradize.readers.gltf.accessors import Accessors
 from paradize.readers.gltf.assemble import Part, joined, place_part
 from paradize.readers.gltf.buffers import Buffers
 from paradize.readers.gltf.document import Document
 from paradize.readers.gltf.extensions import check_extensions
 from paradize.readers.gltf.materials import PlacedMaterial, default_material, read_materials
-from paradize.readers.gltf.nodes import IDENTITY, Matrix, Nodes
+from paradize.readers.gltf.nodes import Matrix, Nodes
 from paradize.readers.gltf.pictures import Pictures
 from paradize.readers.gltf.primitives import Primitive, read_primitive
 from paradize.readers.gltf.skins import default_weights, joints_of, morphed, vertex_matrices

@@ -19,7 +19,6 @@ from paradize.scene.settings.load import load_scene
 from paradize.scene.settings.motion import Beat, Motion
 from paradize.scene.settings.objects import (
     RESERVED,
-    VIEWS,
     Instance,
     ObjectMaterial,
     SceneObject,
@@ -33,7 +32,6 @@ __all__ = [
     "FILTERS",
     "RESERVED",
     "SEVERITIES",
-    "VIEWS",
     "Ambient",
     "Beat",
     "Clouds",

@@ -31,7 +31,6 @@ from paradize.scene.settings.relief import Relief
 from paradize.tiers import SIMPLIFIERS, UNWRAPPERS
 
 RESERVED = frozenset({"terrain", "sand", "effect", "water", "sky", "clouds", "sound"})  # no names of objects
-VIEWS = ("camera", "shadow", "reflection", "refraction")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -187,7 +186,9 @@ class SceneObject:
     )
     quantise: bool = flag(False, meaning="16-bit vertices; the budget limits their error")
     views: tuple[str, ...] = choices(
-        VIEWS, among=VIEWS, meaning="views that draw the object, if the scene has them"
+        player_limits.VIEWS,
+        among=player_limits.VIEWS,
+        meaning="views that draw the object, if the scene has them",
     )
     wrap: str = choice(
         "auto",
