@@ -44,9 +44,9 @@ def draw_folder(
     most: int = 50,
     on_progress: Callable[[str, int, int], None] | None = None,
 ) -> Sheets:
-    """Draws the sheets of the scene in `baked` into `folder`, as <material>.png. A sheet whose maps, errors
-    and drawing code did not change stays. At most `most` are drawn, because one takes half a second. Sheets
-    of materials that no longer exist are removed.
+    """Draws the sheets of the scene in `baked` into `folder`, as <material>.png. A sheet whose maps,
+    errors and code of this folder did not change stays. At most `most` are drawn, because one takes half a
+    second. Sheets of materials that no longer exist are removed.
 
     Never raises for a sheet that fails: it becomes a warning, and the others are drawn.
     """
