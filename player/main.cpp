@@ -1,4 +1,4 @@
-// Parses the arguments, runs the player and returns the exit code. The only place that catches exceptions.
+// Parses the arguments, runs the player and returns the exit code. Exceptions end here as messages.
 
 #include "app/messages.hpp"
 #include "app/options.hpp"

@@ -1,6 +1,7 @@
 #pragma once
-// Draws the cascades of the sun's shadow map. Casters do not move, so a cascade is redrawn only when its
-// content changes: it has moved, a level of detail is another, or data has just become resident.
+// Draws the cascades of the shadow map of sun and moon. A cascade is redrawn only when its content changes:
+// it has moved, a level of detail is another, data has just become resident, or what sways or moves took a
+// step.
 
 #include "gl/handle.hpp"
 #include "passes/pass.hpp"
