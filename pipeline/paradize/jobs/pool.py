@@ -96,6 +96,7 @@ class _Scheduler:
         self.on_start, self.on_step, self.on_outcome = on_start, on_step, on_outcome
         self.limit = memory_limit()
         time_limit()  # raises for an invalid setting before any job starts
+        assert len({job.name for job in jobs}) == len(jobs), "two jobs of one name would share an outcome"
         self.waiting = [(job, 1) for job in jobs]  # jobs, and the number of their next try
         self.alone: list[
             tuple[Job, int]

@@ -14,9 +14,10 @@ from typing import Any
 from paradize.build.provenance import BakeReport
 from paradize.documents import SCENE_FILE, read_json
 from paradize.errors import FormatError, ParadizeError
-from paradize.files import bytes_text, read_file
+from paradize.files import bytes_text
 from paradize.formats.ktx2.reader import decode_ktx2
 from paradize.formats.scene_manifest import read_entry, read_scene
+from paradize.jobs.code import code_digest
 from paradize.map_table import MAPS
 from paradize.preview.pictures import MaterialDefaults, SheetMap
 from paradize.report.levels import draw_object
@@ -44,9 +45,9 @@ def draw_folder(
     most: int = 50,
     on_progress: Callable[[str, int, int], None] | None = None,
 ) -> Sheets:
-    """Draws the sheets of the scene in `baked` into `folder`, as <material>.png. A sheet whose maps,
-    errors and code of this folder did not change stays. At most `most` are drawn, because one takes half a
-    second. Sheets of materials that no longer exist are removed.
+    """Draws the sheets of the scene in `baked` into `folder`, as <material>.png. A sheet stays if
+    what it shows and the code that draws it did not change. At most `most` are drawn, because one takes half
+    a second. Sheets of materials that no longer exist are removed.
 
     Never raises for a sheet that fails: it becomes a warning, and the others are drawn.
     """
@@ -56,10 +57,10 @@ def draw_folder(
         known = _record(folder)
         record: dict[str, str] = {}
         materials = _materials(scene)
-        code = b"".join(read_file(path) for path in sorted(Path(__file__).parent.glob("*.py")))
+        code = code_digest("paradize.report.sheet") + code_digest("paradize.report.levels")
         for done, (name, entries) in enumerate(materials.items()):
             defaults = _material_defaults(scene, name)
-            key = _key(code, scene["name"], entries, defaults)
+            key = _key(code, scene, name, entries, defaults)
             path = folder / f"{name}.png"
             if known.get(name) == key and path.is_file():
                 record[name] = key
@@ -215,10 +216,29 @@ def _material_defaults(scene: dict[str, Any], name: str) -> MaterialDefaults:
     return MaterialDefaults()
 
 
-def _key(code: bytes, scene: str, entries: dict[str, dict[str, Any]], defaults: MaterialDefaults) -> str:
-    """The hash of what a sheet is drawn from."""
-    inputs = json.dumps([scene, entries, repr(defaults)], sort_keys=True).encode()
-    return hashlib.sha256(hashlib.sha256(code).digest() + inputs).hexdigest()
+def _key(
+    code: str,
+    scene: dict[str, Any],
+    name: str,
+    entries: dict[str, dict[str, Any]],
+    defaults: MaterialDefaults,
+) -> str:
+    """The hash of what a sheet is drawn from. code: digests of the modules that draw it."""
+    inputs: list[Any] = [code, scene["name"], entries]
+    if "mesh" in entries:
+        item = _object_of(scene, name)
+        inputs += [scene["lod_error_px"], item["lods"], item["materials"]]
+    elif "cubemap" in entries:
+        inputs.append(scene["exposure"])
+    else:
+        inputs.append(repr(defaults))
+    return hashlib.sha256(json.dumps(inputs, sort_keys=True).encode()).hexdigest()
+
+
+def _object_of(scene: dict[str, Any], mesh: str) -> dict[str, Any]:
+    """The first object of a mesh."""
+    found: dict[str, Any] = next(item for item in scene["objects"] if item["mesh"] == mesh)
+    return found
 
 
 def _draw(
@@ -230,8 +250,7 @@ def _draw(
 ) -> bytes:
     """The sheet of one material, object or sky as PNG."""
     if "mesh" in entries:
-        item = next(item for item in scene["objects"] if item["mesh"] == name)
-        return draw_object(baked, scene, item)
+        return draw_object(baked, scene, _object_of(scene, name))
     maps = {}
     for kind, entry in entries.items():
         texture = decode_ktx2(read_entry(baked, entry), entry["file"])

@@ -15,7 +15,7 @@ from PIL import Image, ImageDraw, ImageFont
 
 from paradize.data import Mesh
 from paradize.preview.raster import covered_pixels
-from paradize.preview.shade import to_srgb
+from paradize.preview.shade import to_light, to_srgb
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -98,7 +98,7 @@ def draw_mesh(mesh: Mesh, skins: dict[str, Skin], frame: tuple[F64, float]) -> U
     x = (seen[:, 0] - middle[0]) / scale + 0.5 * _FINE - 0.5
     y = 0.5 * _FINE - (seen[:, 1] - middle[1]) / scale - 0.5
     light = np.empty((_FINE * _FINE, 3), np.float32)
-    light[:] = to_light_of(_PAPER)
+    light[:] = to_light(np.array(_PAPER, np.float32) / np.float32(255))
     depth = np.full(_FINE * _FINE, -np.inf)
     runs = [(g.material, g.first, g.count) for g in mesh.groups] or [("", 0, len(mesh.triangles))]
     for material, first, count in runs:
@@ -114,12 +114,6 @@ def draw_mesh(mesh: Mesh, skins: dict[str, Skin], frame: tuple[F64, float]) -> U
             depth=depth,
         )
     return to_srgb(light.reshape(SIZE, 2, SIZE, 2, 3).mean(axis=(1, 3)))
-
-
-def to_light_of(codes: tuple[int, int, int]) -> F32:
-    """Linear light of sRGB codes."""
-    values = np.array(codes, np.float32) / np.float32(255)
-    return np.where(values <= 0.04045, values / 12.92, ((values + 0.055) / 1.055) ** 2.4).astype(np.float32)
 
 
 def _draw(

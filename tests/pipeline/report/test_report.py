@@ -160,6 +160,38 @@ def test_only_what_changed_is_drawn_anew(tmp_path: Path) -> None:
     assert [path.name for path in draw_folder(baked, sheets).drawn] == ["wall.png"]
 
 
+def test_a_sky_and_an_object_are_drawn_anew_where_the_scene_shows_them_otherwise(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    sky = Texture("RGBA16F", 4, 4, tuple(bytes(8 * 6 * n) for n in (16, 4, 1)), 6)
+    baked = scene_folder(tmp_path / "baked", wall_color=plain((200, 0, 0, 255)), sky=sky)
+    scene = json.loads((baked / "scene.json").read_text())
+    material = {"maps": {"color": "wall_color", "normal": None}, "alpha_cutoff": 0.5}
+    material |= {"color": [1.0, 1.0, 1.0], "specular": 0.2, "smoothness": 0.3}
+    item = {"mesh": "wall_mesh", "lods": [{"error_m": 0.0}], "materials": {"": material}, "instances": []}
+    scene["artifacts"]["wall_mesh"] = scene["artifacts"]["wall_color"] | {"kind": "mesh"}
+    scene |= {"objects": [item], "lod_error_px": 1.0}
+    monkeypatch.setattr("paradize.report.folder.draw_object", draw_nothing)
+
+    def drawn(**changes: Any) -> set[str]:
+        (baked / "scene.json").write_text(json.dumps(scene | changes))
+        done = draw_folder(baked, tmp_path / "report")
+        assert not done.warnings
+        return {path.stem for path in done.drawn}
+
+    assert drawn() == {"wall", "wall_mesh", "sky"}
+    assert drawn(exposure=2.0) == {"sky"}
+    assert drawn(exposure=2.0, lod_error_px=2.0) == {"wall_mesh"}
+    cut = item | {"materials": {"": material | {"alpha_cutoff": 0.25}}}
+    assert drawn(exposure=2.0, lod_error_px=2.0, objects=[cut]) == {"wall_mesh"}
+    moved = cut | {"instances": [{"position": [1.0, 0.0, 0.0]}]}
+    assert drawn(exposure=2.0, lod_error_px=2.0, objects=[moved]) == set()
+
+
+def draw_nothing(*given: object) -> bytes:
+    return b""
+
+
 def test_sheets_of_materials_that_are_gone_go_and_no_other_file(tmp_path: Path) -> None:
     sheets = tmp_path / "report"
     red = plain((200, 0, 0, 255))
