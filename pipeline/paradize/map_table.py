@@ -1,7 +1,7 @@
 """The maps of a material, said once: what each holds, how it is stored, measured and shown, and who has it.
 
 Bakers, budgets, trim, check, report, explain and scene.json take names and facts from here. The player has a
-list of an object's maps: `player/assets/object_maps.hpp`. "To add a map" in `pipeline/README.md` lists all
+list of its own: `player/assets/scene/object_maps.hpp`. "To add a map" in `pipeline/README.md` lists all
 files.
 """
 

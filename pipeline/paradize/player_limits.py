@@ -1,4 +1,4 @@
-"""The limits of the player in a scene, all objects or clouds together (player/assets/scene_objects.cpp).
+"""The limits of the player in a scene, all objects or clouds together (player/assets/scene/objects.cpp).
 Pairs are the least and the largest value."""
 
 VIEWS = ("camera", "shadow", "reflection", "refraction")  # that an object may be drawn in
@@ -9,8 +9,8 @@ FOV_RAD = (1e-3, 3.1)
 NEAR_M, FAR_M = (1e-5, 1e7), (1e-4, 1e8)
 MOST_INSTANCES = 200_000
 MOST_PARTICLES = 1_000_000
-MOST_LIGHTS = 256  # lights.cpp there
+MOST_LIGHTS = 256  # scene/lights.cpp there
 MOST_LIGHT_SETS = 4096
-MOST_LIGHTS_OF_A_SET = 16  # scene_file.hpp there: a draw call takes so many
-MOST_RIPPLES = 512  # circles; ripples.cpp there
-MOST_FLOOR_CELLS = 256  # along a side; scene_terrain.cpp there
+MOST_LIGHTS_OF_A_SET = 16  # scene/file.hpp there: a draw call takes so many
+MOST_RIPPLES = 512  # circles; scene/ripples.cpp there
+MOST_FLOOR_CELLS = 256  # along a side; scene/terrain.cpp there

@@ -2,7 +2,7 @@
 // Plays the sounds and the music of a scene. Nothing here throws. What cannot be played is silent, with one
 // message.
 
-#include "assets/scene_file.hpp"
+#include "assets/scene/file.hpp"
 #include "scene/flight.hpp"
 
 #include <cstddef>

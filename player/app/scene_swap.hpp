@@ -1,7 +1,7 @@
 #pragma once
 // Holds the current scene, and loads the next one when a new bake has replaced scene.json.
 
-#include "assets/scene_file.hpp"
+#include "assets/scene/file.hpp"
 #include "assets/watcher.hpp"
 #include "streaming/demand.hpp"
 #include "streaming/scene.hpp"

@@ -1,7 +1,7 @@
 #pragma once
 // Writes what a flight sounds like into a WAV file, as the window would play it, without a sound device.
 
-#include "assets/scene_file.hpp"
+#include "assets/scene/file.hpp"
 
 #include <filesystem>
 

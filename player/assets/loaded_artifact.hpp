@@ -7,7 +7,7 @@
 #include "assets/inflate.hpp"
 #include "assets/ktx2.hpp"
 #include "assets/mesh_measures.hpp"
-#include "assets/scene_file.hpp"
+#include "assets/scene/file.hpp"
 #include "assets/upload_plan.hpp"
 
 #include <cstddef>

@@ -2,7 +2,7 @@
 // Watches a scene's folder on a thread, and reads scene.json whenever a bake replaces it.
 
 #include "assets/file_bytes.hpp"
-#include "assets/scene_file.hpp"
+#include "assets/scene/file.hpp"
 
 #include <atomic>
 #include <filesystem>

@@ -2,7 +2,7 @@
 // Sparkles in the air, and swarms of insects. A sparkle's life is its transparency and falls at its own rate.
 // Below the threshold it is born again elsewhere with a new size and rotation.
 
-#include "assets/scene_file.hpp"
+#include "assets/scene/file.hpp"
 #include "gl/handle.hpp"
 #include "gl/program.hpp"
 #include "passes/environment_bindings.hpp"

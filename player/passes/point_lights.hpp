@@ -1,7 +1,7 @@
 #pragma once
 // The lights of a frame, for the passes that draw what they reach.
 
-#include "assets/scene_file.hpp"
+#include "assets/scene/file.hpp"
 #include "gl/handle.hpp"
 #include "gl/light_uniforms.hpp"
 #include "scene/point_lights.hpp"

@@ -2,7 +2,7 @@
 // Checks whether the bake covers what is drawn. A bake leaves out mips and LODs that no view of the flight
 // needs.
 
-#include "assets/scene_file.hpp"
+#include "assets/scene/file.hpp"
 
 #include <glm/vec3.hpp>
 

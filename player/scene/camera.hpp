@@ -1,7 +1,7 @@
 #pragma once
 // Builds the views of a frame: main camera, camera mirrored in the water, refraction and light.
 
-#include "assets/scene_file.hpp"
+#include "assets/scene/file.hpp"
 #include "scene/flight.hpp"
 #include "scene/quality.hpp"
 #include "scene/view.hpp"

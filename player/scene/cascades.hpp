@@ -1,7 +1,7 @@
 #pragma once
 // Cascades of the shadow map: squares around what the camera sees, each finer than the one before.
 
-#include "assets/scene_file.hpp"
+#include "assets/scene/file.hpp"
 #include "scene/view.hpp"
 
 #include <glm/vec4.hpp>

@@ -1,7 +1,7 @@
 #pragma once
 // The light at one second of the flight: sun, moon, ambient light, haze, exposure and sky. Uses no GL.
 
-#include "assets/scene_file.hpp"
+#include "assets/scene/file.hpp"
 
 #include <glm/vec3.hpp>
 

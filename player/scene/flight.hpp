@@ -1,7 +1,7 @@
 #pragma once
 // The camera pose at a second of the flight. Uses double, because playback runs for days.
 
-#include "assets/scene_file.hpp"
+#include "assets/scene/file.hpp"
 
 #include <glm/mat4x4.hpp>
 #include <glm/vec3.hpp>

@@ -1,7 +1,7 @@
 #pragma once
 // A swarm of insects at a lamp in closed form. Uses no GL.
 
-#include "assets/scene_file.hpp"
+#include "assets/scene/file.hpp"
 #include "scene/random.hpp"
 
 #include <glm/vec3.hpp>

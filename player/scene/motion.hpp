@@ -2,7 +2,7 @@
 // Where an instance that moves is at a moment of the flight. Uses no GL. pipeline/paradize/scene/motion.py
 // has the same functions.
 
-#include "assets/scene_file.hpp"
+#include "assets/scene/file.hpp"
 
 #include <glm/mat4x4.hpp>
 #include <glm/vec4.hpp>

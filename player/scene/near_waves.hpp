@@ -1,7 +1,7 @@
 #pragma once
 // The waves that lift the sea near the camera, as shaders/lib/near_waves.glsl takes them. Uses no GL.
 
-#include "assets/scene_file.hpp"
+#include "assets/scene/file.hpp"
 #include "scene/view.hpp"
 
 #include <glm/vec2.hpp>

@@ -1,7 +1,7 @@
 #pragma once
 // How bright each light is at one moment. Uses no GL.
 
-#include "assets/scene_file.hpp"
+#include "assets/scene/file.hpp"
 
 namespace paradize {
 

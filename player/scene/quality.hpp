@@ -1,7 +1,7 @@
 #pragma once
 // Quality features and tiers, and the render settings that they select.
 
-#include "assets/scene_file.hpp"
+#include "assets/scene/file.hpp"
 
 #include <array>
 #include <cstddef>

@@ -1,7 +1,7 @@
 #pragma once
 // Ripples round what stands in the water, as shaders/lib/ripples.glsl takes them. Uses no GL.
 
-#include "assets/scene_file.hpp"
+#include "assets/scene/file.hpp"
 #include "scene/view.hpp"
 
 #include <glm/vec4.hpp>

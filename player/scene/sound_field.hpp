@@ -2,7 +2,7 @@
 // How a sound of the scene is heard: its gain and where it comes from. Depends on the pose and the second
 // alone.
 
-#include "assets/scene_file.hpp"
+#include "assets/scene/file.hpp"
 #include "scene/flight.hpp"
 
 #include <glm/vec3.hpp>

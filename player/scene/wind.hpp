@@ -1,7 +1,7 @@
 #pragma once
 // The wind at one moment, as shaders/lib/wind.glsl takes it. Uses no GL.
 
-#include "assets/scene_file.hpp"
+#include "assets/scene/file.hpp"
 
 #include <glm/vec3.hpp>
 #include <glm/vec4.hpp>

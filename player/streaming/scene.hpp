@@ -1,7 +1,7 @@
 #pragma once
 // The scene for the passes: scene.json joined with the textures and meshes of the streamer.
 
-#include "assets/scene_file.hpp"
+#include "assets/scene/file.hpp"
 #include "scene/instances.hpp"
 #include "scene/view.hpp"
 #include "streaming/streamer.hpp"

@@ -2,7 +2,7 @@
 // Uploads baked files to the GPU and evicts what is not needed. Threads read and check the files; each frame
 // uploads chunks of checked files within a budget, in the order of the Schedule.
 
-#include "assets/scene_file.hpp"
+#include "assets/scene/file.hpp"
 #include "assets/upload_plan.hpp"
 #include "gl/handle.hpp"
 #include "streaming/schedule.hpp"

@@ -1,7 +1,7 @@
 #pragma once
 // Chooses the terrain patches to draw: a cut through a tree of right triangles. Uses no GL.
 
-#include "assets/scene_file.hpp"
+#include "assets/scene/file.hpp"
 
 #include <glm/vec3.hpp>
 

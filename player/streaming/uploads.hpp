@@ -4,7 +4,7 @@
 
 #include "assets/file_checker.hpp"
 #include "assets/piece_loader.hpp"
-#include "assets/scene_file.hpp"
+#include "assets/scene/file.hpp"
 #include "assets/upload_plan.hpp"
 #include "streaming/patch_pool.hpp"
 #include "streaming/schedule.hpp"

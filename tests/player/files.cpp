@@ -98,6 +98,13 @@ Bytes with_frame(const Bytes &file, std::span<const std::byte> frame) {
     return out;
 }
 
+std::string replaced(std::string text, const std::string &from, const std::string &to) {
+    const std::size_t at = text.find(from);
+    if (at == std::string::npos)
+        throw std::invalid_argument(from + " is not in the text");
+    return text.replace(at, from.size(), to);
+}
+
 std::string glb_json(bool two_levels) {
     std::string lod = two_levels ? R"(,"extensions":{"MSFT_lod":{"ids":[1]}})" : "";
     return R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],

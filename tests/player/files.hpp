@@ -34,6 +34,9 @@ assets::Ktx2 read_ktx2(std::span<const std::byte> file, const std::string &name)
 /// The SHA-256 of `bytes` in 64 hex digits.
 std::string sha256_of(std::span<const std::byte> bytes);
 
+/// The text with the first `from` in it, which must be there, replaced by `to`.
+std::string replaced(std::string text, const std::string &from, const std::string &to);
+
 /// JSON of a GLB with one or two levels of detail: a quad with two materials, and a triangle. `last_index`
 /// replaces the last index of level 0.
 std::string glb_json(bool two_levels = true);

@@ -1,7 +1,7 @@
 #pragma once
 // The small scene of files.hpp, baked into a folder of its own, for tests that stream it.
 
-#include "assets/scene_file.hpp"
+#include "assets/scene/file.hpp"
 #include "files.hpp"
 #include "streaming/streamer.hpp"
 

@@ -13,7 +13,8 @@ import numpy.typing as npt
 from paradize.data import Group, Lod, Mesh, Texture
 from paradize.formats.glb.encode import encode_glb
 from paradize.formats.ktx2.encode import encode_ktx2
-from paradize.formats.scene_manifest import MATERIAL_MAPS, VERSION, encode_scene
+from paradize.formats.scene.manifest import VERSION, encode_scene
+from paradize.formats.scene.schema import MATERIAL_MAPS
 from tests.player.patches import Tiled, tiled
 
 SUN = [0.6, 0.64, 0.48]

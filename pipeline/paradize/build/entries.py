@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import Any, TypeGuard
 
-from paradize.formats.scene_fields import (
+from paradize.formats.scene.fields import (
     Check,
     Wrong,
     file_stem,
@@ -22,7 +22,7 @@ from paradize.formats.scene_fields import (
     text,
     whole,
 )
-from paradize.formats.scene_manifest import GUTTER
+from paradize.formats.scene.schema import GUTTER
 
 _real, _positive = number(), number(0.0)
 _level = whole(0, 31)

@@ -11,7 +11,8 @@ from paradize.artifact import PUBLISHED, Artifact
 from paradize.build.light_sets import add_light_sets, light_entries
 from paradize.errors import FormatError
 from paradize.formats.glb.document import glb_document
-from paradize.formats.scene_manifest import FORMAT, MATERIAL_MAPS, VERSION
+from paradize.formats.scene.manifest import FORMAT, VERSION
+from paradize.formats.scene.schema import MATERIAL_MAPS
 from paradize.map_table import MAPS, SECOND, maps_of
 from paradize.material import REPEATED
 from paradize.scene.daytime import key_skies, poster_key, standing_light

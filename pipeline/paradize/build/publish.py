@@ -30,7 +30,7 @@ from paradize.documents import SCENE_FILE, parse_json
 from paradize.errors import BakeError, GroupedError, ParadizeError, SceneError
 from paradize.files import read_file
 from paradize.formats.device import device_bytes
-from paradize.formats.scene_manifest import encode_scene
+from paradize.formats.scene.manifest import encode_scene
 from paradize.scene.budget import excesses
 from paradize.scene.map_sets import SceneMaps
 from paradize.scene.settings import Scene

@@ -21,7 +21,7 @@ from paradize.build.options import BuildOptions
 from paradize.build.tasks import ZSTD_LEVEL
 from paradize.build.work import run_build_jobs
 from paradize.formats.ktx2.size import ktx2_size
-from paradize.formats.scene_fields import Check
+from paradize.formats.scene.fields import Check
 from paradize.jobs.code import code_digest, code_of
 from paradize.jobs.pool import Job
 from paradize.map_table import maps_of

@@ -12,7 +12,7 @@ from paradize.checks.rules import Finding, isolated
 from paradize.documents import SCENE_FILE
 from paradize.errors import FormatError
 from paradize.files import resolved
-from paradize.formats.scene_manifest import read_scene
+from paradize.formats.scene.manifest import read_scene
 from paradize.scene.budget import METRICS
 
 WORSE_BY = 0.05

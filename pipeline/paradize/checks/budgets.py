@@ -8,7 +8,7 @@ from typing import Any
 
 from paradize.checks.rules import Finding
 from paradize.formats.device import device_bytes
-from paradize.formats.scene_manifest import read_entry
+from paradize.formats.scene.manifest import read_entry
 from paradize.scene.budget import METRICS, Excess, excesses, is_beyond
 from paradize.scene.schema import Limits
 from paradize.tiers import LABELS

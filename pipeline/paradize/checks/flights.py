@@ -14,7 +14,7 @@ from paradize.checks.rules import Finding
 from paradize.errors import ParadizeError
 from paradize.formats.glb.reader import decode_glb
 from paradize.formats.glb.tiles import decode_tile
-from paradize.formats.scene_manifest import read_entry
+from paradize.formats.scene.manifest import read_entry
 from paradize.placement import largest_scale, turned_back
 from paradize.scene.flight import Flight
 from paradize.scene.motion import moved, reach_m

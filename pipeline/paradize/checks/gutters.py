@@ -18,7 +18,7 @@ from paradize.errors import ParadizeError
 from paradize.formats.glb.reader import decode_glb
 from paradize.formats.ktx2.layout import MAX_SIZE
 from paradize.formats.ktx2.reader import decode_ktx2
-from paradize.formats.scene_manifest import map_sets, read_entry, repeats
+from paradize.formats.scene.manifest import map_sets, read_entry, repeats
 from paradize.map_table import MAPS
 
 F32 = npt.NDArray[np.float32]

@@ -13,7 +13,7 @@ from paradize.checks.rules import Finding, isolated
 from paradize.data import Mesh
 from paradize.errors import ParadizeError
 from paradize.formats.glb.reader import decode_glb
-from paradize.formats.scene_manifest import read_entry
+from paradize.formats.scene.manifest import read_entry
 from paradize.kernels.mesh import number_rows, topology
 
 _FLAT = 1e-6  # volume over area^1.5 (a sphere has 0.094), up to which rounding may decide the sign

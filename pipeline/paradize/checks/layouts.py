@@ -15,7 +15,7 @@ from paradize.data import Mesh
 from paradize.errors import ParadizeError
 from paradize.formats.glb.reader import decode_glb
 from paradize.formats.ktx2.reader import decode_ktx2
-from paradize.formats.scene_manifest import map_sets, read_entry
+from paradize.formats.scene.manifest import map_sets, read_entry
 from paradize.kernels.reference.atlas import layout_raster
 from paradize.metrics.texels import decode_texels
 

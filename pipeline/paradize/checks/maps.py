@@ -23,7 +23,7 @@ from paradize.data import Texture
 from paradize.errors import FormatError
 from paradize.files import MAX_BYTES, read_file
 from paradize.formats.ktx2.reader import decode_ktx2
-from paradize.formats.scene_manifest import map_sets, maps_of_material
+from paradize.formats.scene.manifest import map_sets, maps_of_material
 from paradize.map_table import MAPS, maps_of
 from paradize.metrics.texels import decode_texels, rebuilt
 

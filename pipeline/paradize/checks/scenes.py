@@ -28,7 +28,7 @@ from paradize.checks.verdicts import apply_scene
 from paradize.errors import FormatError
 from paradize.formats.glb.reader import decode_glb
 from paradize.formats.glb.tiles import decode_tile
-from paradize.formats.scene_manifest import read_entry, read_scene, references
+from paradize.formats.scene.manifest import read_entry, read_scene, references
 from paradize.jobs.progress import OnProgress
 from paradize.map_table import MAPS
 

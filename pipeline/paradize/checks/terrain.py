@@ -13,7 +13,7 @@ import numpy.typing as npt
 from paradize.checks.rules import Finding
 from paradize.errors import FormatError
 from paradize.formats.glb.tiles import decode_tile
-from paradize.formats.scene_manifest import read_entry
+from paradize.formats.scene.manifest import read_entry
 from paradize.kernels.mesh import project
 
 _Ends = npt.NDArray[np.float32]

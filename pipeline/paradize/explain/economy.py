@@ -13,7 +13,7 @@ from paradize.errors import FormatError
 from paradize.files import bytes_text, open_file
 from paradize.formats.ktx2.layout import full_level_count, level_bytes
 from paradize.formats.ktx2.size import SIZE_BYTES, ktx2_size
-from paradize.formats.scene_manifest import maps_of_material
+from paradize.formats.scene.manifest import maps_of_material
 from paradize.map_table import DERIVED, MAPS
 
 

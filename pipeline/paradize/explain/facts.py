@@ -20,7 +20,7 @@ from paradize.errors import FormatError, SceneError, renamed
 from paradize.explain.bounds import bounds_of
 from paradize.explain.economy import economy, saved_bytes, textures_by_owner
 from paradize.explain.gutters import decides
-from paradize.formats.scene_manifest import maps_of_material, read_scene
+from paradize.formats.scene.manifest import maps_of_material, read_scene
 from paradize.scene.jobs import BakeJob, Output
 from paradize.scene.pass_inputs import unread_pictures
 from paradize.scene.requirements import require

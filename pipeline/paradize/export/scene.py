@@ -42,7 +42,7 @@ from paradize.formats.glb.reader import decode_glb
 from paradize.formats.glb.tiles import decode_tile
 from paradize.formats.ktx2.reader import decode_ktx2
 from paradize.formats.png import encode_png
-from paradize.formats.scene_manifest import read_entry, read_scene
+from paradize.formats.scene.manifest import read_entry, read_scene
 from paradize.jobs.progress import OnProgress
 from paradize.kinds import BAKED, expecting, require_glb
 from paradize.map_table import MAPS

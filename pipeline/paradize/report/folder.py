@@ -16,7 +16,7 @@ from paradize.documents import SCENE_FILE, read_json
 from paradize.errors import FormatError, ParadizeError
 from paradize.files import bytes_text
 from paradize.formats.ktx2.reader import decode_ktx2
-from paradize.formats.scene_manifest import read_entry, read_scene
+from paradize.formats.scene.manifest import read_entry, read_scene
 from paradize.jobs.code import code_digest
 from paradize.map_table import MAPS
 from paradize.preview.pictures import MaterialDefaults, SheetMap

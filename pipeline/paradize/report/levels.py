@@ -10,7 +10,7 @@ import numpy as np
 from paradize.files import bytes_text
 from paradize.formats.glb.reader import decode_glb
 from paradize.formats.ktx2.reader import decode_ktx2
-from paradize.formats.scene_manifest import map_sets, read_entry
+from paradize.formats.scene.manifest import map_sets, read_entry
 from paradize.metrics.texels import decode_texels
 from paradize.preview.pictures import shown_level
 from paradize.preview.shade import to_light

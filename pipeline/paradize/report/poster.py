@@ -14,7 +14,7 @@ from PIL import Image
 from paradize.documents import SCENE_FILE
 from paradize.errors import ParadizeError
 from paradize.files import open_file, read_file
-from paradize.formats.scene_manifest import read_scene
+from paradize.formats.scene.manifest import read_scene
 from paradize.preview.player import run_player
 from paradize.store.atomic import write_whole
 

@@ -16,21 +16,21 @@ EYE = (
     ("_relative", 0.01, "the eye sees steps of brightness from about 1 %"),
     ("path_ripple_max", 0.01, "the eye sees changes of speed from about 1 %"),
     ("path_ripple_p99", 0.01, "the eye sees changes of speed from about 1 %"),
-    ("load_max", 0.001, "a pixel where the object fills 1000 pixels"),
-    ("quantise_max", 0.001, "a pixel where the object fills 1000 pixels"),
+    ("load_max", 0.001, "one pixel where the object is 1000 pixels long"),
+    ("quantise_max", 0.001, "one pixel where the object is 1000 pixels long"),
     ("quantise_uv_max", 0.0005, "half a texel of a map of 1024"),
     ("quantise_color_max", 0.004, "a step of 8 bits"),
-    ("quantise_sway_max", 0.01, "a hundredth of the lean, below a pixel where it spans 100"),
+    ("quantise_sway_max", 0.01, "a hundredth of the sway, below a pixel where the sway is 100 pixels wide"),
     ("occlusion_cast_mean", 0.02, "the eye hardly sees 2 % of soft shade"),
     ("occlusion_cast_p99", 0.05, "the eye hardly sees 5 % of soft shade on 1 % of the texels"),
     ("lod_seen_silhouette", 0.01, "a level may be off by 1 % of its pixels before its switch shows"),
     ("lod_seen_flip", 0.01, "a change that nobody looks for is not seen below 1 % of FLIP"),
-    ("uv_shift_max", 0.01, "1 % of the diagonal, the worst; uv_shift_p99 decides where levels are drawn"),
+    ("uv_shift_max", 0.01, "this is the worst place; uv_shift_p99 decides where levels are drawn"),
     ("path_time_s", 0.016, "a frame at 60 Hz"),
-    ("path_jump_m_per_u", 1e-6, "what rounding leaves"),
-    ("path_jump_m_per_u2", 1e-6, "what rounding leaves"),
+    ("path_jump_m_per_u", 1e-6, "rounding alone leaves less"),
+    ("path_jump_m_per_u2", 1e-6, "rounding alone leaves less"),
     ("_m", 0.001, "a millimetre, about a pixel from a metre away"),
-    ("_max", 0.1, "one texel, the worst; PSNR or the error of 99 of 100 says how the map looks"),
+    ("_max", 0.1, "this is the worst texel; PSNR, or the error of 99 of 100 texels, says how the map looks"),
 )
 _TERRAIN = 0.001  # of its width
 SWITCHED = (
@@ -64,9 +64,7 @@ def verdict_of(metric: str, value: float, scene: Mapping[str, Any]) -> Verdict:
         )
     if metric in ("terrain_max_m", "terrain_rms_m") and scene.get("terrain"):
         good = value <= _TERRAIN * max(scene["terrain"]["size_m"])
-        words = (
-            "a pixel where the terrain fills 1000 pixels; `paradize explain` says how many it is near the eye"
-        )
+        words = "one pixel where the terrain is 1000 pixels wide; near the camera `paradize explain` tells"
         return Verdict("good" if good else "hint", words)
     for end, most, words in EYE:
         if metric.endswith(end):

@@ -14,7 +14,7 @@ from typing import Any
 
 from paradize.data import rounded
 from paradize.documents import SCENE_FILE, parse_json
-from paradize.formats.scene_manifest import read_scene
+from paradize.formats.scene.manifest import read_scene
 from paradize.jobs.progress import OnProgress
 from paradize.metrics.picture import Picture, flip_errors
 from paradize.preview.player import read_picture, run_player

@@ -19,7 +19,7 @@ from paradize.build.bake import bake
 from paradize.build.options import BuildOptions
 from paradize.build.provenance import BakeReport
 from paradize.errors import GroupedError
-from paradize.formats.scene_manifest import decode_scene
+from paradize.formats.scene.manifest import decode_scene
 from paradize.jobs import process
 from paradize.jobs.process import WorkerPool
 from paradize.store.atomic import PARTIAL

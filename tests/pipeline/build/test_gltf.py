@@ -23,7 +23,7 @@ from paradize.explain.facts import explain
 from paradize.export.scene import export
 from paradize.formats.glb.document import glb_document
 from paradize.formats.glb.reader import decode_glb
-from paradize.formats.scene_manifest import read_scene
+from paradize.formats.scene.manifest import read_scene
 from paradize.new.scene import new_scene
 from paradize.scene.requirements import require
 from paradize.scene.settings import load_scene

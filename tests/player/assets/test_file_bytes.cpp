@@ -1,6 +1,6 @@
 #include "assets/file_bytes.hpp"
 #include "assets/json_reader.hpp"
-#include "assets/scene_file.hpp"
+#include "assets/scene/file.hpp"
 #include "assets/sha256.hpp"
 #include "error.hpp"
 #include "files.hpp"

@@ -11,12 +11,6 @@ using namespace paradize;
 
 namespace {
 
-std::string replaced(std::string text, const std::string &from, const std::string &to) {
-    const std::size_t at = text.find(from);
-    REQUIRE(at != std::string::npos);
-    return text.replace(at, from.size(), to);
-}
-
 void check_refused(const std::string &json, const std::string &part) {
     try {
         assets::read_glb(test::glb_file(json), "a.glb");
@@ -84,19 +78,21 @@ TEST_CASE("GLB: any wrong byte is harmless") {
 
 TEST_CASE("GLB: content that the player cannot draw is rejected with its place") {
     const std::string json = test::glb_json();
-    check_refused(replaced(json, "\"byteLength\":108", "\"byteLength\":109"),
+    check_refused(test::replaced(json, "\"byteLength\":108", "\"byteLength\":109"),
                   "buffers[0].byteLength: is 109");
     check_refused(
-        replaced(json, "\"byteOffset\":96,\"byteLength\":12", "\"byteOffset\":96,\"byteLength\":13"),
+        test::replaced(json, "\"byteOffset\":96,\"byteLength\":12", "\"byteOffset\":96,\"byteLength\":13"),
         "bufferViews[2].byteLength");
-    check_refused(replaced(json, "\"count\":4,\"type\":\"VEC3\"", "\"count\":5,\"type\":\"VEC3\""),
+    check_refused(test::replaced(json, "\"count\":4,\"type\":\"VEC3\"", "\"count\":5,\"type\":\"VEC3\""),
                   "accessors[0].count");
-    check_refused(replaced(json, "\"indices\":2", "\"indices\":9"), "indices: is 9, must lie in [0, 4]");
-    check_refused(replaced(json, "\"ids\":[1]", "\"ids\":[7]"), "ids[0]: is 7");
-    check_refused(replaced(json, "\"bufferView\":2,\"byteOffset\":6", "\"bufferView\":2,\"byteOffset\":5"),
-                  "accessors[3].byteOffset");
-    check_refused(replaced(json, "\"version\":\"2.0\"", "\"version\":\"3.0\""), "version must be 2.0");
-    check_refused(replaced(json, "\"scene\":0", "\"scene\":0,\"scene\":0"), "appears twice");
+    check_refused(test::replaced(json, "\"indices\":2", "\"indices\":9"),
+                  "indices: is 9, must lie in [0, 4]");
+    check_refused(test::replaced(json, "\"ids\":[1]", "\"ids\":[7]"), "ids[0]: is 7");
+    check_refused(
+        test::replaced(json, "\"bufferView\":2,\"byteOffset\":6", "\"bufferView\":2,\"byteOffset\":5"),
+        "accessors[3].byteOffset");
+    check_refused(test::replaced(json, "\"version\":\"2.0\"", "\"version\":\"3.0\""), "version must be 2.0");
+    check_refused(test::replaced(json, "\"scene\":0", "\"scene\":0,\"scene\":0"), "appears twice");
 }
 
 TEST_CASE("GLB: a small file with shared indices does not become a large mesh") {
@@ -105,13 +101,13 @@ TEST_CASE("GLB: a small file with shared indices does not become a large mesh") 
     for (int i = 0; i < 90; ++i) {
         many += one;
     }
-    check_refused(replaced(test::glb_json(), one, many), "the limit is 4 times as many");
+    check_refused(test::replaced(test::glb_json(), one, many), "the limit is 4 times as many");
 }
 
 TEST_CASE("GLB: data outside the buffer is reported with its correct offset") {
     const std::string json = test::glb_json();
     const auto with = [&](const std::string &from, const std::string &to) {
-        return replaced(json, from, to);
+        return test::replaced(json, from, to);
     };
     check_refused(with(R"("byteOffset":96,"byteLength":12)", R"("byteOffset":97,"byteLength":12)"),
                   "bufferViews[2].byteLength: 12 bytes from byte 97 on exceed a buffer of 108");
@@ -168,27 +164,29 @@ TEST_CASE("GLB: quantized attributes are read with types, strides and grid") {
 
 TEST_CASE("GLB: unsupported quantized attributes are rejected with their place") {
     const std::string json = quantized_json();
-    check_refused(replaced(json, R"("componentType":5120,"normalized":true)", R"("componentType":5120)"),
-                  "NORMAL: must be normalized");
-    check_refused(replaced(json, R"("componentType":5123,"count":3,"type":"VEC3")",
-                           R"("componentType":5123,"normalized":true,"count":3,"type":"VEC3")"),
+    check_refused(
+        test::replaced(json, R"("componentType":5120,"normalized":true)", R"("componentType":5120)"),
+        "NORMAL: must be normalized");
+    check_refused(test::replaced(json, R"("componentType":5123,"count":3,"type":"VEC3")",
+                                 R"("componentType":5123,"normalized":true,"count":3,"type":"VEC3")"),
                   "POSITION: must not be normalized");
-    check_refused(replaced(json, R"("componentType":5120)", R"("componentType":5121)"),
+    check_refused(test::replaced(json, R"("componentType":5120)", R"("componentType":5121)"),
                   "NORMAL: has the component type 5121");
-    check_refused(replaced(json, R"("componentType":5120)", R"("componentType":5124)"),
+    check_refused(test::replaced(json, R"("componentType":5120)", R"("componentType":5124)"),
                   "accessors[1].componentType");
-    check_refused(replaced(json, R"("byteLength":24,"byteStride":8)", R"("byteLength":24)"),
+    check_refused(test::replaced(json, R"("byteLength":24,"byteStride":8)", R"("byteLength":24)"),
                   "bufferViews[0].byteStride: is 6, must be 8");
-    check_refused(replaced(json, R"("byteLength":24,"byteStride":8)", R"("byteLength":24,"byteStride":12)"),
-                  "bufferViews[0].byteStride: is 12, must be 8");
-    check_refused(replaced(json, R"("byteLength":24,"byteStride")", R"("byteLength":23,"byteStride")"),
+    check_refused(
+        test::replaced(json, R"("byteLength":24,"byteStride":8)", R"("byteLength":24,"byteStride":12)"),
+        "bufferViews[0].byteStride: is 12, must be 8");
+    check_refused(test::replaced(json, R"("byteLength":24,"byteStride")", R"("byteLength":23,"byteStride")"),
                   "accessors[0].count");
-    check_refused(replaced(json, "[0.5,0.25,0.125]", "[0.5,0,0.125]"), "scale");
-    check_refused(replaced(json, "[0.5,0.25,0.125]", "[0.5,0.25]"), "scale");
-    check_refused(replaced(json, R"("mesh":0,)", R"("mesh":0,"rotation":[0,0,0,1],)"), "rotation");
+    check_refused(test::replaced(json, "[0.5,0.25,0.125]", "[0.5,0,0.125]"), "scale");
+    check_refused(test::replaced(json, "[0.5,0.25,0.125]", "[0.5,0.25]"), "scale");
+    check_refused(test::replaced(json, R"("mesh":0,)", R"("mesh":0,"rotation":[0,0,0,1],)"), "rotation");
 }
 
 TEST_CASE("GLB: levels with different grids are rejected") {
-    check_refused(replaced(test::glb_json(), R"("name":"lod1",)", R"("name":"lod1","scale":[2,2,2],)"),
+    check_refused(test::replaced(test::glb_json(), R"("name":"lod1",)", R"("name":"lod1","scale":[2,2,2],)"),
                   "must be those of the other levels");
 }

@@ -1,4 +1,4 @@
-#include "assets/scene_file.hpp"
+#include "assets/scene/file.hpp"
 #include "scene/bake_limits.hpp"
 
 #include <doctest/doctest.h>

@@ -1,5 +1,5 @@
 // Files that change, shrink, vanish or are damaged while a scene streams.
-#include "assets/scene_file.hpp"
+#include "assets/scene/file.hpp"
 #include "context.hpp"
 #include "error.hpp"
 #include "files.hpp"

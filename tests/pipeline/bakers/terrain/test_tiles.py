@@ -27,8 +27,8 @@ from paradize.explain.words import render
 from paradize.export.scene import export
 from paradize.formats.glb import tiles as glb_tiles
 from paradize.formats.glb.tiles import TILE_BYTES, TilePatch, decode_tile, encode_tiles
-from paradize.formats.scene_manifest import decode_scene, encode_scene
-from paradize.formats.terrain_tables import check_tree
+from paradize.formats.scene.manifest import decode_scene, encode_scene
+from paradize.formats.scene.terrain_tables import check_tree
 from paradize.readers.heightmap import read_heightmap
 from paradize.scene.baker_settings import TileSettings
 from paradize.stages.quantise import quantise, terrain_grid

@@ -16,7 +16,7 @@ from paradize.bakers.terrain.tree import Tree, columns_of
 from paradize.data import Heightfield, Mesh
 from paradize.errors import BakeError
 from paradize.formats.glb.quantized import decoded_mesh
-from paradize.formats.terrain_tables import check_tree
+from paradize.formats.scene.terrain_tables import check_tree
 from paradize.metrics.terrain import patch_error
 from paradize.stages.terrain_tree import Blocks, Shape, tolerance
 from paradize.visibility.query import VisibilityQuery

@@ -1,4 +1,4 @@
-#include "assets/scene_file.hpp"
+#include "assets/scene/file.hpp"
 #include "error.hpp"
 #include "files.hpp"
 
@@ -31,20 +31,16 @@ std::string scene_with(std::string terrain) {
     return text;
 }
 
-std::string replaced(std::string text, const std::string &from, const std::string &to) {
-    REQUIRE(text.find(from) != std::string::npos);
-    return text.replace(text.find(from), from.size(), to);
-}
-
 } // namespace
 
 TEST_CASE("terrain: reads the highest ground of a grid, in whole rows") {
     const std::string floor = R"("floor": {"columns": 2, "cell_m": [3, 4], "highest_m": [1, -2, 0.5, 0]}, )";
-    const std::string text = replaced(tiled, "\"sand_color\"", floor + "\"sand_color\"");
+    const std::string text = test::replaced(tiled, "\"sand_color\"", floor + "\"sand_color\"");
     const assets::SceneFile scene = assets::parse_scene(scene_with(text), "scene.json");
     CHECK(scene.terrain->floor.rows == 2);
     CHECK(scene.terrain->floor.highest_m[1] == -2.0F);
-    CHECK_THROWS_AS(assets::parse_scene(scene_with(replaced(text, "0.5, 0]", "0.5]")), "scene.json"), Error);
+    CHECK_THROWS_AS(assets::parse_scene(scene_with(test::replaced(text, "0.5, 0]", "0.5]")), "scene.json"),
+                    Error);
 }
 
 TEST_CASE("terrain: its tables are read as written") {
@@ -99,7 +95,7 @@ TEST_CASE("terrain: tables that are not a tree are rejected with their path") {
              Broken{"\"left_out\": 3, ", "", "demand.left_out: is missing"},
              Broken{"\"demand\"", "\"demands\"", "demands: is unknown to this player"},
          }) {
-        CHECK_THROWS_WITH_AS(assets::parse_scene(scene_with(replaced(tiled, from, to)), "scene.json"),
+        CHECK_THROWS_WITH_AS(assets::parse_scene(scene_with(test::replaced(tiled, from, to)), "scene.json"),
                              doctest::Contains((std::string("scene.json: terrain.") + message).c_str()),
                              Error);
     }
@@ -110,7 +106,7 @@ TEST_CASE("terrain: too many patches are rejected") {
     for (int i = 0; i < 1 << 20; ++i) {
         many += ",0";
     }
-    const std::string text = replaced(tiled, "\"tile\": [0, 0, 0, 1, 1, 1]", "\"tile\": " + many + "]");
+    const std::string text = test::replaced(tiled, "\"tile\": [0, 0, 0, 1, 1, 1]", "\"tile\": " + many + "]");
     CHECK_THROWS_WITH_AS(assets::parse_scene(scene_with(text), "scene.json"),
                          doctest::Contains("terrain.patches.tile: must be an array of 0 to 1048576 entries"),
                          Error);

@@ -1,6 +1,6 @@
 // The lights of a scene.json and their sets.
 
-#include "assets/scene_file.hpp"
+#include "assets/scene/file.hpp"
 #include "error.hpp"
 #include "files.hpp"
 

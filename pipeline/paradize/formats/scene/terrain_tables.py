@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from paradize.formats.scene_fields import Wrong
+from paradize.formats.scene.fields import Wrong
 
 
 def check_tree(terrain: dict[str, Any]) -> None:

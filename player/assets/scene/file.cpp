@@ -1,7 +1,7 @@
-#include "assets/scene_file.hpp"
+#include "assets/scene/file.hpp"
 
 #include "assets/file_bytes.hpp"
-#include "assets/scene_fields.hpp"
+#include "assets/scene/fields.hpp"
 #include "error.hpp"
 #include "number_text.hpp"
 

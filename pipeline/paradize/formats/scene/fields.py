@@ -1,4 +1,4 @@
-"""Checks for the members of scene.json, combined in scene_manifest.py. Each knows the key path for its
+"""Checks for the members of scene.json, combined in schema.py. Each knows the key path for its
 message."""
 
 from __future__ import annotations

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from paradize.errors import FormatError
-from paradize.formats.scene_manifest import decode_scene, map_sets
+from paradize.formats.scene.manifest import decode_scene, map_sets
 from tests.player.synthetic import write_scene
 
 Change = Callable[[dict[str, Any]], object]

@@ -2,7 +2,7 @@
 // Helpers for the readers of scene.json: numbers as floats and vectors, references to artifacts.
 
 #include "assets/json_reader.hpp"
-#include "assets/scene_file.hpp"
+#include "assets/scene/file.hpp"
 
 namespace paradize::assets {
 
@@ -30,7 +30,7 @@ std::string required_artifact(const SceneFile &scene, const JsonObject &from, st
 /// have been read before.
 std::vector<std::uint32_t> light_sets_of(const SceneFile &scene, const JsonObject &from, std::size_t count);
 
-// In lights.cpp, daytime_keys.cpp, ripples.cpp, scene_terrain.cpp and scene_objects.cpp. Each reads its
+// In lights.cpp, daytime_keys.cpp, ripples.cpp, terrain.cpp and objects.cpp. Each reads its
 // members of the root into `out`. The artifacts must have been read before.
 void read_lights(const JsonObject &root, SceneFile &out);
 void read_ripples(const JsonObject &water, Water &out);

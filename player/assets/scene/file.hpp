@@ -2,7 +2,7 @@
 // scene.json, version 9, as plain values. Uses no GL. pipeline/paradize/formats/FORMAT.md describes the
 // members.
 
-#include "assets/object_maps.hpp"
+#include "assets/scene/object_maps.hpp"
 
 #include <glm/gtc/quaternion.hpp>
 #include <glm/mat4x3.hpp>

@@ -1,4 +1,4 @@
-#include "assets/scene_fields.hpp"
+#include "assets/scene/fields.hpp"
 
 namespace paradize::assets {
 

@@ -1,4 +1,4 @@
-#include "assets/scene_file.hpp"
+#include "assets/scene/file.hpp"
 #include "error.hpp"
 #include "files.hpp"
 #include "streaming/scene.hpp"

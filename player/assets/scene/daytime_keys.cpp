@@ -1,6 +1,6 @@
 // The members of scene.json that say how the light changes along the flight.
 
-#include "assets/scene_fields.hpp"
+#include "assets/scene/fields.hpp"
 
 #include "number_text.hpp"
 

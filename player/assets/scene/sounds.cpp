@@ -1,6 +1,6 @@
 // Reads the sounds and the music of scene.json.
 
-#include "assets/scene_fields.hpp"
+#include "assets/scene/fields.hpp"
 
 namespace paradize::assets {
 
