@@ -10,7 +10,7 @@ import pytest
 from paradize.artifact import KEPT, PUBLISHED, REPORTED, Artifact
 from paradize.build.entries import PRODUCTS, fits
 from paradize.formats.scene.fields import Wrong
-from paradize.formats.scene.manifest import check_artifact
+from paradize.formats.scene.schema import check_artifact
 
 MADE = Artifact(
     "post_color",
