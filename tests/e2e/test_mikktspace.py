@@ -68,7 +68,9 @@ def made(name: str) -> Mesh:
     if name == "mirrored grid":
         mesh = grid(12, height=0.2)
         assert mesh.uvs is not None
-        return complete_normals(replace(mesh, uvs=np.abs(mesh.uvs - np.float32(0.5)), normals=None))[0]
+        return complete_normals(
+            replace(mesh, uvs=np.abs(mesh.uvs - np.float32(0.5)), normals=None), crease_deg=45.0
+        )[0]
     if name == "dense sphere, charts mirrored":
         return meshes.sphere(20_000, mirrored=True)
     if name == "dense torus, mirrored":
@@ -115,7 +117,7 @@ def test_frames_of_made_meshes_are_those_of_npm(tmp_path: Path, node: Node, name
 def test_frames_of_files_are_those_of_npm(
     tmp_path: Path, node: Node, source: Callable[[str], Path], name: str
 ) -> None:
-    mesh = complete_normals(validate_mesh(read_obj(source(f"{name}.obj")).mesh)[0])[0]
+    mesh = complete_normals(validate_mesh(read_obj(source(f"{name}.obj")).mesh)[0], crease_deg=45.0)[0]
     assert_the_same(tmp_path, node, mesh)
 
 

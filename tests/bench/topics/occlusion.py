@@ -103,5 +103,5 @@ def rows(runs: int, folder: Path) -> Iterator[Row]:
     for name in ("obj-large/spot.obj", "obj-large/pirate.obj"):
         file = CORPUS / name
         if file.is_file():
-            mesh = complete_normals(validate_mesh(read_model(file).mesh, file)[0])[0]
+            mesh = complete_normals(validate_mesh(read_model(file).mesh, file)[0], crease_deg=45.0)[0]
             yield row_of(f"Occlusion of {file.stem}, {len(mesh.triangles)} triangles", mesh, runs)

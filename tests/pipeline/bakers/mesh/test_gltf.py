@@ -23,7 +23,7 @@ def ball() -> Mesh:
     positions = surface.vertices.astype(np.float32)
     uvs = positions[:, :2] * np.float32(0.5) + np.float32(0.5)
     mesh = Mesh(positions, surface.faces.astype(np.uint32), normals=positions, uvs=uvs)
-    return tangent_frames(complete_normals(mesh)[0])
+    return tangent_frames(complete_normals(mesh, crease_deg=45.0)[0])
 
 
 @pytest.mark.parametrize(
