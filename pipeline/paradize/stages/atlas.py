@@ -29,7 +29,7 @@ RESOLUTION = 1024  # texels: what padding is counted in
 PADDING = 4
 # How far from flat a chart may be: 1 minus the length of its mean normal; half a sphere has 0.5. If a tier
 # has several values, all are tried, and the layout with the shortest seams is kept.
-TIERS = {"fast": (0.2,), "balanced": (0.5,), "exact": (0.5, 0.35, 0.65, 0.8)}
+DEVIATIONS = {"fast": (0.2,), "balanced": (0.5,), "exact": (0.5, 0.35, 0.65, 0.8)}
 
 
 def make_atlas(
@@ -50,8 +50,8 @@ def make_atlas(
     """
     if not 64 <= resolution <= 8192 or not 0 <= padding <= 64:
         raise BakeError(f"{resolution} texels with {padding} between, expected 64 to 8192 and 0 to 64")
-    if tier not in TIERS:
-        raise BakeError(f"unknown tier {tier!r} for the atlas", mend=f"use one of {', '.join(TIERS)}")
+    if tier not in DEVIATIONS:
+        raise BakeError(f"unknown tier {tier!r} for the atlas", mend=f"use one of {', '.join(DEVIATIONS)}")
     require_unwrapper(unwrapper)
     wide = mesh.positions.astype(np.float64)
     low, high = wide.min(axis=0), wide.max(axis=0)
@@ -63,7 +63,9 @@ def make_atlas(
     if unwrapper == "xatlas":
         ways = [xatlas_charts(points, faces)]
     else:
-        ways = [make_charts(points, faces, deviation=deviation, max_charts=most) for deviation in TIERS[tier]]
+        ways = [
+            make_charts(points, faces, deviation=deviation, max_charts=most) for deviation in DEVIATIONS[tier]
+        ]
     fitting = [way for way in ways if way[2] <= most]
     if fitting[1:]:
         fitting.sort(key=lambda way: seam_length(points, faces, way[0]))

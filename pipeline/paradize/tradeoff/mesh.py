@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from paradize.bakers.mesh.atlas import overlaps, sound_quality
-from paradize.bakers.mesh.lods import TIERS, Plan, make_levels
+from paradize.bakers.mesh.lods import LOD_TIERS, Plan, make_levels
 from paradize.bakers.mesh.lods_from_path import plan_by_flight
 from paradize.bakers.mesh.prepare import prepare_mesh
 from paradize.bakers.quantise import direction_deg_of
@@ -20,14 +20,14 @@ from paradize.metrics.quantised import quantised_errors
 from paradize.metrics.tangent import frame_errors
 from paradize.scene.baker_settings import MeshSettings
 from paradize.scene.jobs import BakeJob
-from paradize.stages import atlas
+from paradize.stages.atlas import make_atlas
 from paradize.stages.lod import require_simplifier
 from paradize.stages.order import draw_order
 from paradize.stages.quantise import mesh_grid, quantise_levels
 from paradize.stages.tangents import METHODS as TANGENTS
 from paradize.stages.tangents import method_of, tangent_frames
 from paradize.stages.unwrappers import require_unwrapper
-from paradize.tiers import SIMPLIFIERS, UNWRAPPERS
+from paradize.tiers import SIMPLIFIERS, TIERS, UNWRAPPERS
 from paradize.tradeoff.timing import Trial, TrialGroup, TrialResult, timed
 
 Settings = dict[str, Any]
@@ -53,7 +53,7 @@ def mesh_groups(job: BakeJob, *, alone: bool = False) -> list[TrialGroup]:
             "atlas",
             artifact=artifact,
             metrics=metrics,
-            tiers=tuple(atlas.TIERS),
+            tiers=TIERS,
             arguments=arguments,
             call=atlas_tier,
             note=note,
@@ -66,7 +66,7 @@ def mesh_groups(job: BakeJob, *, alone: bool = False) -> list[TrialGroup]:
         "levels of detail",
         artifact=artifact,
         metrics=("surface_rms", "surface_max"),
-        tiers=tuple(dict.fromkeys(TIERS.values())),
+        tiers=tuple(dict.fromkeys(LOD_TIERS.values())),
         arguments=arguments,
         call=lod_tier,
         note="The time includes the measuring that decides which levels are kept.",
@@ -165,7 +165,7 @@ def _mended_mesh(path: Path, settings: Settings) -> Mesh:
 def _laid_out(path: Path, settings: Settings) -> Mesh:
     """The mended mesh, with a UV layout if a bake makes one."""
     mesh = _mended_mesh(path, settings)
-    return atlas.make_atlas(mesh, unwrapper=settings["unwrapper"]) if _needs_layout(mesh, settings) else mesh
+    return make_atlas(mesh, unwrapper=settings["unwrapper"]) if _needs_layout(mesh, settings) else mesh
 
 
 def _needs_layout(mesh: Mesh, settings: Settings) -> bool:
@@ -190,7 +190,7 @@ def atlas_tier(
     """Makes the atlas: seam_length (in square roots of the surface's area), stretch (L2, 1 at best), packing.
     Raises BakeError for a layout that a bake would refuse."""
     mesh = _mended_mesh(path, settings)
-    seconds, made = timed(lambda: atlas.make_atlas(mesh, tier=tier, unwrapper=unwrapper), runs)
+    seconds, made = timed(lambda: make_atlas(mesh, tier=tier, unwrapper=unwrapper), runs)
     quality = sound_quality(made, path, unwrapper)
     errors = {f"atlas_{key}": float(quality[key]) for key in ("seam_length", "stretch", "packing", "charts")}
     return TrialResult(seconds, [errors], _size([made], settings["tangents"]), f"{quality['charts']} charts")

@@ -14,14 +14,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from paradize.bakers.mesh.bake import bake_mesh
-from paradize.bakers.mesh.lods import TIERS
 from paradize.data import Group, Mesh
 from paradize.errors import BakeError, SourceError
 from paradize.formats.glb.reader import decode_glb
 from paradize.metrics.surface import Original
 from paradize.stages.lod import simplify
 from paradize.stages.validate import validate_mesh
-from paradize.tiers import SEAM_SIMPLIFIERS
+from paradize.tiers import SEAM_SIMPLIFIERS, TIERS
 from tests.pipeline.shapes import grid, sphere
 from tests.sweeps import sweep
 

@@ -12,9 +12,9 @@ from paradize.data import Mesh
 from paradize.errors import BakeError
 from paradize.jobs.isolate import call_isolated
 from paradize.metrics.atlas import atlas_quality
-from paradize.stages.atlas import PADDING, RESOLUTION, TIERS, make_atlas
+from paradize.stages.atlas import PADDING, RESOLUTION, make_atlas
 from paradize.stages.unwrappers import require_unwrapper
-from paradize.tiers import UNWRAPPERS
+from paradize.tiers import TIERS, UNWRAPPERS
 
 _TIMEOUT_S = 120.0
 _MEMORY_BYTES = 8 << 30

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from paradize.bakers.mesh.lods import TIERS, MeasuredLevel, Plan, make_levels
+from paradize.bakers.mesh.lods import LOD_TIERS, MeasuredLevel, Plan, make_levels
 from paradize.bakers.mesh.prepare import prepare_mesh
 from paradize.bakers.quantise import direction_deg_of, quantised_levels
 from paradize.data import Lod, Mesh, rounded_down, rounded_up
@@ -142,8 +142,8 @@ def _methods_of(settings: MeshSettings, tier: str, mesh: Mesh) -> tuple[str, str
     """Returns the LOD tier and the tangent frames to use, and notes if they differ from the requested
     ones."""
     notes = []
-    used = TIERS.get(tier, "balanced")
-    if tier not in TIERS:
+    used = LOD_TIERS.get(tier, "balanced")
+    if tier not in LOD_TIERS:
         notes.append(f"levels of detail have no tier {tier!r}; {used!r} used")
     if used == "exact" and settings.simplifier != SIMPLIFIERS[0]:
         used = "balanced"

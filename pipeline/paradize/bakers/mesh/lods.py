@@ -27,7 +27,7 @@ from paradize.tiers import SEAM_SIMPLIFIERS, SIMPLIFIERS
 
 # By the tiers of a bake. Nineteen twentieths of a chain's time go into measuring it, so that no simplifier
 # makes it much quicker, and none that was tried is behind ours on nearly every model: `fast` is `balanced`.
-TIERS = {"fast": "balanced", "balanced": "balanced", "exact": "exact"}
+LOD_TIERS = {"fast": "balanced", "balanced": "balanced", "exact": "exact"}
 # Without an asked bound a level may be this far from the source, of the diagonal; worse ones are not worth
 # a draw.
 DEFAULT_MAX_ERROR = 0.1
@@ -100,14 +100,14 @@ class MeasuredLevel:
 def make_levels(mesh: Mesh, plan: Plan, tier: str) -> tuple[list[MeasuredLevel], list[str]]:
     """Returns levels, finest first, and notes with the reason where there are fewer than requested.
 
-    mesh: validated, with normals. tier: one of TIERS; other simplifiers than ours have only `balanced`. No
+    mesh: validated, with normals. tier: one of LOD_TIERS; other simplifiers than ours have only `balanced`. No
     level has more triangles or a smaller error than the one before. Raises BakeError if the plan's simplifier
     cannot handle the mesh.
     """
     require_simplifier(plan.simplifier, mesh)
     reference = Original(mesh)
     levels, notes = _chain(reference, plan)
-    if TIERS[tier] == "exact" and plan.simplifier == SIMPLIFIERS[0]:
+    if LOD_TIERS[tier] == "exact" and plan.simplifier == SIMPLIFIERS[0]:
         levels, left_out = _refined(reference, levels, plan.screen_size)
         notes += left_out
     return levels, list(

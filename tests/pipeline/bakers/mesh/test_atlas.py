@@ -21,7 +21,8 @@ from paradize.kernels.atlas import make_charts, pack
 from paradize.kernels.reference.atlas import layout_quality, layout_raster
 from paradize.metrics.atlas import atlas_quality
 from paradize.readers.obj import read_obj
-from paradize.stages.atlas import TIERS, make_atlas, seam_length
+from paradize.stages.atlas import make_atlas, seam_length
+from paradize.tiers import TIERS
 from tests.pipeline.shapes import cube, grid, soup, sphere
 from tests.sweeps import sample, sweep
 

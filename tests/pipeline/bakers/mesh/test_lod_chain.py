@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from paradize.bakers.mesh.bake import bake_mesh
-from paradize.bakers.mesh.lods import NO_ERROR, TIERS, MeasuredLevel, Plan, make_levels
+from paradize.bakers.mesh.lods import NO_ERROR, MeasuredLevel, Plan, make_levels
 from paradize.bakers.mesh.lods_from_path import bake_seen, plan_by_flight
 from paradize.data import Group, Mesh
 from paradize.metrics.surface import Original, diagonal
@@ -22,6 +22,7 @@ from paradize.scene.placement import placed
 from paradize.scene.settings import load_scene
 from paradize.stages.lod import simplify
 from paradize.stages.validate import validate_mesh
+from paradize.tiers import TIERS
 from tests.pipeline.scenes import make_cove
 from tests.pipeline.shapes import grid, sphere
 from tests.sweeps import sweep
