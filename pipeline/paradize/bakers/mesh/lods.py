@@ -100,9 +100,9 @@ class MeasuredLevel:
 def make_levels(mesh: Mesh, plan: Plan, tier: str) -> tuple[list[MeasuredLevel], list[str]]:
     """Returns levels, finest first, and notes with the reason where there are fewer than requested.
 
-    mesh: validated, with normals. tier: one of LOD_TIERS; other simplifiers than ours have only `balanced`. No
-    level has more triangles or a smaller error than the one before. Raises BakeError if the plan's simplifier
-    cannot handle the mesh.
+    mesh: validated, with normals. tier: one of LOD_TIERS; simplifiers other than ours have `balanced` alone.
+    No level has more triangles or a smaller error than the one before. Raises BakeError if the plan's
+    simplifier cannot handle the mesh.
     """
     require_simplifier(plan.simplifier, mesh)
     reference = Original(mesh)
