@@ -7,6 +7,7 @@ import os
 import shlex
 import subprocess
 import sys
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -15,6 +16,7 @@ ROOT = Path(__file__).resolve().parent.parent
 SUITES = {"kernels", "player"}
 
 
+@cache
 def recipe(*targets: str) -> list[str]:
     """The commands of some targets and of all that they need, as if nothing were built."""
     said = subprocess.run(["make", "-nB", *targets], cwd=ROOT, capture_output=True, text=True)

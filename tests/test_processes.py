@@ -14,6 +14,7 @@ import pytest
 
 from tests.places import ROOT
 from tests.processes import started
+from tests.sweeps import sweep
 
 INNER = """
 import os, signal, subprocess
@@ -38,7 +39,7 @@ def inner(folder: Path, *words: str) -> list[str]:
     return [sys.executable, "-m", "pytest", *options, str(folder)]
 
 
-@pytest.mark.parametrize("ignored", ["INT", "INT HUP"])
+@pytest.mark.parametrize("ignored", sweep(["INT", "INT HUP"], test=["INT HUP"]))
 def test_where_signals_are_ignored_a_test_can_still_send_them(tmp_path: Path, ignored: str) -> None:
     """`nohup make test &` in a script: what a process ignores, what it starts ignores too."""
     shell = ["bash", "-c", f'trap "" {ignored}; exec "$@"', "bash"]
@@ -47,7 +48,10 @@ def test_where_signals_are_ignored_a_test_can_still_send_them(tmp_path: Path, ig
     assert result.returncode == 0, result.stdout + result.stderr
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+SIGNALS = [signal.SIGINT, signal.SIGTERM, signal.SIGHUP]
+
+
+@pytest.mark.parametrize("number", sweep(SIGNALS, test=[signal.SIGINT, signal.SIGTERM]))
 def test_a_run_that_is_ended_leaves_no_process(tmp_path: Path, number: int) -> None:
     """Neither those that its tests started, nor what those started."""
     ours, theirs = os.pipe()

@@ -2,7 +2,8 @@
 
 A worker fills in what it measured, the build adds what it decides, and each reader takes its part: the store
 KEPT, `bake --json` REPORTED, scene.json PUBLISHED. A new field is a line here, in the parts that tell it,
-and, for scene.json, in `formats/scene/schema.py` and `formats/FORMAT.md`.
+for KEPT in PRODUCTS of `build/entries.py`, and for scene.json in `formats/scene/schema.py` and
+`formats/FORMAT.md`.
 """
 
 from __future__ import annotations

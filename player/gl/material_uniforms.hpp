@@ -12,32 +12,33 @@
 
 namespace paradize::gl {
 
-struct MaterialUniforms {
+struct alignas(16) MaterialUniforms {
     glm::vec4 base_color{1.0F};
     glm::vec3 emission_color{0.0F};
     float translucency = 0.0F;
-    std::array<float, 10> has_map{}; // has_color, has_normal ... in the order of assets::ObjectMap
+    glm::vec4 beat{0.0F};
     glm::vec2 parallax{0.0F};
     glm::vec2 specular_smoothness{0.0F};
     glm::vec2 metalness{0.0F};
     float occlusion_strength = 0.0F;
     float alpha_cutoff = 0.0F;
     glm::vec2 wind_reach{0.0F};
-    glm::vec4 beat{0.0F};
+    std::array<float, 12>
+        has_map{}; // has_color, has_normal ... in the order of assets::ObjectMap; two are free
 
     bool operator==(const MaterialUniforms &) const = default;
 };
 
-static_assert(sizeof(MaterialUniforms) == 128);
+static_assert(sizeof(MaterialUniforms) == 144);
 static_assert(offsetof(MaterialUniforms, emission_color) == 16);
 static_assert(offsetof(MaterialUniforms, translucency) == 28);
-static_assert(offsetof(MaterialUniforms, has_map) == 32);
-static_assert(offsetof(MaterialUniforms, parallax) == 72);
-static_assert(offsetof(MaterialUniforms, specular_smoothness) == 80);
-static_assert(offsetof(MaterialUniforms, metalness) == 88);
-static_assert(offsetof(MaterialUniforms, occlusion_strength) == 96);
-static_assert(offsetof(MaterialUniforms, alpha_cutoff) == 100);
-static_assert(offsetof(MaterialUniforms, wind_reach) == 104);
-static_assert(offsetof(MaterialUniforms, beat) == 112);
+static_assert(offsetof(MaterialUniforms, beat) == 32);
+static_assert(offsetof(MaterialUniforms, parallax) == 48);
+static_assert(offsetof(MaterialUniforms, specular_smoothness) == 56);
+static_assert(offsetof(MaterialUniforms, metalness) == 64);
+static_assert(offsetof(MaterialUniforms, occlusion_strength) == 72);
+static_assert(offsetof(MaterialUniforms, alpha_cutoff) == 76);
+static_assert(offsetof(MaterialUniforms, wind_reach) == 80);
+static_assert(offsetof(MaterialUniforms, has_map) == 88);
 
 } // namespace paradize::gl

@@ -95,6 +95,13 @@ constexpr std::array<Member, 20> material_members{{
     {"MaterialUniforms.base_color", offsetof(MaterialUniforms, base_color)},
     {"MaterialUniforms.emission_color", offsetof(MaterialUniforms, emission_color)},
     {"MaterialUniforms.translucency", offsetof(MaterialUniforms, translucency)},
+    {"MaterialUniforms.beat", offsetof(MaterialUniforms, beat)},
+    {"MaterialUniforms.parallax", offsetof(MaterialUniforms, parallax)},
+    {"MaterialUniforms.specular_smoothness", offsetof(MaterialUniforms, specular_smoothness)},
+    {"MaterialUniforms.metalness", offsetof(MaterialUniforms, metalness)},
+    {"MaterialUniforms.occlusion_strength", offsetof(MaterialUniforms, occlusion_strength)},
+    {"MaterialUniforms.alpha_cutoff", offsetof(MaterialUniforms, alpha_cutoff)},
+    {"MaterialUniforms.wind_reach", offsetof(MaterialUniforms, wind_reach)},
     {"MaterialUniforms.has_color", first_map},
     {"MaterialUniforms.has_normal", first_map + 4},
     {"MaterialUniforms.has_height", first_map + 8},
@@ -105,13 +112,6 @@ constexpr std::array<Member, 20> material_members{{
     {"MaterialUniforms.has_second_gloss", first_map + 28},
     {"MaterialUniforms.has_second_occlusion", first_map + 32},
     {"MaterialUniforms.has_second_emission", first_map + 36},
-    {"MaterialUniforms.parallax", offsetof(MaterialUniforms, parallax)},
-    {"MaterialUniforms.specular_smoothness", offsetof(MaterialUniforms, specular_smoothness)},
-    {"MaterialUniforms.metalness", offsetof(MaterialUniforms, metalness)},
-    {"MaterialUniforms.occlusion_strength", offsetof(MaterialUniforms, occlusion_strength)},
-    {"MaterialUniforms.alpha_cutoff", offsetof(MaterialUniforms, alpha_cutoff)},
-    {"MaterialUniforms.wind_reach", offsetof(MaterialUniforms, wind_reach)},
-    {"MaterialUniforms.beat", offsetof(MaterialUniforms, beat)},
 }};
 
 constexpr std::array<Member, 3> light_members{{

@@ -8,6 +8,7 @@
 #include <glm/vec4.hpp>
 
 #include <algorithm>
+#include <array>
 #include <string>
 
 namespace paradize {
@@ -18,10 +19,12 @@ using assets::AlphaMode;
 using assets::ObjectMap;
 
 /// The units of a pass end where the shared ones begin; more follow after those.
-unsigned unit_of(ObjectMap map) {
+constexpr unsigned unit_of(ObjectMap map) {
     const auto index = static_cast<unsigned>(map);
     return index < unit_sky ? index : index - unit_sky + first_free_unit;
 }
+static_assert(unit_of(static_cast<ObjectMap>(assets::object_map_names.size() - 1)) < 16); // every device has
+static_assert(assets::object_map_names.size() <= std::tuple_size_v<decltype(gl::MaterialUniforms::has_map)>);
 
 gl::Wrap wrap_of(assets::Wrap wrap) {
     switch (wrap) {

@@ -211,8 +211,8 @@ def _linear(colors: npt.NDArray[np.float32], path: Path, warnings: list[str]) ->
 
 
 def _bounds_of(parsed: ParsedObj, groups: Sequence[Group]) -> Callable[[str], Bounds | None]:
-    """Returns what tells the least and the largest texture coordinates of a material's triangles, also where
-    only comments behind the names differ."""
+    """Returns a function of a material's name: the least and the largest texture coordinates of its
+    triangles. Names that differ only in the comments behind them are one."""
 
     def bounds(material: str) -> Bounds | None:
         plain = without_comment(material)

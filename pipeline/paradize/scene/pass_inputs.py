@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
+from paradize.map_table import maps_of
 from paradize.player_limits import VIEWS
 from paradize.scene.map_sets import GLOSS_ROLES, OCCLUSION_ROLES, DrawnMaterial, MapSet, ObjectMaps, SceneMaps
 from paradize.scene.settings import Scene, SceneObject
@@ -103,8 +104,8 @@ def map_inputs(
     return inputs
 
 
-# Roles that each map of a set may be made of.
-MADE_OF = {
+# Roles of pictures that each map of a set may be made of; others are derived from the colour.
+MADE_OF = dict.fromkeys(maps_of("object"), ()) | {
     "color": ("color", "alpha"),
     "normal": ("normal", "height"),
     "height": ("height",),

@@ -22,7 +22,7 @@ _ON_TEXEL = 1e-6  # texels
 
 def resized(values: F32, rows: int, columns: int, wrap: tuple[bool, bool]) -> F32:
     """Values (h, w) or (h, w, c), finite, at rows x columns texels. wrap: whether they repeat along (x, y);
-    beyond an edge that does not, its texel goes on. Raises ValueError where there is no texel."""
+    otherwise the texel at the edge continues beyond it. Raises ValueError where there is no texel."""
     if min(*values.shape[:2], rows, columns) < 1:
         raise ValueError(f"no texels of {values.shape[1]} x {values.shape[0]} at {columns} x {rows}")
     down, across = _taps(values.shape[0], rows, wrap[1]), _taps(values.shape[1], columns, wrap[0])

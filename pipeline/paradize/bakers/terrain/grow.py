@@ -137,8 +137,8 @@ class Grower:
         return found
 
     def _split(self, diamond: Diamond) -> list[Patch]:
-        """Splits a diamond, before it what makes its other patch where that is not there; tells all patches
-        that are new."""
+        """Splits a diamond and returns all new patches. If its second patch does not exist yet, the diamond
+        that makes that patch is split first."""
         if diamond.split:
             return []
         new: list[Patch] = []
