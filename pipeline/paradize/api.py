@@ -115,7 +115,7 @@ _FILE = {
 
 
 def _path(value: AnyPath, what: str) -> Path:
-    """Raises ArgumentError for a value that is no path. what: the function and its argument."""
+    """Raises ArgumentError for a value that is not a path. what: the function and its argument."""
     if isinstance(value, (str, os.PathLike)) and os.fspath(value) and "\0" not in str(value):
         return Path(value)
     raise _wrong(
@@ -220,7 +220,7 @@ class BakedMaps(BakedFiles):
         _required(name, choice(*self.report["maps"]), "BakedMaps.texels: name")
         file = self.report["maps"][name]["file"]
         if not file.endswith(".ktx2"):
-            what = f"{file} is no KTX2 file"
+            what = f"{file} is not a KTX2 file"
             raise ArgumentError(what, place="paradize.BakedMaps.texels: name", mend="read it as a picture")
         texture = decode_ktx2(self.files[file], file)
         _required(level, whole(0, len(texture.levels) - 1), "BakedMaps.texels: level")

@@ -69,7 +69,7 @@ class Material:
 
     color: linear RGB, 0..1, opacity: 0..1. alpha_mode: None where the file does not say. alpha_cutoff: of
     "mask". roughness, metalness: 0..1; None where the file does not say. specular: intensity of the
-    reflection of what is no metal, 1: 4 % at normal incidence. emission: linear RGB, 0 to
+    reflection of what is not a metal, 1: 4 % at normal incidence. emission: linear RGB, 0 to
     MAX_EMISSION. normal_scale: multiplies x and y of the normal map, up to +-MAX_NORMAL_SCALE. green_down:
     whether the normal map's green points down; None where the file does not say. occlusion_strength: 0..1.
     bump_m: height of full white of `height`, metres, up to MAX_BUMP_M; None where the file does not say.

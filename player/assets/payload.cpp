@@ -113,7 +113,7 @@ std::string rule_of(const GlbLevel &level, std::uint32_t part) {
 }
 
 /// Throws Error at the first vertex whose attribute, of this type, breaks its rule. What is known while
-/// compiling is no branch in the loop.
+/// compiling is not a branch in the loop.
 template <std::uint32_t part, typename Code>
 void check_codes(const GlbLevel &level, const std::string &place) {
     const std::byte *at = mesh_attribute(level, part).data();

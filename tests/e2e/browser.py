@@ -45,7 +45,7 @@ TYPES = {
 
 
 def find_browser() -> str | None:
-    """A Chromium or Chrome that is no snap (a snap reads no temporary folders), or None."""
+    """A Chromium or Chrome that is not a snap (a snap reads no temporary folders), or None."""
     for name in NAMES:
         path = shutil.which(name)
         if path and "/snap/" not in os.path.realpath(path):

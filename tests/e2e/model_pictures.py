@@ -194,7 +194,7 @@ def three_of(models: Path, profile: Path) -> Iterator[Three]:
     """three.js that reads models below a folder: one browser for all of them."""
     program, three = find_browser(), ROOT / "build/node/node_modules/three"
     if program is None or not three.is_dir():
-        raise SystemExit("needs a chromium that is no snap, and `make setup-test`")
+        raise SystemExit("needs a chromium that is not a snap, and `make setup-test`")
     folders = {"three": three, "page": ROOT / "tests/e2e", "models": models}
     bodies: list[bytes] = []
     with (

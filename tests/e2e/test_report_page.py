@@ -35,7 +35,7 @@ def reported(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, 
 def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
     program = find_browser()
     if program is None:
-        pytest.skip("no chromium that is no snap: Debian's package brings it, Ubuntu has none")
+        pytest.skip("no chromium that is not a snap: Debian's package brings it, Ubuntu has none")
     with closing(Browser(program, tmp_path_factory.mktemp("profile"))) as opened:
         yield opened
 

@@ -20,7 +20,8 @@ FOLDERS = ("gltf", "obj-materials", "obj-kits", "obj-nasty", "obj-large")
 BROKEN = ("invalid", "Mesh_PrimitiveRestart", "Mesh_NoPosition")
 
 pytestmark = pytest.mark.skipif(
-    find_browser() is None, reason="no chromium that is no snap: Debian's package brings it, Ubuntu has none"
+    find_browser() is None,
+    reason="no chromium that is not a snap: Debian's package brings it, Ubuntu has none",
 )
 
 

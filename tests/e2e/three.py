@@ -85,7 +85,7 @@ def three_page(name: str, kind: type[P], temporary: pytest.TempPathFactory) -> I
     """The page of that name; skips the test where there is no browser or no three.js."""
     program, three = find_browser(), ROOT / "build/node/node_modules/three"
     if program is None:
-        pytest.skip("no chromium that is no snap: Debian's package brings it, Ubuntu has none")
+        pytest.skip("no chromium that is not a snap: Debian's package brings it, Ubuntu has none")
     if not three.is_dir():
         pytest.skip("no build/node/node_modules/three: `make setup-test` brings it")
     files = temporary.mktemp("files")

@@ -59,7 +59,7 @@ def lost(text: str, made: Model) -> tuple[float, float]:
 
 
 def _root(square: Fraction | int) -> float:
-    """Its square root, also where the square is no float."""
+    """Its square root, also where the square is not a float."""
     if not square:
         return 0.0
     scale = Fraction(10) ** (2 * round(math.log10(square.numerator) - math.log10(square.denominator)) // 2)

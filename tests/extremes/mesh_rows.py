@@ -343,7 +343,7 @@ ROWS = [
             "diagonals",
             limit,
             part=method,
-            refused=GUARDED | ({"opposite": "the surface is no manifold"} if method == "openmesh" else {}),
+            refused=GUARDED | ({"opposite": "the surface is not a manifold"} if method == "openmesh" else {}),
         )
         for module, method, limit in (
             ("collapse", "paradize", 0.02),

@@ -119,7 +119,7 @@ def _seen(mesh: Mesh) -> dict[str, float]:
 
 
 def _switched(mesh: Mesh) -> dict[str, float]:
-    """Of a mesh and itself, the same in another order; 1 where that to a brighter one is no share."""
+    """Of a mesh and itself, the same in another order; 1 where that to a brighter one is not a share."""
     clean = sound(mesh)
     black, white = np.zeros((1, 1, 3), np.float32), np.ones((1, 1, 3), np.float32)
     other = replace(clean, triangles=np.ascontiguousarray(clean.triangles[::-1]), groups=())

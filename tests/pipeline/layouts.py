@@ -40,7 +40,7 @@ def two_tone(gap: int, first: tuple[int, int, int], second: tuple[int, int, int]
 
 
 def make_atlas_scene(folder: Path, obj: str, picture: np.ndarray, **settings: object) -> Path:
-    """The cove with this object and this colour map, which is no palette; settings replace `key = value`
+    """The cove with this object and this colour map, which is not a palette; settings replace `key = value`
     lines of the TOML."""
     settings.setdefault("wrap", '"clamp"')
     path = make_cove(folder)

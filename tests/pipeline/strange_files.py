@@ -74,7 +74,7 @@ SAID = {  # of each kind, by what opens files
     "pipe": "is not a regular file", "endless": "is not a regular file", "listener": "is not a regular file",
     "folder": "is a folder", "circle": os.strerror(errno.ELOOP), "nowhere": os.strerror(errno.ENOENT),
 }  # fmt: skip
-MANY = [kind for kind in KINDS if kind != "vast"]  # what is no file at all
+MANY = [kind for kind in KINDS if kind != "vast"]  # what is not a file at all
 
 
 def spoil(path: Path, kind: str) -> None:

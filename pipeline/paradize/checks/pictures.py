@@ -48,7 +48,7 @@ def check_picture(data: bytes, file: str) -> Iterator[Finding]:
 def _damage(data: bytes) -> tuple[str, str] | None:
     """The fault in the chunks of a PNG and its place; None if they are complete."""
     if data[:8] != SIGNATURE:
-        return "is no PNG", "byte 0"
+        return "is not a PNG", "byte 0"
     at, seen = 8, []
     while at + 12 <= len(data):
         length, name = struct.unpack_from(">I4s", data, at)

@@ -28,7 +28,7 @@ _LEAST_S = 0.4  # a shorter sound has no loudness: BS.1770 measures blocks of th
 def check_sound(data: bytes, file: str, *, placed: bool = False) -> Iterator[Finding]:
     """The findings in an Ogg Vorbis file's bytes. placed: a sound of the scene plays it at a place."""
     if data[:4] != b"OggS":
-        yield Finding("PZ102", file, "is no Ogg file", "byte 0")
+        yield Finding("PZ102", file, "is not an Ogg file", "byte 0")
         return
     import soundfile  # here: only a scene with a sound needs it
 

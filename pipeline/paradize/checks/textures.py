@@ -44,7 +44,7 @@ def check_texture(
 def _chain(data: bytes, file: str) -> Iterator[Finding]:
     """Reads the level index alone: every level down to 1 x 1 is there and has the bytes of its format."""
     if data[:12] != IDENTIFIER or len(data) < _LEVEL_INDEX:
-        yield Finding("PZ102", file, "is no KTX2", "byte 0")
+        yield Finding("PZ102", file, "is not a KTX2", "byte 0")
         return
     number, _, width, height, depth, layers, faces, count, packed = struct.unpack_from("<9I", data, 12)
     name = _BY_NUMBER.get(number)

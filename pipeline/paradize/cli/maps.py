@@ -26,7 +26,7 @@ def _maps(text: str) -> list[str]:
     for name in names:
         if name not in DERIVED:
             known = ", ".join((*DERIVED, _CAST))
-            raise argparse.ArgumentTypeError(f"{name!r} is no map that this command bakes; known: {known}")
+            raise argparse.ArgumentTypeError(f"{name!r} is not a map that this command bakes; known: {known}")
     return [name for name in DERIVED if name in names]
 
 

@@ -18,7 +18,7 @@ class OutputLost(Exception):  # noqa: N818 (never leaves the command line)
 
 
 def say(*lines: str) -> None:
-    """Prints lines on standard error. A closed standard error is no error."""
+    """Prints lines on standard error. A closed standard error is not an error."""
     with suppress(OSError):
         for line in lines:
             print(bounded(line, MOST_LINE), file=sys.stderr)

@@ -29,7 +29,7 @@ class Progress(JobObserver):
     """The display of one command, until `close`. It appears with the first job or step.
 
     store, name: where the seconds of jobs are stored, and under which name (provenance.record_name); without
-    a store nothing is remembered. line_s: seconds between two lines where standard error is no terminal.
+    a store nothing is remembered. line_s: seconds between two lines where standard error is not a terminal.
     """
 
     def __init__(self, store: Store | None = None, name: str = "", line_s: float = _LINE_S) -> None:
@@ -133,7 +133,7 @@ class Progress(JobObserver):
 
 @contextmanager
 def progress() -> Iterator[Progress]:
-    """The display of a command that is no bake."""
+    """The display of a command that is not a bake."""
     shown = Progress()
     try:
         yield shown

@@ -26,7 +26,7 @@ def _budget(kind: str, text: str) -> dict[str, float]:
     for part in text.split(","):
         metric, _, limit = (word.strip() for word in part.partition("="))
         if metric not in METRICS:
-            raise argparse.ArgumentTypeError(f"{metric!r} is no metric; {_metrics_near(kind, metric)}")
+            raise argparse.ArgumentTypeError(f"{metric!r} is not a metric; {_metrics_near(kind, metric)}")
         budget[metric] = number(0.0, METRICS[metric].high)(limit)
     return budget
 
@@ -53,7 +53,7 @@ def _nodata(text: str) -> float | str:
     except ValueError:
         value = nan
     if not isfinite(value):
-        raise argparse.ArgumentTypeError(f"{text!r} is no number; allowed: a finite number, auto or none")
+        raise argparse.ArgumentTypeError(f"{text!r} is not a number; allowed: a finite number, auto or none")
     return value
 
 

@@ -1,9 +1,9 @@
 """References of authored maps: normals and shares of a picture's own values, in float64.
 
 The formulas are those of the formats that name the pictures, not those of the stages: glTF's normals (the
-codes in the middle are 0, z below 0 counts as 0, black is no normal), roughness as 1 - smoothness. Results
-are float32, rounded once. Shared with the stages: the decoded picture, which of its channels is read, and
-which texel a gutter copies.
+codes in the middle are 0, z below 0 counts as 0, black has no direction), roughness as 1 - smoothness.
+Results are float32, rounded once. Shared with the stages: the decoded picture, which of its channels is
+read, and which texel a gutter copies.
 """
 
 from __future__ import annotations

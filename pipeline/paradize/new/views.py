@@ -157,7 +157,7 @@ def _cameras(names: list[str]) -> str:
 def _fault(camera: Camera, center: Vec3, farthest: float, place: Callable[[Vec3], Vec3]) -> str | None:
     """Why a flight cannot take a camera."""
     if camera.fov_deg is None:
-        return "it is no perspective camera"
+        return "it is not a perspective camera"
     if not _FOVS[0] <= camera.fov_deg <= _FOVS[1]:
         return f"it sees {camera.fov_deg:.3g} degrees; {_FOVS[0]:g} to {_FOVS[1]:g} is the range"
     if _apart(camera.eye, center) > farthest:

@@ -78,7 +78,7 @@ def read_ply(path: Path) -> Model:
 
 
 def _finite(path: Path, columns: dict[str, npt.NDArray[Any]], names: tuple[str, ...]) -> F64:
-    """Some columns of the vertices (n, k). Raises SourceError for what is no number, or beyond float32."""
+    """Some columns of the vertices (n, k). Raises SourceError for what is not a number, or beyond float32."""
     rows = np.stack([columns[name] for name in names], axis=1).astype(np.float64)
     sound = (np.abs(rows) <= LARGEST_COORDINATE).all(axis=1)
     if not sound.all():
@@ -116,7 +116,7 @@ def _faces(
         return kept, None
     uvs = texcoord.values.reshape(-1, 2)[whole].astype(np.float64)
     if not np.isfinite(uvs).all():
-        warnings.append(f"{path}: texcoord holds what is no number; left out")
+        warnings.append(f"{path}: texcoord holds what is not a number; left out")
         return kept, None
     return kept, _flipped(uvs)
 

@@ -73,7 +73,9 @@ class Ply:
 def read_elements(data: bytes, path: Path) -> Ply:
     """Returns all elements. Raises SourceError for a broken header and for a file that is cut."""
     if not data.startswith(b"ply"):
-        raise SourceError(f"is no PLY: it begins with {data[:16]!r}, not with 'ply'", file=path, mend=_MEND)
+        raise SourceError(
+            f"is not a PLY: it begins with {data[:16]!r}, not with 'ply'", file=path, mend=_MEND
+        )
     end = _END.search(data[:_MOST_HEADER])
     if end is None:
         raise SourceError("its header has no end", file=path, mend=_MEND)
@@ -85,7 +87,7 @@ def read_elements(data: bytes, path: Path) -> Ply:
         try:
             ply.columns[element.name], ply.lists[element.name] = _rows(source, element)
         except (ValueError, OverflowError):
-            what = f"cut, or holds what is no number: {element.count} rows do not fit"
+            what = f"cut, or holds what is not a number: {element.count} rows do not fit"
             raise SourceError(what, file=path, place=f"element {element.name}", mend=_MEND) from None
     return ply
 
@@ -115,7 +117,7 @@ def _header(head: bytes, path: Path) -> tuple[str | None, list[Element], list[st
                 elements[-1].properties.append(Property(name, _TYPES[kind]))
             case _:
                 raise SourceError(
-                    f"{line[:80]!r} is no statement of PLY", file=path, place=f"line {number}", mend=_MEND
+                    f"{line[:80]!r} is not a statement of PLY", file=path, place=f"line {number}", mend=_MEND
                 )
     names = [element.name for element in elements]
     if not known or len(set(names)) < len(names):

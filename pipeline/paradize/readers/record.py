@@ -23,7 +23,7 @@ Vec3 = tuple[float, float, float]
 
 @dataclass(frozen=True)
 class Camera:
-    """eye: position, metres. forward, up: unit. fov_deg: vertical; None: it is no perspective camera.
+    """eye: position, metres. forward, up: unit. fov_deg: vertical; None: it is not a perspective camera.
     aspect: width over height; None where the file does not say."""
 
     name: str

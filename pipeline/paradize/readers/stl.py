@@ -47,7 +47,7 @@ def read_stl(path: Path) -> Model:
     elif is_text:
         begins = data[:16]
         raise SourceError(
-            f"is no STL: a text that begins with {begins!r}, not with 'solid'", file=path, mend=_MEND
+            f"is not an STL: a text that begins with {begins!r}, not with 'solid'", file=path, mend=_MEND
         )
     elif len(data) < needed:
         raise SourceError(f"cut: {len(data)} bytes; its {count} facets need {needed}", file=path, mend=_MEND)
@@ -85,4 +85,4 @@ def _text(data: bytes, path: Path) -> F64:
     try:
         return np.array([[float(value) for value in row] for row in rows])
     except ValueError:
-        raise SourceError("a corner that is no number", file=path, mend=_MEND) from None
+        raise SourceError("a corner that is not a number", file=path, mend=_MEND) from None

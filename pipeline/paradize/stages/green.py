@@ -30,7 +30,8 @@ _FLAT = 1e-6  # the least mean square of what is correlated: less is rounding
 
 def guess_green(normals: F32) -> Literal["up", "down"] | None:
     """Whether green points up or down in normals (h, w, 3) that were decoded as if it points up; None where
-    the map does not say so surely: it is flat, has slopes along one direction only, or is no height field."""
+    the map does not say so surely: it is flat, has slopes along one direction only, or does not come from
+    heights."""
     found = [_correlations(normals, scale) for scale in _SCALES]
     best = max(found, key=lambda one: abs(_whole(one)))
     whole = _whole(best)

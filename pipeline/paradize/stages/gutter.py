@@ -18,7 +18,7 @@ How wide a gutter must be, in texels of level 0:
     needed = FOOTPRINT * 2^level + reach * width
 
 The available width is half the distance to the next island. Islands without a whole texel between them count
-as one, because level 0 cannot tell them apart; so a seam across which the picture continues is no border.
+as one, because level 0 cannot tell them apart; so a seam across which the picture continues is not a border.
 
 If width alone decided, ordinary atlases would stop at a fine level and shimmer. But most neighbouring islands
 have nearly the same colour, and then bleeding does no harm. So the bleeding is measured

@@ -6,7 +6,7 @@ height.
 - Tier `fast`: a hierarchy of right triangles, each measured at all its pixels.
 - Tier `balanced`: greedy Delaunay insertion (Garland and Heckbert, 1995). Slower, with fewer triangles.
 - Tier `exact`: the same, until the mesh passes through every pixel.
-- `grid` makes every pixel a vertex. It is no tier: it serves where rounding to float32 spoils the others.
+- `grid` makes every pixel a vertex. It is not a tier: it serves where rounding to float32 spoils the others.
 """
 
 from __future__ import annotations

@@ -50,7 +50,7 @@ def xatlas_charts(
     kernels.atlas.make_charts gives them; triangles of one chart share edges that no third one has.
 
     points: (n, 3) finite, about the origin, one for each place; triangles: (m, 3). Raises BakeError where the
-    result is no layout of these triangles.
+    result is not a layout of these triangles.
     """
     if not len(triangles) or int(triangles.max()) >= len(points) or not np.isfinite(points).all():
         raise BakeError("the unwrapper is given only sound meshes")

@@ -236,9 +236,9 @@ def _count_again(
 ) -> bool:
     """Compares our counts with OpenMesh's, and raises BakeError if they differ.
 
-    Returns False if OpenMesh did not count: the surface is no manifold, has too many triangles, or Paradize
-    was built without OpenMesh. It runs in this process, because it crashes only on indices and values that
-    validation refuses.
+    Returns False if OpenMesh did not count: the surface is not a manifold, it has too many triangles, or
+    Paradize was built without OpenMesh. It runs in this process, because it crashes only on indices and
+    values that validation refuses.
     """
     odd = found.non_manifold.count or found.turned.count or found.bow_tie.count
     if odd or len(welded) > _MOST_COUNTED_TWICE or not openmesh.BUILT:

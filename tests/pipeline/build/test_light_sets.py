@@ -131,7 +131,7 @@ def test_a_light_of_an_object_stands_at_each_instance_and_each_later_than_the_on
     [
         ("", "has neither position nor object"),
         ('position = [0.0, 1.0, 0.0]\nobject = "post"', "has position and object"),
-        ('object = "pine"', "'pine' is no object"),
+        ('object = "pine"', "'pine' is not an object"),
         ("position = [0.0, 1.0, 0.0]\non_s = 1.0", "stands without off_s"),
         ("position = [0.0, 1.0, 0.0]\non_s = 1.0\noff_s = 5000.0", "is 5000"),
         ("position = [0.0, 1.0, 0.0]\nstep_s = 1.0", "is 1"),

@@ -97,7 +97,7 @@ def test_a_limit_is_a_number_or_a_soft_and_a_hard_one(cove: Path) -> None:
         ("[budget]\nsurface_max = { hard = -1 }", "budget.surface_max.hard: is -1; allowed: 0 to 1"),
         ("[budget]\nsurface_mux = 1", "did you mean surface_max?"),
         ('[check]\nPZ104 = "loud"', "check.PZ104: is 'loud'; allowed: error, warning, off"),
-        ('[check]\nnothing = "off"', "check.nothing: is no code of a rule"),
+        ('[check]\nnothing = "off"', "check.nothing: is not a code of a rule"),
         ('[[waiver]]\nrule = "PZ401"\nuntil = 2026-12-31', r"waiver[0].reason: is missing"),
         ('[[waiver]]\nrule = "PZ401"\nreason = "x"\nuntil = "soon"', "waiver[0].until: is 'soon', not a day"),
         ('[[waiver]]\nrule = "401"\nreason = "x"\nuntil = 2026-12-31', "waiver[0].rule: is '401'"),

@@ -115,7 +115,7 @@ def test_a_field_takes_the_values_that_its_refusals_name(tmp_path: Path, place: 
                 whole: Any = better
                 if isinstance(junk, dict):  # the key or the value that was refused, in its table
                     key = inner.split(".")[0]
-                    if error.what in ("is no metric", "is no code of a rule"):
+                    if error.what in ("is not a metric", "is not a code of a rule"):
                         whole = {better: 0.5 if "metric" in error.what else "off"}
                     elif error.what == "is not a key of a limit" or inner in junk:
                         whole = {key: better}
@@ -241,7 +241,7 @@ SCENES = {
             text,
         )[1],
     ),
-    "a file that is no path": Row(
+    "a file that is not a path": Row(
         swap('mesh = "post.obj"', "mesh = 3"),
         "object[0].mesh",
         lambda text, mend: text.replace("mesh = 3", 'mesh = "post.obj"'),

@@ -110,7 +110,7 @@ def test_wrong_usage_exits_2(words: list[str]) -> None:
         ),
         (
             "mesh a.obj -o a.glb --budget nothing=1",
-            "is no metric; `paradize mesh` measures surface_max,",
+            "is not a metric; `paradize mesh` measures surface_max,",
         ),
     ],
 )

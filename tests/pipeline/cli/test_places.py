@@ -112,8 +112,8 @@ def test_a_device_or_a_pipe_is_never_replaced_by_a_baked_file(shell: Shell, tmp_
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        ("--lods x", "--lods: 'x' is no whole number"),
-        ("--errors 0.1,", "--errors: '' is no number"),
+        ("--lods x", "--lods: 'x' is not a whole number"),
+        ("--errors 0.1,", "--errors: '' is not a number"),
         ("--ratio nan", "--ratio: nan is out of range; allowed: 0.05 to 0.95"),
         ("--errors 0.2,0.1", "--errors: 0.2,0.1 is not rising"),
     ],

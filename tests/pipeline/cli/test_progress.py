@@ -92,7 +92,7 @@ def test_elsewhere_there_is_no_bar(tmp_path: Path) -> None:
 
 
 class Lines(io.StringIO):
-    """A stream that is no terminal; `several` is set once it got three lines."""
+    """A stream that is not a terminal; `several` is set once it got three lines."""
 
     def __init__(self) -> None:
         super().__init__()

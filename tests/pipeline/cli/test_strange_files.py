@@ -181,7 +181,7 @@ def test_check_tells_a_strange_artifact_beside_the_findings_of_others(base: Path
 
 @pytest.mark.deep
 def test_strange_entries_of_the_store_are_made_anew(base: Path, tmp_path: Path) -> None:
-    """Also of one that is shared: what is no file there counts as damaged, not as a store that is away."""
+    """Also of one that is shared: what is not a file there counts as damaged, not as a store that is away."""
     work, shared = tmp_path / "work", tmp_path / "shared"
     for name in ("products", "blobs"):
         entries = sorted(path for path in (base / "store" / name).glob("*/*"))[:3]

@@ -220,7 +220,7 @@ EIGHTH = ((4 / 5, -1 / 5, 4 / 105, -1 / 280), (1.0,))  # the slopes of the metri
 def test_angles_of_normals_are_what_they_say_by_numpy(
     source: Callable[[str], Path], tmp_path: Path, name: str
 ) -> None:
-    """Blocks and their levels, from floats: of codes half a step is no error (map_truth.py has that)."""
+    """Blocks and their levels, from floats: of codes half a step is not an error (map_truth.py has that)."""
     side = 128
     with Pillow.open(source(name)) as picture:
         heights = np.asarray(picture, np.float32)[:side, :side] / np.float32(65535)

@@ -22,7 +22,7 @@ from tests.pipeline.shapes import CORNER_OBJ
 from tests.places import ROOT
 
 ALPHA = {"occlusion": "a", "roughness": "a"}
-# Of a level or a report: what is no error.
+# Of a level or a report: what is not an error.
 FACTS = {"triangles", "vertices", "draw", "tier", "bytes", "bound_m", "quantised", "warnings"}
 
 

@@ -131,7 +131,7 @@ def test_cameras_and_lights_that_a_scene_cannot_have_are_named(tmp_path: Path) -
     new = new_scene(tmp_path / "s", lit(made, below).glb(tmp_path / "Panel.glb"))
     said = "\n".join(new.notes)
     for words in (
-        "'flat' is left out: it is no perspective camera",
+        "'flat' is left out: it is not a perspective camera",
         "'cellar' is left out: it stands below the ground",
         "'moon' is left out: it stands 3e+05 from the model's middle",
         "'well' is left out: it looks straight up or down",

@@ -54,8 +54,8 @@ def test_ascii_grids_of_the_corpus_are_the_pictures_that_were_made_of_them(corpu
     [
         (HEADER + "1 2 3 4 5\n", r"5 heights; its header says 3 x 2; export it again .* it may be cut"),
         (HEADER + "1 2 3 4 5 6 7\n", r"7 heights; its header says 3 x 2"),
-        (HEADER + "1 2 3 4 5,5 6\n", r"row 2, column 2: '5,5' is no number; numbers need decimal points"),
-        (HEADER + "1 2 3 4 1_0 6\n", r"row 2, column 2: '1_0' is no number"),
+        (HEADER + "1 2 3 4 5,5 6\n", r"row 2, column 2: '5,5' is not a number; numbers need decimal points"),
+        (HEADER + "1 2 3 4 1_0 6\n", r"row 2, column 2: '1_0' is not a number"),
         (HEADER.replace("3", "1") + "1 2\n", r"header: ncols '1'; expected 2 to 16385"),
         (HEADER.replace("3", "99999") + "1 2\n", r"header: ncols '99999'; expected 2 to 16385"),
         (

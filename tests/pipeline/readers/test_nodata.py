@@ -267,4 +267,4 @@ def test_the_command_takes_metres_without_a_height(tmp_path: Path, paradize: Cal
     done = paradize("terrain", codes, "-o", out, "--size", 100, 100)
     assert done.returncode == 1 and "--height H" in done.stderr
     done = paradize("terrain", codes, "-o", out, "--size", 100, 100, "--height", 3, "--nodata", "void")
-    assert done.returncode == 2 and "'void' is no number" in done.stderr
+    assert done.returncode == 2 and "'void' is not a number" in done.stderr

@@ -130,11 +130,11 @@ def test_a_broken_ply_is_refused_in_one_line(tmp_path: Path) -> None:
     for data, words in (
         (little[:-1], "element face: cut"),
         (text[:-4], "element face: cut"),
-        (text.replace(b"2.0", b"two"), "element vertex: cut, or holds what is no number"),
+        (text.replace(b"2.0", b"two"), "element vertex: cut, or holds what is not a number"),
         (text.replace(b"vertex 3", b"vertex 999999999999999999"), "element vertex: cut"),
         (little.replace(b"face 1", b"face 888888888888"), "element face: cut"),
         (little.replace(b"vertex 3", b"vertex 99999999999999999999"), "line 4: 'element vertex 9+' is no"),
-        (little.replace(b"float x", b"quad x"), "line 5: 'property quad x' is no statement"),
+        (little.replace(b"float x", b"quad x"), "line 5: 'property quad x' is not a statement"),
         (little.replace(b"end_header", b"end"), "its header has no end"),
         (little.replace(b"format", b"comment"), "its header has no format"),
         (little.replace(b"property float x\n", b"property float w\n"), "no vertices with x, y and z"),
@@ -145,7 +145,7 @@ def test_a_broken_ply_is_refused_in_one_line(tmp_path: Path) -> None:
         (ply("ascii", vertex, [[0, 1]]), "holds no faces"),
         (b"", "is an empty file"),
         (b"ply\n", "its header has no end"),
-        (b"junk, is no model " * 9, "is no PLY: it begins with b'junk, is no mode', not with 'ply'"),
+        (b"junk, is no model " * 9, "is not a PLY: it begins with b'junk, is no mode', not with 'ply'"),
     ):
         (tmp_path / "a.ply").write_bytes(data)
         with pytest.raises(SourceError, match=words) as caught:

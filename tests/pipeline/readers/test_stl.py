@@ -51,10 +51,10 @@ def test_a_broken_stl_is_refused_in_one_line(tmp_path: Path) -> None:
         (bytes(84), "holds no facets"),
         (b"solid a\nendsolid a\n", "holds no facets"),
         (b"solid a\nvertex 1 2 3\n", "1 corners are not whole facets"),
-        (b"solid a\n" + b"vertex 1 2 x\n" * 3, "a corner that is no number"),
+        (b"solid a\n" + b"vertex 1 2 x\n" * 3, "a corner that is not a number"),
         (infinite, "facet 0: a corner at inf"),
         (b"", "is an empty file"),
-        (b"words", "is no STL: a text that begins with b'words'"),
+        (b"words", "is not an STL: a text that begins with b'words'"),
     ):
         (tmp_path / "a.stl").write_bytes(data)
         with pytest.raises(SourceError, match=words) as caught:

@@ -56,7 +56,7 @@ VALUES: list[object] = [
     {"normal_p99_deg": {"soft": 1.0, "hard": 2.0}}, {"normal_p99_deg": {"medium": 1.0}}, {"no_metric": 1.0},
     *WORDS,
 ]  # fmt: skip
-# Rules that a schema cannot state: that files exist, that numbers rise, that a day is no text.
+# Rules that a schema cannot state: that files exist, that numbers rise, that a day is not text.
 ONLY_THE_READER = (
     "looked for in",
     "there is no file",

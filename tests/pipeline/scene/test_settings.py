@@ -216,7 +216,7 @@ def test_thousands_of_instances_are_read(tmp_path: Path) -> None:
         ("x\ty\tz\n1\t2\t3\n", "header: columns are separated by tabs, expected commas"),
         ("x y z\n1 2 3\n", "header: columns are separated by spaces, expected commas"),
         ("", "header: has no column x"),
-        (b"\x89PNG\r\n\xff\xfe\x00", "palms.csv: byte 0: is no text"),
+        (b"\x89PNG\r\n\xff\xfe\x00", "palms.csv: byte 0: is not text"),
         ('x,y,z\n1,2,"3\n', "palms.csv: line 2"),
     ],
 )

@@ -60,7 +60,7 @@ def test_measure_of_emission_tells_its_own_errors_and_nothing_of_a_constant(tmp_
 
 
 def test_measure_of_occlusion_from_the_mesh_tells_the_error_of_the_rays(tmp_path: Path) -> None:
-    """The model's material file lies beside the layout, and is no picture."""
+    """The model's material file lies beside the layout, and is not a picture."""
     model = tmp_path / "corner.obj"
     model.write_text("mtllib corner.mtl\n" + CORNER_OBJ)
     (tmp_path / "corner.mtl").write_text("newmtl stone\n")

@@ -19,7 +19,7 @@ def results(*chains: tuple[int, ...]) -> list[TrialResult]:
 def test_levels_are_compared_down_to_the_triangles_that_all_reach() -> None:
     assert _uneven(results((1780, 890, 445), (1780, 974, 516), (1780, 900))) == {0: 2, 1: 2}
     assert _uneven(results((1780, 890), (1780, 445))) == {}, "a library's one level is all that it has"
-    assert _uneven(results((100, 50), (100,))) == {}, "the source alone is no level to compare with"
+    assert _uneven(results((100, 50), (100,))) == {}, "the source alone is not a level to compare with"
     assert _uneven(results((), ())) == {}
 
 

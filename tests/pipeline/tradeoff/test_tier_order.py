@@ -33,7 +33,7 @@ from tests.pipeline.heights import save
 
 STAGES = ("levels of detail", "tangent frames", "terrain", "slope filter")
 ALIKE = 0.02  # errors nearer to each other than this share are one, as `paradize measure` has it
-QUICKER = 0.9  # of a time: less than that is no chance
+QUICKER = 0.9  # of a time: less than that has no chance
 IN_ORDER, DOMINATED = 0.95, 0.5
 # Under one bound a terrain of fewer triangles has a larger RMS (pipeline/paradize/build/README.md).
 TRIANGLES_FOR_TIME = ("terrain", "fast", "balanced", "terrain_rms_m")

@@ -86,7 +86,7 @@ TEST_CASE("JSON: strings keep what escapes and UTF-8 say") {
     CHECK(text_of(R"("\u0000")") == std::string(1, '\0'));
 }
 
-TEST_CASE("JSON: what is no JSON is refused") {
+TEST_CASE("JSON: what is not JSON is refused") {
     for (const std::string text : {"",
                                    "[1,\n 2,]",
                                    "[1 2]",

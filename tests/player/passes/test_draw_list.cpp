@@ -156,7 +156,7 @@ TEST_CASE("draw list: a two-sided blended material is a command for each instanc
     CHECK(words(list, objects) == Words{"0:0:0 x1", "0:0:0 x1"});
 }
 
-TEST_CASE("draw list: nothing is drawn of what is not visible, and an empty list is no error") {
+TEST_CASE("draw list: nothing is drawn of what is not visible, and an empty list is not an error") {
     std::vector<Object> objects(1);
     objects[0].materials = {material(0)};
     objects[0].instances = {standing(0.0)};

@@ -2,7 +2,7 @@
 
 The conventions are those of formats/FORMAT.md: normals are green up, gloss holds specular intensity and
 smoothness, occlusion 1 where nothing is hidden. Pictures are data, whatever their profile of colours says.
-A map whose texels are all equal is no texture: the product says its constant, which the material's factor
+A map whose texels are all equal is not a texture: the product says its constant, which the material's factor
 takes. A tilted normal map is a texture all the same, since no factor tilts, and so is occlusion that hides
 light, as one texel.
 """

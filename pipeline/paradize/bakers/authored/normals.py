@@ -33,7 +33,7 @@ def normal_coding(
     drawn: Drawn, layout: Layout | None, *, green_down: bool | None, scale: float
 ) -> tuple[NormalCoding, list[str]]:
     """How the picture holds normals, and warnings. green_down: None: as its slopes say. Raises SourceError
-    for a picture that is no normal map."""
+    for a picture that is not a normal map."""
     values, path = drawn.values, drawn.path
     inside = np.ones(drawn.size, np.bool_) if layout is None else layout.islands >= 0
     coding = NormalCoding(
@@ -84,7 +84,7 @@ def _require_normals(seen: NormalSurvey, path: Path) -> None:
         what = f"{seen.below} of {kept} texels would point into the surface (blue below the middle)"
     if what is not None:
         mend = "give a normal map in tangent space, or give heights as the height"
-        raise SourceError(f"is no normal map in tangent space: {what}", file=path, mend=mend)
+        raise SourceError(f"is not a normal map in tangent space: {what}", file=path, mend=mend)
 
 
 def _warnings(seen: NormalSurvey, path: Path) -> list[str]:

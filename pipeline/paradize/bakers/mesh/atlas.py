@@ -18,7 +18,7 @@ from paradize.tiers import TIERS, UNWRAPPERS
 
 _TIMEOUT_S = 120.0
 _MEMORY_BYTES = 8 << 30
-# Authors' charts may touch and share texels: a smaller share of the image is no overlap.
+# Authors' charts may touch and share texels: a smaller share of the image is not an overlap.
 _OVERLAPPING = 0.005
 
 

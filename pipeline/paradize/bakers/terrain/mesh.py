@@ -44,8 +44,8 @@ def bake_terrain(path: Path, settings: TerrainSettings, *, tier: str = "balanced
     """Bakes the heightmap at `path`; no pixel is farther than the settings' max_error_m from the mesh.
 
     tier: "fast", "balanced" or "exact"; the product says which was used. Raises SourceError for a picture
-    that is no heightmap, BakeError when the bound cannot be held (finer than float32 positions at that slope,
-    or than 16-bit heights).
+    that is not a heightmap, BakeError when the bound cannot be held (finer than float32 positions at that
+    slope, or than 16-bit heights).
     """
     report_step("reading")
     heightfield, warnings = height_map_of(path, settings)

@@ -85,7 +85,7 @@ class Buffers:
             self.document.warn(note, place)
         if path is None:
             mend = "copy it beside the model and export again"
-            raise self.document.fault(f"{uri[:120]!r} is no file inside {self.root}", f"{place}/uri", mend)
+            raise self.document.fault(f"{uri[:120]!r} is not a file inside {self.root}", f"{place}/uri", mend)
         if self._on_library is not None:
             self._on_library.append(path)
         try:
@@ -99,7 +99,7 @@ class Buffers:
 
 
 def beside(root: Path, file: Path, uri: str) -> Path | None:
-    """The file that a URI of a model names; None where it is no path or leads out of `root`."""
+    """The file that a URI of a model names; None where it is not a path or leads out of `root`."""
     name = unquote(uri.partition("#")[0].partition("?")[0])
     if ":" in uri.partition("/")[0]:
         return None  # http: and the like

@@ -100,7 +100,7 @@ class Pictures:
             path, note = other
             document.warn(note, place)
         if path is None:
-            document.warn(f"picture {uri[:120]!r} is no file inside {root}; left out", place)
+            document.warn(f"picture {uri[:120]!r} is not a file inside {root}; left out", place)
             return None
         if not named_file(path, f"{place} of {document.file}"):
             self.absent.append(path)

@@ -24,7 +24,7 @@ _MEND = "export it again as an ESRI ASCII grid, or as a GeoTIFF"
 
 def read_ascii_grid(data: bytes, path: Path, max_side: int) -> Image:
     """Heights (h, w, 1) float32, metres. Raises SourceError for a header without a size of 2 to max_side each
-    way, for another count of heights, and for what is no number, with its row and column."""
+    way, for another count of heights, and for what is not a number, with its row and column."""
     header, start = _header(data.removeprefix(b"\xef\xbb\xbf"))
     body = data.removeprefix(b"\xef\xbb\xbf")[start:]
     columns, rows = (_size(header, name, path, max_side) for name in ("ncols", "nrows"))
@@ -39,7 +39,7 @@ def read_ascii_grid(data: bytes, path: Path, max_side: int) -> Image:
     values = _heights(body, columns, path)
     if len(values) != count:
         raise _wrong_count(f"{len(values)} heights", columns, rows, path)
-    with np.errstate(over="ignore"):  # beyond float32: refused as infinite where it is no hole
+    with np.errstate(over="ignore"):  # beyond float32: refused as infinite where it is not a hole
         heights = values.astype(np.float32).reshape(rows, columns, 1)
     return Image(heights, "data", 32, nodata=nodata)
 
@@ -82,7 +82,7 @@ def _heights(body: bytes, columns: int, path: Path) -> np.ndarray[tuple[int], np
     words = enumerate(body.split())
     index, word = next(((k, w) for k, w in words if _number(w) is None or b"_" in w), (0, body[:1]))
     comma = b"," in word
-    what = f"{word[:40].decode('latin-1')!r} is no number"
+    what = f"{word[:40].decode('latin-1')!r} is not a number"
     mend = "numbers need decimal points" if comma else _MEND
     place = f"row {index // columns + 1}, column {index % columns + 1}"
     raise SourceError(what, file=path, place=place, mend=mend)

@@ -126,7 +126,7 @@ def _apply(statement: MapStatement, option: str, arguments: list[str]) -> bool:
     word = arguments[0].lower() if arguments else ""
     numbers = [value[0] for text in arguments if (value := floats(text, 1))]
     if OPTIONS[option] > 1 and len(numbers) < len(arguments):
-        return False  # what is no number counts for nothing
+        return False  # what is not a number counts for nothing
     if option == "-clamp" and word in ("on", "off"):
         statement.wrap = ("clamp", "clamp") if word == "on" else ("repeat", "repeat")
     elif option == "-imfchan" and word in _CHANNELS:

@@ -16,7 +16,7 @@ from __future__ import annotations
 from math import sqrt
 
 _PLASTIC = 0.04  # reflection at normal incidence that Material.specular = 1 stands for
-_MOST = 0.08  # of what is no metal
+_MOST = 0.08  # of what is not a metal
 _BLACK = 0.04  # Kd up to here: a metal, whose colour is Ks
 _BLENDER_NS, _BLENDER_KS = 1000.0, 0.5
 

@@ -13,7 +13,7 @@ FARTHEST = 1e9  # metres; limit of a coordinate. float64 has steps of 1e-7 there
 
 
 def real_number(value: object) -> float | None:
-    """Returns a value of TOML as a float, infinite where it is too large; None where it is no number."""
+    """Returns a value of TOML as a float, infinite where it is too large; None where it is not a number."""
     if isinstance(value, bool) or not isinstance(value, int | float):
         return None
     try:

@@ -156,7 +156,7 @@ def words(among: tuple[str, ...], *, meaning: str = "") -> Any:
             return {}
         for key, item in value.items():
             if not _CODE.fullmatch(key):
-                faults.add(f"{place}.{key}", "is no code of a rule", "write a rule's code, as PZ104")
+                faults.add(f"{place}.{key}", "is not a code of a rule", "write a rule's code, as PZ104")
             elif item not in among:
                 faults.add(f"{place}.{key}", f"is {show(item)}", f"allowed: {', '.join(among)}")
         return value

@@ -55,7 +55,7 @@ def _rows(path: Path, faults: Faults) -> Iterator[tuple[int, list[str]]]:
         faults.add("the file", f"cannot be read: {error.strerror or error}")
         return
     except UnicodeDecodeError as error:
-        faults.add(f"byte {error.start}", "is no text", "save the table as CSV in UTF-8")
+        faults.add(f"byte {error.start}", "is not text", "save the table as CSV in UTF-8")
         return
     reader = csv.reader(text.splitlines(), strict=True)
     try:

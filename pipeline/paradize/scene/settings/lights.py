@@ -93,7 +93,7 @@ def check_lights(
             faults.add(f"light[{i}]", what, "write position = [x, y, z], or the name of an object")
         if light.object is not None and light.object not in instances:
             mend = f"the scene has: {', '.join(instances) or 'no objects'}"
-            faults.add(f"light[{i}].object", f"{light.object!r} is no object", mend)
+            faults.add(f"light[{i}].object", f"{light.object!r} is not an object", mend)
         count = instances.get(light.object, 0) if light.object else 1
         total += count
         if fault := _hours_fault(light, duration_s) or _step_fault(light, count, duration_s):

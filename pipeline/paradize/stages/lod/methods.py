@@ -37,7 +37,7 @@ def simplify(
     uv_weight: factor on the weights of texture coordinates, for both methods with attributes.
 
     The result has no tangents, because each level gets new ones. Raises BakeError for an unknown method, or
-    if a library returns something that is no mesh.
+    if a library returns something that is not a mesh.
     """
     if method not in SIMPLIFIERS:
         raise BakeError(f"no simplifier {method!r}", mend=f"use one of {', '.join(SIMPLIFIERS)}")

@@ -81,7 +81,7 @@ def fast_simplify(
 def openmesh_simplify(
     points: npt.NDArray[np.float64], triangles: npt.NDArray[np.uint32], target: int
 ) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.uint32]]:
-    """Does the same by OpenMesh. No vertex moves. Raises BakeError if the surface is no manifold."""
+    """Does the same by OpenMesh. No vertex moves. Raises BakeError if the surface is not a manifold."""
     _require_sound(points, triangles)
     try:
         vertex, kept = openmesh.simplify(points, triangles, target)
@@ -111,7 +111,9 @@ def require_simplifier(name: str, mesh: Mesh) -> None:
     places, first = number_rows(mesh.positions)
     held = openmesh.count(mesh.positions[first], places[mesh.triangles])[0]
     if held != len(mesh.triangles):
-        what = f"the surface is no manifold: 'openmesh' holds {held} of its {len(mesh.triangles)} triangles"
+        what = (
+            f"the surface is not a manifold: 'openmesh' holds {held} of its {len(mesh.triangles)} triangles"
+        )
         raise BakeError(f"simplifier: {what}", mend=mend)
 
 

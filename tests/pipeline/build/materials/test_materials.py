@@ -219,7 +219,7 @@ def test_light_passes_through_two_sided_green_masks_which_is_said_and_through_ot
 ) -> None:
     path = make_panels(tmp_path / "s")
     picture = np.full((64, 64, 4), (*color, 255), np.uint8)
-    picture[:, ::4] = (0, 255, 0, 0)  # what a hole would show is no guess at what is there
+    picture[:, ::4] = (0, 255, 0, 0)  # what a hole would show is not a guess at what is there
     write_image(tmp_path / "s/leaf.png", picture)
     path = edited(path, "[[object.instance]]", f"[object.material.leaf]\n{table}\n[[object.instance]]")
     found = find_map_sets(load_scene(path), path)

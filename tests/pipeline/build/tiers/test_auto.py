@@ -252,7 +252,7 @@ def test_single_files_take_auto_and_a_budget_too(tmp_path: Path, capsys: Any, ki
     report = json.loads(capsys.readouterr().out)
     assert "tried" in report or metric in report["error"][0]
     assert main([*words, "--budget", "nothing=1"]) == 2
-    assert "is no metric" in capsys.readouterr().out
+    assert "is not a metric" in capsys.readouterr().out
 
 
 # --- against brute force ------------------------------------------------------------------------------------

@@ -96,9 +96,9 @@ def test_indices_and_numbers_out_of_range_are_refused(tmp_path: Path) -> None:
 def test_a_file_beside_that_is_missing_outside_or_short_is_named(tmp_path: Path) -> None:
     for uri, words in (
         ("none.bin", "none.bin: cannot be read: No such file"),
-        ("../../up.bin", "'../../up.bin' is no file inside"),
-        ("/dev/zero", "'/dev/zero' is no file inside"),
-        ("https://a.b/c.bin", "is no file inside"),
+        ("../../up.bin", "'../../up.bin' is not a file inside"),
+        ("/dev/zero", "'/dev/zero' is not a file inside"),
+        ("https://a.b/c.bin", "is not a file inside"),
         ("short.bin", "bytes are said, 3 are there"),
         ("data:;base64,#", "is not base64"),
         ("data:nothing", "without a comma"),
