@@ -14,8 +14,8 @@ from paradize.kernels.obj import origin_of
 from paradize.readers.gltf.document import Document
 from paradize.readers.gltf.materials import PlacedMaterial
 from paradize.readers.gltf.nodes import Matrix, cofactors, determinant
-from paradize.readers.gltf.placement import Placement
 from paradize.readers.gltf.primitives import Primitive
+from paradize.readers.gltf.texture_transform import TextureTransform
 from paradize.readers.record import LARGEST_COORDINATE, UNKNOWN_SMOOTHING
 
 if TYPE_CHECKING:
@@ -72,13 +72,13 @@ def place_part(
         normals = _units(_moved(normal_matrix, _finite(document, normals, "normals", place), 3) * turned)
     tangents = read.values.get("TANGENT")
     placement = material.placement
-    uvs = _coordinates(document, read, placement or Placement(), place, needed=placement is not None)
+    uvs = _coordinates(document, read, placement or TextureTransform(), place, needed=placement is not None)
     uvs1 = None
     if material.second is not None:
         uvs1 = _coordinates(document, read, material.second, place, needed=True)
-    moved = placement is not None and placement != Placement()
+    moved = placement is not None and placement != TextureTransform()
     if material.second is not None and "normal" in material.material.second:
-        moved = material.second.matrix != Placement().matrix
+        moved = material.second.matrix != TextureTransform().matrix
     if moved:
         tangents = None  # they are those of the untransformed coordinates
     if tangents is not None and normals is not None and uvs is not None:
@@ -106,7 +106,7 @@ def place_part(
 
 
 def _coordinates(
-    document: Document, read: Primitive, placement: Placement, place: str, *, needed: bool
+    document: Document, read: Primitive, placement: TextureTransform, place: str, *, needed: bool
 ) -> F64 | None:
     """Texture coordinates (n, 2) of a placement; None where the primitive lacks them, with a warning where
     maps need them."""
@@ -116,7 +116,7 @@ def _coordinates(
             document.warn(f"its maps need TEXCOORD_{placement.coordinates}, which is missing", place)
         return None
     uvs = _finite(document, uvs, "texture coordinates", place)
-    if placement.matrix == Placement().matrix:
+    if placement.matrix == TextureTransform().matrix:
         return uvs
     a, b, x, c, d, y = placement.matrix
     u, v = uvs[:, 0], uvs[:, 1]

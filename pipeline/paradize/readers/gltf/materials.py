@@ -23,7 +23,7 @@ from paradize.material import (
 )
 from paradize.readers.gltf.document import Document
 from paradize.readers.gltf.pictures import Pictures
-from paradize.readers.gltf.placement import Placement
+from paradize.readers.gltf.texture_transform import TextureTransform
 from paradize.readers.placed import placed_on
 from paradize.readers.record import DEFAULT_NAME
 
@@ -48,8 +48,8 @@ class PlacedMaterial:
     it has no such maps."""
 
     material: Material
-    placement: Placement | None = None
-    second: Placement | None = None
+    placement: TextureTransform | None = None
+    second: TextureTransform | None = None
 
 
 def default_material() -> PlacedMaterial:
@@ -92,7 +92,7 @@ class _Reader:
         self.document, self.pictures, self.entry, self.place = document, pictures, entry, place
         self.equal_sets = equal_sets
         self.maps: dict[str, MapSource] = {}
-        self.placements: dict[str, Placement] = {}
+        self.placements: dict[str, TextureTransform] = {}
 
     def read(self, name: str) -> PlacedMaterial:
         document, entry, place = self.document, self.entry, self.place
@@ -236,7 +236,7 @@ class _Reader:
             return info
         coordinates = document.whole(info, place, "texCoord", 0, 0)
         moved = document.extension(info, place, _TRANSFORM)
-        matrix = Placement().matrix
+        matrix = TextureTransform().matrix
         if moved is not None:
             inner = f"{place}/extensions/{_TRANSFORM}"
             coordinates = document.whole(moved, inner, "texCoord", 0, coordinates)
@@ -247,10 +247,10 @@ class _Reader:
             matrix = (cosine * sx, sine * sy, x, -sine * sx, cosine * sy, y)
         for role in roles:
             self.maps[role] = replace(source, channel=_CHANNELS[role])
-            self.placements[role] = Placement(coordinates, matrix)
+            self.placements[role] = TextureTransform(coordinates, matrix)
         return info
 
-    def _placed(self, name: str) -> tuple[Placement | None, Placement | None, tuple[str, ...]]:
+    def _placed(self, name: str) -> tuple[TextureTransform | None, TextureTransform | None, tuple[str, ...]]:
         """The placement of the material's first map; that of the first map that lies elsewhere and may; and
         the roles that lie there. Maps of a third placement are left out."""
         roles = [role for role in _CHANNELS if role in self.maps]
@@ -291,7 +291,7 @@ class _Reader:
         split = role in ("roughness", "smoothness") and "specular" in self.maps and "specular" not in others
         return role in SECOND_ROLES and not split
 
-    def _is_same(self, one: Placement, other: Placement) -> bool:
+    def _is_same(self, one: TextureTransform, other: TextureTransform) -> bool:
         return one == other or (
             one.matrix == other.matrix and self.equal_sets(one.coordinates, other.coordinates)
         )

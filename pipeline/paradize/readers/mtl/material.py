@@ -30,7 +30,7 @@ from paradize.readers.mtl.phong import (
     specular_of_blender,
     specular_of_reflectance,
 )
-from paradize.readers.mtl.placement import BoundsOf, Warn, transforms_of
+from paradize.readers.mtl.texture_transform import BoundsOf, Warn, transforms_of
 from paradize.readers.ranges import beyond, within
 from paradize.readers.uv_transform import UvTransforms
 

@@ -18,7 +18,7 @@ from paradize.kernels.obj import decode, printable
 from paradize.material import MAX_EMISSION, Material
 from paradize.readers.mtl.maps import floats, read_map_statement
 from paradize.readers.mtl.material import BLENDER_ROLES, PACKED, ROLES, Statements, material_of
-from paradize.readers.mtl.placement import BoundsOf
+from paradize.readers.mtl.texture_transform import BoundsOf
 from paradize.readers.names import require_utf8
 from paradize.readers.ranges import beyond, within
 from paradize.readers.uv_transform import UvTransforms

@@ -6,14 +6,14 @@ from dataclasses import dataclass
 
 
 @dataclass(frozen=True)
-class Placement:
+class TextureTransform:
     """Texture coordinates of a material's maps. coordinates: the number of the set. matrix: a b tx c d ty:
     u' = a u + b v + tx, v' = c u + d v + ty."""
 
     coordinates: int = 0
     matrix: tuple[float, ...] = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0)
 
-    def relative_to(self, other: Placement) -> tuple[tuple[float, float], tuple[float, float]] | None:
+    def relative_to(self, other: TextureTransform) -> tuple[tuple[float, float], tuple[float, float]] | None:
         """Scale and offset, along u and v, by which the other's coordinates become these; None where they are
         of another set, turned or sheared."""
         a, b, x, c, d, y = other.matrix
