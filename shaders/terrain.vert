@@ -7,7 +7,7 @@ layout(location = 2) in vec4 tangent;
 layout(location = 3) in vec2 uv0; // sand, repeats over the terrain
 layout(location = 4) in vec2 uv1; // effect map, once over the terrain
 
-uniform mat4 u_model;         // world from mesh; positions may be quantized
+uniform mat4 u_model;         // world from mesh; positions may be quantised
 uniform mat3 u_normal_matrix; // inverse transpose of u_model, for normals
 
 out vec3 v_position;

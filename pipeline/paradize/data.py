@@ -247,7 +247,7 @@ class Texture:
 
 
 @dataclass(frozen=True)
-class QuantizationGrid:
+class QuantisationGrid:
     """A grid of positions: origin + i * step along each axis, i = 0..65535.
 
     step, origin: metres along x, y, z; steps are above 0.
@@ -263,8 +263,8 @@ class QuantizationGrid:
 
 
 @dataclass(frozen=True)
-class QuantizedValues:
-    """Vertices as integers, one row each. Attributes that are not quantized stay float32.
+class QuantisedValues:
+    """Vertices as integers, one row each. Attributes that are not quantised stay float32.
 
     positions: (n, 3), indices into `grid`. normals: (n, 3), tangents: (n, 4): v = max(q / 127, -1) for int8,
     q / 32767 for int16. They are in the space of the grid: where its steps differ, the components of a normal
@@ -272,7 +272,7 @@ class QuantizedValues:
     uvs1: q / 65535. colors: (n, 4), q / 255 or q / 65535. sway: (n, 2), q / 255.
     """
 
-    grid: QuantizationGrid
+    grid: QuantisationGrid
     positions: U16
     normals: I8 | I16 | F32 | None = None
     tangents: I8 | I16 | F32 | None = None
@@ -286,10 +286,10 @@ class QuantizedValues:
 class Lod:
     """A level of detail. error_max, error_rms: two-sided surface distance from level 0 as a fraction of the
     bounding box's diagonal: the largest, and the larger RMS of the two directions. errors: further errors by
-    name. quantized: its vertices as integers; None: float32."""
+    name. quantised: its vertices as integers; None: float32."""
 
     mesh: Mesh
     error_max: float
     error_rms: float
     errors: Mapping[str, float] = field(default_factory=dict)
-    quantized: QuantizedValues | None = None
+    quantised: QuantisedValues | None = None

@@ -170,7 +170,7 @@ class Reader {
                 node.fail(key, "is not supported: meshes may have scale and translation only");
             }
         }
-        QuantizationGrid grid;
+        QuantisationGrid grid;
         const auto read = [&](const char *key, double low, auto &out) {
             if (node.has(key)) {
                 const std::vector<double> numbers = node.numbers(key, out.size(), low, max_position_m);
@@ -191,7 +191,7 @@ class Reader {
 
   private:
     /// Checks that the bounds of the positions are within max_position_m.
-    static void check_bounds(const JsonObject &node, const QuantizationGrid &grid, const GlbLevel &level) {
+    static void check_bounds(const JsonObject &node, const QuantisationGrid &grid, const GlbLevel &level) {
         for (std::size_t axis = 0; axis < 3; ++axis) {
             for (const float bound : {level.low[axis], level.high[axis]}) {
                 const double place =
@@ -291,11 +291,11 @@ class Reader {
                 continue;
             }
             const Accessor found = accessor(attributes, known.key, known.type, known.components);
-            const bool quantized = found.component == known.narrow || found.component == known.wide;
-            if (!quantized && found.component != float_type) {
+            const bool quantised = found.component == known.narrow || found.component == known.wide;
+            if (!quantised && found.component != float_type) {
                 attributes.fail(known.key, "has the component type " + std::to_string(found.component));
             }
-            if (found.normalized != (quantized && known.normalized)) {
+            if (found.normalized != (quantised && known.normalized)) {
                 attributes.fail(known.key,
                                 found.normalized ? "must not be normalized" : "must be normalized");
             }

@@ -28,15 +28,15 @@ struct GlbFormat {
 };
 
 /// Transform of the positions: metres = origin + step * position. Positions are metres (step 1, origin 0) or
-/// quantized values.
-struct QuantizationGrid {
+/// quantised values.
+struct QuantisationGrid {
     std::array<float, 3> step{1.0F, 1.0F, 1.0F};
     std::array<double, 3> origin{};
 
-    bool operator==(const QuantizationGrid &) const = default;
+    bool operator==(const QuantisationGrid &) const = default;
 };
 
-/// Attributes are float32 or quantized to 8 or 16 bits (KHR_mesh_quantization). An attribute that the mesh
+/// Attributes are float32 or quantised to 8 or 16 bits (KHR_mesh_quantization). An attribute that the mesh
 /// lacks is empty.
 struct GlbLevel {
     std::string name;
@@ -57,7 +57,7 @@ struct GlbLevel {
 struct Glb {
     std::vector<std::string> materials;
     std::vector<GlbLevel> levels; // level 0, the finest, comes first
-    QuantizationGrid grid;        // of all levels
+    QuantisationGrid grid;        // of all levels
 };
 
 /// The result's spans point into `file`. Does not check the vertices and indices; check_mesh() does. Throws

@@ -17,7 +17,7 @@ namespace {
 
 constexpr float max_uv = 1e7F;
 constexpr float max_texel = 1e7F;
-// 8-bit quantization changes the length by at most 0.7 %.
+// 8-bit quantisation changes the length by at most 0.7 %.
 constexpr float min_unit_length = 0.9F;
 constexpr float max_unit_length = 1.1F;
 

@@ -10,7 +10,7 @@ namespace paradize::gl {
 
 /// Locations of the vertex attributes, the same in every shader: layout(location = N).
 enum Attribute : unsigned {
-    attribute_position = 0, // vec3, metres or quantized values on the mesh's quantization grid
+    attribute_position = 0, // vec3, metres or quantised values on the mesh's quantisation grid
     attribute_normal = 1,   // vec3, unit
     attribute_tangent = 2,  // vec4, xyz unit, w = +-1
     attribute_uv0 = 3,      // vec2, origin at the top left texel corner

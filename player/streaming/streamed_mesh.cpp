@@ -25,7 +25,7 @@ void attach_attribute(const assets::GlbFormat &format, std::uint32_t part, const
                           static_cast<int>(format.stride), offset_bytes);
 }
 
-glm::dmat4 model_of(const assets::QuantizationGrid &grid) {
+glm::dmat4 model_of(const assets::QuantisationGrid &grid) {
     const glm::dvec3 step(grid.step[0], grid.step[1], grid.step[2]);
     const glm::dvec3 origin(grid.origin[0], grid.origin[1], grid.origin[2]);
     return glm::scale(glm::translate(glm::dmat4(1.0), origin), step);

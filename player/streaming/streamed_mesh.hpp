@@ -43,8 +43,8 @@ class StreamedMesh {
 
     std::span<const MeshLevel> levels() const { return levels_; } // level 0, the finest, comes first
     std::span<const std::string> materials() const { return materials_; }
-    /// The quantization grid of the positions. Its step is the same along all axes.
-    const assets::QuantizationGrid &grid() const { return grid_; }
+    /// The quantisation grid of the positions. Its step is the same along all axes.
+    const assets::QuantisationGrid &grid() const { return grid_; }
     /// The corners of the box around the positions of all levels, on the grid.
     const glm::vec3 &low() const { return low_; }
     const glm::vec3 &high() const { return high_; }
@@ -67,13 +67,13 @@ class StreamedMesh {
     std::vector<MeshLevel> levels_;
     std::vector<std::string> materials_;
     std::vector<assets::MaterialMeasure> measures_; // one per material
-    assets::QuantizationGrid grid_;
+    assets::QuantisationGrid grid_;
     glm::vec3 low_{std::numeric_limits<float>::infinity()}, high_{-std::numeric_limits<float>::infinity()};
     std::vector<std::vector<std::size_t>> offsets_; // per level and part, offset in its buffer in bytes
 };
 
-/// Returns the matrix from quantized values to metres.
-glm::dmat4 model_of(const assets::QuantizationGrid &grid);
+/// Returns the matrix from quantised values to metres.
+glm::dmat4 model_of(const assets::QuantisationGrid &grid);
 /// Enables attribute `part` of the bound vertex array, read from `vertices` at `offset_bytes`.
 void attach_attribute(const assets::GlbFormat &format, std::uint32_t part, const gl::Buffer &vertices,
                       std::size_t offset_bytes);

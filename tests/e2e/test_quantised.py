@@ -43,7 +43,7 @@ def test_khronos_validator_finds_nothing_in_meshes_of_codes(
         "coarse_terrain.glb": terrain(root, max_error_m=0.2),
         "fine_terrain.glb": terrain(root, max_error_m=0.002),
     }
-    kinds = {name: decode_glb(data)[0].quantized for name, data in files.items()}
+    kinds = {name: decode_glb(data)[0].quantised for name, data in files.items()}
     assert [codes.normals.dtype for codes in kinds.values() if codes and codes.normals is not None] == [
         np.int16,
         np.int8,

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from scipy.spatial import cKDTree
 
-from paradize.data import Mesh, QuantizedValues
+from paradize.data import Mesh, QuantisedValues
 from paradize.metrics.atlas import atlas_quality
 from paradize.metrics.occlusion import cast_errors
 from paradize.metrics.surface import Original
@@ -158,13 +158,13 @@ def _other_triangles(mesh: Mesh, made: Mesh) -> float:
     return float(((before - after) + (after - before)).total())
 
 
-def _coded(mesh: Mesh) -> QuantizedValues:
+def _coded(mesh: Mesh) -> QuantisedValues:
     clean = sound(mesh)
     return quantise(clean, mesh_grid([clean]))
 
 
-def _steps_off(mesh: Mesh, made: QuantizedValues) -> float:
-    """How far a vertex moved along an axis, in steps of the quantization grid: half of one at most."""
+def _steps_off(mesh: Mesh, made: QuantisedValues) -> float:
+    """How far a vertex moved along an axis, in steps of the quantisation grid: half of one at most."""
     step, origin = np.array(made.grid.step), np.array(made.grid.origin)
     places = made.positions * step + origin
     return float((np.abs(places - sound(mesh).positions.astype(np.float64)) / step).max())

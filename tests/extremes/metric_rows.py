@@ -206,7 +206,7 @@ def _cost_error(mesh: Mesh, made: dict[str, float]) -> float:
 def _coded(mesh: Mesh) -> tuple[Mesh, bytes]:
     clean = replace(sound(mesh), groups=())
     codes = quantise(clean, mesh_grid([clean]), direction_bits=8)
-    return clean, encode_glb([Lod(clean, 0.0, 0.0, quantized=codes)], "a")
+    return clean, encode_glb([Lod(clean, 0.0, 0.0, quantised=codes)], "a")
 
 
 def _quantised(mesh: Mesh) -> list[dict[str, float]]:

@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from paradize.data import Group, Mesh, QuantizationGrid
-from paradize.formats.glb.quantized import decoded_mesh
+from paradize.data import Group, Mesh, QuantisationGrid
+from paradize.formats.glb.quantised import decoded_mesh
 from paradize.formats.glb.tiles import TilePatch, encode_tiles
 from paradize.stages.quantise import direction_bits, quantise
 
@@ -133,7 +133,7 @@ def _error_m(mesh: Mesh, height: Height) -> float:
 
 
 def _tile_patch(
-    index: int, mesh: Mesh, error_m: float, finest: bool, grid: QuantizationGrid | None
+    index: int, mesh: Mesh, error_m: float, finest: bool, grid: QuantisationGrid | None
 ) -> TilePatch:
     if grid is None:
         return TilePatch(index, mesh, error_m, finest)
@@ -150,13 +150,13 @@ def tiled(
     repeat: float = 8.0,
     error_m: float | None = None,
     tiles: int = 2,
-    grid: QuantizationGrid | None = None,
+    grid: QuantisationGrid | None = None,
     torn: bool = False,
 ) -> Tiled:
     """A square terrain around the origin.
 
-    error_m: error of the roots, halved every other level; None: measured. grid: step of the quantization
-    grid, if vertices are quantized. torn: every patch is a thousandth too narrow, which opens cracks."""
+    error_m: error of the roots, halved every other level; None: measured. grid: step of the quantisation
+    grid, if vertices are quantised. torn: every patch is a thousandth too narrow, which opens cracks."""
     patches, members = _tree(levels)
     meshes = [_mesh(*_cut(patch.corners, refine), size_m, height, repeat) for patch in patches]
     if torn:

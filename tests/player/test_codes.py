@@ -1,4 +1,4 @@
-"""A quantized mesh is drawn like the same mesh in floats."""
+"""A quantised mesh is drawn like the same mesh in floats."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def picture(folder: Path, player: Callable[..., Any], glb: bytes) -> np.ndarray:
 
 
 def tilted() -> Mesh:
-    """The box on one of its edges, because quantized normals along an axis would be exact."""
+    """The box on one of its edges, because quantised normals along an axis would be exact."""
     box = synthetic.box()
     turn = np.array([[0.36, 0.48, -0.8], [-0.8, 0.6, 0.0], [0.48, 0.64, 0.6]])
     assert box.normals is not None
@@ -48,14 +48,14 @@ def tilted() -> Mesh:
 
 
 @pytest.mark.parametrize(("direction_deg", "kind"), [(0.1, np.int16), (1.0, np.int8)])
-def test_a_quantized_mesh_is_drawn_like_floats(
+def test_a_quantised_mesh_is_drawn_like_floats(
     tmp_path: Path, player: Callable[..., Any], direction_deg: float, kind: type
 ) -> None:
     lods = [Lod(tilted(), 0.0, 0.0), Lod(tilted(), 0.02, 0.01)]
     codes = quantised_levels(lods, direction_deg=direction_deg)
-    assert codes[0].quantized is not None
-    assert codes[0].quantized.normals is not None
-    assert codes[0].quantized.normals.dtype == kind
+    assert codes[0].quantised is not None
+    assert codes[0].quantised.normals is not None
+    assert codes[0].quantised.normals.dtype == kind
     floats = picture(tmp_path / "floats", player, encode_glb(lods, "box"))
     drawn = picture(tmp_path / "codes", player, encode_glb(codes, "box"))
     other = picture(tmp_path / "other", player, encode_glb([Lod(synthetic.box(), 0.0, 0.0)] * 2, "box"))

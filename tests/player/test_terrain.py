@@ -284,7 +284,7 @@ def test_no_crack_opens_in_flight_while_patches_are_evicted(player: Player, tmp_
 
 
 @pytest.mark.deep
-def test_a_quantized_terrain_is_drawn_like_floats_in_every_view(player: Player, tmp_path: Path) -> None:
+def test_a_quantised_terrain_is_drawn_like_floats_in_every_view(player: Player, tmp_path: Path) -> None:
     """Picture, mirror, refraction and shadow of the same patches: with codes a surface moves by no more than
     the grid says, so that pictures differ where an edge crosses a pixel, and there by little."""
     steps = 64

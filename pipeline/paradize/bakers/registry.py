@@ -30,7 +30,7 @@ class Product:
     data: bytes | Path
 
 
-# The errors of quantized vertices, where they are quantized.
+# The errors of quantised vertices, where they are quantised.
 QUANTISED = (
     "quantise_max", "quantise_p99", "quantise_rms", "quantise_max_m",
     "quantise_normal_max_deg", "quantise_normal_p99_deg", "quantise_normal_mean_deg",

@@ -73,7 +73,7 @@ def mesh_facts(glb: bytes, name: str) -> MeshFacts:
             tree["accessors"][primitive["attributes"]["POSITION"]]
             for primitive in tree["meshes"][nodes[0]["mesh"]]["primitives"]
         ]
-        step = nodes[0].get("scale", [1.0, 1.0, 1.0])  # quantized values become metres
+        step = nodes[0].get("scale", [1.0, 1.0, 1.0])  # quantised values become metres
         origin = nodes[0].get("translation", [0.0, 0.0, 0.0])
         low = tuple(origin[k] + step[k] * min(float(a["min"][k]) for a in accessors) for k in range(3))
         high = tuple(origin[k] + step[k] * max(float(a["max"][k]) for a in accessors) for k in range(3))

@@ -190,12 +190,12 @@ def terrain_files(path: Path, settings: TerrainSettings, *, tier: str) -> BakedF
         "tier": made.tier,
         "bytes": len(made.glb),
         "quantised": settings.quantise,
-        **made.quantization_errors,
+        **made.quantisation_errors,
         "warnings": made.warnings,
     }
     errors = {"terrain_max_m": made.max_error_m, "terrain_rms_m": made.rms_error_m}
     rows = [(path.stem, made.tier, errors, len(made.glb))]
-    return BakedFiles({path.stem: made.glb}, report, rows, {"terrain": errors | made.quantization_errors})
+    return BakedFiles({path.stem: made.glb}, report, rows, {"terrain": errors | made.quantisation_errors})
 
 
 def map_files(path: Path, settings: MapSettings, *, tier: str, uv: Path | None = None) -> BakedFiles:

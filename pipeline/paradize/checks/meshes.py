@@ -16,7 +16,7 @@ from paradize.kernels.reference import Surface
 _ROUNDING = 1e-7  # of the diagonal: errors that differ by less are equal, because positions are float32
 _APART = 1e-4  # share by which rounding may lift a measured distance above the stated bound
 _SAMPLES = 2_000  # in addition to ten in every triangle
-_UNIT = 2e-3  # how far a length may be from 1 and a dot product from 0, in addition to quantization
+_UNIT = 2e-3  # how far a length may be from 1 and a dot product from 0, in addition to quantisation
 
 
 def check_mesh(data: bytes, file: str) -> Iterator[Finding]:

@@ -92,11 +92,11 @@ def _term(name: str, moved: Moved) -> dict[str, Any]:
 
 
 def _parts(levels: Sequence[dict[str, float]], error_m: float, px: float) -> dict[str, float]:
-    """The parts of level 0's error, in pixels. Quantization counts at the level that it moves most."""
+    """The parts of level 0's error, in pixels. Quantisation counts at the level that it moves most."""
     if not (error_m > 0.0 and isfinite(px)):
         return {}
-    quantized = max(level.get("quantise_max_m", 0.0) for level in levels)
-    parts = {"loading": levels[0].get("load_max_m", 0.0), "quantisation": quantized}
+    quantised = max(level.get("quantise_max_m", 0.0) for level in levels)
+    parts = {"loading": levels[0].get("load_max_m", 0.0), "quantisation": quantised}
     rest = error_m - sum(parts.values())
     if rest > 1e-3 * error_m:  # less may be rounding
         parts["simplification"] = rest

@@ -1,4 +1,4 @@
-"""The error of quantization: vertices decoded from a GLB as glTF prescribes, against the original vertices,
+"""The error of quantisation: vertices decoded from a GLB as glTF prescribes, against the original vertices,
 in float64.
 
 Reads the bytes of the file with a reader of its own, independent of the writer: positions by the node's

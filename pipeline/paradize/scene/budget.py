@@ -58,10 +58,10 @@ METRICS = {
     ),
     "quantise_max": Limit("of the diagonal", True, 1.0, "how far 16-bit positions moved a vertex"),
     "quantise_max_m": Limit("m", True, FAR, "how far 16-bit positions moved a vertex"),
-    "quantise_normal_max_deg": Limit("degrees", True, 180.0, "how far quantization turned a vertex normal"),
-    "quantise_tangent_max_deg": Limit("degrees", True, 180.0, "how far quantization turned a vertex tangent"),
+    "quantise_normal_max_deg": Limit("degrees", True, 180.0, "how far quantisation turned a vertex normal"),
+    "quantise_tangent_max_deg": Limit("degrees", True, 180.0, "how far quantisation turned a vertex tangent"),
     "quantise_uv_max": Limit(
-        "of the image's side", True, 1.0, "how far quantization moved a texture coordinate"
+        "of the image's side", True, 1.0, "how far quantisation moved a texture coordinate"
     ),
     "uv_shift_max": Limit(
         "of the diagonal", True, 1.0, "how far the texture slides on a level, the largest of the samples"
@@ -142,8 +142,8 @@ REPORTED = {
     ),
     "normal_encoding_max_deg": ("degrees", "largest angle that storing the normals in this format adds"),
     "terrain_tile_max_m": ("m", "largest vertical distance of any patch, the coarse ones too"),
-    "quantise_color_max": ("linear value", "how far quantization moved a vertex colour"),
-    "quantise_sway_max": ("of the farthest's", "how far quantization changed how a vertex sways"),
+    "quantise_color_max": ("linear value", "how far quantisation moved a vertex colour"),
+    "quantise_sway_max": ("of the farthest's", "how far quantisation changed how a vertex sways"),
     "path_jump_m": ("m", "largest gap between two segments of the camera path"),
     "path_jump_m_per_u": ("m per segment", "largest jump of the velocity between two segments"),
     "path_jump_m_per_u2": ("m per segment squared", "largest jump of the acceleration between two segments"),

@@ -51,7 +51,7 @@ def normal_rows(height_map: HeightMap, first: int, last: int, *, threads: int = 
 
 
 def _slopes(height_map: HeightMap, name: str, first: int, last: int) -> tuple[F32, F32]:
-    """Returns the slopes of rows along x and down y, heights per texel, by a filter. Quantized heights are
+    """Returns the slopes of rows along x and down y, heights per texel, by a filter. Quantised heights are
     in 0..1, so no slope is too steep to be computed from a unit normal."""
     taps = taps_of(name)
     normal = normals.normals_from_heights(

@@ -1,4 +1,4 @@
-"""Quantizes vertices to integers, as in KHR_mesh_quantization: smaller meshes, with a known error.
+"""Quantises vertices to integers, as in KHR_mesh_quantization: smaller meshes, with a known error.
 
 All levels of a mesh, or all parts of a terrain, use one grid: vertices at one position stay at one position,
 so seams, welds and borders stay closed. Directions take 8 bits where the largest error allows it, else 16.
@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from paradize.data import Mesh, QuantizationGrid, QuantizedValues
+from paradize.data import Mesh, QuantisationGrid, QuantisedValues
 from paradize.errors import BakeError
 
 LARGEST_CODE = 65535
@@ -31,7 +31,7 @@ _ROOM = 8
 _DEGREES = 180.0 / 3.141592653589793
 
 
-def mesh_grid(meshes: Sequence[Mesh]) -> QuantizationGrid:
+def mesh_grid(meshes: Sequence[Mesh]) -> QuantisationGrid:
     """Returns the finest grid of equal steps that spans all vertices of the meshes.
 
     Step and origin are float32 values, as the graphics card uses them. Raises BakeError if the mesh is too
@@ -53,7 +53,7 @@ def mesh_grid(meshes: Sequence[Mesh]) -> QuantizationGrid:
                 mend="scale the model up, or leave its floats as they are",
             )
     x, y, z = (float(value) for value in lows)
-    return QuantizationGrid((step, step, step), (x, y, z))
+    return QuantisationGrid((step, step, step), (x, y, z))
 
 
 def terrain_grid(
@@ -61,7 +61,7 @@ def terrain_grid(
     size_m: tuple[float, float],
     heights_m: tuple[float, float],
     max_error_m: float = 0.0,
-) -> QuantizationGrid:
+) -> QuantisationGrid:
     """Returns the grid of a whole terrain: x and z count columns and rows of its pixels, y spans its heights.
 
     shape: (rows, columns), at most 65,536 each. size_m: (x, z), first to last pixel. heights_m: (lowest,
@@ -84,27 +84,27 @@ def terrain_grid(
     up = float(np.nextafter(up, np.inf))
     if min(across, along, up) < _LEAST_STEP:
         raise BakeError("the terrain is too small for 16-bit positions", mend="leave its floats as they are")
-    return QuantizationGrid((across, up, along), (-0.5 * size_m[0], low, -0.5 * size_m[1]))
+    return QuantisationGrid((across, up, along), (-0.5 * size_m[0], low, -0.5 * size_m[1]))
 
 
 def quantise(
-    mesh: Mesh, grid: QuantizationGrid, *, direction_bits: int = 16, float_uvs: bool | None = None
-) -> QuantizedValues:
-    """Returns the mesh's vertices quantized to a grid. direction_bits: 8, 16 or 32 (float32) for normals and
+    mesh: Mesh, grid: QuantisationGrid, *, direction_bits: int = 16, float_uvs: bool | None = None
+) -> QuantisedValues:
+    """Returns the mesh's vertices quantised to a grid. direction_bits: 8, 16 or 32 (float32) for normals and
     tangents. float_uvs: whether the first texture coordinates stay float32; None: if they leave 0 to 1. Parts
     of one terrain must set it, because only some of them leave 0 to 1.
 
     The result of a vertex depends on that vertex only. Raises BakeError for a vertex outside the grid.
     """
     step, origin = np.array(grid.step), np.array(grid.origin)
-    quantized = np.rint((mesh.positions.astype(np.float64) - origin) / step)
-    if quantized.size and (quantized.min() < 0 or quantized.max() > LARGEST_CODE):
-        at = int(np.flatnonzero(((quantized < 0) | (quantized > LARGEST_CODE)).any(axis=1))[0])
-        raise BakeError(f"a vertex outside the grid of 16-bit positions: values {quantized[at].tolist()}")
+    quantised = np.rint((mesh.positions.astype(np.float64) - origin) / step)
+    if quantised.size and (quantised.min() < 0 or quantised.max() > LARGEST_CODE):
+        at = int(np.flatnonzero(((quantised < 0) | (quantised > LARGEST_CODE)).any(axis=1))[0])
+        raise BakeError(f"a vertex outside the grid of 16-bit positions: values {quantised[at].tolist()}")
     stretch = None if grid.uniform else step
-    return QuantizedValues(
+    return QuantisedValues(
         grid=grid,
-        positions=quantized.astype(np.uint16),
+        positions=quantised.astype(np.uint16),
         normals=_directions(mesh.normals, stretch, direction_bits),
         tangents=_directions(mesh.tangents, None if stretch is None else 1.0 / stretch, direction_bits),
         uvs=mesh.uvs if float_uvs else _shares(mesh.uvs),
@@ -115,16 +115,16 @@ def quantise(
 
 
 def quantise_levels(
-    meshes: Sequence[Mesh], grid: QuantizationGrid, *, direction_deg: float = DIRECTION_DEG
-) -> list[QuantizedValues]:
-    """Quantizes all levels of a mesh to one grid. direction_deg: normals and tangents of all levels take 8
+    meshes: Sequence[Mesh], grid: QuantisationGrid, *, direction_deg: float = DIRECTION_DEG
+) -> list[QuantisedValues]:
+    """Quantises all levels of a mesh to one grid. direction_deg: normals and tangents of all levels take 8
     bits if that turns none of them by more than this, else 16."""
     eight = [quantise(mesh, grid, direction_bits=8) for mesh in meshes]
-    turned = max(_most_turned(mesh, quantized) for mesh, quantized in zip(meshes, eight, strict=True))
+    turned = max(_most_turned(mesh, quantised) for mesh, quantised in zip(meshes, eight, strict=True))
     return eight if turned <= direction_deg else [quantise(mesh, grid) for mesh in meshes]
 
 
-def direction_bits(grid: QuantizationGrid, direction_deg: float = DIRECTION_DEG) -> int:
+def direction_bits(grid: QuantisationGrid, direction_deg: float = DIRECTION_DEG) -> int:
     """Returns the bits of directions that keep the bound on any mesh of a grid: 8, 16, or 32 for floats. It
     depends on the grid alone, so all parts of a terrain take the same."""
     # Half a code along each axis, magnified by no more than the ratio of the steps.
@@ -164,20 +164,20 @@ def _colors(values: npt.NDArray[np.float32] | None) -> Any:
     if values is None:
         return None
     wide = values.astype(np.float64)
-    quantized = np.rint(wide * 255.0)
-    if np.abs(quantized / 255.0 - wide).max() <= 1e-6:
-        return quantized.astype(np.uint8)
+    quantised = np.rint(wide * 255.0)
+    if np.abs(quantised / 255.0 - wide).max() <= 1e-6:
+        return quantised.astype(np.uint8)
     return np.rint(wide * LARGEST_CODE).astype(np.uint16)
 
 
-def _most_turned(mesh: Mesh, quantized: QuantizedValues) -> float:
-    """Returns a bound on the largest angle between a direction and its quantized value, in degrees. Both are
+def _most_turned(mesh: Mesh, quantised: QuantisedValues) -> float:
+    """Returns a bound on the largest angle between a direction and its quantised value, in degrees. Both are
     compared in metres, not in steps of the grid. Uses the sine for the angle, which is small."""
     most = 0.0
-    step = np.array(quantized.grid.step)
+    step = np.array(quantised.grid.step)
     for values, coded, stretch in (
-        (mesh.normals, quantized.normals, 1.0 / step),
-        (mesh.tangents, quantized.tangents, step),
+        (mesh.normals, quantised.normals, 1.0 / step),
+        (mesh.tangents, quantised.tangents, step),
     ):
         if values is None or coded is None:
             continue

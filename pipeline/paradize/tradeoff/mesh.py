@@ -1,4 +1,4 @@
-"""The stages of a mesh: UV atlas, levels of detail, tangent frames, vertex quantization, draw order."""
+"""The stages of a mesh: UV atlas, levels of detail, tangent frames, vertex quantisation, draw order."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ from paradize.tradeoff.timing import Trial, TrialGroup, TrialResult, timed
 
 Settings = dict[str, Any]
 _BESIDE = ("lod_normal_p99_deg", "uv_shift_p99")  # what levels do to light and texture
-# Vertex formats -> how many degrees quantization may turn normals and tangents; None: floats.
+# Vertex formats -> how many degrees quantisation may turn normals and tangents; None: floats.
 _VERTICES = {"16 bit, directions 8": 180.0, "16 bit": 0.0, "float32": None}
 
 
@@ -100,7 +100,7 @@ def mesh_groups(job: BakeJob, *, alone: bool = False) -> list[TrialGroup]:
         Trial(tier, vertex_tier, arguments | {"tier": tier}, tier, {} if tier == used else None)
         for tier in _VERTICES
     )
-    note = "The time is that of quantizing and writing level 0."
+    note = "The time is that of quantising and writing level 0."
     metrics = ("quantise_normal_max_deg", "quantise_max_m", "quantise_tangent_max_deg")
     found.append(TrialGroup(f"{name} vertices", "quantisation", artifact, metrics, trials, note=note))
     order_trial = Trial("only tier", order_tier, arguments, None, {})
@@ -245,15 +245,15 @@ def tangent_tier(path: Path, settings: Settings, tier: str, runs: int | None) ->
 
 
 def vertex_tier(path: Path, settings: Settings, tier: str, runs: int | None) -> TrialResult:
-    """Writes level 0 as floats or quantized; the file's values against the floats."""
+    """Writes level 0 as floats or quantised; the file's values against the floats."""
     mesh = _framed(_laid_out(path, settings), settings["tangents"])
     degrees = _VERTICES[tier]
 
     def write() -> bytes:
-        quantized = None
+        quantised = None
         if degrees is not None:
-            (quantized,) = quantise_levels([mesh], mesh_grid([mesh]), direction_deg=degrees)
-        return encode_glb([Lod(mesh, 0.0, 0.0, quantized=quantized)], "measured")
+            (quantised,) = quantise_levels([mesh], mesh_grid([mesh]), direction_deg=degrees)
+        return encode_glb([Lod(mesh, 0.0, 0.0, quantised=quantised)], "measured")
 
     seconds, glb = timed(write, runs)
     return TrialResult(seconds, quantised_errors(glb, [mesh]), len(glb))

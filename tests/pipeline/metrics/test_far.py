@@ -246,7 +246,7 @@ def test_what_is_read_back_is_what_was_written(origin: tuple[float, float, float
         again = encode_glb(back, "ball")
         assert document(again)["nodes"] == document(data)["nodes"]
         for lod, found in zip(lods, back, strict=True):
-            step = lod.quantized.grid.step[0] if lod.quantized else 0.0
+            step = lod.quantised.grid.step[0] if lod.quantised else 0.0
             assert (
                 np.abs(found.mesh.absolute_positions - lod.mesh.absolute_positions).max()
                 <= 0.51 * step + 1e-9

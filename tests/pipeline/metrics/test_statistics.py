@@ -206,7 +206,7 @@ def test_vertices_and_directions_that_moved_are_told_by_their_number(axis: int) 
         groups=(),
     )
     codes = quantise(mesh, mesh_grid([mesh]))
-    glb = encode_glb([Lod(mesh, 0.0, 0.0, quantized=codes)], "ball")
+    glb = encode_glb([Lod(mesh, 0.0, 0.0, quantised=codes)], "ball")
     far = np.zeros(1000)
     far[100:105], far[400:420] = 0.1, 0.02
     off = np.zeros((1000, 3))

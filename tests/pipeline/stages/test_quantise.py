@@ -21,7 +21,7 @@ from paradize.build.manifest import mesh_facts
 from paradize.build.options import BuildOptions
 from paradize.checks import check_paths
 from paradize.checks.meshes import check_mesh
-from paradize.data import Heightfield, Lod, Mesh, QuantizationGrid
+from paradize.data import Heightfield, Lod, Mesh, QuantisationGrid
 from paradize.errors import BakeError, FormatError
 from paradize.formats.glb.encode import encode_glb
 from paradize.formats.glb.reader import decode_glb
@@ -55,11 +55,11 @@ def test_codes_come_back_as_they_went_in() -> None:
     lods, data = coded(ball(24), ball(12))
     back = decode_glb(data)
     for ours, found in zip(lods, back, strict=True):
-        assert ours.quantized is not None
-        assert found.quantized is not None
-        assert found.quantized.grid == ours.quantized.grid
+        assert ours.quantised is not None
+        assert found.quantised is not None
+        assert found.quantised.grid == ours.quantised.grid
         for name in ("positions", "normals", "tangents", "uvs"):
-            assert np.array_equal(getattr(found.quantized, name), getattr(ours.quantized, name)), name
+            assert np.array_equal(getattr(found.quantised, name), getattr(ours.quantised, name)), name
         assert found.errors == ours.errors
     assert encode_glb(back, "coded") == data
 
@@ -67,7 +67,7 @@ def test_codes_come_back_as_they_went_in() -> None:
 def test_floats_stay_as_they_were_where_nothing_asks_for_codes() -> None:
     mesh = ball()
     (lod,) = decode_glb(encode_glb([Lod(mesh, 0.0, 0.0)], "ball"))
-    assert lod.quantized is None
+    assert lod.quantised is None
     assert np.array_equal(lod.mesh.positions, mesh.positions)
 
 
@@ -77,12 +77,12 @@ def test_no_vertex_moves_by_more_than_half_a_step_along_each_axis(scale: float, 
     shape = ball(20)
     mesh = replace(shape, positions=((shape.positions.astype(float) + offset) * scale).astype(np.float32))
     (lod,), data = coded(mesh)
-    assert lod.quantized is not None
-    step = lod.quantized.grid.step[0]
+    assert lod.quantised is not None
+    step = lod.quantised.grid.step[0]
     size = 2.0 * scale
     assert step == pytest.approx(size / 65535, rel=1e-3)
     node = document(data)["nodes"][0]
-    there = np.array(node["translation"]) + lod.quantized.positions.astype(float) * np.array(node["scale"])
+    there = np.array(node["translation"]) + lod.quantised.positions.astype(float) * np.array(node["scale"])
     assert np.abs(there - mesh.positions.astype(float)).max() <= 0.5000001 * step
     assert 0.1 * step < lod.errors["quantise_max_m"] <= 0.87 * step
     assert list(check_mesh(data, "ball.glb")) == []
@@ -148,20 +148,20 @@ def test_one_place_stays_one_place_in_every_level() -> None:
     lods, _ = coded(fine, coarse)
     seen: dict[bytes, bytes] = {}
     for lod in lods:
-        assert lod.quantized is not None
-        for place, code in zip(lod.mesh.positions + np.float32(0), lod.quantized.positions, strict=True):
+        assert lod.quantised is not None
+        for place, code in zip(lod.mesh.positions + np.float32(0), lod.quantised.positions, strict=True):
             assert seen.setdefault(place.tobytes(), code.tobytes()) == code.tobytes()
-    assert len({lod.quantized.grid for lod in lods if lod.quantized}) == 1
+    assert len({lod.quantised.grid for lod in lods if lod.quantised}) == 1
 
 
 def test_eight_bits_serve_where_they_are_near_enough() -> None:
     for direction_deg, kind in ((1.0, np.int8), (0.1, np.int16)):
         (lod,), data = coded(ball(), direction_deg=direction_deg)
-        assert lod.quantized is not None
-        assert lod.quantized.normals is not None
-        assert lod.quantized.normals.dtype == kind
-        assert lod.quantized.tangents is not None
-        assert lod.quantized.tangents.dtype == kind
+        assert lod.quantised is not None
+        assert lod.quantised.normals is not None
+        assert lod.quantised.normals.dtype == kind
+        assert lod.quantised.tangents is not None
+        assert lod.quantised.tangents.dtype == kind
         assert 0 < lod.errors["quantise_normal_max_deg"] <= direction_deg
         assert 0 < lod.errors["quantise_tangent_max_deg"] <= direction_deg
         assert list(check_mesh(data, "ball.glb")) == []
@@ -189,13 +189,13 @@ def test_colours_of_eight_bits_stay_exact_and_others_take_sixteen() -> None:
     (exact,), data = coded(replace(mesh, colors=palette))
     assert exact.errors["quantise_color_max"] < 1e-6
     back = decode_glb(data)[0]
-    assert back.quantized is not None
-    assert back.quantized.colors is not None
-    assert back.quantized.colors.dtype == np.uint8
+    assert back.quantised is not None
+    assert back.quantised.colors is not None
+    assert back.quantised.colors.dtype == np.uint8
     (other,), _ = coded(replace(mesh, colors=palette * np.float32(0.9)))
-    assert other.quantized is not None
-    assert other.quantized.colors is not None
-    assert other.quantized.colors.dtype == np.uint16
+    assert other.quantised is not None
+    assert other.quantised.colors is not None
+    assert other.quantised.colors.dtype == np.uint16
     assert 1e-7 < other.errors["quantise_color_max"] < 1e-5
 
 
@@ -224,9 +224,9 @@ def test_indices_keep_their_rule_and_every_code_of_65536_is_used(count: int, com
     (lod,), data = coded(mesh)
     found = document(data)
     assert found["accessors"][found["meshes"][0]["primitives"][0]["indices"]]["componentType"] == component
-    assert lod.quantized is not None
-    assert lod.quantized.positions[:, 0].max() == 65535
-    assert len(np.unique(lod.quantized.positions[:, 0])) == count
+    assert lod.quantised is not None
+    assert lod.quantised.positions[:, 0].max() == 65535
+    assert len(np.unique(lod.quantised.positions[:, 0])) == count
 
 
 def test_the_file_needs_the_extension_and_its_rows_start_at_multiples_of_four() -> None:
@@ -304,7 +304,7 @@ def test_the_checker_sees_a_bad_normal_among_codes() -> None:
     assert codes.normals is not None
     short = codes.normals.copy()
     short[5] //= 2
-    data = encode_glb([Lod(mesh, 0.0, 0.0, quantized=replace(codes, normals=short))], "ball")
+    data = encode_glb([Lod(mesh, 0.0, 0.0, quantised=replace(codes, normals=short))], "ball")
     assert [finding.code for finding in check_mesh(data, "ball.glb")] == ["PZ203"]
 
 
@@ -334,7 +334,7 @@ def dunes(rows: int = 65, columns: int = 97) -> Heightfield:
     return Heightfield(heights.astype(np.float32), 0.5 * (columns - 1), 0.4 * (rows - 1))
 
 
-def grid_of(field: Heightfield, max_error_m: float = 0.0) -> QuantizationGrid:
+def grid_of(field: Heightfield, max_error_m: float = 0.0) -> QuantisationGrid:
     heights = field.heights_m
     return terrain_grid(
         (heights.shape[0], heights.shape[1]),
@@ -390,7 +390,7 @@ def test_a_viewer_that_follows_the_standard_sees_a_terrains_normals(max_error_m:
     assert direction_bits(grid) == bits
     mesh, _ = part(field, range(65), range(97))
     seen, codes = quantised_terrain(mesh, grid)
-    data = encode_glb([Lod(mesh, 0.0, 0.0, quantized=codes)], "terrain")
+    data = encode_glb([Lod(mesh, 0.0, 0.0, quantised=codes)], "terrain")
     found = quantised_errors(data, [mesh])[0]
     assert found["quantise_normal_max_deg"] < 0.1
     assert found["quantise_tangent_max_deg"] < 0.1
@@ -412,11 +412,11 @@ def test_a_flat_terrain_and_one_of_65536_pixels_a_side_have_a_grid() -> None:
 def test_levels_need_one_grid() -> None:
     fine, coarse = ball(), ball(10)
     (a,) = quantise_levels([fine], mesh_grid([fine]))
-    (b,) = quantise_levels([coarse], QuantizationGrid((1.0, 1.0, 1.0), (-1.0, -1.0, -1.0)))
-    with pytest.raises(BakeError, match="one quantization grid"):
-        encode_glb([Lod(fine, 0, 0, quantized=a), Lod(coarse, 0, 0, quantized=b)], "two")
+    (b,) = quantise_levels([coarse], QuantisationGrid((1.0, 1.0, 1.0), (-1.0, -1.0, -1.0)))
+    with pytest.raises(BakeError, match="one quantisation grid"):
+        encode_glb([Lod(fine, 0, 0, quantised=a), Lod(coarse, 0, 0, quantised=b)], "two")
     with pytest.raises(BakeError, match="outside the grid"):
-        quantise(fine, QuantizationGrid((1e-6, 1e-6, 1e-6), (0.0, 0.0, 0.0)))
+        quantise(fine, QuantisationGrid((1e-6, 1e-6, 1e-6), (0.0, 0.0, 0.0)))
 
 
 def hills(tmp_path: Path) -> Path:
@@ -434,15 +434,15 @@ def test_a_terrain_of_codes_keeps_the_bound_that_was_asked_for(tmp_path: Path, t
     made = bake_terrain(hills(tmp_path), TerrainSettings(**size, max_error_m=0.1, quantise=True), tier=tier)
     assert made.tier == tier
     assert 0 < made.max_error_m <= 0.1
-    assert 0 < made.quantization_errors["quantise_max_m"] <= 0.1 / 8
-    assert made.quantization_errors["quantise_normal_max_deg"] <= 0.1
+    assert 0 < made.quantisation_errors["quantise_max_m"] <= 0.1 / 8
+    assert made.quantisation_errors["quantise_normal_max_deg"] <= 0.1
     assert len(made.glb) / made.vertices < 0.8 * len(plain.glb) / plain.vertices
     assert list(check_mesh(made.glb, "terrain.glb")) == []
     node = document(made.glb)["nodes"][0]
-    assert node["extras"]["quantise_max_m"] == made.quantization_errors["quantise_max_m"]
+    assert node["extras"]["quantise_max_m"] == made.quantisation_errors["quantise_max_m"]
     (lod,) = decode_glb(made.glb)
-    assert lod.quantized is not None
-    assert lod.quantized.positions.max(axis=0)[[0, 2]].tolist() == [160, 128]
+    assert lod.quantised is not None
+    assert lod.quantised.positions.max(axis=0)[[0, 2]].tolist() == [160, 128]
 
 
 def test_a_bound_finer_than_codes_is_refused_and_told(tmp_path: Path) -> None:
@@ -451,7 +451,7 @@ def test_a_bound_finer_than_codes_is_refused_and_told(tmp_path: Path) -> None:
         bake_terrain(hills(tmp_path), settings)
 
 
-def tile_of(field: Heightfield, grid: QuantizationGrid | None) -> bytes:
+def tile_of(field: Heightfield, grid: QuantisationGrid | None) -> bytes:
     patches = []
     for index, columns in enumerate((range(41), range(40, 97))):
         mesh, _ = part(field, range(65), columns)
@@ -467,14 +467,14 @@ def test_a_tile_of_codes_comes_back_and_its_patches_meet() -> None:
     grid = grid_of(field, 0.1)
     data = tile_of(field, grid)
     west, east = decode_tile(data)
-    assert west.quantized is not None
-    assert east.quantized is not None
-    assert west.quantized.grid == east.quantized.grid == grid
-    left, right = west.quantized.positions[:, 0] == 40, east.quantized.positions[:, 0] == 40
+    assert west.quantised is not None
+    assert east.quantised is not None
+    assert west.quantised.grid == east.quantised.grid == grid
+    left, right = west.quantised.positions[:, 0] == 40, east.quantised.positions[:, 0] == 40
     assert left.sum() == right.sum() == 65
-    assert np.array_equal(west.quantized.positions[left], east.quantized.positions[right])
+    assert np.array_equal(west.quantised.positions[left], east.quantised.positions[right])
     assert np.array_equal(west.mesh.positions[left], east.mesh.positions[right])
-    assert np.array_equal(west.quantized.normals[left], east.quantized.normals[right])  # type: ignore[index]
+    assert np.array_equal(west.quantised.normals[left], east.quantised.normals[right])  # type: ignore[index]
     meshes = [part(field, range(65), columns)[0] for columns in (range(41), range(40, 97))]
     for errors in quantised_errors(data, meshes):
         assert 0 < errors["quantise_max_m"] <= 0.1 / 8
@@ -493,7 +493,7 @@ def test_patches_of_two_grids_are_no_terrain() -> None:
         TilePatch(index, mesh, 0.0, True, quantised_terrain(mesh, grid_of(field, bound))[1])
         for index, bound in enumerate((0.0, 0.1))
     ]
-    with pytest.raises(BakeError, match="one quantization grid"):
+    with pytest.raises(BakeError, match="one quantisation grid"):
         list(encode_tiles(patches))
 
 
@@ -512,7 +512,7 @@ def test_a_scenes_budget_decides_how_its_objects_codes_are_made(
     assert 0 < entry["errors"]["quantise_normal_max_deg"] <= accepted
     assert entry["errors"]["quantise_max_m"] > 0
     assert all("quantise_max" in level for level in entry["levels"])
-    codes = decode_glb((tmp_path / "out" / entry["file"]).read_bytes())[0].quantized
+    codes = decode_glb((tmp_path / "out" / entry["file"]).read_bytes())[0].quantised
     assert codes is not None
     assert codes.normals is not None
     assert codes.normals.dtype == kind

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from paradize.data import Lod, Mesh, QuantizationGrid
+from paradize.data import Lod, Mesh, QuantisationGrid
 from paradize.formats.glb.encode import encode_glb
 from paradize.metrics.quantised import quantised_errors
 from paradize.stages.quantise import (
@@ -35,7 +35,7 @@ def test_a_grid_spans_its_mesh_with_the_least_step_that_a_float_can_have(seed: i
 def test_bits_of_directions_keep_half_the_diagonal_of_a_code_inside_the_bound() -> None:
     """Half a code along each of three axes: sqrt(3) / 2 of it, and more by how far steps differ."""
     for ratio in (1.0, 20.0):
-        step_grid = QuantizationGrid((1.0, 1.0 / ratio, 0.5), (0.0, 0.0, 0.0))
+        step_grid = QuantisationGrid((1.0, 1.0 / ratio, 0.5), (0.0, 0.0, 0.0))
         for bits, above in ((8, 16), (16, 32)):
             bound = np.degrees(np.sqrt(3) / 2 / (2 ** (bits - 1) - 1)) * max(ratio, 2.0)
             assert direction_bits(step_grid, bound * 1.001) == bits
@@ -76,7 +76,7 @@ def test_texture_coordinates_just_outside_stay_floats(value: float) -> None:
 
 def encoded(*meshes: Mesh) -> bytes:
     step_grid = mesh_grid(meshes)
-    return encode_glb([Lod(mesh, 0.0, 0.0, quantized=quantise(mesh, step_grid)) for mesh in meshes], "codes")
+    return encode_glb([Lod(mesh, 0.0, 0.0, quantised=quantise(mesh, step_grid)) for mesh in meshes], "codes")
 
 
 def test_all_levels_errors_are_shares_of_the_first_ones_diagonal() -> None:

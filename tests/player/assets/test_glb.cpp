@@ -130,8 +130,8 @@ TEST_CASE("GLB: data outside the buffer is reported with its correct offset") {
 
 namespace {
 
-/// One quantized triangle: positions in bytes 0 to 24, normals 24 to 36, UVs 36 to 48, indices 48 to 54.
-std::string quantized_json() {
+/// One quantised triangle: positions in bytes 0 to 24, normals 24 to 36, UVs 36 to 48, indices 48 to 54.
+std::string quantised_json() {
     return R"({"asset":{"version":"2.0"},"extensionsRequired":["KHR_mesh_quantization"],"scene":0,
 "scenes":[{"nodes":[0]}],"nodes":[{"name":"lod0","mesh":0,"translation":[1,2,3],"scale":[0.5,0.25,0.125]}],
 "meshes":[{"primitives":[{"attributes":{"POSITION":0,"NORMAL":1,"TEXCOORD_0":2},"indices":3}]}],
@@ -147,8 +147,8 @@ std::string quantized_json() {
 
 } // namespace
 
-TEST_CASE("GLB: quantized attributes are read with types, strides and grid") {
-    const test::Bytes file = test::glb_file(quantized_json());
+TEST_CASE("GLB: quantised attributes are read with types, strides and grid") {
+    const test::Bytes file = test::glb_file(quantised_json());
     const assets::Glb glb = assets::read_glb(file, "a.glb");
     REQUIRE(glb.levels.size() == 1);
     const assets::GlbLevel &level = glb.levels[0];
@@ -159,11 +159,11 @@ TEST_CASE("GLB: quantized attributes are read with types, strides and grid") {
     CHECK(level.formats[3] == assets::GlbFormat{5123, true, 4});
     CHECK(glb.grid.step == std::array<float, 3>{0.5F, 0.25F, 0.125F});
     CHECK(glb.grid.origin == std::array<double, 3>{1.0, 2.0, 3.0});
-    CHECK(assets::read_glb(test::glb_file(test::glb_json()), "b.glb").grid == assets::QuantizationGrid());
+    CHECK(assets::read_glb(test::glb_file(test::glb_json()), "b.glb").grid == assets::QuantisationGrid());
 }
 
-TEST_CASE("GLB: unsupported quantized attributes are rejected with their place") {
-    const std::string json = quantized_json();
+TEST_CASE("GLB: unsupported quantised attributes are rejected with their place") {
+    const std::string json = quantised_json();
     check_refused(
         test::replaced(json, R"("componentType":5120,"normalized":true)", R"("componentType":5120)"),
         "NORMAL: must be normalized");

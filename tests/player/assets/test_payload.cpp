@@ -198,7 +198,7 @@ TEST_CASE("payload: bounds of positions and unit length of normals and tangents 
     CHECK(is_rejected(4, 1, std::nextafter(1e7F, infinity)));
 }
 
-TEST_CASE("payload: quantized values obey the same rules as floats") {
+TEST_CASE("payload: quantised values obey the same rules as floats") {
     Triangle<std::int8_t> bytes(5120);
     bytes.at(0, 0, 0) = 0;
     CHECK(error(bytes.glb()).empty());

@@ -17,9 +17,9 @@ from threading import Lock
 import numpy as np
 
 from paradize.bakers.terrain.tree import Diamond, Patch, Tree, area_of, around, box_middle, error_of
-from paradize.data import Heightfield, Mesh, QuantizationGrid, QuantizedValues
+from paradize.data import Heightfield, Mesh, QuantisationGrid, QuantisedValues
 from paradize.errors import BakeError
-from paradize.formats.glb.quantized import decoded_mesh
+from paradize.formats.glb.quantised import decoded_mesh
 from paradize.kernels.terrain import patch
 from paradize.kernels.threads import default_threads
 from paradize.metrics.terrain import TerrainError, patch_error
@@ -53,7 +53,7 @@ class Grower:
         query: VisibilityQuery | None,
         quantise: bool = False,
     ) -> None:
-        """query: None needs everything. quantise: vertices are quantized to one grid, and errors include
+        """query: None needs everything. quantise: vertices are quantised to one grid, and errors include
         that. Raises BakeError if there is no such grid."""
         rows, columns = heightfield.heights_m.shape
         self.heightfield, self.max_error_m, self.sand_repeat = heightfield, max_error_m, sand_repeat
@@ -61,7 +61,7 @@ class Grower:
         self.shape = Shape(rows, columns, leaf_px)
         self.blocks = Blocks.of(heightfield.heights_m, max(1, leaf_px // 2))
         low, high = float(self.blocks.low.min()), float(self.blocks.high.max())
-        self.grid: QuantizationGrid | None = None
+        self.grid: QuantisationGrid | None = None
         if quantise:
             sizes = heightfield.size_x_m, heightfield.size_z_m
             self.grid = terrain_grid((rows, columns), sizes, (low, high), max_error_m)
@@ -103,7 +103,7 @@ class Grower:
             sand_repeat=self.sand_repeat,
         )
 
-    def quantized(self, mesh: Mesh) -> QuantizedValues | None:
+    def quantised(self, mesh: Mesh) -> QuantisedValues | None:
         """The vertices of a patch's mesh as a file shall hold them; None: as floats."""
         if self.grid is None:
             return None
@@ -113,7 +113,7 @@ class Grower:
 
     def _shown(self, mesh: Mesh) -> Mesh:
         """The mesh as a reader of its file has it."""
-        values = self.quantized(mesh)
+        values = self.quantised(mesh)
         return mesh if values is None else decoded_mesh(mesh, values)
 
     def tolerance_m(self, level: int) -> float:
@@ -302,7 +302,7 @@ class Grower:
         return Tree(patches, diamonds, left, round(bytes_left), asked if asked < math.inf else None)
 
     def _bytes(self, known: Patch) -> int:
-        """About how long a patch is in a tile: 56 bytes a vertex as floats, 28 or so quantized."""
+        """About how long a patch is in a tile: 56 bytes a vertex as floats, 28 or so quantised."""
         vertices, triangles = known.sizes
         return (56 if self.grid is None else 28) * vertices + 6 * triangles + _BYTES
 

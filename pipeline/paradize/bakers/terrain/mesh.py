@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from paradize.bakers.quantise import quantised_terrain, terrain_grid
-from paradize.data import Heightfield, Lod, QuantizationGrid
+from paradize.data import Heightfield, Lod, QuantisationGrid
 from paradize.errors import BakeError
 from paradize.formats.glb.encode import encode_glb
 from paradize.jobs.progress import report_step
@@ -26,7 +26,7 @@ TRIES = 6
 @dataclass(frozen=True)
 class TerrainProduct:
     """glb: one node at one level. bound_m: what was asked for, vertical metres. max_error_m, rms_error_m:
-    vertical metres, measured at every pixel, of the codes where there are such. quantization_errors: what
+    vertical metres, measured at every pixel, of the codes where there are such. quantisation_errors: what
     they cost by themselves, as metrics/quantised.py names it."""
 
     glb: bytes
@@ -37,7 +37,7 @@ class TerrainProduct:
     rms_error_m: float
     tier: str
     warnings: list[str]
-    quantization_errors: dict[str, float] = field(default_factory=dict)
+    quantisation_errors: dict[str, float] = field(default_factory=dict)
 
 
 def bake_terrain(path: Path, settings: TerrainSettings, *, tier: str = "balanced") -> TerrainProduct:
@@ -72,9 +72,9 @@ def bake_terrain(path: Path, settings: TerrainSettings, *, tier: str = "balanced
         source = mesh = terrain_mesh(
             heightfield, tolerance_m=tolerance, sand_repeat=settings.sand_repeat, tier=way
         )
-        quantized = None
+        quantised = None
         if grid is not None:
-            mesh, quantized = quantised_terrain(source, grid)
+            mesh, quantised = quantised_terrain(source, grid)
         report_step("measuring")
         error = terrain_error(mesh, heightfield)
         _require_whole(error, path)
@@ -94,14 +94,14 @@ def bake_terrain(path: Path, settings: TerrainSettings, *, tier: str = "balanced
             file=path,
             place=f"pixel ({column}, {row})",
             mend="allow a larger error, or a smaller terrain"
-            + ("" if quantized is None else ", or keep floats"),
+            + ("" if quantised is None else ", or keep floats"),
         )
     report_step("writing")
     diagonal = _diagonal(mesh.positions)
     share = 1.0 / diagonal if diagonal > 0.0 else 0.0
-    lod = Lod(mesh, error_max=error.max_m * share, error_rms=error.rms_m * share, quantized=quantized)
+    lod = Lod(mesh, error_max=error.max_m * share, error_rms=error.rms_m * share, quantised=quantised)
     cost: dict[str, float] = {}
-    if quantized is not None:
+    if quantised is not None:
         cost = quantised_errors(encode_glb([lod], "terrain"), [source])[0]
         lod = replace(lod, errors=cost)
     return TerrainProduct(
@@ -113,7 +113,7 @@ def bake_terrain(path: Path, settings: TerrainSettings, *, tier: str = "balanced
         rms_error_m=_six(error.rms_m),
         tier=used,
         warnings=warnings,
-        quantization_errors=cost,
+        quantisation_errors=cost,
     )
 
 
@@ -130,7 +130,7 @@ def height_map_of(path: Path, settings: TerrainSettings) -> tuple[Heightfield, l
     )
 
 
-def _grid(heightfield: Heightfield, max_error_m: float) -> QuantizationGrid:
+def _grid(heightfield: Heightfield, max_error_m: float) -> QuantisationGrid:
     heights = heightfield.heights_m
     return terrain_grid(
         (heights.shape[0], heights.shape[1]),

@@ -122,7 +122,7 @@ def _patches(grower: Grower, tree: Tree, tangents: bool) -> Iterator[TilePatch]:
     for index, patch in enumerate(tree.patches):
         mesh = grower.mesh(patch)
         mesh = mesh if tangents else replace(mesh, tangents=None)
-        yield TilePatch(index, mesh, patch.reported_error_m, patch.diamond is None, grower.quantized(mesh))
+        yield TilePatch(index, mesh, patch.reported_error_m, patch.diamond is None, grower.quantised(mesh))
 
 
 def _errors(patches: list[Patch], finest: int) -> dict[str, float]:

@@ -36,7 +36,7 @@ def encode_glb(
     Each level becomes a node `lod<k>` with a mesh of one primitive per group. The node's extras hold
     error_max and error_rms (fractions of the diagonal of level 0's bounding box), error_m (metres: the
     largest error_max or uv_shift_p99 of this level and all finer ones) and the level's other errors. All
-    levels are quantized on one grid, or none is; all have one origin, the translation of the nodes.
+    levels are quantised on one grid, or none is; all have one origin, the translation of the nodes.
     base_colors: linear RGB by material name, clamped to 0..1; default white. described: materials by name,
     whose factors are written instead; pictures are none.
 
@@ -46,7 +46,7 @@ def encode_glb(
         raise BakeError("a mesh file needs at least one level of detail", file=name)
     for index, lod in enumerate(lods):
         _check_mesh(lod.mesh, f"{name}: lod{index}")
-        _check_quantized(lod, lods[0], f"{name}: lod{index}")
+        _check_quantised(lod, lods[0], f"{name}: lod{index}")
         if lod.mesh.origin != lods[0].mesh.origin:
             raise BakeError("all levels must have one origin", file=f"{name}: lod{index}")
     first = lods[0].mesh.positions
@@ -67,7 +67,7 @@ def encode_glb(
         error_so_far = max(error_so_far, lod.error_max, lod.errors.get("uv_shift_p99", 0.0))
         errors = {"error_max": lod.error_max, "error_rms": lod.error_rms, "error_m": error_so_far * diagonal}
         extras_of_node = {key: rounded(value) for key, value in (errors | dict(lod.errors)).items()}
-        transform = node_transform(lod.mesh.origin, lod.quantized.grid if lod.quantized else None)
+        transform = node_transform(lod.mesh.origin, lod.quantised.grid if lod.quantised else None)
         nodes.append({"name": f"lod{index}", "mesh": index, **transform, "extras": extras_of_node})
     document: dict[str, Any] = {"asset": {"version": "2.0", "generator": "paradize"}}
     entries = [
@@ -76,7 +76,7 @@ def encode_glb(
         else plain_material(material, (base_colors or {}).get(material))
         for material in materials
     ]
-    extensions = [QUANTIZATION] if lods[0].quantized is not None else []
+    extensions = [QUANTIZATION] if lods[0].quantised is not None else []
     if extensions:
         document["extensionsRequired"] = extensions
     extensions = extensions + extensions_of(entries)
@@ -131,23 +131,23 @@ def _check_mesh(mesh: Mesh, name: str) -> None:
         raise BakeError(f"groups cover {first} of {len(mesh.triangles)} triangles", file=name)
 
 
-def _check_quantized(lod: Lod, first: Lod, name: str) -> None:
-    if (lod.quantized is None) != (first.quantized is None):
-        raise BakeError("all levels must be quantized, or none", file=name)
-    if lod.quantized is None or first.quantized is None:
+def _check_quantised(lod: Lod, first: Lod, name: str) -> None:
+    if (lod.quantised is None) != (first.quantised is None):
+        raise BakeError("all levels must be quantised, or none", file=name)
+    if lod.quantised is None or first.quantised is None:
         return
-    if lod.quantized.grid != first.quantized.grid:
-        raise BakeError("all levels must have one quantization grid", file=name)
+    if lod.quantised.grid != first.quantised.grid:
+        raise BakeError("all levels must have one quantisation grid", file=name)
     for _, attribute, _ in ATTRIBUTES:
-        values, integers = getattr(lod.mesh, attribute), getattr(lod.quantized, attribute)
+        values, integers = getattr(lod.mesh, attribute), getattr(lod.quantised, attribute)
         if (values is None) != (integers is None) or (values is not None and values.shape != integers.shape):
-            raise BakeError(f"the quantized {attribute} do not fit the mesh", file=name)
+            raise BakeError(f"the quantised {attribute} do not fit the mesh", file=name)
 
 
 def _append_level(writer: Writer, lod: Lod, name: str, materials: Mapping[str, int]) -> dict[str, Any]:
     """Appends the vertices and indices of a level to the binary chunk. Returns the level's entry of `meshes`:
     a primitive for each group; they share the vertices, and each has its own index accessor."""
-    attributes = writer.vertices(lod.mesh, lod.quantized)
+    attributes = writer.vertices(lod.mesh, lod.quantised)
     view, component, size = writer.indices(lod.mesh)
     primitives = []
     for group in lod.mesh.all_groups:

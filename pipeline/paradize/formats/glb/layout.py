@@ -27,8 +27,8 @@ QUANTIZATION = "KHR_mesh_quantization"
 UNLIT, SPECULAR = "KHR_materials_unlit", "KHR_materials_specular"
 STRENGTH = "KHR_materials_emissive_strength"
 MATERIAL_EXTENSIONS = (UNLIT, SPECULAR, STRENGTH)
-# Allowed component types of quantized attributes, and whether they are normalized.
-QUANTIZED_TYPES = {
+# Allowed component types of quantised attributes, and whether they are normalized.
+QUANTISED_TYPES = {
     "POSITION": ((U16,), False),
     "NORMAL": ((BYTE, SHORT), True),
     "TANGENT": ((BYTE, SHORT), True),

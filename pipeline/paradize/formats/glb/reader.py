@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from paradize.data import ORIGIN, Group, Lod, Mesh, QuantizationGrid, QuantizedValues, Vec3
+from paradize.data import ORIGIN, Group, Lod, Mesh, QuantisationGrid, QuantisedValues, Vec3
 from paradize.documents import parse_json
 from paradize.errors import FormatError
 from paradize.formats.glb.layout import (
@@ -22,14 +22,14 @@ from paradize.formats.glb.layout import (
     JSON,
     MAGIC,
     MATERIAL_EXTENSIONS,
+    QUANTISED_TYPES,
     QUANTIZATION,
-    QUANTIZED_TYPES,
     SHAPES,
     SHARES,
     U16,
     U32,
 )
-from paradize.formats.glb.quantized import decoded, split_origin
+from paradize.formats.glb.quantised import decoded, split_origin
 
 
 class Reader:
@@ -190,7 +190,7 @@ def _levels(reader: Reader) -> Iterator[Lod]:
     grids, origins = set(), set()
     for index in range(len(nodes)):
         level = _read_level(reader, index)
-        grids.add(level.quantized.grid if level.quantized else None)
+        grids.add(level.quantised.grid if level.quantised else None)
         origins.add(level.mesh.origin)
         yield level
         del level
@@ -198,18 +198,18 @@ def _levels(reader: Reader) -> Iterator[Lod]:
         raise reader.fault("all levels must have one translation and one scale", "/nodes")
     if (QUANTIZATION in reader.document.get("extensionsRequired", [])) != (grids != {None}):
         raise reader.fault(
-            f"{QUANTIZATION} is required exactly where vertices are quantized", "/extensionsRequired"
+            f"{QUANTIZATION} is required exactly where vertices are quantised", "/extensionsRequired"
         )
 
 
-def grid_of(reader: Reader, node: dict[str, Any], pointer: str, coded: bool) -> QuantizationGrid | None:
-    """The quantization grid that a node declares; None for a node with float vertices, which declares
+def grid_of(reader: Reader, node: dict[str, Any], pointer: str, coded: bool) -> QuantisationGrid | None:
+    """The quantisation grid that a node declares; None for a node with float vertices, which declares
     none."""
     if not coded:
         _refuse(reader, node, pointer, "translation", "scale", "rotation", "matrix")
         return None
     scale = _numbers(reader, node, pointer, "scale", 2.0**-126)
-    return QuantizationGrid(scale, _numbers(reader, node, pointer, "translation", -1e39))
+    return QuantisationGrid(scale, _numbers(reader, node, pointer, "translation", -1e39))
 
 
 def _origin_of(reader: Reader, node: dict[str, Any], where: str) -> Vec3:
@@ -249,21 +249,21 @@ def _read_level(reader: Reader, number: int) -> Lod:
     shared = reader.get(primitives[0], f"{mesh_pointer}/primitives/0", "attributes", dict)
     arrays = _read_attributes(reader, shared, mesh_pointer)
     triangles, groups = _read_primitives(reader, primitives, shared, len(arrays["positions"]), mesh_pointer)
-    quantized = None
+    quantised = None
     if arrays["positions"].dtype == np.float32:
         origin = _origin_of(reader, node, pointer)
     else:
         declared = grid_of(reader, node, pointer, coded=True)
         assert declared is not None
         origin, grid = split_origin(declared)
-        quantized = QuantizedValues(grid, **arrays)
-        arrays = decoded(quantized)
+        quantised = QuantisedValues(grid, **arrays)
+        arrays = decoded(quantised)
         if not np.isfinite(arrays["positions"]).all():
             raise reader.fault("positions exceed float32", pointer)
-    if quantized is None and any(values.dtype != np.float32 for values in arrays.values()):
-        raise reader.fault("quantized attributes beside float positions", mesh_pointer)
+    if quantised is None and any(values.dtype != np.float32 for values in arrays.values()):
+        raise reader.fault("quantised attributes beside float positions", mesh_pointer)
     mesh = Mesh(**arrays, triangles=triangles, groups=groups, origin=origin)
-    return Lod(mesh, error_max, error_rms, other_errors, quantized)
+    return Lod(mesh, error_max, error_rms, other_errors, quantised)
 
 
 def _errors_of(reader: Reader, node: dict[str, Any], pointer: str) -> tuple[float, float, dict[str, Any]]:
@@ -291,7 +291,7 @@ def _read_attributes(reader: Reader, shared: dict[str, Any], pointer: str) -> di
     for key, index in shared.items():
         attribute, shape = known[key]
         path = f"{pointer}/primitives/0/attributes/{key}"
-        components, normalized = QUANTIZED_TYPES[key]
+        components, normalized = QUANTISED_TYPES[key]
         values = reader.accessor(index, path, shape, (FLOAT, *components), normalized)
         if values.dtype.kind == "i" and int(values.min()) < -np.iinfo(values.dtype).max:
             raise reader.fault(f"a value of {int(values.min())}", f"/accessors/{index}")

@@ -13,50 +13,50 @@ from typing import Any
 
 import numpy as np
 
-from paradize.data import Mesh, QuantizationGrid, QuantizedValues
+from paradize.data import Mesh, QuantisationGrid, QuantisedValues
 from paradize.errors import BakeError
 from paradize.formats.glb.layout import (
     ATTRIBUTES,
     FLOAT,
+    QUANTISED_TYPES,
     QUANTIZATION,
-    QUANTIZED_TYPES,
     SHAPES,
     SHARES,
     U16,
 )
-from paradize.formats.glb.quantized import decoded
+from paradize.formats.glb.quantised import decoded
 from paradize.formats.glb.reader import Reader, grid_of
 from paradize.formats.glb.writer import MAX_U16_VERTICES, Writer, join_chunks, node_transform
 
 TILE_BYTES = 64_000_000  # limit of a tile
 _TABLES = 1800  # upper bound of the bytes of JSON per patch
 _HEAD = 1000
-_ONE_LAYOUT = "all patches of a terrain must have one quantization grid and the same types, or none"
+_ONE_LAYOUT = "all patches of a terrain must have one quantisation grid and the same types, or none"
 _COLUMNS = tuple(entry for entry in ATTRIBUTES if entry[0] not in SHARES)
 
 
 @dataclass(frozen=True)
 class TilePatch:
     """index: the patch's row in scene.json. error_m: its measured error. finest: whether no finer patch
-    replaces it. quantized: its vertices on the terrain's grid; None: float32."""
+    replaces it. quantised: its vertices on the terrain's grid; None: float32."""
 
     index: int
     mesh: Mesh
     error_m: float
     finest: bool
-    quantized: QuantizedValues | None = None
+    quantised: QuantisedValues | None = None
 
 
 # Shared by all patches of a terrain: the grid and the types of the attributes; None: float32.
-_Layout = tuple[QuantizationGrid, tuple[str, ...]] | None
+_Layout = tuple[QuantisationGrid, tuple[str, ...]] | None
 
 
 def _layout(patch: TilePatch) -> _Layout:
-    quantized = patch.quantized
-    if quantized is None:
+    quantised = patch.quantised
+    if quantised is None:
         return None
-    columns = (getattr(quantized, attribute) for _, attribute, _ in _COLUMNS)
-    return quantized.grid, tuple("" if values is None else str(values.dtype) for values in columns)
+    columns = (getattr(quantised, attribute) for _, attribute, _ in _COLUMNS)
+    return quantised.grid, tuple("" if values is None else str(values.dtype) for values in columns)
 
 
 def encode_tiles(patches: Iterable[TilePatch], limit: int = TILE_BYTES) -> Iterator[tuple[bytes, list[int]]]:
@@ -109,14 +109,14 @@ class _Tile:
     def add(self, patch: TilePatch) -> None:
         if patch.finest:
             self.finest.append(len(self.nodes))
-        attributes = self.writer.vertices(patch.mesh, patch.quantized)
+        attributes = self.writer.vertices(patch.mesh, patch.quantised)
         view, component, _ = self.writer.indices(patch.mesh)
         corners = self.writer.accessor(view, component, patch.mesh.triangles.size, "SCALAR")
         name = f"patch{patch.index}"
         self.layouts.add(_layout(patch))
         if len(self.layouts) > 1:
             raise BakeError(_ONE_LAYOUT, place=name)
-        place = node_transform(patch.mesh.origin, patch.quantized.grid if patch.quantized else None)
+        place = node_transform(patch.mesh.origin, patch.quantised.grid if patch.quantised else None)
         extras = {"error_m": patch.error_m}
         self.nodes.append({"name": name, "mesh": len(self.meshes), **place, "extras": extras})
         primitive = {"attributes": attributes, "indices": corners, "material": 0}
@@ -170,7 +170,7 @@ def decode_tile(data: bytes, file: object = None) -> list[TilePatch]:
         raise reader.fault(_ONE_LAYOUT, "/nodes")
     if len({patch.mesh.tangents is None for patch in patches}) > 1:
         raise reader.fault("all patches have tangents, or none", "/meshes")
-    required = [] if patches[0].quantized is None else [QUANTIZATION]
+    required = [] if patches[0].quantised is None else [QUANTIZATION]
     if reader.get(reader.document, "", "extensionsRequired", list, []) != required:
         raise reader.fault(f"{required} expected", "/extensionsRequired")
     for index in range(1, len(patches)):
@@ -205,7 +205,7 @@ def _read_patch(reader: Reader, index: int, finest: bool) -> TilePatch:
     for key, attribute, shape in _COLUMNS:
         if key not in keys:
             continue
-        components, normalized = QUANTIZED_TYPES[key]
+        components, normalized = QUANTISED_TYPES[key]
         values = reader.accessor(
             keys[key], f"{mesh_pointer}/attributes/{key}", shape, (FLOAT, *components), normalized
         )
@@ -224,10 +224,10 @@ def _read_patch(reader: Reader, index: int, finest: bool) -> TilePatch:
             f"{len(indices)} indices below {count} expected, three each", f"{mesh_pointer}/indices"
         )
     grid = grid_of(reader, node, pointer, arrays["positions"].dtype != np.float32)
-    quantized = None if grid is None else QuantizedValues(grid, **arrays)
-    if quantized is not None:
-        arrays = decoded(quantized)
+    quantised = None if grid is None else QuantisedValues(grid, **arrays)
+    if quantised is not None:
+        arrays = decoded(quantised)
     elif any(values.dtype != np.float32 for values in arrays.values()):
-        raise reader.fault("quantized attributes beside float positions", f"{mesh_pointer}/attributes")
+        raise reader.fault("quantised attributes beside float positions", f"{mesh_pointer}/attributes")
     mesh = Mesh(**arrays, triangles=indices.astype(np.uint32).reshape(-1, 3))
-    return TilePatch(int(number), mesh, float(error_m), finest, quantized)
+    return TilePatch(int(number), mesh, float(error_m), finest, quantised)

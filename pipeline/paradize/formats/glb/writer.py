@@ -1,5 +1,5 @@
 """The binary chunk of a GLB under construction: buffer views, accessors, and vertices as float32 or
-quantized."""
+quantised."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from paradize.data import ORIGIN, Mesh, QuantizationGrid, QuantizedValues, Vec3
+from paradize.data import ORIGIN, Mesh, QuantisationGrid, QuantisedValues, Vec3
 from paradize.formats.glb.layout import (
     ATTRIBUTES,
     BIN,
@@ -19,7 +19,7 @@ from paradize.formats.glb.layout import (
     HEADER,
     JSON,
     MAGIC,
-    QUANTIZED_TYPES,
+    QUANTISED_TYPES,
     U16,
     U32,
 )
@@ -51,17 +51,17 @@ class Writer:
         self.accessors.append(entry)
         return len(self.accessors) - 1
 
-    def vertices(self, mesh: Mesh, quantized: QuantizedValues | None = None) -> dict[str, int]:
-        """Appends the attributes of a mesh, each in its own view, as float32 or quantized. Returns accessors
+    def vertices(self, mesh: Mesh, quantised: QuantisedValues | None = None) -> dict[str, int]:
+        """Appends the attributes of a mesh, each in its own view, as float32 or quantised. Returns accessors
         by glTF name. Rows of integers are padded with zeros to multiples of 4 bytes."""
         accessors: dict[str, int] = {}
         for key, attribute, shape in ATTRIBUTES:
-            values = getattr(mesh if quantized is None else quantized, attribute)
+            values = getattr(mesh if quantised is None else quantised, attribute)
             if values is None:
                 continue
             component = FLOAT if values.dtype == np.float32 else _COMPONENTS[values.dtype]
             more: dict[str, object] = {}
-            if component != FLOAT and QUANTIZED_TYPES[key][1]:
+            if component != FLOAT and QUANTISED_TYPES[key][1]:
                 more["normalized"] = True
             if key == "POSITION":
                 number = float if component == FLOAT else int
@@ -85,8 +85,8 @@ class Writer:
         return self.view(values, ELEMENTS), component, values.itemsize
 
 
-def node_transform(origin: Vec3, grid: QuantizationGrid | None) -> dict[str, list[float]]:
-    """The translation and scale of a node that turn a mesh's positions, float or quantized, into metres."""
+def node_transform(origin: Vec3, grid: QuantisationGrid | None) -> dict[str, list[float]]:
+    """The translation and scale of a node that turn a mesh's positions, float or quantised, into metres."""
     if grid is None:
         return {} if origin == ORIGIN else {"translation": list(origin)}
     translation = [a + b for a, b in zip(origin, grid.origin, strict=True)]

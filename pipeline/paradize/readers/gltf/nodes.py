@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from paradize.data import F64
 
 Matrix = tuple[float, ...]  # 12 numbers
-_ROUNDED = 0.01  # how far from 1 the length of a rotation may be in quantized and rounded files
+_ROUNDED = 0.01  # how far from 1 the length of a rotation may be in quantised and rounded files
 INSTANCING = "EXT_mesh_gpu_instancing"
 
 

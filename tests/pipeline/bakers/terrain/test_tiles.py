@@ -342,13 +342,13 @@ def test_patches_whose_codes_differ_in_type_are_neither_written_nor_read(
     grid = terrain_grid((3, 3), (2.0, 2.0), (0.0, 1.0))
     first = triangle(0)
     floats, codes = (quantise(first.mesh, grid, float_uvs=kept) for kept in (True, False))
-    same = [replace(first, index=index, quantized=floats) for index in range(2)]
+    same = [replace(first, index=index, quantised=floats) for index in range(2)]
     assert [len(decode_tile(data)) for data, _ in encode_tiles(same)] == [2]
     with pytest.raises(BakeError, match="same types"):
-        list(encode_tiles([same[0], replace(same[1], quantized=codes)]))
+        list(encode_tiles([same[0], replace(same[1], quantised=codes)]))
     with monkeypatch.context() as patch:  # what an earlier version wrote
         patch.setattr(glb_tiles, "_layout", lambda patch: (grid, ()))
-        ((mixed, _),) = encode_tiles([same[0], replace(same[1], quantized=codes)])
+        ((mixed, _),) = encode_tiles([same[0], replace(same[1], quantised=codes)])
     with pytest.raises(FormatError, match="same types"):
         decode_tile(mixed)
 

@@ -15,7 +15,7 @@ from paradize.bakers.terrain.grow import MOST_VERTICES, Grower
 from paradize.bakers.terrain.tree import Tree, columns_of
 from paradize.data import Heightfield, Mesh
 from paradize.errors import BakeError
-from paradize.formats.glb.quantized import decoded_mesh
+from paradize.formats.glb.quantised import decoded_mesh
 from paradize.formats.scene.terrain_tables import check_tree
 from paradize.metrics.terrain import patch_error
 from paradize.stages.terrain_tree import Blocks, Shape, tolerance
@@ -343,7 +343,7 @@ def test_codes_keep_the_bound_and_leave_no_crack() -> None:
     assert finest and all(p.error and p.error.max_m <= 0.2 for p in finest)
     rims = []
     for patch in tree.patches:
-        codes = grower.quantized(grower.mesh(patch))
+        codes = grower.quantised(grower.mesh(patch))
         assert codes is not None and codes.grid == grower.grid
         assert patch.error == patch_error(decoded_mesh(grower.mesh(patch), codes), ground, patch.corners)
         rims.append(border(decoded_mesh(grower.mesh(patch), codes)))
@@ -362,7 +362,7 @@ def test_codes_of_all_patches_have_the_same_types() -> None:
         grower = Grower(
             FIELDS["square"], max_error_m=0.2, leaf_px=4, sand_repeat=sand_repeat, query=None, quantise=True
         )
-        codes = [grower.quantized(grower.mesh(patch)) for patch in grower.grow().patches]
+        codes = [grower.quantised(grower.mesh(patch)) for patch in grower.grow().patches]
         types = {
             tuple(part.dtype for part in (found.uvs, found.uvs1, found.normals) if part is not None)
             for found in codes

@@ -162,7 +162,7 @@ def test_sparse_values_replace_those_below_them_or_zeros(tmp_path: Path) -> None
     assert model.source.positions.sum() == 27 and len(model.mesh.positions) == 3
 
 
-def test_quantized_values_and_strides_are_what_they_stand_for(tmp_path: Path) -> None:
+def test_quantised_values_and_strides_are_what_they_stand_for(tmp_path: Path) -> None:
     made = Made()
     padded = np.zeros((4, 4), np.int16)
     padded[:, :3] = SQUARE * 32767

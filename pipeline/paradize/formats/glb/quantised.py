@@ -1,4 +1,4 @@
-"""Decodes quantized vertices to float32."""
+"""Decodes quantised vertices to float32."""
 
 from __future__ import annotations
 
@@ -7,42 +7,42 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from paradize.data import ORIGIN, Mesh, QuantizationGrid, QuantizedValues, Vec3
+from paradize.data import ORIGIN, Mesh, QuantisationGrid, QuantisedValues, Vec3
 
 _MAX_DISTANCE = 8.0  # in widths of the grid: up to there float32 moves a vertex by less than 1/30 of a step
 
 
-def decoded(quantized: QuantizedValues) -> dict[str, Any]:
+def decoded(quantised: QuantisedValues) -> dict[str, Any]:
     """The vertex arrays of a Mesh by field name: float32, normals and tangents unit and in metric space."""
-    step, origin = np.array(quantized.grid.step), np.array(quantized.grid.origin)
+    step, origin = np.array(quantised.grid.step), np.array(quantised.grid.origin)
     with np.errstate(over="ignore"):
-        arrays = {"positions": (origin + quantized.positions.astype(np.float64) * step).astype(np.float32)}
-    scale = None if quantized.grid.uniform else step
+        arrays = {"positions": (origin + quantised.positions.astype(np.float64) * step).astype(np.float32)}
+    scale = None if quantised.grid.uniform else step
     for name, values, factor in (
-        ("normals", quantized.normals, None if scale is None else 1.0 / scale),
-        ("tangents", quantized.tangents, scale),
+        ("normals", quantised.normals, None if scale is None else 1.0 / scale),
+        ("tangents", quantised.tangents, scale),
     ):
         if values is not None:
             arrays[name] = _directions(_to_float(values), factor)
     for name in ("uvs", "uvs1", "colors", "sway"):
-        values = getattr(quantized, name)
+        values = getattr(quantised, name)
         if values is not None:
             arrays[name] = _to_float(values).astype(np.float32)
     return arrays
 
 
-def decoded_mesh(mesh: Mesh, quantized: QuantizedValues) -> Mesh:
+def decoded_mesh(mesh: Mesh, quantised: QuantisedValues) -> Mesh:
     """The mesh with the vertices that a reader of the file gets."""
-    return Mesh(**decoded(quantized), triangles=mesh.triangles, groups=mesh.groups, origin=mesh.origin)
+    return Mesh(**decoded(quantised), triangles=mesh.triangles, groups=mesh.groups, origin=mesh.origin)
 
 
-def split_origin(grid: QuantizationGrid) -> tuple[Vec3, QuantizationGrid]:
+def split_origin(grid: QuantisationGrid) -> tuple[Vec3, QuantisationGrid]:
     """The origin of a mesh and its grid relative to that origin, from the grid that a node declares: (0, 0,
     0) and the grid itself, unless it lies so far away that float32 would lose some of its steps."""
     reach = max(abs(value) for value in grid.origin)
     if reach <= _MAX_DISTANCE * 65535.0 * max(grid.step):
         return ORIGIN, grid
-    return grid.origin, QuantizationGrid(grid.step, ORIGIN)
+    return grid.origin, QuantisationGrid(grid.step, ORIGIN)
 
 
 def _to_float(values: npt.NDArray[Any]) -> npt.NDArray[np.float64]:
