@@ -103,8 +103,9 @@ void Playback::record_frame_time(double ms) {
         scene_ms_.push_back(renderer_->scene_ms());
     }
     if (moments_.size() < moments_.capacity()) {
+        const StreamingCounts &counts = scenes_.current().streamer.counts();
         moments_.push_back(
-            {(now_ms() - started_ms_) / 1e3, scenes_.current().streamer.counts().worst_error, stream_ms_});
+            {(now_ms() - started_ms_) / 1e3, counts.worst_error, stream_ms_, counts.uploaded_bytes});
     }
     if (rate_ && rate_->observe(ms)) {
         apply(rate_->quality());

@@ -208,8 +208,9 @@ std::string to_json(const Report &report) {
     out += numbers;
     out += ", \"frames\": [";
     for (const StreamingMoment &moment : report.moments) {
-        std::snprintf(numbers, sizeof numbers, "%s[%.4f, %.3f, %.3f]", out.back() == '[' ? "" : ", ",
-                      moment.s, static_cast<double>(moment.worst_error), moment.stream_ms);
+        std::snprintf(numbers, sizeof numbers, "%s[%.4f, %.3f, %.3f, %llu]", out.back() == '[' ? "" : ", ",
+                      moment.s, static_cast<double>(moment.worst_error), moment.stream_ms,
+                      static_cast<unsigned long long>(moment.uploaded_bytes));
         out += numbers;
     }
     out += "]}";

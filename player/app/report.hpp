@@ -26,9 +26,10 @@ struct FrameRate {
 
 /// How streaming stood when a frame was finished.
 struct StreamingMoment {
-    double s = 0.0;           // since the player was started
-    float worst_error = 0.0F; // as in StreamingCounts
-    double stream_ms = 0.0;   // processor time of the thread that draws, for streaming in this frame
+    double s = 0.0;                   // since the player was started
+    float worst_error = 0.0F;         // as in StreamingCounts
+    double stream_ms = 0.0;           // processor time of the thread that draws, for streaming in this frame
+    std::uint64_t uploaded_bytes = 0; // since the scene was loaded
 };
 
 struct Report {

@@ -50,7 +50,7 @@ def test_pictures_under_a_limit_are_those_of_ample_memory_while_blocks_come_and_
     assert limited["total_bytes"] > 2e6 * LIMIT_MB
     assert limited["streaming"]["evictions"] > 30 and ample["streaming"]["evictions"] == 0
     assert limited["streaming"]["peak_bytes"] <= 1e6 * LIMIT_MB
-    errors = [[error for _, error, _ in run["streaming"]["frames"]] for run in (limited, ample)]
+    errors = [[error for _, error, *_ in run["streaming"]["frames"]] for run in (limited, ample)]
     complete = [frame for frame, both in enumerate(zip(*errors, strict=True)) if both == (0.0, 0.0)]
     assert len(complete) > FRAMES // 2
     for frame in complete:
@@ -62,7 +62,7 @@ def test_what_a_flight_sees_has_no_error_although_more_lies_near_it_than_fits(
     hills: Path, player: Player
 ) -> None:
     run = report(player(hills, *SIZE, "--frames", 60, "--json", "--vram", 56))
-    assert [error for _, error, _ in run["streaming"]["frames"]][22:] == [0.0] * 38
+    assert [error for _, error, *_ in run["streaming"]["frames"]][22:] == [0.0] * 38
 
 
 @pytest.mark.parametrize("vram_mb", [LIMIT_MB, AMPLE_MB])

@@ -153,8 +153,14 @@ def test_json_tells_how_the_error_falls_while_the_scene_streams(player: Player, 
         assert streaming["uploaded_bytes"] == output["resident_bytes"]
         assert streaming["uploads"] > BOXES
         assert streaming["read_mb_s"] > 0.0
-        errors[order] = [error for _, error, _ in frames]
-        assert all(0.0 < stream_ms < 1e3 for _, _, stream_ms in frames)
+        uploaded = [b[3] - a[3] for a, b in pairwise([[0, 0, 0, 0], *frames])]
+        assert sum(uploaded) == streaming["uploaded_bytes"]
+        assert (
+            max(uploaded[order == "needs" :]) <= 4 << 20
+        )  # the first frame may upload more of what shows much
+        assert uploaded[0] <= 16 << 20
+        errors[order] = [error for _, error, *_ in frames]
+        assert all(0.0 < stream_ms < 1e3 for _, _, stream_ms, _ in frames)
     # The last box stands before the camera. Its map is the last of scene.json.
     assert errors["needs"][0] == 0.0
     assert errors["file"][0] > 1.0

@@ -5,9 +5,11 @@ from __future__ import annotations
 import json
 import os
 import shutil
+import statistics
 import subprocess
 import sys
 from collections.abc import Callable
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +17,8 @@ import pytest
 import soundfile
 
 from tests.conftest import RENDER_ENVIRONMENT, ROOT
-from tests.player.synthetic import identity, sound, write_scene
+from tests.player.boxes import row_of_boxes
+from tests.player.synthetic import identity, sound, texture, write_scene
 from tests.player.test_sound import tone
 from tests.processes import started
 
@@ -71,6 +74,34 @@ def test_an_invalid_sound_does_not_stop_playback(tmp_path: Path) -> None:
     result = on_a_display(sys.executable, PRESS, "a", "end", "--", PLAYER, scene)
     assert result.returncode == 0, result.stderr
     assert "no sound" in result.stderr
+
+
+@pytest.mark.parametrize(("count", "edge"), [(250, 128), (1, 2048)])
+def test_frames_in_a_window_keep_to_the_bytes_and_milliseconds_of_uploads(
+    player: Player, tmp_path: Path, count: int, edge: int
+) -> None:
+    """22 MB are needed at once: small maps, whose textures take time, or one large map of many bytes.
+    Without a window only bytes count."""
+    maps = (texture("RGBA8_SRGB", np.full((edge, edge, 4), i, np.uint8)) for i in range(count))
+    scene = row_of_boxes(tmp_path / "scene", maps, spacing_m=0.0, seconds=6.0)
+    manifest = json.loads((scene / "scene.json").read_text())
+    manifest["flight"]["fov_rad"] = 0.005  # so near that the finest mip is needed
+    (scene / "scene.json").write_text(json.dumps(manifest))
+    options = ("--size", "64x36", "--disable", "objects,shadow", "--mute", "--json", "--frames")
+    window = on_a_display(PLAYER, scene, *options, 200)
+    for result in (window, player(scene, *options, 8)):
+        assert result.returncode == 0, result.stderr
+        frames = json.loads(result.stdout)["streaming"]["frames"]
+        totals = [0, *(total for *_, total in frames)]
+        sizes = [b - a for a, b in pairwise(totals)]
+        first, *later = [(size, ms) for size, (_, _, ms, _) in zip(sizes, frames, strict=True) if size > 0]
+        assert first[0] <= 16 << 20
+        assert totals[-1] > 20e6 and max(size for size, _ in later) <= 4 << 20
+        if result is window:
+            assert first[1] < 50.0 + 20.0  # the last piece may begin just before the end
+            assert statistics.median(ms for _, ms in later) < 2.0 + 2.0
+        else:
+            assert first[0] > 4 << 20
 
 
 @pytest.mark.deep

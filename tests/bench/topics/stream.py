@@ -34,7 +34,7 @@ STEP = 15  # frames from one compared picture to the next
 
 
 def curve(report: dict[str, Any]) -> Curve:
-    return [(second, error) for second, error, _ in report["streaming"]["frames"]]
+    return [(second, error) for second, error, *_ in report["streaming"]["frames"]]
 
 
 def first_like(scene: Path, folder: Path) -> tuple[int, float]:

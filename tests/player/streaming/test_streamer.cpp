@@ -227,3 +227,20 @@ TEST_CASE("streamer: a budget for what shows much holds for it alone") {
     }
     test::throw_on_error();
 }
+
+TEST_CASE("streamer: a call whose time is over uploads one chunk") {
+    if (!test::have_context()) {
+        return;
+    }
+    SmallScene scene;
+    scene.put("quad_color", test::ktx2_file(assets::PixelFormat::rgba8_srgb, 1024, 1024)); // 5.6 MB
+    Streamer streamer = scene.streamer();
+    std::uint64_t before = 0;
+    while (!streamer.upload({.urgent_bytes = 16 << 20, .ms = 0.0})) {
+        CHECK(streamer.counts().uploaded_bytes > before);
+        CHECK(streamer.counts().uploaded_bytes <= before + assets::chunk_bytes);
+        before = streamer.counts().uploaded_bytes;
+    }
+    CHECK(streamer.complete());
+    test::throw_on_error();
+}
