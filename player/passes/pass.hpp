@@ -37,9 +37,9 @@ class Pass {
     Pass(const Pass &) = delete;
     Pass &operator=(const Pass &) = delete;
 
-    /// Called before the first frame and whenever the drawn picture's size changes. Create render targets
-    /// here.
-    virtual void resize(int /*width_px*/, int /*height_px*/) {}
+    /// Called before the first frame and whenever the drawn or the shown picture's size changes, which the
+    /// frame has. Create render targets here.
+    virtual void resize(const Frame & /*frame*/) {}
     /// Draws textures that other passes sample (shadow map, reflection, refraction) and stores them in
     /// frame.shared. Called before the main view. What moves is a function of frame.clock alone, so that a
     /// frame needs none of those before it.

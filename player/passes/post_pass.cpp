@@ -13,7 +13,7 @@ namespace paradize {
 
 namespace {
 enum Unit : unsigned { unit_picture, unit_glow };
-constexpr int glow_rows = 180;         // approximate height of the glow texture, whatever the picture's size
+constexpr int glow_rows = 180; // most rows of the glow texture; steps of its blur in a picture's height
 constexpr float glow_strength = 0.22F; // share of the light of bright pixels that spreads around them
 } // namespace
 
@@ -30,21 +30,32 @@ PostPass::PostPass(const PassSetup &setup)
         enlarge_ = gl::Program(setup.shaders, "fullscreen.vert", "enlarge.frag");
         enlarge_.set_unit("u_picture", unit_picture);
         texels_location_ = enlarge_.location("u_texels");
+        along_location_ = enlarge_.location("u_along");
     }
 }
 
-void PostPass::resize(int width_px, int height_px) {
-    downsampling_ = std::max(1, (height_px + glow_rows / 2) / glow_rows);
-    glow_width_px_ = std::max(1, (width_px + downsampling_ - 1) / downsampling_);
-    glow_height_px_ = std::max(1, (height_px + downsampling_ - 1) / downsampling_);
+void PostPass::resize(const Frame &frame) {
+    downsampling_ = std::max(1, (frame.height_px + glow_rows - 1) / glow_rows);
+    glow_width_px_ = std::max(1, (frame.width_px + downsampling_ - 1) / downsampling_);
+    glow_height_px_ = std::max(1, (frame.height_px + downsampling_ - 1) / downsampling_);
     for (int i = 0; i < 2; ++i) {
         glow_color_[i] = gl::make_target(GL_RGBA16F, glow_width_px_, glow_height_px_);
         glow_framebuffer_[i] = gl::make_framebuffer(glow_color_[i], {});
     }
     if (enlarge_) {
-        encoded_color_ = gl::make_target(GL_RGBA8, width_px, height_px);
+        encoded_color_ = gl::make_target(GL_RGBA8, frame.width_px, frame.height_px);
         encoded_ = gl::make_framebuffer(encoded_color_, {});
+        wide_color_ = gl::make_target(GL_RGBA8, frame.output_width_px, frame.height_px);
+        wide_ = gl::make_framebuffer(wide_color_, {});
     }
+}
+
+void PostPass::enlarge(const Frame &frame, const gl::Texture &source, const glm::vec2 &along,
+                       float texels_per_px) const {
+    gl::Program::set(along_location_, along);
+    gl::Program::set(texels_location_, texels_per_px);
+    gl::bind_texture(unit_picture, GL_TEXTURE_2D, source.name());
+    frame.draw_fullscreen();
 }
 
 void PostPass::draw_glow(const Frame &frame, unsigned source, unsigned framebuffer, int downsample,
@@ -62,8 +73,8 @@ void PostPass::finish(Frame &frame) {
 
     glow_.use();
     gl::Program::set(exposure_location_, frame.daylight.exposure);
-    const float step_x = 1.0F / static_cast<float>(glow_width_px_);
-    const float step_y = 1.0F / static_cast<float>(glow_height_px_);
+    const float step_y = 1.0F / static_cast<float>(glow_rows);
+    const float step_x = step_y * static_cast<float>(frame.height_px) / static_cast<float>(frame.width_px);
     draw_glow(frame, frame.shared.picture->name(), glow_framebuffer_[0].name(), downsampling_, 0.0F, 0.0F);
     draw_glow(frame, glow_color_[0].name(), glow_framebuffer_[1].name(), 0, step_x, 0.0F);
     draw_glow(frame, glow_color_[1].name(), glow_framebuffer_[0].name(), 0, 0.0F, step_y);
@@ -76,12 +87,13 @@ void PostPass::finish(Frame &frame) {
     frame.draw_fullscreen();
 
     if (enlarge_) {
-        gl::bind_framebuffer(frame.output, frame.output_width_px, frame.output_height_px);
+        const glm::vec2 texels_per_px = glm::vec2(frame.width_px, frame.height_px) /
+                                        glm::vec2(frame.output_width_px, frame.output_height_px);
         enlarge_.use();
-        gl::Program::set(texels_location_, glm::vec2(frame.width_px, frame.height_px) /
-                                               glm::vec2(frame.output_width_px, frame.output_height_px));
-        gl::bind_texture(unit_picture, GL_TEXTURE_2D, encoded_color_.name());
-        frame.draw_fullscreen();
+        gl::bind_framebuffer(wide_.name(), frame.output_width_px, frame.height_px);
+        enlarge(frame, encoded_color_, {1, 0}, texels_per_px.x);
+        gl::bind_framebuffer(frame.output, frame.output_width_px, frame.output_height_px);
+        enlarge(frame, wide_color_, {0, 1}, texels_per_px.y);
     }
 
     glEnable(GL_CULL_FACE);

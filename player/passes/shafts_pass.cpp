@@ -42,13 +42,13 @@ ShaftsPass::ShaftsPass(const PassSetup &setup) : steps_(setup.settings.shaft_ste
     radiance_location_ = add_.location("u_light_radiance");
 }
 
-void ShaftsPass::resize(int width_px, int height_px) {
+void ShaftsPass::resize(const Frame &frame) {
     if (steps_ == 0) {
         return;
     }
-    downsampling_ = std::max(1, (height_px + shaft_rows / 2) / shaft_rows);
-    width_px_ = std::max(1, (width_px + downsampling_ - 1) / downsampling_);
-    height_px_ = std::max(1, (height_px + downsampling_ - 1) / downsampling_);
+    downsampling_ = std::max(1, (frame.height_px + shaft_rows / 2) / shaft_rows);
+    width_px_ = std::max(1, (frame.width_px + downsampling_ - 1) / downsampling_);
+    height_px_ = std::max(1, (frame.height_px + downsampling_ - 1) / downsampling_);
     for (int i = 0; i < 2; ++i) {
         texture_[i] = gl::make_target(GL_RG16F, width_px_, height_px_);
         target_[i] = gl::make_framebuffer(texture_[i], {});

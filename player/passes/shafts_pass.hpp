@@ -10,7 +10,7 @@ namespace paradize {
 class ShaftsPass : public Pass {
   public:
     explicit ShaftsPass(const PassSetup &setup);
-    void resize(int width_px, int height_px) override;
+    void resize(const Frame &frame) override;
     bool filters() const override { return steps_ > 0; }
     void filter(Frame &frame) override;
 

@@ -11,9 +11,9 @@
 
 namespace paradize {
 
-void WaterView::resize(int width_px, int height_px) {
-    width_px_ = scaled_px(width_px, scale_);
-    height_px_ = scaled_px(height_px, scale_);
+void WaterView::resize(const Frame &frame) {
+    width_px_ = scaled_px(frame.width_px, scale_);
+    height_px_ = scaled_px(frame.height_px, scale_);
     color_ = gl::make_target(GL_RGBA16F, width_px_, height_px_);
     depth_ = gl::make_target(GL_DEPTH_COMPONENT24, width_px_, height_px_);
     framebuffer_ = gl::make_framebuffer(color_, depth_);
@@ -40,8 +40,8 @@ int samples_of(const PassSetup &setup) {
 ReflectionPass::ReflectionPass(const PassSetup &setup)
     : WaterView(ViewKind::mirror, setup.settings.reflection_scale), samples_(samples_of(setup)) {}
 
-void ReflectionPass::resize(int width_px, int height_px) {
-    WaterView::resize(width_px, height_px);
+void ReflectionPass::resize(const Frame &frame) {
+    WaterView::resize(frame);
     GLint most = 1;
     glGetIntegerv(GL_MAX_SAMPLES, &most);
     if (const int samples = std::min(samples_, most); samples > 1) {

@@ -11,7 +11,7 @@ namespace paradize {
 class WaterView : public Pass {
   public:
     WaterView(ViewKind kind, float scale) : kind_(kind), scale_(scale) {}
-    void resize(int width_px, int height_px) override;
+    void resize(const Frame &frame) override;
 
   protected:
     /// Draws into the texture, or into another framebuffer of its size.
@@ -32,7 +32,7 @@ class WaterView : public Pass {
 class ReflectionPass : public WaterView {
   public:
     explicit ReflectionPass(const PassSetup &setup);
-    void resize(int width_px, int height_px) override;
+    void resize(const Frame &frame) override;
     void prepare(Frame &frame) override;
 
   private:

@@ -96,7 +96,7 @@ void Renderer::make_targets() {
     pictures_[1] = {};
     make_filter_targets();
     for (const std::unique_ptr<Pass> &pass : passes_) {
-        pass->resize(frame_.width_px, frame_.height_px);
+        pass->resize(frame_);
     }
 }
 
@@ -118,7 +118,7 @@ void Renderer::change_settings(const RenderSettings &settings) {
         } else {
             pass = make_pass(index, {scene_, shaders_, settings});
         }
-        pass->resize(frame_.width_px, frame_.height_px);
+        pass->resize(frame_);
         cached_passes_.push_back({index, before, std::exchange(passes_[i], std::move(pass))});
     }
     if (resized) {
