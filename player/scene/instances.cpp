@@ -38,6 +38,14 @@ int choose_lod(std::span<const float> errors_m, float distance_m, float pixels_a
     return 0;
 }
 
+/// The same with a query, of an instance; negative where it is left out.
+static int choose_lod(const LodQuery &query, float distance_m, float scale, float radius_m) {
+    const float wide_px = 2.0F * radius_m * query.pixels_at_1m / std::max(distance_m, 1e-3F);
+    return wide_px <= query.least_px
+               ? -1
+               : choose_lod(query.errors_m, distance_m, query.pixels_at_1m * scale, query.error_px);
+}
+
 InstanceTree::InstanceTree(std::vector<Instance> &instances) {
     std::vector<std::uint32_t> order(instances.size());
     std::iota(order.begin(), order.end(), 0U);
@@ -159,7 +167,7 @@ InstanceTree::Reach InstanceTree::distances(const Node &node, const View &view, 
 
 int InstanceTree::lod_of(const Instance &instance, const View &view, const LodQuery &query) {
     const float distance_m = glm::distance(query.eye, view.local(instance.center)) - instance.radius_m;
-    return choose_lod(query.errors_m, distance_m, query.pixels_at_1m * instance.scale, query.error_px);
+    return choose_lod(query, distance_m, instance.scale, instance.radius_m);
 }
 
 InstanceTree::CullResult InstanceTree::look(const Node &node, const View &view, const LodQuery &query) {
@@ -168,11 +176,13 @@ InstanceTree::CullResult InstanceTree::look(const Node &node, const View &view, 
         return {side, 0};
     }
     const Reach reach = distances(node, view, query.eye);
-    const auto level = [&](float distance_m, float scale) {
-        return choose_lod(query.errors_m, distance_m, query.pixels_at_1m * scale, query.error_px);
-    };
-    const int finest = level(reach.least_m, node.most_scale * (1.0F + widening));
-    const int coarsest = level(reach.most_m, node.least_scale * (1.0F - widening));
+    const int finest =
+        choose_lod(query, reach.least_m, node.most_scale * (1.0F + widening), node.most_radius_m);
+    const int coarsest =
+        choose_lod(query, reach.most_m, node.least_scale * (1.0F - widening), node.least_radius_m);
+    if (finest < 0) {
+        return {Side::outside, 0};
+    }
     return finest == coarsest ? CullResult{Side::inside, finest} : CullResult{Side::crossed, 0};
 }
 
@@ -196,9 +206,10 @@ void InstanceTree::find_nearest(std::span<const Instance> instances, const View 
         for (std::uint32_t i = node.first; i < node.first + node.count; ++i) {
             const Instance &instance = instances[i];
             const glm::vec3 center = view.local(instance.center);
-            if (view.sees(center, instance.radius_m)) {
+            if (const int lod = lod_of(instance, view, query);
+                lod >= 0 && view.sees(center, instance.radius_m)) {
                 const float distance_m = glm::distance(query.eye, center) - instance.radius_m;
-                nearest.lod = std::min(nearest.lod, lod_of(instance, view, query));
+                nearest.lod = std::min(nearest.lod, lod);
                 nearest.pixels_per_m =
                     std::max(nearest.pixels_per_m, pixels_per_m(distance_m, instance.scale));
             }

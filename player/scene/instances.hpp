@@ -41,12 +41,14 @@ struct InstanceRange {
     bool operator==(const InstanceRange &) const = default;
 };
 
-/// From where levels of detail are chosen, and how fine they must be.
+/// From where levels of detail are chosen, and how fine they must be. Instances no wider than `least_px` are
+/// left out.
 struct LodQuery {
     glm::vec3 eye{0.0F};             // in the view's coordinates
     float pixels_at_1m = 1.0F;       // pixels per metre at a distance of one metre
     float error_px = 1.0F;           // accepted error
     std::span<const float> errors_m; // of an instance of scale 1; level 0 comes first
+    float least_px = 0.0F;
 };
 
 /// The instance that fills most pixels: its pixels per metre of the mesh, at most those at a distance of
@@ -81,8 +83,9 @@ class InstanceTree {
                 take(InstanceRange{node.first, node.count, seen.lod});
             } else if (seen.side == Side::crossed && node.is_leaf()) {
                 for (std::uint32_t i = node.first; i < node.first + node.count; ++i) {
-                    if (view.sees(view.local(instances[i].center), instances[i].radius_m)) {
-                        take(InstanceRange{i, 1, lod_of(instances[i], view, query)});
+                    const int lod = lod_of(instances[i], view, query);
+                    if (lod >= 0 && view.sees(view.local(instances[i].center), instances[i].radius_m)) {
+                        take(InstanceRange{i, 1, lod});
                     }
                 }
             }
@@ -126,6 +129,7 @@ class InstanceTree {
     static Side side_of(const Node &node, const View &view);
     /// Bounds of the distances from a point to the spheres.
     static Reach distances(const Node &node, const View &view, const glm::vec3 &eye);
+    /// Negative: left out.
     static int lod_of(const Instance &instance, const View &view, const LodQuery &query);
 
     std::vector<Node> nodes_; // parents before children

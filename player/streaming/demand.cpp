@@ -196,9 +196,10 @@ NearestInstance Demand::nearest(const Object &object, const Views &views, float 
     for (const View &view : views) {
         if (is_used(view.kind) && drawn_in(*object.file, view.kind)) {
             const View &seen_from = view.kind == ViewKind::light ? main : view;
-            object.tree.find_nearest(object.instances, view,
-                                     {seen_from.eye, seen_from.pixels_at_1m, error_px, object.errors_m},
-                                     main.near_m, out);
+            object.tree.find_nearest(
+                object.instances, view,
+                object.lod_query(view.kind, seen_from.eye, seen_from.pixels_at_1m, error_px), main.near_m,
+                out);
         }
     }
     return out;

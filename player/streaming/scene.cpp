@@ -63,6 +63,7 @@ Scene::Scene(const assets::SceneFile &file, const Streamer &streamer) : file_(fi
                 material.maps[map] = texture(material.values.maps[map]);
             });
             material.id = id_of(material.values);
+            object.glows = object.glows || material.values.emission != glm::vec3(0.0F);
             material.center = object.mesh->measure(m).center;
         }
         add_instances(object);
@@ -156,7 +157,7 @@ void Scene::collect(const View &view, const glm::vec3 &eye, float pixels_at_1m, 
             continue;
         }
         const std::size_t first_item = items.size();
-        object.tree.collect(object.instances, view, {eye, pixels_at_1m, error_px, object.errors_m},
+        object.tree.collect(object.instances, view, object.lod_query(view.kind, eye, pixels_at_1m, error_px),
                             [&](const InstanceRange &seen) {
                                 const int lod = object.mesh->best_level(seen.lod);
                                 if (lod < 0) {

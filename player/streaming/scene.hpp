@@ -31,10 +31,17 @@ struct Object {
     InstanceTree tree;
     std::vector<float> errors_m; // of its levels
     bool dry = true;             // no instance reaches under the water
+    bool glows = false;          // a material gives off light, which is seen however small
     // what its instances have of SceneFile::light_sets, each once; the first is 0: no light
     std::vector<std::uint32_t> light_sets{0};
 
     bool moves() const { return file != nullptr && file->motion.has_value(); }
+    /// Leaves out instances no wider than the accepted error, as if a level of no triangles were the
+    /// coarsest. The light's view keeps them: its shadow map would be drawn anew for each that comes or goes.
+    LodQuery lod_query(ViewKind view, const glm::vec3 &eye, float pixels_at_1m, float error_px) const {
+        const bool leaves_out = view != ViewKind::light && !glows;
+        return {eye, pixels_at_1m, error_px, errors_m, leaves_out ? error_px : 0.0F};
+    }
 };
 
 /// Instances of an object to draw in one view: neighbours in its list, all of one winding, with a level of

@@ -48,7 +48,9 @@ std::vector<int> one_by_one(std::span<const Instance> instances, const View &vie
         const glm::vec3 center = view.local(instance.center);
         const float distance_m = glm::distance(query.eye, center) - instance.radius_m;
         out.push_back(
-            view.sees(center, instance.radius_m)
+            view.sees(center, instance.radius_m) &&
+                    2.0F * instance.radius_m * query.pixels_at_1m / std::max(distance_m, 1e-3F) >
+                        query.least_px
                 ? choose_lod(query.errors_m, distance_m, query.pixels_at_1m * instance.scale, query.error_px)
                 : -1);
     }
@@ -110,7 +112,8 @@ TEST_CASE("instances: the tree finds what a look at each instance finds, in ever
                 for (const View &view : views) {
                     const bool light = view.kind == ViewKind::light;
                     const LodQuery query{light ? main.eye : view.eye,
-                                         light ? main.pixels_at_1m : view.pixels_at_1m, 1.0F, errors_m};
+                                         light ? main.pixels_at_1m : view.pixels_at_1m, 1.0F, errors_m,
+                                         look % 3 == 0 ? 0.0F : 12.0F};
                     const std::vector<int> expected = one_by_one(instances, view, query);
                     CHECK(by_tree(tree, instances, view, query) == expected);
                     NearestInstance nearest{0.0F, 4};
@@ -126,6 +129,8 @@ TEST_CASE("instances: the tree finds what a look at each instance finds, in ever
                                 std::max(most.pixels_per_m, query.pixels_at_1m * instances[i].scale /
                                                                 std::max(distance_m, main.near_m));
                             most.lod = std::min(most.lod, expected[i]);
+                        }
+                        if (view.sees(view.local(instances[i].center), instances[i].radius_m)) {
                             largest = std::max(largest, instances[i].scale);
                         }
                     }

@@ -8,6 +8,7 @@
 
 #include <cmath>
 #include <optional>
+#include <tuple>
 #include <vector>
 
 using namespace paradize;
@@ -36,6 +37,35 @@ TEST_CASE("scene: visible instances are collected with a resident level, hidden 
     items.clear();
     scene.collect(view, {0.0F, 0.0F, 5.0F}, 400.0F, 1.0F, items);
     CHECK(items.empty());
+}
+
+TEST_CASE("scene: what is no wider than the accepted error is left out, but not what gives off light") {
+    if (!test::have_context()) {
+        return;
+    }
+    for (const bool glows : {false, true}) {
+        SmallScene small;
+        for (assets::Material &material : small.file.objects[0].materials) {
+            material.emission = glm::vec3(glows ? 1.0F : 0.0F);
+        }
+        Streamer streamer = small.streamer();
+        const Scene scene(small.file, streamer);
+        streamer.upload({.bytes = 2200});
+        const Instance &instance = scene.objects()[0].instances[0];
+        const glm::vec3 eye = glm::vec3(instance.center) + glm::vec3(0.0F, 0.0F, 5.0F * instance.radius_m);
+        const float wide_px = 2.0F * 400.0F / 4.0F;
+        for (const auto &[kind, error_px, drawn] : {std::tuple(ViewKind::main, 0.99F * wide_px, true),
+                                                    {ViewKind::main, 1.01F * wide_px, glows},
+                                                    {ViewKind::mirror, 1.01F * wide_px, glows},
+                                                    {ViewKind::light, 1.01F * wide_px, true}}) {
+            View view;
+            view.kind = kind;
+            std::vector<DrawItem> items;
+            items.reserve(scene.instance_count());
+            scene.collect(view, eye, 400.0F, error_px, items);
+            CHECK(items.empty() != drawn);
+        }
+    }
 }
 
 TEST_CASE("scene: a scene.json that disagrees with its meshes is rejected") {
