@@ -90,7 +90,9 @@ def find_required_detail(
             hashes = {name: sha256[name] for name in (mesh, *names.values())}
             textures = {key: data[name] for key, name in names.items()}
             arguments = settings | {"glb": data[mesh], "textures": textures}
-            job = Job(f"flat colors of {one.name}", flat_colors_job, arguments, code=code_of(_FLAT))
+            job = Job(
+                f"flat colors of {item.name} {one.name}", flat_colors_job, arguments, code=code_of(_FLAT)
+            )
             keyed_jobs.append((key_of("flat", code_digest(_FLAT), hashes, settings), job))
             measured.append((detail, names))
     answers = _stored_or_run(store, keyed_jobs, FLAT, options)

@@ -24,6 +24,7 @@ from paradize.cluster.serialization import absolute, pack_call, unpack
 from paradize.cluster.workers import DaskWorker, PendingTask
 from paradize.errors import BakeError, ParadizeError, one_line
 from paradize.jobs.pool import Job, Outcome
+from paradize.jobs.process import require_own_names
 
 ABSENT_S = 30.0  # without any worker for this time the bake fails
 LEAVE_S = 5.0  # limit of the clean-up at the end
@@ -81,6 +82,7 @@ class _ClusterScheduler:
         warn: Callable[[str], None] | None,
         max_parallel: int,
     ) -> None:
+        require_own_names(jobs)
         self.client, self.address, self.jobs, self.max_parallel = client, address, jobs, max_parallel
         self.on_outcome, self.on_start, self.warn = on_outcome, on_start, warn
         self.name = token_hex(4)  # id of this bake on the workers

@@ -19,7 +19,7 @@ from typing import Any
 
 from paradize.errors import BakeError, ParadizeError
 from paradize.jobs.limits import TIME_VARIABLE, VARIABLE, cores, memory_limit, time_limit
-from paradize.jobs.process import Answer, Job, Worker, WorkerPool, start_worker
+from paradize.jobs.process import Answer, Job, Worker, WorkerPool, require_own_names, start_worker
 from paradize.kernels.threads import VARIABLE as THREADS
 
 __all__ = ["Job", "Outcome", "WorkerPool", "run_jobs"]
@@ -96,7 +96,7 @@ class _Scheduler:
         self.on_start, self.on_step, self.on_outcome = on_start, on_step, on_outcome
         self.limit = memory_limit()
         time_limit()  # raises for an invalid setting before any job starts
-        assert len({job.name for job in jobs}) == len(jobs), "two jobs of one name would share an outcome"
+        require_own_names(jobs)
         self.waiting = [(job, 1) for job in jobs]  # jobs, and the number of their next try
         self.alone: list[
             tuple[Job, int]

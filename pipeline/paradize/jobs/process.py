@@ -14,7 +14,8 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Callable, Mapping
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from multiprocessing.connection import Connection
 from pathlib import Path
@@ -55,6 +56,13 @@ class Job:
     def most_s(self) -> float:
         """The time limit in seconds. Raises BakeError for an invalid $PARADIZE_TIMEOUT."""
         return time_limit() if self.timeout_s is None else self.timeout_s
+
+
+def require_own_names(jobs: Sequence[Job]) -> None:
+    """Raises ValueError where two jobs of one call have one name: outcomes are found by name."""
+    names = [job.name for job in jobs]
+    if twice := [name for name, count in Counter(names).items() if count > 1]:
+        raise ValueError(f"several jobs are named {twice[0]!r}")
 
 
 @dataclass(frozen=True)

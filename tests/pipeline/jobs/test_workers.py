@@ -140,6 +140,13 @@ def tell_process() -> tuple[int, str | None]:
     return os.getpid(), os.environ.get(THREADS)
 
 
+def test_jobs_of_one_name_are_refused() -> None:
+    """Their outcomes are found by name: one would stand for both."""
+    jobs = [Job("a", os.getpid, {}), Job("b", os.getpid, {}), Job("a", os.getpid, {})]
+    with pytest.raises(ValueError, match="several jobs are named 'a'"):
+        run_jobs(jobs, 1)
+
+
 def test_a_crew_that_is_kept_serves_the_next_call(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv(THREADS, raising=False)
     pool = WorkerPool()

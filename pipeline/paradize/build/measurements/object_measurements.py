@@ -224,8 +224,7 @@ def _measurement(
     hashes = {key: sha256[name] for key, name in textures.items()} | {"mesh": sha256[mesh]}
     key = key_of(kind, code_digest(module), hashes, settings)
     maps = {key: data[name] for key, name in textures.items()}
-    alone = map_set == WHOLE or map_set.startswith(item.name)
-    of = (map_set or item.name) if alone else f"{item.name} {map_set}"
+    of = item.name if map_set in (WHOLE, item.name) else f"{item.name} {map_set}"
     job = Job(
         f"{of} {kind.replace('_', ' ')}",
         function,
