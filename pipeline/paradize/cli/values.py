@@ -31,7 +31,7 @@ def _within(
         try:
             value = parse(text)
         except ValueError:
-            raise argparse.ArgumentTypeError(f"{text!r} is no {what}; allowed: {allowed}") from None
+            raise argparse.ArgumentTypeError(f"{text!r} is not a {what}; allowed: {allowed}") from None
         if not low <= value <= high:
             raise argparse.ArgumentTypeError(f"{text} is out of range; allowed: {allowed}")
         return value
