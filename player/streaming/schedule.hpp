@@ -28,10 +28,10 @@ enum class UploadOrder : std::uint8_t { needs, file };
 
 class Schedule {
   public:
-    UploadOrder order() const { return order_; }
     /// `budget_bytes` 0: no limit, everything is loaded in the end.
     Schedule(std::vector<ScheduledPiece> pieces, std::uint64_t budget_bytes,
              UploadOrder order = UploadOrder::needs);
+    UploadOrder order() const { return order_; }
 
     /// Finds what to load next and what to evict first. A piece that is needed now is never evicted. Loads
     /// come in this order: coarse pieces that are needed now; other pieces that are needed now; those that

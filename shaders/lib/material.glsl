@@ -1,8 +1,8 @@
 // The material of an object. player/gl/material_uniforms.hpp has the same members.
 layout(std140) uniform MaterialUniforms {
-    vec4 base_color;         // linear RGB and opacity, multiplied with the colour map
-    vec3 emission_color;     // linear, multiplied with the emission map
-    float translucency;      // share of the light from behind that passes through
+    vec4 base_color;          // linear RGB and opacity, multiplied with the colour map
+    vec3 emission_color;      // linear, multiplied with the emission map
+    float translucency;       // share of the light from behind that passes through
     vec4 beat;                // hinge in metres; radians per metre that it lags and staggers; 0
     vec2 parallax;            // scale, bias
     vec2 specular_smoothness; // multiplied with the gloss map
