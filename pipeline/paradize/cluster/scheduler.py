@@ -50,9 +50,10 @@ def run_on_cluster(
     on_start, on_outcome: called when a job starts and when it ends. warn: called with a message about each
     worker that cannot be used. max_parallel: largest number of jobs that run at once.
 
-    Raises ClusterLost where no cluster answers. If the cluster disappears later, the outcomes of unfinished
-    jobs hold ClusterLost.
+    Raises ValueError for two jobs of one name, and ClusterLost where no cluster answers. If the cluster
+    disappears later, the outcomes of unfinished jobs hold ClusterLost.
     """
+    require_own_names(jobs)
     client = connect(address)
     scheduler = _ClusterScheduler(
         client=client,
@@ -82,7 +83,6 @@ class _ClusterScheduler:
         warn: Callable[[str], None] | None,
         max_parallel: int,
     ) -> None:
-        require_own_names(jobs)
         self.client, self.address, self.jobs, self.max_parallel = client, address, jobs, max_parallel
         self.on_outcome, self.on_start, self.warn = on_outcome, on_start, warn
         self.name = token_hex(4)  # id of this bake on the workers

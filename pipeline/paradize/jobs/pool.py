@@ -57,8 +57,8 @@ def run_jobs(
     (default: $PARADIZE_THREADS, else the cores divided by the number of workers). pool: workers to use and to
     keep for the next call (default: new workers, which end with this call).
 
-    A failed job raises nothing: its outcome holds the error. Raises BakeError for an invalid $PARADIZE_MEMORY
-    or $PARADIZE_TIMEOUT.
+    A failed job raises nothing: its outcome holds the error. Raises ValueError for two jobs of one name, and
+    BakeError for an invalid $PARADIZE_MEMORY or $PARADIZE_TIMEOUT.
     """
     if threads is None and not os.environ.get(THREADS):
         threads = max(1, cores() // max(1, workers))

@@ -225,6 +225,12 @@ def test_no_scheduler_is_one_message(monkeypatch: pytest.MonkeyPatch, tmp_path: 
     assert address in str(caught.value) and not (tmp_path / "out").exists()
 
 
+def test_jobs_of_one_name_are_refused_before_a_cluster_is_asked() -> None:
+    """Outcomes are counted by name: the call would wait for one more for ever."""
+    with pytest.raises(ValueError, match="several jobs are named 'a'"):
+        run_on_cluster("tcp://127.0.0.1:1", [Job("a", double, {"value": 1}), Job("a", double, {"value": 2})])
+
+
 def test_a_scheduler_without_workers_is_one_message(
     start: Callable[[int], Cluster], monkeypatch: pytest.MonkeyPatch
 ) -> None:
