@@ -56,6 +56,10 @@ class Group:
     count: int
 
 
+# The attributes of a Mesh's vertices beside positions, and their columns.
+ATTRIBUTES = {"normals": 3, "tangents": 4, "uvs": 2, "uvs1": 2, "colors": 4, "sway": 2}
+
+
 @dataclass(frozen=True)
 class Mesh:
     """Indexed triangles. A vertex is unique in (position, normal, uv, uv1).
@@ -99,6 +103,17 @@ class Mesh:
     def all_groups(self) -> tuple[Group, ...]:
         """The groups; of a mesh without any, one of all triangles."""
         return self.groups or (Group("default", "default", 0, len(self.triangles)),)
+
+    def with_vertices(self, source: npt.NDArray[np.integer], triangles: U32, **changed: F32) -> Mesh:
+        """The mesh with the vertices `source` (k,) of it, in this order, and other triangles over them, whose
+        groups are the caller's. changed: attributes (k, ...) that are not taken from it."""
+        same = len(source) == len(self.positions) and bool((source == np.arange(len(source))).all())
+        taken = {
+            name: np.ascontiguousarray(values if same else values[source])
+            for name in ("positions", *ATTRIBUTES)
+            if name not in changed and (values := getattr(self, name)) is not None
+        }
+        return replace(self, **(taken | changed), triangles=triangles)  # type: ignore[arg-type]
 
     def laid_out_for_frames(self) -> tuple[Mesh, U32 | None]:
         """The mesh with the texture coordinates that tangents follow as `uvs`, and the vertex of this mesh
@@ -223,7 +238,7 @@ class HeightMap:
 
 
 @dataclass(frozen=True)
-class DrawnNormals:
+class AuthoredNormals:
     """The normals of an authored map, as metrics compare with them. vectors: (h, w, 3) float32,
     unit, green up. islands: as of HeightMap; None: all texels count."""
 

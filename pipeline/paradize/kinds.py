@@ -77,8 +77,6 @@ __all__ = [
     "expecting",
     "is_ascii_grid",
     "is_gltf",
-    "is_ply",
-    "is_stl",
     "is_surely_other",
     "kind_of",
     "mend_of",
@@ -149,23 +147,6 @@ def is_gltf(path: Path) -> bool:
     if kind in (GLB, GLTF) or head.startswith(b"{"):
         return kind is not BAKED
     return kind in _UNSPECIFIC and path.suffix.lower() in (".glb", ".gltf")
-
-
-def is_ply(path: Path) -> bool:
-    """Whether a file is a PLY by its first bytes or its name. False for what cannot be opened."""
-    return _is(PLY, path)
-
-
-def is_stl(path: Path) -> bool:
-    """Whether a file is an STL by its name, and not by its bytes another. False for what cannot be opened."""
-    return _is(STL, path)
-
-
-def _is(kind: Kind, path: Path) -> bool:
-    try:
-        return kind_of(path) is kind
-    except OSError:
-        return False
 
 
 def _kind_of_text(head: bytes) -> Kind:

@@ -1,4 +1,4 @@
-"""Rows of the stages and the metric of drawn maps, held to numpy's longest floats and to area matrices."""
+"""Rows of the stages and the metric of authored maps, held to numpy's longest floats and to area matrices."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from paradize.metrics.authored import true_normals, true_resized
-from paradize.stages.authored import NormalCoding, drawn_normals, shares
+from paradize.stages.authored import NormalCoding, decoded_normals, shares
 from paradize.stages.green import guess_green
 from paradize.stages.resample import placed, resized
 from tests.extremes.map_rows import NOT_READ, UNIT_ONLY, VECTORS
@@ -30,7 +30,7 @@ def _texels(picture: F32) -> list[npt.NDArray[Any]]:
 
 def _normals(picture: F32) -> list[F32]:
     read_picture(picture)
-    return [drawn_normals(texels, coding) for texels in _texels(picture) for coding in CODINGS]
+    return [decoded_normals(texels, coding) for texels in _texels(picture) for coding in CODINGS]
 
 
 def _reference_normals(picture: F32) -> list[F32]:

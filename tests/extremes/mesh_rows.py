@@ -213,7 +213,7 @@ def _released_error(mesh: Mesh, made: Mesh) -> float:
 def _prepared(mesh: Mesh) -> tuple[Mesh, np.ndarray, float]:
     """As every simplifier begins: vertices joined, those without a triangle dropped, the box made 1."""
     found = used_only(joined_vertices(_creased(mesh), ("normals",))[0])
-    return found, *normalised(found.positions, 1.0)
+    return found, *normalised(found.positions)[:2]
 
 
 def _prepared_error(mesh: Mesh, made: tuple[Mesh, np.ndarray, float]) -> float:

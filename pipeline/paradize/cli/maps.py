@@ -6,7 +6,8 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from paradize.cli.single_file import add_common, add_nodata, bake_file
+from paradize.cli.options import add_common
+from paradize.cli.single_file import add_budget, add_nodata, bake_file
 from paradize.cli.values import number, whole
 from paradize.errors import BakeError
 from paradize.map_table import DERIVED
@@ -145,7 +146,8 @@ def add(sub: argparse.ArgumentParser) -> None:
         metavar="LEVEL",
         help="supercompress KTX2 (level 10)",
     )
-    add_common(sub, "maps")
+    add_budget(sub, "maps")
+    add_common(sub)
 
 
 def run(arguments: argparse.Namespace) -> int:

@@ -5,7 +5,8 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from paradize.cli.single_file import add_common, bake_file
+from paradize.cli.options import add_common
+from paradize.cli.single_file import add_budget, bake_file
 from paradize.cli.values import number, rising, whole
 from paradize.scene import ranges
 from paradize.scene.baker_settings import MeshSettings
@@ -96,11 +97,12 @@ def add(sub: argparse.ArgumentParser) -> None:
         help="where normals are missing, faces at a larger angle meet in a sharp edge "
         f"({MeshSettings.crease_deg:g})",
     )
-    add_common(sub, "mesh")
+    add_budget(sub, "mesh")
+    add_common(sub)
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Runs the command; returns the exit code."""
+    """Bakes the model by the options as the file of -o. Returns the exit code."""
     settings = MeshSettings.of(
         arguments,
         quantise={} if arguments.quantise else None,

@@ -9,7 +9,6 @@ from functools import partial
 from math import isfinite, nan
 from pathlib import Path
 
-from paradize.cli import options
 from paradize.cli.output import say, show, show_json, warn
 from paradize.cli.table import errors_text, head_of, table
 from paradize.cli.values import number
@@ -19,7 +18,7 @@ from paradize.scene.baker_settings import BakerSettings
 
 
 def _budget(kind: str, text: str) -> dict[str, float]:
-    """An option like a scene's [budget]: METRIC=LIMIT, separated by commas. kind: as in add_common."""
+    """An option like a scene's [budget]: METRIC=LIMIT, separated by commas. kind: as in add_budget."""
     from paradize.scene.budget import METRICS
 
     budget = {}
@@ -68,15 +67,14 @@ def add_nodata(sub: argparse.ArgumentParser) -> None:
     )
 
 
-def add_common(sub: argparse.ArgumentParser, kind: str) -> None:
-    """Declares the options of all three. kind: "mesh", "maps" or "terrain"."""
+def add_budget(sub: argparse.ArgumentParser, kind: str) -> None:
+    """Declares --budget. kind: "mesh", "maps" or "terrain"."""
     text = (
         "the largest error accepted (for dB the smallest value); beyond it: a warning, with --tier auto an "
     )
     text += "error; a metric that is not measured here: an error"
     budget = partial(_budget, kind)
     sub.add_argument("--budget", type=budget, default={}, metavar="METRIC=LIMIT,...", help=text)
-    options.add_common(sub)
 
 
 def bake_file(
@@ -86,8 +84,10 @@ def bake_file(
     out: Path | None = None,
     **sources: Path | None,
 ) -> int:
-    """Bakes one file in a worker by build.single_file.bake_single, writes the results (into the folder
-    `arguments.out`, or as the file `out`) and prints them. Returns the exit code."""
+    """Bakes one file, writes what it makes and prints the errors. Returns the exit code.
+
+    The bake is `bake_single(kind, input, settings, **sources)` of build/single_file.py, called in a worker
+    process. What it returns is written as the file `out`, or into the folder `arguments.out`."""
     from paradize.build.single_file import bake_single
     from paradize.cli.progress import progress
     from paradize.jobs.limits import cores

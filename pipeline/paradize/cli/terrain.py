@@ -6,7 +6,8 @@ import argparse
 from pathlib import Path
 
 from paradize.cli import options
-from paradize.cli.single_file import add_common, add_nodata, bake_file
+from paradize.cli.options import add_common
+from paradize.cli.single_file import add_budget, add_nodata, bake_file
 from paradize.cli.values import number
 from paradize.scene import ranges
 from paradize.scene.baker_settings import TerrainSettings
@@ -37,7 +38,8 @@ def add(sub: argparse.ArgumentParser) -> None:
     )
     add_nodata(sub)
     sub.add_argument("--quantise", action="store_true", help="16-bit vertices, inside the same bound")
-    add_common(sub, "terrain")
+    add_budget(sub, "terrain")
+    add_common(sub)
 
 
 def run(arguments: argparse.Namespace) -> int:

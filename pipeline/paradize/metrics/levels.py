@@ -24,7 +24,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from paradize.data import DrawnNormals, rounded
+from paradize.data import AuthoredNormals, rounded
 from paradize.kernels.reference import maps as reference_maps
 from paradize.metrics.filters import EXACT, central_weights, taps
 from paradize.metrics.texels import bc7_codes, decode_texels
@@ -96,9 +96,9 @@ def psnr(squares: float, count: int) -> float:
     return LOSSLESS_DB if mean <= 1e-12 else rounded(float(-10 * Decimal(mean).log10()))
 
 
-def _normals(height_map: HeightMap | DrawnNormals) -> reference_maps.Normals:
+def _normals(height_map: HeightMap | AuthoredNormals) -> reference_maps.Normals:
     """The reference normals for all tiers."""
-    if isinstance(height_map, DrawnNormals):
+    if isinstance(height_map, AuthoredNormals):
         return reference_maps.Vectors(height_map.vectors, islands=height_map.islands)
     return _reference(height_map)
 
@@ -135,7 +135,7 @@ def _filtered(height_map: HeightMap) -> reference_maps.HeightMap:
     )
 
 
-def normal_levels(texture: Texture, height_map: HeightMap | DrawnNormals) -> list[dict[str, float]]:
+def normal_levels(texture: Texture, height_map: HeightMap | AuthoredNormals) -> list[dict[str, float]]:
     """mean_deg, p99_deg and max_deg of each level of a normal map, against the reference of all tiers, or
     against the normals of an authored map.
 
@@ -203,7 +203,7 @@ def value_levels(texture: Texture, level0: F32) -> list[dict[str, float]]:
 
 
 def gloss_levels(
-    texture: Texture, gloss: F32, height_map: HeightMap | DrawnNormals
+    texture: Texture, gloss: F32, height_map: HeightMap | AuthoredNormals
 ) -> list[dict[str, float]]:
     """psnr_db, p99 and max of each level of gloss (h, w, 2), both channels together; width_mean_deg,
     width_p99_deg and width_max_deg: error of a highlight's half-width, at half maximum of GGX's distribution

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from paradize.data import Mesh
-from paradize.kinds import MODEL, expecting, is_gltf, is_ply, is_stl, is_surely_other, require
+from paradize.kinds import MODEL, PLY, STL, Kind, expecting, is_gltf, is_surely_other, kind_of, require
 from paradize.player_limits import FARTHEST_UV
 from paradize.readers.obj import read_obj
 from paradize.readers.record import UNKNOWN_SMOOTHING, Model
@@ -28,17 +28,18 @@ def read_model(path: Path, root: Path | None = None, on_library: list[Path] | No
     """
     if is_surely_other(MODEL, path):  # an archive may hold text that reads as an OBJ
         require(MODEL, path)
+    kind = _kind_or_none(path)
     if is_gltf(path):
         from paradize.readers.gltf.read import read_gltf  # here: an OBJ needs none of it
 
         with expecting(MODEL, path):
             model = read_gltf(path, root, on_library)
-    elif is_ply(path):
+    elif kind is PLY:
         from paradize.readers.ply import read_ply
 
         with expecting(MODEL, path):
             model = read_ply(path)
-    elif is_stl(path):
+    elif kind is STL:
         from paradize.readers.stl import read_stl
 
         with expecting(MODEL, path):
@@ -46,6 +47,14 @@ def read_model(path: Path, root: Path | None = None, on_library: list[Path] | No
     else:
         model = read_obj(path, root, on_library)
     return _with_near_uvs(model, path)
+
+
+def _kind_or_none(path: Path) -> Kind | None:
+    """The kind of a file; None where it cannot be opened, which its reader tells."""
+    try:
+        return kind_of(path)
+    except OSError:
+        return None
 
 
 def _with_near_uvs(model: Model, path: Path) -> Model:

@@ -17,12 +17,12 @@ from paradize.scene.pass_inputs import MADE_OF, drawing_passes, map_inputs
 
 @dataclass(frozen=True)
 class _MapOrigins:
-    """How the maps of a set are made, but for colour and emission. of_heights, drawn, of_color: the maps by
-    way. pictures: the roles of the pictures that each drawn map is made of; none: occlusion that is cast
-    from the mesh, or gloss of the colour beside normals that are not. gloss_of_color: the latter."""
+    """How the maps of a set are made, but for colour and emission. of_heights, authored, of_color: the maps
+    by way. pictures: the roles of the pictures that each authored map is made of; none: occlusion that is
+    cast from the mesh, or gloss of the colour beside normals that are not. gloss_of_color: the latter."""
 
     of_heights: tuple[str, ...]
-    drawn: tuple[str, ...]
+    authored: tuple[str, ...]
     of_color: tuple[str, ...]
     pictures: Mapping[str, tuple[str, ...]]
     gloss_of_color: bool
@@ -36,7 +36,7 @@ def _map_origins(one: MapSet, inputs: Collection[str]) -> _MapOrigins:
     if "normal" in pictures:
         pictures["normal"] = ("normal",) if "normal" in has else ()
         of_heights = ("normal",) if "height" in has and "normal" not in has else ()
-    drawn = [key for key, own in pictures.items() if own or (key == "occlusion" and one.casts_occlusion)]
+    authored = [key for key, own in pictures.items() if own or (key == "occlusion" and one.casts_occlusion)]
     of_color = [key for key in DERIVED if key in inputs and key in one.derived and not pictures.get(key)]
     if "color" not in inputs or "color" not in has:
         of_color = []
@@ -46,9 +46,9 @@ def _map_origins(one: MapSet, inputs: Collection[str]) -> _MapOrigins:
         gloss_of_color = "gloss" in of_color and "normal" in inputs
     if gloss_of_color:  # its mips widen by the normals
         of_color.remove("gloss")
-        drawn.append("gloss")
+        authored.append("gloss")
         pictures["gloss"] = ()
-    return _MapOrigins(of_heights, tuple(drawn), tuple(of_color), pictures, gloss_of_color)
+    return _MapOrigins(of_heights, tuple(authored), tuple(of_color), pictures, gloss_of_color)
 
 
 def add_map_set(
@@ -75,9 +75,9 @@ def add_map_set(
     if origins.of_heights:
         heights = {"image": one.pictures["height"]}
         add("bumps", "maps", heights, origins.of_heights, _map_settings(one, "height", origins.of_heights))
-    if origins.drawn:
-        sources, settings = _drawn_maps(one, origins, with_normals="normal" in inputs)
-        add("drawn maps", "authored", sources, origins.drawn, settings)
+    if origins.authored:
+        sources, settings = _authored_maps(one, origins, with_normals="normal" in inputs)
+        add("authored maps", "authored", sources, origins.authored, settings)
     if origins.of_color:
         color = {"image": one.pictures["color"]}
         add("maps", "maps", color, origins.of_color, _map_settings(one, "color", origins.of_color))
@@ -128,24 +128,24 @@ def _map_settings(one: MapSet, source: str, keys: Sequence[str]) -> dict[str, An
     return asdict(settings)
 
 
-def _drawn_maps(
+def _authored_maps(
     one: MapSet, origins: _MapOrigins, *, with_normals: bool
 ) -> tuple[dict[str, Path], dict[str, Any]]:
-    """The sources and the settings of the drawn maps. with_normals: whether normals are read."""
+    """The sources and the settings of the authored maps. with_normals: whether normals are read."""
     has = one.pictures
-    roles = [role for key in origins.drawn for role in origins.pictures[key]]
-    if "gloss" in origins.drawn and "normal" in has and "normal" not in roles:
+    roles = [role for key in origins.authored for role in origins.pictures[key]]
+    if "gloss" in origins.authored and "normal" in has and "normal" not in roles:
         roles.append("normal")
     sources, bumps, brightness = {role: has[role] for role in roles}, None, None
-    if "gloss" in origins.drawn and with_normals and "normal" not in has:
+    if "gloss" in origins.authored and with_normals and "normal" not in has:
         source = "height" if "height" in has else "color"
         sources["bumps"], bumps = has[source], _map_settings(one, source, ["normal"])
     if origins.gloss_of_color:
         sources["brightness"], brightness = has["color"], _map_settings(one, "color", ["gloss"])
-    cast = one.casts_occlusion and "occlusion" in origins.drawn
+    cast = one.casts_occlusion and "occlusion" in origins.authored
     fields_of = _fields(one.authored, roles, cast=cast)
     settings = AuthoredSettings(
-        only=list(origins.drawn), bumps=bumps, brightness=brightness, **fields_of, **_common(one)
+        only=list(origins.authored), bumps=bumps, brightness=brightness, **fields_of, **_common(one)
     )
     return sources, asdict(settings)
 

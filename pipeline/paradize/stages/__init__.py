@@ -22,7 +22,6 @@ __all__ = [
     "refine",
     "reproject",
     "resample",
-    "split",
     "sway",
     "sweep",
     "tangents",

@@ -92,7 +92,7 @@ def _black(texels: Values, coding: NormalCoding) -> npt.NDArray[np.bool_]:
     return np.asarray(~texels[:, :, :3].any(axis=2), np.bool_)
 
 
-def drawn_normals(texels: Values, coding: NormalCoding) -> F32:
+def decoded_normals(texels: Values, coding: NormalCoding) -> F32:
     """Unit normals (n, w, 3), green up, of texels (n, w, 3 or 4): codes or finite floats."""
     vectors = _vectors(texels, coding)
     vectors[:, :, 0] *= coding.scale

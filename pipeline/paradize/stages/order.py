@@ -12,7 +12,6 @@ Sander, D. Nehab and J. Barczak, "Fast triangle reordering for vertex locality a
 from __future__ import annotations
 
 import ctypes
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -21,7 +20,6 @@ from meshoptimizer._loader import find_library
 from paradize.data import Group, Mesh
 from paradize.errors import BakeError
 from paradize.kernels.mesh import number_corners
-from paradize.stages.split import ATTRIBUTES
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -60,11 +58,7 @@ def draw_order(mesh: Mesh) -> Mesh:
     parts = [_ordered(mesh.triangles[g.first : g.first + g.count], points) for g in groups]
     triangles = np.concatenate(parts)
     source, numbers = _first_use(triangles, count)
-    arrays = {
-        name: None if (values := getattr(mesh, name)) is None else np.ascontiguousarray(values[source])
-        for name in ("positions", *ATTRIBUTES)
-    }
-    return replace(mesh, **arrays, triangles=numbers)  # type: ignore[arg-type]
+    return mesh.with_vertices(source, numbers)
 
 
 def _centred(positions: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:

@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from paradize.data import Mesh
+from paradize.data import ATTRIBUTES, Mesh
 from paradize.errors import BakeError
 from paradize.kernels.mesh import number_corners
 
 if TYPE_CHECKING:
     import numpy.typing as npt
-
-ATTRIBUTES = ("normals", "tangents", "uvs", "uvs1", "colors", "sway")
 
 
 def split_by(mesh: Mesh, **corners: npt.NDArray[np.float32]) -> Mesh:
@@ -31,10 +28,5 @@ def split_by(mesh: Mesh, **corners: npt.NDArray[np.float32]) -> Mesh:
     base = mesh.triangles.reshape(-1)
     flat = {name: values.reshape(len(base), values.shape[-1]) for name, values in corners.items()}
     index, first = number_corners(base, np.concatenate(list(flat.values()), axis=1))
-    source = base[first]
-    arrays = {
-        name: None if (values := getattr(mesh, name)) is None else np.ascontiguousarray(values[source])
-        for name in ("positions", *ATTRIBUTES)
-    }
-    arrays |= {name: np.ascontiguousarray(values[first], np.float32) for name, values in flat.items()}
-    return replace(mesh, **arrays, triangles=index.reshape(-1, 3))  # type: ignore[arg-type]
+    changed = {name: np.ascontiguousarray(values[first], np.float32) for name, values in flat.items()}
+    return mesh.with_vertices(base[first], index.reshape(-1, 3), **changed)

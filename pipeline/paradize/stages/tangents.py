@@ -7,14 +7,9 @@ opposite w.
 
 from __future__ import annotations
 
-from dataclasses import replace
-
-import numpy as np
-
 from paradize.data import Mesh
 from paradize.errors import BakeError
 from paradize.kernels.mesh import TANGENT_METHODS, split_tangents
-from paradize.stages.split import ATTRIBUTES
 
 # The quicker first. Every tier takes MikkTSpace's frames unless told otherwise: normal maps are painted for
 # them, and they take only a tenth of a second for a million triangles.
@@ -47,8 +42,4 @@ def tangent_frames(mesh: Mesh, method: str = "mikktspace") -> Mesh:
         laid.positions, laid.normals, laid.uvs, laid.triangles, method=method
     )
     source = source if vertex is None else vertex[source]
-    arrays = {
-        name: None if (values := getattr(mesh, name)) is None else np.ascontiguousarray(values[source])
-        for name in ("positions", *ATTRIBUTES)
-    }
-    return replace(mesh, **(arrays | {"tangents": tangents}), triangles=triangles)  # type: ignore[arg-type]
+    return mesh.with_vertices(source, triangles, tangents=tangents)

@@ -8,11 +8,11 @@ counts its edges again; a different count is an error of ours.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from paradize.data import Group, Mesh
+from paradize.data import ATTRIBUTES, Group, Mesh
 from paradize.errors import BakeError, SourceError
 from paradize.kernels import openmesh
 from paradize.kernels.mesh import Occurrences, Topology, number_rows, topology
@@ -20,7 +20,6 @@ from paradize.kernels.mesh import Occurrences, Topology, number_rows, topology
 if TYPE_CHECKING:
     import numpy.typing as npt
 
-_OPTIONAL = {"normals": 3, "tangents": 4, "uvs": 2, "uvs1": 2, "colors": 4, "sway": 2}
 # OpenMesh needs about 300 bytes for each triangle. Larger meshes are not counted twice.
 _MOST_COUNTED_TWICE = 500_000
 
@@ -158,7 +157,7 @@ def _require_arrays(mesh: Mesh, file: object) -> None:
             f"index {int(mesh.triangles.max())} of {count} vertices", file=file, place=f"triangle {at}"
         )
     arrays = {"positions": (mesh.positions, 3)}
-    arrays |= {name: (getattr(mesh, name), width) for name, width in _OPTIONAL.items()}
+    arrays |= {name: (getattr(mesh, name), width) for name, width in ATTRIBUTES.items()}
     for name, (values, width) in arrays.items():
         if values is None:
             continue
@@ -209,18 +208,14 @@ def _keep(mesh: Mesh, kept: npt.NDArray[np.bool_]) -> tuple[Mesh, int]:
     used = np.zeros(len(mesh.positions), np.bool_)
     used[triangles] = True
     number = (np.cumsum(used) - 1).astype(np.uint32)
-    arrays: dict[str, Any] = {
-        name: None if (values := getattr(mesh, name)) is None else np.ascontiguousarray(values[used])
-        for name in ("positions", *_OPTIONAL)
-    }
     before = np.concatenate([[0], np.cumsum(kept)])
     groups: list[Group] = []
     for group in mesh.all_groups:
         first, stop = int(before[group.first]), int(before[group.first + group.count])
         if stop > first:
             groups.append(Group(group.name, group.material, first, stop - first))
-    sound = replace(mesh, **arrays, triangles=number[triangles], groups=tuple(groups))
-    return sound, int((~used).sum())
+    sound = mesh.with_vertices(np.flatnonzero(used), number[triangles])
+    return replace(sound, groups=tuple(groups)), int((~used).sum())
 
 
 def _zero_area_uv(mesh: Mesh) -> npt.NDArray[np.bool_]:

@@ -11,10 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from paradize.data import Mesh
+from paradize.data import ATTRIBUTES, Mesh
 from paradize.errors import BakeError
 from paradize.kernels.mesh import number_rows, weld_points
-from paradize.stages.split import ATTRIBUTES
 
 
 @dataclass(frozen=True)

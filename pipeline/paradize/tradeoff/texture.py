@@ -198,7 +198,7 @@ def _drawn(sources: dict[str, Path], settings: Settings, **more: Any) -> dict[st
 def authored_tier(
     sources: dict[str, Path], settings: Settings, name: str, fmt: str, tier: str, runs: int | None
 ) -> TrialResult:
-    """A drawn map with its mips in a format; errors of level 0 against its picture."""
+    """An authored map with its mips in a format; errors of level 0 against its picture."""
     own = {"tier": tier, "fmt": fmt, "only": [name]}
     seconds, made = timed(lambda: _drawn(sources, settings, measure=False, **own)[name], runs)
     errors = _drawn(sources, settings, **own)[name].errors

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from paradize.data import DrawnNormals, Texture
+from paradize.data import AuthoredNormals, Texture
 from paradize.kernels.reference import maps as reference_maps
 from paradize.metrics import levels
 from tests.pipeline import map_truth as truth
@@ -30,7 +30,7 @@ def chain_of(normals: np.ndarray, count: int) -> list[np.ndarray]:
 def test_drawn_normals_of_every_level_are_held_to_their_means(shape: tuple[int, int]) -> None:
     normals, texture = some_normals(*shape), truth.random_texture("BC5_SNORM", *shape)
     chain = [truth.normalised(level) for level in chain_of(normals, len(texture.levels))]
-    near(levels.normal_levels(texture, DrawnNormals(normals)), truth.angles(texture, chain))
+    near(levels.normal_levels(texture, AuthoredNormals(normals)), truth.angles(texture, chain))
 
 
 def test_texels_whose_area_leaves_the_islands_are_not_measured() -> None:
@@ -41,7 +41,7 @@ def test_texels_whose_area_leaves_the_islands_are_not_measured() -> None:
     chain = [truth.normalised(level) for level in chain_of(normals, len(texture.levels))]
     inside = (islands >= 0).astype(np.float64)[:, :, None]
     masks = [truth.mean(inside, k)[:, :, 0] > 1 - 1e-9 for k in range(len(texture.levels))]
-    found = levels.normal_levels(texture, DrawnNormals(normals, islands))
+    found = levels.normal_levels(texture, AuthoredNormals(normals, islands))
     near(found, truth.angles(texture, chain, masks))
 
 
@@ -57,7 +57,7 @@ def test_gloss_beside_drawn_normals_is_wider_by_what_their_means_lose(shape: tup
         smooth = 1 - np.minimum(1.0, truth.mean(squared, k) + lost) ** 0.25
         exact = np.concatenate([truth.mean(gloss[:, :, :1].astype(np.float64), k), smooth], axis=2)
         wanted.append(truth.differences(truth.decode_texels(texture, k), exact))
-    found = levels.gloss_levels(texture, gloss, DrawnNormals(normals))
+    found = levels.gloss_levels(texture, gloss, AuthoredNormals(normals))
     near([{key: one[key] for key in ("psnr_db", "p99", "max")} for one in found], wanted)
 
 
@@ -68,7 +68,7 @@ def test_a_turn_of_one_degree_is_found_again() -> None:
     turned = np.cos(np.radians(1)) * exact + np.sin(np.radians(1)) * side
     codes = np.rint(turned[:, :, :2] * 32767).astype("<i2")
     texture = Texture("RG16_SNORM", 64, 64, (codes.tobytes(),))
-    (found,) = levels.normal_levels(texture, DrawnNormals(hills(64, 64)))
+    (found,) = levels.normal_levels(texture, AuthoredNormals(hills(64, 64)))
     assert found["mean_deg"] == pytest.approx(1.0, abs=0.01)
 
 
@@ -90,4 +90,4 @@ def test_vectors_that_are_none_are_refused(
 def test_vectors_beside_a_texture_of_another_size_are_refused() -> None:
     texture = truth.random_texture("BC5_SNORM", 8, 8)
     with pytest.raises(ValueError, match="beside"):
-        levels.normal_levels(texture, DrawnNormals(some_normals(8, 4)))
+        levels.normal_levels(texture, AuthoredNormals(some_normals(8, 4)))

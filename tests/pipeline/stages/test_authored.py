@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from paradize.metrics.authored import true_normals, true_resized
-from paradize.stages.authored import NormalCoding, drawn_normals, is_signed, shares, survey_normals
+from paradize.stages.authored import NormalCoding, decoded_normals, is_signed, shares, survey_normals
 from paradize.stages.green import guess_green
 from paradize.stages.resample import resized
 from tests.pipeline import map_truth as truth
@@ -31,7 +31,7 @@ def test_the_two_codes_in_the_middle_are_both_zero_and_the_ends_are_one(kind: An
     texels = np.zeros((1, 4, 3), kind)
     texels[0, 0], texels[0, 1] = (top // 2, top // 2 + 1, top), (top // 2 + 1, top // 2, top)
     texels[0, 2], texels[0, 3] = (top, top // 2, top // 2), (0, top // 2, top // 2)
-    found = drawn_normals(texels, NormalCoding())
+    found = decoded_normals(texels, NormalCoding())
     assert found[0].tolist() == [[0, 0, 1], [0, 0, 1], [1, 0, 0], [-1, 0, 0]]
 
 
@@ -54,7 +54,7 @@ CODINGS = st.builds(
 def test_any_codes_become_unit_normals_above_the_surface_that_the_reference_agrees_with(
     texels: np.ndarray, coding: NormalCoding
 ) -> None:
-    found = drawn_normals(texels, coding)
+    found = decoded_normals(texels, coding)
     assert np.abs(np.linalg.norm(found.astype(np.float64), axis=2) - 1).max() < 1e-6
     assert (found[:, :, 2] >= 0).all()
     wanted = true_normals(
@@ -73,7 +73,7 @@ def test_any_codes_become_unit_normals_above_the_surface_that_the_reference_agre
     signed=st.booleans(),
 )
 def test_floats_of_any_size_become_unit_normals(vectors: np.ndarray, signed: bool) -> None:
-    found = drawn_normals(vectors, NormalCoding(signed=signed))
+    found = decoded_normals(vectors, NormalCoding(signed=signed))
     assert np.abs(np.linalg.norm(found.astype(np.float64), axis=2) - 1).max() < 1e-6
 
 
@@ -82,7 +82,7 @@ def test_floats_of_unit_vectors_are_read_as_they_are_and_coded_ones_are_decoded(
     assert is_signed(vectors) and not is_signed((0.5 * vectors + 0.5).astype(np.float32))
     assert not is_signed(np.zeros((4, 4, 3), np.uint8))
     for texels, signed in ((vectors, True), ((0.5 * vectors + 0.5).astype(np.float32), False)):
-        assert degrees(drawn_normals(texels, NormalCoding(signed=signed)), vectors) < 1e-3
+        assert degrees(decoded_normals(texels, NormalCoding(signed=signed)), vectors) < 1e-3
 
 
 def test_a_survey_counts_what_is_wrong_inside_alone() -> None:
@@ -134,7 +134,7 @@ def flipped(normals: np.ndarray) -> np.ndarray:
 
 def coded(normals: np.ndarray) -> np.ndarray:
     """As 8 bits hold them."""
-    return drawn_normals(np.rint(normals * 127.5 + 127.5).astype(np.uint8), NormalCoding())
+    return decoded_normals(np.rint(normals * 127.5 + 127.5).astype(np.uint8), NormalCoding())
 
 
 @settings(max_examples=25, deadline=None)

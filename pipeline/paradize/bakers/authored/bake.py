@@ -19,7 +19,7 @@ import numpy as np
 
 from paradize.bakers.authored.cast import CastMap, cast_occlusion
 from paradize.bakers.authored.normals import normal_coding
-from paradize.bakers.authored.pictures import Drawn, read_drawn
+from paradize.bakers.authored.pictures import RolePicture, read_pictures
 from paradize.bakers.authored.rows import F64, Channel, Layouts, MadeGloss, MadeNormals, NormalRows, ValueRows
 from paradize.bakers.authored.textures import GlossMap, NormalMap, ValueMap
 from paradize.bakers.maps.bake import map_rows, read_layout, unit_of_heights
@@ -79,11 +79,11 @@ def bake_authored(
     report_step("reading")
     roles = [role for name in names for role in ROLES[name] if role != "brightness"]
     roles += ["normal"] if "gloss" in names and "normal" not in roles else []
-    drawn = read_drawn(sources, roles, used.channels)
+    pictures = read_pictures(sources, roles, used.channels)
     cast = None
     if used.occlusion_cast and "occlusion" in names:
         cast = _cast(uv, root, used, tier, measure)
-        drawn["occlusion"] = cast.drawn
+        pictures["occlusion"] = cast.picture
     wrap = wraps_of(used.wrap)
     materials = used.layout_materials
     layouts: Layouts = cache(
@@ -92,7 +92,7 @@ def bake_authored(
         )
     )
     bumps = None
-    if "gloss" in names and "normal" not in drawn and "bumps" in sources:
+    if "gloss" in names and "normal" not in pictures and "bumps" in sources:
         made_with = MapSettings(**used.bumps or {})
         bumps = map_rows(sources["bumps"], made_with, uv=uv, root=root, tier=tier, measure=measure)[0]
     brightness, said = None, list[str]()
@@ -103,7 +103,7 @@ def bake_authored(
         )
         brightness, said = MadeGloss(rows, layouts), picture.warnings
     maps = _Maps(
-        drawn=drawn,
+        pictures=pictures,
         settings=used,
         layouts=layouts,
         wrap=wrap,
@@ -148,7 +148,7 @@ def _names(sources: Mapping[str, Path], settings: AuthoredSettings, tier: str) -
         mend = "leave one of them out"
         raise BakeError("a roughness and a smoothness map of one material", mend=mend)
     if "brightness" in sources and any(role in sources for role in ROLES["gloss"][:3]):
-        raise BakeError("gloss that is made of a picture, and a drawn one", mend="leave one of them out")
+        raise BakeError("gloss that is made of a picture, and an authored one", mend="leave one of them out")
     if settings.occlusion_cast:
         if "occlusion" in sources:
             mend = "leave one of them out"
@@ -162,7 +162,7 @@ class _Maps:
 
     def __init__(
         self,
-        drawn: dict[str, Drawn],
+        pictures: dict[str, RolePicture],
         settings: AuthoredSettings,
         layouts: Layouts,
         wrap: tuple[bool, bool],
@@ -170,7 +170,7 @@ class _Maps:
         bumps: MapRows | None,
         brightness: MadeGloss | None,
     ) -> None:
-        self._drawn, self._settings, self._layouts = drawn, settings, layouts
+        self._pictures, self._settings, self._layouts = pictures, settings, layouts
         self._bumps, self._brightness = bumps, brightness
         self._wrap, self._measure = wrap, measure
         self._coding = cache(self._find_coding)
@@ -191,7 +191,7 @@ class _Maps:
         if isinstance(rows, ValueRows) and name != "gloss":
             return ValueMap(rows, truth), warnings
         normals: NormalRows | MadeNormals | None = None
-        if "normal" in self._drawn:
+        if "normal" in self._pictures:
             normals = self._normals(rows.size)
         elif self._bumps is not None:
             normals = MadeNormals(self._bumps, self._layouts, self._wrap, rows.size)
@@ -200,30 +200,30 @@ class _Maps:
     def one_texel(self, values: tuple[float, ...]) -> ValueMap:
         """A map of one texel of these values."""
         channels = [
-            Channel(Drawn(Path(), np.full((1, 1), value, np.float32)), 0.0, 1.0, lambda v: v)
+            Channel(RolePicture(Path(), np.full((1, 1), value, np.float32)), 0.0, 1.0, lambda v: v)
             for value in values
         ]
         rows = ValueRows(channels, lambda _: None, self._wrap)
         return ValueMap(rows, rows.truth(lambda _: None) if self._measure else None)
 
     def _find_coding(self) -> tuple[Any, list[str]]:
-        drawn = self._drawn["normal"]
+        picture = self._pictures["normal"]
         return normal_coding(
-            drawn,
-            self._layouts(drawn.size),
+            picture,
+            self._layouts(picture.size),
             green_down=self._settings.green_down,
             scale=self._settings.normal_scale,
         )
 
     def _normals(self, size: tuple[int, int] | None) -> NormalRows:
-        return NormalRows(self._drawn["normal"], self._coding()[0], self._layouts, self._wrap, size)
+        return NormalRows(self._pictures["normal"], self._coding()[0], self._layouts, self._wrap, size)
 
     def _channels(self, name: str) -> tuple[list[Channel], list[str]]:
         used = self._settings
         if name == "height":
             return self._height()
         if name == "gloss":
-            rough = "roughness" if "roughness" in self._drawn else "smoothness"
+            rough = "roughness" if "roughness" in self._pictures else "smoothness"
             factor = used.roughness
             channels = [
                 self._channel("specular", 0.0, used.specular, lambda v: v * used.specular, used.specular),
@@ -239,7 +239,7 @@ class _Maps:
                     "occlusion", 1.0 - strength, strength, lambda v: true_occlusion(v, strength), 1.0
                 ),
             ]
-            if "metalness" in self._drawn:
+            if "metalness" in self._pictures:
                 metal = used.metalness
                 channels.append(self._channel("metalness", 0.0, metal, lambda v: v * metal, metal))
         return channels, _beyond(channels)
@@ -256,49 +256,49 @@ class _Maps:
     ) -> Channel:
         """offset + gain * v of the role's picture; `alone` where it has none. turned: the picture holds
         1 - v."""
-        if role not in self._drawn:
+        if role not in self._pictures:
             return Channel(None, alone, 0.0, truth)
         if turned != (role in self._settings.inverted):
             turned_truth = truth
             offset, gain, truth = offset + gain, -gain, lambda v: turned_truth(1.0 - v)
-        return Channel(self._drawn[role], offset, gain, truth)
+        return Channel(self._pictures[role], offset, gain, truth)
 
     def _height(self) -> tuple[list[Channel], list[str]]:
-        drawn = self._drawn["height"]
+        picture = self._pictures["height"]
         low, span = 0.0, 1.0
         warnings: list[str] = []
-        if drawn.values.dtype == np.float32:
-            (low, span), warnings = unit_of_heights(drawn.values, drawn.path)
-        elif drawn.values.dtype == np.uint8:
+        if picture.values.dtype == np.float32:
+            (low, span), warnings = unit_of_heights(picture.values, picture.path)
+        elif picture.values.dtype == np.uint8:
             warnings = [
-                f"{drawn.path}: heights of 8 bits stand in 255 steps; save it with 16 bits or as float"
+                f"{picture.path}: heights of 8 bits stand in 255 steps; save it with 16 bits or as float"
             ]
         gain, offset = 1.0 / span, -low / span
         if "height" in self._settings.inverted:
-            return [Channel(drawn, 1.0 - offset, -gain, lambda v: 1.0 - (v - low) / span)], warnings
-        return [Channel(drawn, offset, gain, lambda v: (v - low) / span)], warnings
+            return [Channel(picture, 1.0 - offset, -gain, lambda v: 1.0 - (v - low) / span)], warnings
+        return [Channel(picture, offset, gain, lambda v: (v - low) / span)], warnings
 
 
 def _beyond(channels: list[Channel]) -> list[str]:
     """Says which float values a map cannot hold."""
     found = []
-    for drawn in (one.drawn for one in channels if one.drawn is not None):
-        if drawn.values.dtype != np.float32:
+    for picture in (one.picture for one in channels if one.picture is not None):
+        if picture.values.dtype != np.float32:
             continue
-        least, most = float(drawn.values.min()), float(drawn.values.max())
+        least, most = float(picture.values.min()), float(picture.values.max())
         if least < 0.0 or most > 1.0:
             what = f"runs from {least:g} to {most:g}; what is below 0 counts as 0, and above 1 as 1"
-            found.append(f"{drawn.path}: {what}")
+            found.append(f"{picture.path}: {what}")
     return found
 
 
 def _enlarged(channels: list[Channel], size: tuple[int, int]) -> list[str]:
     """The pictures that are smaller than their map."""
     return [
-        f"{one.drawn.path}: {one.drawn.size[1]} x {one.drawn.size[0]} texels are enlarged to {size[1]} x "
-        f"{size[0]}, the size of the picture beside it in the same map"
+        f"{one.picture.path}: {one.picture.size[1]} x {one.picture.size[0]} texels are enlarged to "
+        f"{size[1]} x {size[0]}, the size of the picture beside it in the same map"
         for one in channels
-        if one.drawn is not None and not one.drawn.cast and one.drawn.size != size
+        if one.picture is not None and not one.picture.cast and one.picture.size != size
     ]
 
 

@@ -1,11 +1,11 @@
-"""Occlusion that is cast from a model instead of drawn: read, cast, measure."""
+"""Occlusion that is cast from a model instead of authored: read, cast, measure."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
 
-from paradize.bakers.authored.pictures import Drawn
+from paradize.bakers.authored.pictures import RolePicture
 from paradize.errors import BakeError
 from paradize.jobs.progress import report_step
 from paradize.material import OVERHANG, repeating, uv_width
@@ -23,9 +23,9 @@ _DARK = 0.1  # the same of those that no light reaches
 
 @dataclass(frozen=True)
 class CastMap:
-    """drawn: the occlusion as a picture of floats. errors: of the rays, by the names of budgets."""
+    """picture: the occlusion as a picture of floats. errors: of the rays, by the names of budgets."""
 
-    drawn: Drawn
+    picture: RolePicture
     errors: dict[str, float]
     warnings: list[str]
 
@@ -77,7 +77,7 @@ def cast_occlusion(
         report_step("measuring occlusion")
         found = cast_errors(made.values, mesh, on.triangles, blocking.triangles, reach=reach)
         errors = {f"occlusion_{name}": value for name, value in found.items()}
-    return CastMap(Drawn(model, made.values, cast=True), errors, _warnings(model, made))
+    return CastMap(RolePicture(model, made.values, cast=True), errors, _warnings(model, made))
 
 
 def _warnings(model: Path, made: Occlusion) -> list[str]:

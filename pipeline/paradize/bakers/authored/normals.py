@@ -10,14 +10,14 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from paradize.bakers.authored.pictures import Drawn
+from paradize.bakers.authored.pictures import RolePicture
 from paradize.bakers.maps.rows import Layout
 from paradize.errors import SourceError
 from paradize.stages.authored import (
     UNIT_WITHIN,
     NormalCoding,
     NormalSurvey,
-    drawn_normals,
+    decoded_normals,
     is_signed,
     survey_normals,
 )
@@ -30,18 +30,18 @@ _SAMPLE = 1024  # texels along a side that the direction of green is guessed fro
 
 
 def normal_coding(
-    drawn: Drawn, layout: Layout | None, *, green_down: bool | None, scale: float
+    picture: RolePicture, layout: Layout | None, *, green_down: bool | None, scale: float
 ) -> tuple[NormalCoding, list[str]]:
     """How the picture holds normals, and warnings. green_down: None: as its slopes say. Raises SourceError
     for a picture that is not a normal map."""
-    values, path = drawn.values, drawn.path
-    inside = np.ones(drawn.size, np.bool_) if layout is None else layout.islands >= 0
+    values, path = picture.values, picture.path
+    inside = np.ones(picture.size, np.bool_) if layout is None else layout.islands >= 0
     coding = NormalCoding(
         signed=is_signed(values), without_z=bool(values[:, :, :2].any() and not values[:, :, 2].any())
     )
     seen = reduce(
         add,
-        (survey_normals(values[a:b], coding, inside[a:b]) for a, b in bands_of(*drawn.size)),
+        (survey_normals(values[a:b], coding, inside[a:b]) for a, b in bands_of(*picture.size)),
         NormalSurvey(),
     )
     _require_normals(seen, path)
@@ -67,7 +67,7 @@ def _guess(values: npt.NDArray[np.generic], coding: NormalCoding) -> str | None:
     top, left = (max(0, (size - _SAMPLE) // 2) for size in values.shape[:2])
     part = values[top : top + _SAMPLE, left : left + _SAMPLE]
     bands = bands_of(*part.shape[:2])
-    return guess_green(np.concatenate([drawn_normals(part[first:last], coding) for first, last in bands]))
+    return guess_green(np.concatenate([decoded_normals(part[first:last], coding) for first, last in bands]))
 
 
 def _require_normals(seen: NormalSurvey, path: Path) -> None:

@@ -18,9 +18,9 @@ CHANNELS = ("rgb", "r", "g", "b", "a", "luminance")
 
 
 @dataclass(frozen=True)
-class Drawn:
+class RolePicture:
     """The texels that a role uses of its picture. values: (h, w, 3) of a normal map, else (h, w); codes uint8
-    or uint16, or finite floats. cast: made of the model at `path`, not drawn."""
+    or uint16, or finite floats. cast: made of the model at `path`, not authored."""
 
     path: Path
     values: Values
@@ -32,20 +32,20 @@ class Drawn:
         return self.values.shape[0], self.values.shape[1]
 
 
-def read_drawn(
+def read_pictures(
     sources: Mapping[str, Path], roles: Iterable[str], channels: Mapping[str, str]
-) -> dict[str, Drawn]:
+) -> dict[str, RolePicture]:
     """The pictures of the roles that have one. Each file is read once, whatever its profile of colours says.
     Raises SourceError for what cannot be read, BakeError for a channel that there is not."""
-    found: dict[str, Drawn] = {}
+    found: dict[str, RolePicture] = {}
     wanted = [role for role in roles if role in sources]
     for path in dict.fromkeys(sources[role] for role in wanted):
         values: Values = read_image(path, color_space="data").values
         for role in (role for role in wanted if sources[role] == path):
             if role == "normal":
-                found[role] = Drawn(path, _colored(values, path))
+                found[role] = RolePicture(path, _colored(values, path))
             else:
-                found[role] = Drawn(path, _plane(values, channels.get(role, "luminance"), path, role))
+                found[role] = RolePicture(path, _plane(values, channels.get(role, "luminance"), path, role))
     return found
 
 

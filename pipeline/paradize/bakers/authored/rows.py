@@ -1,4 +1,4 @@
-"""Rows of the maps of drawn pictures, level 0, and what metrics compare them with.
+"""Rows of the maps of authored pictures, level 0, and what metrics compare them with.
 
 Pictures of one map may have different sizes: the map takes the larger size along each axis, and the smaller
 picture is enlarged as a sampler would show it.
@@ -12,16 +12,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from paradize.bakers.authored.pictures import Drawn, Values
+from paradize.bakers.authored.pictures import RolePicture, Values
 from paradize.bakers.maps.rows import Layout, MapRows
-from paradize.data import DrawnNormals, HeightMap
+from paradize.data import AuthoredNormals, HeightMap
 from paradize.metrics.authored import (
     true_normals,
     true_resized,
     true_shares,
 )
 from paradize.stages import gutter
-from paradize.stages.authored import NormalCoding, drawn_normals, shares
+from paradize.stages.authored import NormalCoding, decoded_normals, shares
 from paradize.stages.filters import REFERENCE_FILTER
 from paradize.stages.resample import resized
 from paradize.stages.sweep import bands_of
@@ -45,7 +45,7 @@ class Channel:
     """A channel of a map: offset + gain * the picture's share of 1, within 0..1; without a picture `offset`
     alone. truth: the same by metrics/authored.py, in float64."""
 
-    drawn: Drawn | None
+    picture: RolePicture | None
     offset: float
     gain: float
     truth: Callable[[F64], F64]
@@ -55,7 +55,7 @@ class ValueRows:
     """Rows of a map of values: "height", "gloss" without its spread, "occlusion"."""
 
     def __init__(self, channels: Sequence[Channel], layouts: Layouts, wrap: Wrap) -> None:
-        sizes = [one.drawn.size for one in channels if one.drawn is not None]
+        sizes = [one.picture.size for one in channels if one.picture is not None]
         self.size = max(size[0] for size in sizes), max(size[1] for size in sizes)
         self.layout = layouts(self.size)
         self.channels, self._wrap = channels, wrap
@@ -63,14 +63,14 @@ class ValueRows:
 
     def _plane(self, one: Channel, layouts: Layouts) -> Values | None:
         """The picture's values (h, w) at the map's size."""
-        if one.drawn is None or one.drawn.size == self.size:
-            return None if one.drawn is None else one.drawn.values
-        return resized(shares(self._whole(one.drawn, layouts), gain=1.0), *self.size, self._wrap)
+        if one.picture is None or one.picture.size == self.size:
+            return None if one.picture is None else one.picture.values
+        return resized(shares(self._whole(one.picture, layouts), gain=1.0), *self.size, self._wrap)
 
     @staticmethod
-    def _whole(drawn: Drawn, layouts: Layouts) -> Values:
+    def _whole(picture: RolePicture, layouts: Layouts) -> Values:
         """A picture of another size than the map, with gutters of its own."""
-        return _filled(drawn.values, layouts(drawn.size), 0, drawn.size[0])
+        return _filled(picture.values, layouts(picture.size), 0, picture.size[0])
 
     def rows(self, first: int, last: int) -> F32:
         """Rows (n, w, c), 0..1, gutters filled."""
@@ -86,12 +86,12 @@ class ValueRows:
         """The reference (h, w, c)."""
         out = np.empty((*self.size, len(self.channels)), np.float32)
         for k, one in enumerate(self.channels):
-            if one.drawn is None:
+            if one.picture is None:
                 out[:, :, k] = one.offset
                 continue
-            plane: Values = one.drawn.values
-            if one.drawn.size != self.size:
-                own = np.clip(true_shares(self._whole(one.drawn, layouts)), 0.0, 1.0)
+            plane: Values = one.picture.values
+            if one.picture.size != self.size:
+                own = np.clip(true_shares(self._whole(one.picture, layouts)), 0.0, 1.0)
                 plane = true_resized(own, *self.size, self._wrap).astype(np.float32)
             for first, last in bands_of(*self.size):
                 found = one.truth(true_shares(_filled(plane, self.layout, first, last)))
@@ -111,20 +111,25 @@ class NormalRows:
     of another size tell how much they spread."""
 
     def __init__(
-        self, drawn: Drawn, coding: NormalCoding, layouts: Layouts, wrap: Wrap, size: Size | None = None
+        self,
+        picture: RolePicture,
+        coding: NormalCoding,
+        layouts: Layouts,
+        wrap: Wrap,
+        size: Size | None = None,
     ) -> None:
-        self.size = size or drawn.size
+        self.size = size or picture.size
         self.layout = layouts(self.size)
-        self._drawn, self._coding = drawn, coding
-        self._own = layouts(drawn.size)
+        self._picture, self._coding = picture, coding
+        self._own = layouts(picture.size)
         self._wrap = wrap
         self._resized = None
-        if drawn.size != self.size:
-            whole = np.concatenate([self._decoded(*band) for band in bands_of(*drawn.size)])
+        if picture.size != self.size:
+            whole = np.concatenate([self._decoded(*band) for band in bands_of(*picture.size)])
             self._resized = resized(whole, *self.size, wrap)
 
     def _decoded(self, first: int, last: int) -> F32:
-        return drawn_normals(_filled(self._drawn.values, self._own, first, last), self._coding)
+        return decoded_normals(_filled(self._picture.values, self._own, first, last), self._coding)
 
     def rows(self, first: int, last: int) -> F32:
         """Normals (n, w, 3), green up, gutters filled: unit at the picture's own size, else their means."""
@@ -133,13 +138,13 @@ class NormalRows:
         rows: F32 = _filled(self._resized, self.layout, first, last)
         return rows
 
-    def truth(self) -> DrawnNormals:
+    def truth(self) -> AuthoredNormals:
         """The reference of the metrics."""
         coding = self._coding
         vectors = true_normals(
-            self._drawn.values
+            self._picture.values
             if self._resized is None
-            else _filled(self._drawn.values, self._own, 0, self._drawn.size[0]),
+            else _filled(self._picture.values, self._own, 0, self._picture.size[0]),
             signed=coding.signed,
             without_z=coding.without_z,
             green_down=coding.green_down,
@@ -147,7 +152,7 @@ class NormalRows:
         )
         if self._resized is not None:
             return _fitted(vectors, self.size, self._wrap, self.layout)
-        return DrawnNormals(vectors, None if self.layout is None else self.layout.islands)
+        return AuthoredNormals(vectors, None if self.layout is None else self.layout.islands)
 
     def constant(self) -> tuple[float, ...] | None:
         """(0, 0, 1) where every normal is; None where one is not."""
@@ -194,7 +199,7 @@ class MadeNormals:
         rows: F32 = _filled(self._resized, self._layout, first, last)
         return rows
 
-    def truth(self) -> HeightMap | DrawnNormals:
+    def truth(self) -> HeightMap | AuthoredNormals:
         """The reference of the metrics: the heights; of another size the normals of the reference filter."""
         known = self._made.height_map
         if self._resized is None:
@@ -213,8 +218,8 @@ def _whole(made: MapRows) -> F32:
     return np.concatenate([made.rows("normal", *band) for band in bands_of(*made.height_map.heights.shape)])
 
 
-def _fitted(vectors: F32, size: Size, wrap: Wrap, layout: Layout | None) -> DrawnNormals:
+def _fitted(vectors: F32, size: Size, wrap: Wrap, layout: Layout | None) -> AuthoredNormals:
     """The reference of normals (h, w, 3) on a map of another size."""
     planes = (vectors[:, :, k].astype(np.float64) for k in range(3))
     made = np.stack([true_resized(plane, *size, wrap) for plane in planes], axis=2).astype(np.float32)
-    return DrawnNormals(made, None if layout is None else layout.islands)
+    return AuthoredNormals(made, None if layout is None else layout.islands)

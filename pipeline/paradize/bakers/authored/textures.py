@@ -1,4 +1,4 @@
-"""The mips of a drawn map in a format, and the measured error of each."""
+"""The mips of an authored map in a format, and the measured error of each."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from paradize.bakers.authored.rows import MadeGloss, MadeNormals, NormalRows, ValueRows
-from paradize.data import DrawnNormals, HeightMap, Texture
+from paradize.data import AuthoredNormals, HeightMap, Texture
 from paradize.metrics.levels import gloss_levels, normal_levels, value_levels
 from paradize.stages.compress import LevelWriter, encode_rows
 from paradize.stages.mips import gloss_bundle, gloss_rows, half_maps, unit_rows
@@ -71,14 +71,14 @@ class GlossMap:
         truth: F32 | None,
     ) -> None:
         self.rows, self._normals, self._truth = rows, normals, truth
-        self._normal_truth: DrawnNormals | HeightMap | None = None
+        self._normal_truth: AuthoredNormals | HeightMap | None = None
         if truth is not None:
             self._normal_truth = self._upright() if normals is None else normals.truth()
 
-    def _upright(self) -> DrawnNormals:
+    def _upright(self) -> AuthoredNormals:
         layout = self.rows.layout
         vectors = np.broadcast_to(np.array([0.0, 0.0, 1.0], np.float32), (*self.rows.size, 3))
-        return DrawnNormals(vectors, None if layout is None else layout.islands)
+        return AuthoredNormals(vectors, None if layout is None else layout.islands)
 
     def texture(self, fmt: str, tier: str) -> Texture:
         """Every level in a format."""

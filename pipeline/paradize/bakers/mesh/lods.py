@@ -100,14 +100,14 @@ class MeasuredLevel:
 def make_levels(mesh: Mesh, plan: Plan, tier: str) -> tuple[list[MeasuredLevel], list[str]]:
     """Returns levels, finest first, and notes with the reason where there are fewer than requested.
 
-    mesh: validated, with normals. tier: one of LOD_TIERS; simplifiers other than ours have `balanced` alone.
-    No level has more triangles or a smaller error than the one before. Raises BakeError if the plan's
-    simplifier cannot handle the mesh.
+    mesh: validated, with normals. tier: `balanced`; with our simplifier also `exact`. No level has more
+    triangles or a smaller error than the one before. Raises BakeError if the plan's simplifier cannot handle
+    the mesh.
     """
     require_simplifier(plan.simplifier, mesh)
     reference = Original(mesh)
     levels, notes = _chain(reference, plan)
-    if LOD_TIERS[tier] == "exact" and plan.simplifier == SIMPLIFIERS[0]:
+    if tier == "exact" and plan.simplifier == SIMPLIFIERS[0]:
         levels, left_out = _refined(reference, levels, plan.screen_size)
         notes += left_out
     return levels, list(

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from paradize.bakers.mesh.atlas import with_atlas
-from paradize.data import Group, Mesh
+from paradize.data import ATTRIBUTES, Group, Mesh
 from paradize.errors import SourceError
 from paradize.kernels.mesh import number_rows
 from paradize.metrics.loading import LoadingError, loaded, loading_warnings
@@ -19,7 +19,6 @@ from paradize.readers.model import read_model
 from paradize.scene.baker_settings import MeshSettings
 from paradize.stages.normals import complete_normals
 from paradize.stages.reproject import with_groups
-from paradize.stages.split import ATTRIBUTES
 from paradize.stages.validate import Report, messages, repairs, validate_mesh
 from paradize.stages.weld import Welding, weld, welded_messages
 

@@ -76,7 +76,8 @@ def is_authored(material: Material) -> bool:
 def drawn(
     material: Material, table: ObjectMaterial, facts: MaterialFacts | None, *, gloss: bool
 ) -> DrawnMaterial:
-    """Returns how a material is drawn. gloss: whether it has a drawn gloss map, which holds its factors."""
+    """Returns how a material is drawn. gloss: whether it has an authored gloss map, which holds its
+    factors."""
     maps = material.maps
     specular, smoothness = 0.0, ROUGH
     if gloss:

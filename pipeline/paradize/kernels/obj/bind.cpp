@@ -44,8 +44,6 @@ nb::dict as_dict(obj::Parsed &&parsed) {
     out["positions_unused"] = parsed.positions_unused;
     out["collapsed"] = parsed.collapsed;
     out["first_collapsed"] = parsed.first_collapsed;
-    out["uvs_in_file"] = parsed.uvs_in_file;
-    out["normals_in_file"] = parsed.normals_in_file;
     out["origin"] = nb::make_tuple(parsed.origin[0], parsed.origin[1], parsed.origin[2]);
     out["positions"] = give(std::move(parsed.positions), 3);
     out["texts"] = give(std::move(parsed.texts), 3);

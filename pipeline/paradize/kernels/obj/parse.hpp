@@ -60,7 +60,7 @@ struct Parsed {
     std::vector<Fault> faults; // when any: the vectors above are not filled in
     std::uint64_t fault_count = 0;
     std::uint64_t faces = 0; // face statements with three corners or more
-    std::uint64_t positions_in_file = 0, uvs_in_file = 0, normals_in_file = 0;
+    std::uint64_t positions_in_file = 0;
     std::uint64_t positions_unused = 0; // those that no face names
     // Triangles with an area in the text of which two corners became one vertex, and the first of them.
     std::uint64_t collapsed = 0;

@@ -35,8 +35,6 @@ void Statements::feed(std::string_view lines, std::size_t slack) {
 Parsed Statements::finish() {
     check_forward_references();
     out_.positions_in_file = elements_.positions.size() / 3;
-    out_.uvs_in_file = elements_.uvs.size() / 2;
-    out_.normals_in_file = elements_.normals.size() / 3;
     out_.faces = elements_.faces.size();
     if (elements_.colors.empty() && !painted_.empty() && painted_.size() / 4 == out_.positions_in_file)
         elements_.colors = std::move(painted_);

@@ -23,6 +23,7 @@ class Statements : Text {
     // Reads whole lines; only the last of the last call may lack its end. From the end of `lines` on, `slack`
     // more bytes may be read, whatever they are.
     void feed(std::string_view lines, std::size_t slack);
+    // Call it once, after the last line: checks the indices that point ahead and, without faults, assembles.
     Parsed finish();
 
   private:
@@ -36,6 +37,7 @@ class Statements : Text {
     void limit(std::uint64_t count);
     bool is_below_limits(std::size_t bytes) const;
 
+    // One statement that PlainLines left, by its keyword.
     void statement();
     void other(std::string_view word);
     void polypaint(std::string_view text);
@@ -57,6 +59,7 @@ class Statements : Text {
     // end.
     bool index(Kind kind, std::uint64_t have, std::uint32_t &value);
     bool corner(Corner &c);
+    // Appends a face's corners, and a run where object, group, material or smoothing changed.
     void face();
     static bool same_state(const Run &a, const Run &b);
     // Faces may come before what they name: the largest position index is checked at the end.

@@ -1,5 +1,4 @@
-"""Python interface of our simplifier, which collapses edges, the cheapest first, down to a target or an
-error.
+"""Python interface of our simplifier, which collapses edges, the cheapest first, down to a target.
 
 Wrong shapes and values raise ValueError. The result is the same on all CPUs. Method and sources:
 simplify/collapse.hpp.
@@ -95,7 +94,7 @@ def simplify(
     group = numbers(groups, len(triangles), np.zeros(len(triangles), np.uint32))
     if len(triangles) and (int(triangles.max()) >= count or int(place.max()) >= count):
         raise ValueError(f"an index beyond {count} vertices")
-    found = _simplify.collapse(
+    found = _simplify.simplify(
         positions,
         triangles,
         values,

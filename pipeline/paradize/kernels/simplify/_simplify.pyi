@@ -6,7 +6,7 @@ import numpy.typing as npt
 
 Array: TypeAlias = npt.NDArray[Any]
 
-def collapse(
+def simplify(
     positions: Array,
     triangles: Array,
     attributes: Array,

@@ -16,7 +16,7 @@ bool below(std::span<const std::uint32_t> numbers, std::size_t limit) {
     return std::all_of(numbers.begin(), numbers.end(), [&](std::uint32_t number) { return number < limit; });
 }
 
-nb::tuple collapse(const In<double> &positions, const In<std::uint32_t> &triangles,
+nb::tuple simplify_mesh(const In<double> &positions, const In<std::uint32_t> &triangles,
                    const In<float> &attributes, const In<float> &weights, std::ptrdiff_t unit,
                    const In<std::uint32_t> &place, const In<std::uint32_t> &group, std::size_t target,
                    double kept_area) {
@@ -44,5 +44,5 @@ nb::tuple collapse(const In<double> &positions, const In<std::uint32_t> &triangl
 
 NB_MODULE(_simplify, m) {
     m.doc() = "Simplification of triangle meshes by collapsing edges.";
-    m.def("collapse", &collapse);
+    m.def("simplify", &simplify_mesh);
 }

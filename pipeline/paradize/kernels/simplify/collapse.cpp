@@ -86,6 +86,7 @@ void try_edge(Work &work, std::uint32_t e, std::uint32_t bucket) {
     collapse(work, h, placement.at, bucket);
 }
 
+// Tries the cheapest edge again and again, until the target is reached or no edge may collapse.
 Stop reduce(Work &work) {
     std::size_t before = work.left + 1;
     while (work.left > work.limits.target) {

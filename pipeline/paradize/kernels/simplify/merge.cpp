@@ -8,6 +8,7 @@ namespace paradize::simplify {
 
 namespace {
 
+// Drops the triangle of half-edge `side`, and joins the triangles on its two other sides.
 void close(Work &work, std::uint32_t side) {
     Surface &surface = work.surface;
     const std::uint32_t a = surface.at(next(side)).twin;

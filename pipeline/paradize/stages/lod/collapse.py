@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from paradize.data import Mesh
+from paradize.data import ATTRIBUTES, Mesh
 from paradize.kernels.mesh import number_rows, topology
-from paradize.kernels.simplify import simplify as collapse
+from paradize.kernels.simplify import simplify
 from paradize.stages.lod.surface import (
     KEPT_AREAS,
     MISSED_TARGET,
@@ -23,7 +23,6 @@ from paradize.stages.lod.surface import (
 )
 from paradize.stages.reproject import group_of as triangle_groups
 from paradize.stages.reproject import take_attributes, with_groups
-from paradize.stages.split import ATTRIBUTES
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -39,7 +38,7 @@ def simplify_collapse(
     """Simplifies by edge collapse. Vertices move to where the error is least, and their attributes with them.
     A vertex that does not move keeps its exact position."""
     joined, _ = joined_vertices(mesh, released)
-    points, unit = normalised(joined.positions, 1.0)
+    points, unit, centre = normalised(joined.positions)
     names, columns, weights = [], [], []
     for name, weight in _MOVED_WEIGHTS.items():
         values = getattr(joined, name)
@@ -52,7 +51,7 @@ def simplify_collapse(
     places, _ = number_rows(joined.positions)
     best = None
     for kept_area in KEPT_AREAS:
-        found = collapse(
+        found = simplify(
             points,
             joined.triangles,
             target=target,
@@ -71,8 +70,6 @@ def simplify_collapse(
     assert best is not None
     if len(best.triangles) == 0:
         return Simplified(mesh, "nothing would be left")
-    wide = joined.positions.astype(np.float64)
-    centre = (wide.min(axis=0) + wide.max(axis=0)) / 2
     moved = (best.positions != points[best.vertex]).any(axis=1)
     positions = np.where(
         moved[:, None], best.positions * unit + centre, joined.positions[best.vertex]

@@ -43,7 +43,7 @@ def simplify_meshoptimizer(
     mesh: Mesh, target: int, original: Mesh, released: tuple[str, ...], uv_weight: float
 ) -> Simplified:
     joined, vertex_group = joined_vertices(mesh, released)
-    points, _ = normalised(joined.positions, 1.0)
+    points, _, _ = normalised(joined.positions)
     attributes, weights = _attributes(joined, points, released, uv_weight)
     places, first = number_rows(joined.positions)
     island = topology(places[joined.triangles], len(first)).island[places]

@@ -32,14 +32,12 @@ _FAST_STEPS = (3, 5, 7, 10)
 def simplify_positions(mesh: Mesh, target: int, original: Mesh, method: str) -> Simplified:
     """Simplifies the original surface, welded by position, and takes attributes from it again."""
     require_simplifier(method, original)
-    points, unit = normalised(original.positions, 1.0)
+    points, unit, centre = normalised(original.positions)
     places, first = number_rows(original.positions)
     found, triangles = POSITIONS_ONLY[method](points[first], places[original.triangles], target)
     triangles = triangles[areas(found, triangles) > 0]
     if len(triangles) == 0:
         return Simplified(mesh, "nothing would be left")
-    wide = original.positions.astype(np.float64)
-    centre = (wide.min(axis=0) + wide.max(axis=0)) / 2
     bare = Mesh(
         (found * unit + centre).astype(np.float32),
         triangles,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from math import fsum
 from typing import TYPE_CHECKING
 
@@ -12,7 +12,6 @@ from paradize.data import Mesh
 from paradize.errors import BakeError
 from paradize.kernels.mesh import number_corners, number_rows
 from paradize.stages.reproject import group_of as triangle_groups
-from paradize.stages.split import ATTRIBUTES
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -38,8 +37,10 @@ class Simplified:
     seams_kept: bool = True
 
 
-def normalised(positions: npt.NDArray[np.float32], diagonal: float) -> tuple[npt.NDArray[np.float64], float]:
-    """Positions moved to the origin and scaled to the given diagonal; and metres per unit."""
+def normalised(
+    positions: npt.NDArray[np.float32],
+) -> tuple[npt.NDArray[np.float64], float, npt.NDArray[np.float64]]:
+    """Positions centred on the origin and scaled to a diagonal of 1; metres per unit; and their centre."""
     wide = positions.astype(np.float64)
     low, high = wide.min(axis=0), wide.max(axis=0)
     x, y, z = (float(side) for side in high - low)
@@ -47,8 +48,8 @@ def normalised(positions: npt.NDArray[np.float32], diagonal: float) -> tuple[npt
     if not largest > 0:
         raise BakeError("the mesh has no extent")
     x, y, z = x / largest, y / largest, z / largest
-    unit = largest * float(np.sqrt(x * x + y * y + z * z)) / diagonal
-    return (wide - (low + high) / 2) / unit, unit
+    unit, centre = largest * float(np.sqrt(x * x + y * y + z * z)), (low + high) / 2
+    return (wide - centre) / unit, unit, centre
 
 
 def areas(positions: npt.NDArray[np.float64], triangles: npt.NDArray[np.uint32]) -> npt.NDArray[np.float64]:
@@ -61,20 +62,7 @@ def areas(positions: npt.NDArray[np.float64], triangles: npt.NDArray[np.uint32])
 def used_only(mesh: Mesh) -> Mesh:
     """Vertices that a triangle uses, in the order of their first use."""
     index, first = number_corners(mesh.triangles.reshape(-1), np.zeros((mesh.triangles.size, 1), np.float32))
-    arrays = _taken(mesh, mesh.triangles.reshape(-1)[first])
-    return replace(mesh, **arrays, triangles=index.reshape(-1, 3))  # type: ignore[arg-type]
-
-
-def _taken(mesh: Mesh, source: npt.NDArray[np.uint32]) -> dict[str, npt.NDArray[np.float32] | None]:
-    """The attributes of the mesh's vertices, in the order of `source`; its own arrays where that is their
-    order."""
-    own = len(source) == len(mesh.positions) and bool((source == np.arange(len(source))).all())
-    return {
-        name: values
-        if (values := getattr(mesh, name)) is None or own
-        else np.ascontiguousarray(values[source])
-        for name in ("positions", *ATTRIBUTES)
-    }
+    return mesh.with_vertices(mesh.triangles.reshape(-1)[first], index.reshape(-1, 3))
 
 
 def joined_vertices(mesh: Mesh, released: tuple[str, ...]) -> tuple[Mesh, npt.NDArray[np.uint32]]:
@@ -88,9 +76,7 @@ def joined_vertices(mesh: Mesh, released: tuple[str, ...]) -> tuple[Mesh, npt.ND
             columns.append(values[base])
     index, first = number_rows(np.concatenate(columns, axis=1))
     del columns
-    source = base[first]
-    arrays = _taken(mesh, source)
-    joined = replace(mesh, **arrays, triangles=index.reshape(-1, 3))  # type: ignore[arg-type]
+    joined = mesh.with_vertices(base[first], index.reshape(-1, 3))
     return joined, np.repeat(triangle_groups(mesh), 3)[first]
 
 

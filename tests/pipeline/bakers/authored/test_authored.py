@@ -160,7 +160,7 @@ def test_normals_into_the_surface_are_laid_flat_and_said(tmp_path: Path) -> None
 
 def test_mips_of_normals_are_means_of_vectors_made_unit(normal: Path) -> None:
     made = bake_authored({"normal": normal}, uncompressed=True)["normal"]
-    exact = authored.drawn_normals(codes(hills(64, 96)), authored.NormalCoding())
+    exact = authored.decoded_normals(codes(hills(64, 96)), authored.NormalCoding())
     for k in range(1, len(made.levels)):
         wanted = truth.normalised(truth.mean(exact.astype(np.float64), k))
         assert angles_between(rebuilt(level(made, k)), wanted).max() < 0.01
@@ -213,7 +213,7 @@ def test_gloss_mips_are_rougher_by_what_the_mips_of_the_normals_lose(tmp_path: P
     alone = bake_authored({"roughness": r}, uncompressed=True)["gloss"]
     beside = bake_authored({"normal": n, "roughness": r}, only=["gloss"], uncompressed=True)
     assert set(beside) == {"gloss"}
-    exact = authored.drawn_normals(codes(normals), authored.NormalCoding()).astype(np.float64)
+    exact = authored.decoded_normals(codes(normals), authored.NormalCoding()).astype(np.float64)
     squared = (1.0 - (1.0 - rough / 255.0)[:, :, None]) ** 4
     for k in range(4):
         lost = np.linalg.norm(truth.mean(exact, k), axis=2)[:, :, None]
@@ -440,8 +440,8 @@ def test_a_fault_of_a_stage_shows_in_the_errors(
     sources = {"normal": normal, "roughness": write(tmp_path / "r.png", noise(64, 96))}
     sound = bake_authored(sources, uncompressed=True)
     if fault == "green":
-        decode = authored.drawn_normals
-        monkeypatch.setattr("paradize.bakers.authored.rows.drawn_normals", lambda *a: flipped(decode(*a)))
+        decode = authored.decoded_normals
+        monkeypatch.setattr("paradize.bakers.authored.rows.decoded_normals", lambda *a: flipped(decode(*a)))
     elif fault == "gloss":
         shares = authored.shares
         monkeypatch.setattr(

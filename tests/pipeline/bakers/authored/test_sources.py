@@ -1,4 +1,4 @@
-"""Published materials through the baker of drawn maps, and which way the green of published normal maps
+"""Published materials through the baker of authored maps, and which way the green of published normal maps
 points, guessed beside known.
 
 `python -m tests.pipeline.bakers.authored.test_sources FOLDER` prints the tables.
@@ -26,7 +26,7 @@ from paradize.errors import ParadizeError
 from paradize.formats.ktx2.reader import decode_ktx2
 from paradize.metrics.texels import decode_texels
 from paradize.readers.image import read_image
-from paradize.stages.authored import NormalCoding, drawn_normals
+from paradize.stages.authored import NormalCoding, decoded_normals
 from paradize.stages.green import guess_green
 
 Source = Callable[[str], Path]
@@ -144,7 +144,7 @@ def guessed(data: bytes, *, flip: bool = False) -> str | None:
             return "unread"
     if values.shape[2] < 3:
         return "unread"
-    return guess_green(drawn_normals(values, NormalCoding(green_down=flip)))
+    return guess_green(decoded_normals(values, NormalCoding(green_down=flip)))
 
 
 def confusion(corpus: Path) -> Counter[tuple[str, str | None]]:
