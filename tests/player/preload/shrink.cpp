@@ -1,4 +1,4 @@
-// Preloaded into the player by tests/player/test_files.py. Truncates a file to half its length
+// Preloaded into the player by tests/player/assets/test_files.py. Truncates a file to half its length
 // while it is read: after it was opened ("open"), after its size was read ("stat"), after its first bytes
 // were read ("read"), or when it is closed after its last byte was read ("close").
 

@@ -17,9 +17,9 @@ import pytest
 import soundfile
 
 from tests.conftest import RENDER_ENVIRONMENT, ROOT
+from tests.player.app.test_sound import tone
 from tests.player.boxes import row_of_boxes
 from tests.player.synthetic import identity, sound, texture, write_scene
-from tests.player.test_sound import tone
 from tests.processes import started
 
 Player = Callable[..., "subprocess.CompletedProcess[str]"]

@@ -11,7 +11,7 @@ import pytest
 
 from tests.sweeps import sample
 
-SHADERS = Path(__file__).resolve().parents[2] / "shaders"
+SHADERS = Path(__file__).resolve().parents[3] / "shaders"
 BODIES = sorted(path.name for pattern in ("*.vert", "*.frag") for path in SHADERS.glob(pattern))
 PREAMBLES = {
     "330": "#version 330 core\n",

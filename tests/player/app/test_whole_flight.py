@@ -18,7 +18,7 @@ import pytest
 from tests.conftest import RENDER_ENVIRONMENT
 from tests.places import ROOT
 from tests.player.sanitized import BUILDS, play_sanitized
-from tests.player.test_streaming import report, six_boxes
+from tests.player.streaming.test_streaming import report, six_boxes
 from tests.processes import started
 
 Player = Callable[..., "subprocess.CompletedProcess[str]"]

@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 
 from paradize.build.light_sets import add_light_sets
+from tests.player.passes.test_materials import AWAY_M, STEP, WHITE, Render, middle, quad, render, thing
 from tests.player.posed import HEIGHT, WIDTH, Posed, Vec, around, differs, pixel
 from tests.player.synthetic import instance, material, write_scene
-from tests.player.test_materials import AWAY_M, STEP, WHITE, Render, middle, quad, render, thing
 
 __all__ = ["render"]  # the fixture
 

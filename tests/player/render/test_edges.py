@@ -10,7 +10,7 @@ import pytest
 
 from paradize.data import Texture
 from paradize.formats.ktx2.encode import encode_ktx2
-from tests.player.test_materials import (
+from tests.player.passes.test_materials import (
     AWAY_M,
     BLACK,
     F64,

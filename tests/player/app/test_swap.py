@@ -17,8 +17,8 @@ import watchfiles
 from paradize.build.bake import bake
 from tests.conftest import RENDER_ENVIRONMENT, ROOT
 from tests.pipeline.scenes import make_cove, write_image
+from tests.player.app.test_player import pixels
 from tests.player.synthetic import checker, identity, texture, write_scene
-from tests.player.test_player import pixels
 from tests.processes import end, start
 
 Player = Callable[..., "subprocess.CompletedProcess[str]"]

@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from tests.player.passes.test_materials import AWAY_M, BLACK, STEP, WHITE, Render, quad, render, thing
 from tests.player.posed import Posed, differs
 from tests.player.synthetic import material, write_scene
-from tests.player.test_materials import AWAY_M, BLACK, STEP, WHITE, Render, quad, render, thing
 
 __all__ = ["render"]  # the fixture
 

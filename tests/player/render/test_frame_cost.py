@@ -12,8 +12,8 @@ import pytest
 
 from tests.player.conftest import Counted
 from tests.player.patches import tiled
+from tests.player.streaming.test_streaming import six_boxes
 from tests.player.synthetic import checker, identity, instance, texture, write_scene
-from tests.player.test_streaming import six_boxes
 from tests.sweeps import sweep
 
 Player = Callable[..., "subprocess.CompletedProcess[str]"]

@@ -9,9 +9,9 @@ import pytest
 from numpy.typing import NDArray
 
 from paradize.metrics.picture import Picture
+from tests.player.passes.test_materials import Render, glow, quad, render, thing
+from tests.player.render.test_quality import Draw, draw, error
 from tests.player.synthetic import write_scene
-from tests.player.test_materials import Render, glow, quad, render, thing
-from tests.player.test_quality import Draw, draw, error
 
 __all__ = ["draw", "render"]  # the fixtures
 
