@@ -6,14 +6,14 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from paradize.cli.options import add_common
+from paradize.cli.options import add_common, help_of
 from paradize.cli.single_file import add_budget, add_nodata, bake_file
 from paradize.cli.values import number, whole
 from paradize.errors import BakeError
 from paradize.map_table import DERIVED
 from paradize.scene import ranges
 from paradize.scene.baker_settings import MapSettings, OcclusionSettings
-from paradize.scene.settings import FILTERS
+from paradize.scene.settings import FILTERS, Relief, SceneObject
 
 _CAST = "occlusion"
 
@@ -96,15 +96,14 @@ def add(sub: argparse.ArgumentParser) -> None:
         type=whole(**ranges.OCCLUSION_PX),
         default=OcclusionSettings.occlusion_px,
         metavar="N",
-        help=f"side of the occlusion map, texels ({OcclusionSettings.occlusion_px})",
+        help=help_of(SceneObject, "occlusion_px"),
     )
     sub.add_argument(
         "--occlusion-reach",
         type=number(**ranges.OCCLUSION_REACH),
         default=OcclusionSettings.occlusion_reach,
         metavar="X",
-        help="what lies farther holds back no light, of the model's diagonal "
-        f"({OcclusionSettings.occlusion_reach:g})",
+        help=help_of(SceneObject, "occlusion_reach"),
     )
     sub.add_argument(
         "--materials",
@@ -122,22 +121,18 @@ def add(sub: argparse.ArgumentParser) -> None:
         help="materials that hold back no light in the occlusion map",
     )
     sub.add_argument("--report", type=Path, metavar="DIR", help="also draw a contact sheet, DIR/<IN>.png")
-    sub.add_argument(
-        "--filter", choices=FILTERS, default="auto", help="how slopes are taken (auto: looks at the heights)"
-    )
-    sub.add_argument(
-        "--destep", action="store_true", help="smooth the steps of an 8-bit source, within half a step"
-    )
-    for name, default, limit, text in (
-        ("black", 0.0, ranges.LEVEL, "the value that becomes 0"),
-        ("white", 1.0, ranges.LEVEL, "the value that becomes 1"),
-        ("gamma", 1.0, ranges.GAMMA, "above 1 lifts the middle of the heights"),
-        ("contrast", 1.0, ranges.LEVEL, "factor on heights around one half"),
-        ("brightness", 0.0, ranges.LEVEL, "added to the heights"),
+    sub.add_argument("--filter", choices=FILTERS, default=Relief.filter, help=help_of(Relief, "filter"))
+    sub.add_argument("--destep", action="store_true", help=help_of(Relief, "destep"))
+    for name, limit in (
+        ("black", ranges.LEVEL),
+        ("white", ranges.LEVEL),
+        ("gamma", ranges.GAMMA),
+        ("contrast", ranges.LEVEL),
+        ("brightness", ranges.LEVEL),
     ):
-        what = f"{text} ({default:g})"
+        default, what = getattr(Relief, name), help_of(Relief, name)
         sub.add_argument(f"--{name}", type=number(**limit), default=default, metavar="X", help=what)
-    sub.add_argument("--invert", action="store_true", help="white is low")
+    sub.add_argument("--invert", action="store_true", help=help_of(Relief, "invert"))
     sub.add_argument(
         "--zstd",
         type=whole(**ranges.ZSTD),

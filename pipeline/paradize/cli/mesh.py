@@ -5,11 +5,12 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from paradize.cli.options import add_common
+from paradize.cli.options import add_common, help_of
 from paradize.cli.single_file import add_budget, bake_file
 from paradize.cli.values import number, rising, whole
 from paradize.scene import ranges
 from paradize.scene.baker_settings import MeshSettings
+from paradize.scene.settings import SceneObject
 from paradize.tiers import SIMPLIFIERS, UNWRAPPERS
 
 
@@ -22,7 +23,7 @@ def add(sub: argparse.ArgumentParser) -> None:
         type=whole(**ranges.LODS),
         default=MeshSettings.lods,
         metavar="N",
-        help=f"number of levels, the source included ({MeshSettings.lods})",
+        help=help_of(SceneObject, "lods"),
     )
     sub.add_argument(
         "--max-error",
@@ -37,7 +38,7 @@ def add(sub: argparse.ArgumentParser) -> None:
         type=number(**ranges.LOD_RATIO),
         default=MeshSettings.lod_ratio,
         metavar="R",
-        help=f"triangles of a level, as a share of the level before ({MeshSettings.lod_ratio:g})",
+        help=help_of(SceneObject, "lod_ratio"),
     )
     instead = sub.add_mutually_exclusive_group()
     instead.add_argument(
@@ -60,16 +61,13 @@ def add(sub: argparse.ArgumentParser) -> None:
         "--tangents",
         choices=ranges.TANGENTS,
         default=MeshSettings.tangents,
-        help="tangent frames: the mean at each vertex, or those of MikkTSpace (mikktspace); face: the same "
-        "as vertex",
+        help=help_of(SceneObject, "tangents"),
     )
     sub.add_argument(
         "--simplifier",
         choices=SIMPLIFIERS,
         default=MeshSettings.simplifier,
-        help="library that makes the levels (paradize); fast-simplification and openmesh see only positions: "
-        "texture coordinates are taken from the source again, without seams; they take one material, "
-        "openmesh only manifolds",
+        help=help_of(SceneObject, "simplifier"),
     )
     sub.add_argument(
         "--atlas", action="store_true", help="make UVs for a model without them, or whose UVs overlap"
@@ -86,7 +84,7 @@ def add(sub: argparse.ArgumentParser) -> None:
         type=number(**ranges.WELD_M),
         default=MeshSettings.weld_m,
         metavar="METRES",
-        help="join vertices closer than this (0: none)",
+        help=help_of(SceneObject, "weld_m"),
     )
     sub.add_argument(
         "--crease",
@@ -94,8 +92,7 @@ def add(sub: argparse.ArgumentParser) -> None:
         type=number(**ranges.CREASE_DEG),
         default=MeshSettings.crease_deg,
         metavar="DEGREES",
-        help="where normals are missing, faces at a larger angle meet in a sharp edge "
-        f"({MeshSettings.crease_deg:g})",
+        help=help_of(SceneObject, "crease_deg"),
     )
     add_budget(sub, "mesh")
     add_common(sub)

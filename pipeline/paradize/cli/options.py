@@ -4,11 +4,22 @@ from __future__ import annotations
 
 import argparse
 import re
+from dataclasses import fields
 from pathlib import Path
 
 from paradize.cli.values import number, whole
 from paradize.scene import ranges
 from paradize.tiers import TIER_OPTIONS
+
+
+def help_of(table: type, name: str) -> str:
+    """The meaning of a field of a scene, and its default, as the help of an option. table: its dataclass."""
+    (field,) = (one for one in fields(table) if one.name == name)
+    text = str(field.metadata["meaning"])
+    if field.default is not None and field.default is not False:
+        value = f"{field.default:g}" if isinstance(field.default, float) else str(field.default)
+        text += f" ({value} {field.metadata['unit']}".rstrip() + ")"
+    return text.replace("%", "%%")
 
 
 def add_json(sub: argparse.ArgumentParser, text: str = "print one JSON object on standard output") -> None:

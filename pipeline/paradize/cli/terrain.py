@@ -6,11 +6,12 @@ import argparse
 from pathlib import Path
 
 from paradize.cli import options
-from paradize.cli.options import add_common
+from paradize.cli.options import add_common, help_of
 from paradize.cli.single_file import add_budget, add_nodata, bake_file
 from paradize.cli.values import number
 from paradize.scene import ranges
 from paradize.scene.baker_settings import TerrainSettings
+from paradize.scene.settings import Terrain
 
 
 def add(sub: argparse.ArgumentParser) -> None:
@@ -32,9 +33,9 @@ def add(sub: argparse.ArgumentParser) -> None:
     sub.add_argument(
         "--scale",
         type=number(**ranges.HEIGHT_SCALE),
-        default=1.0,
+        default=Terrain.height_scale,
         metavar="F",
-        help="factor on the heights, also on metres (1)",
+        help=help_of(Terrain, "height_scale"),
     )
     add_nodata(sub)
     sub.add_argument("--quantise", action="store_true", help="16-bit vertices, inside the same bound")

@@ -166,7 +166,13 @@ class SceneObject:
         meaning="along the diagonal, where level 1 takes over, and each next at half; without it 256. With "
         'lods_by = "screen_size" only',
     )
-    simplifier: str = choice(SIMPLIFIERS[0], among=SIMPLIFIERS, meaning="library that makes the levels")
+    simplifier: str = choice(
+        SIMPLIFIERS[0],
+        among=SIMPLIFIERS,
+        meaning="library that makes the levels; fast-simplification and openmesh see only positions: texture "
+        "coordinates are taken from the source again, without seams; they take one material, openmesh only "
+        "manifolds",
+    )
     unwrapper: str = choice(
         UNWRAPPERS[0], among=UNWRAPPERS, meaning="library that makes UVs for a mesh without them"
     )
@@ -182,7 +188,7 @@ class SceneObject:
     tangents: str = choice(
         "mikktspace",
         among=ranges.TANGENTS,
-        meaning="how tangent frames are made; face is the same as vertex",
+        meaning="tangent frames: those of MikkTSpace, or the mean at each vertex; face: the same as vertex",
     )
     quantise: bool = flag(False, meaning="16-bit vertices; the budget limits their error")
     views: tuple[str, ...] = choices(
@@ -217,7 +223,7 @@ class SceneObject:
         "materials with holes, and blended ones, hold back no light",
     )
     occlusion_px: int = whole(
-        512, **ranges.OCCLUSION_PX, unit="texels", meaning="side of the map that is cast"
+        512, **ranges.OCCLUSION_PX, unit="texels", meaning="side of the occlusion map that is cast"
     )
     occlusion_reach: float = number(
         0.25,

@@ -21,7 +21,7 @@ class Relief:
     gamma: float = number(1.0, **ranges.GAMMA, meaning="above 1 lifts the middle heights")
     contrast: float = number(1.0, **ranges.LEVEL, meaning="factor on heights around one half")
     brightness: float = number(0.0, **ranges.LEVEL, meaning="added to the heights")
-    invert: bool = flag(False, meaning="true: white is low")
+    invert: bool = flag(False, meaning="white is low")
     filter: str = choice(
         "auto", among=FILTERS, meaning="derivative filter of the slopes; auto looks at the heights"
     )
