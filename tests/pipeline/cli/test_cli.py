@@ -103,7 +103,7 @@ def test_wrong_usage_exits_2(words: list[str]) -> None:
             "terrain a.png -o a.glb --size 1000",
             "width and depth in metres, first to last pixel: --size X Z",
         ),
-        ("mesh a.obj -o a.glb --lods", "give number of levels, the source included (4): --lods N"),
+        ("mesh a.obj -o a.glb --lods", "give number of levels of detail, the source included (4): --lods N"),
         (
             "terrain a.png -o a.glb --size 1 1 --budget terrain_mx_m=1",
             "did you mean terrain_max_m? ",

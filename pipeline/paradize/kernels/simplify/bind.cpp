@@ -17,9 +17,9 @@ bool below(std::span<const std::uint32_t> numbers, std::size_t limit) {
 }
 
 nb::tuple simplify_mesh(const In<double> &positions, const In<std::uint32_t> &triangles,
-                   const In<float> &attributes, const In<float> &weights, std::ptrdiff_t unit,
-                   const In<std::uint32_t> &place, const In<std::uint32_t> &group, std::size_t target,
-                   double kept_area) {
+                        const In<float> &attributes, const In<float> &weights, std::ptrdiff_t unit,
+                        const In<std::uint32_t> &place, const In<std::uint32_t> &group, std::size_t target,
+                        double kept_area) {
     const std::size_t count = place.size();
     const std::size_t width = weights.size();
     need(positions.size() == 3 * count && attributes.size() == count * width, "vertices differ in number");
