@@ -30,6 +30,7 @@ constexpr long long uint_type = 5125;
 
 constexpr double max_length_m = 1e7;    // limit of a vertex coordinate
 constexpr double max_position_m = 1e10; // limit of a position in object or world space
+constexpr double max_uv_per_m = 1e30;   // limit of texture coordinates per metre
 constexpr std::size_t max_sharing = 4;  // limit of all levels' bytes, as a multiple of the buffer's size
 
 /// Returns the bytes of a component, or 0 if glTF has no such type.
@@ -125,13 +126,11 @@ class Reader {
         const auto bytes =
             static_cast<std::size_t>(buffers[0].integer("byteLength", 1, static_cast<long long>(bin.size())));
         bin_ = bin.first(bytes);
-        if (root.has("materials")) {
-            for (const JsonObject &material : root.objects("materials", max_entries)) {
-                materials_.push_back(material.text_or("name", ""));
-            }
+        for (const JsonObject &material : root.objects("materials", max_entries)) {
+            materials_.push_back(material.text_or("name", ""));
         }
         if (materials_.empty()) {
-            materials_.emplace_back();
+            root.fail("materials", "are missing");
         }
     }
 
@@ -162,6 +161,25 @@ class Reader {
     }
 
     std::vector<std::string> materials() const { return materials_; }
+
+    /// Reads what the bake measured of the materials that this level draws.
+    std::vector<MaterialMeasure> measures(const JsonObject &root, const GlbLevel &coarsest) const {
+        std::vector<MaterialMeasure> out(materials_.size());
+        const JsonArray entries = root.array("materials", max_entries);
+        for (const GlbPrimitive &primitive : coarsest.primitives) {
+            const JsonObject extras = entries[primitive.material].object("extras");
+            MaterialMeasure &measure = out[primitive.material];
+            const std::vector<double> center = extras.numbers("center", 3, -max_length_m, max_length_m);
+            measure.center = {center[0], center[1], center[2]};
+            if (!coarsest.uvs.empty()) {
+                measure.uv_per_m = static_cast<float>(extras.number("uv_per_m", 0.0, max_uv_per_m));
+            }
+            if (!coarsest.uvs1.empty()) {
+                measure.uv1_per_m = static_cast<float>(extras.number("uv1_per_m", 0.0, max_uv_per_m));
+            }
+        }
+        return out;
+    }
 
     /// Adds the node's level. All levels must have the same scale and translation.
     void add(const JsonObject &node, Glb &glb) {
@@ -402,6 +420,7 @@ Glb read_glb(std::span<const std::byte> file, const std::string &name) {
             reader.add(nodes[static_cast<std::size_t>(id)], out);
         }
     }
+    out.measures = reader.measures(root, out.levels.back());
     return out;
 }
 

@@ -2,6 +2,8 @@
 // Reads GLB (glTF 2.0) meshes as the bake writes them: one node per level of detail, linked by MSFT_lod
 // (pipeline/paradize/formats/FORMAT.md). Not a general glTF reader.
 
+#include <glm/vec3.hpp>
+
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -54,10 +56,19 @@ struct GlbLevel {
     std::vector<GlbPrimitive> primitives;
 };
 
+/// The bake's measures of a material's triangles in the coarsest level.
+struct MaterialMeasure {
+    glm::vec3 center{0.0F}; // the middle of their box, in the positions' own units
+    // Texture coordinates per metre where they are stretched: a twentieth of the area has fewer. 0: unknown.
+    float uv_per_m = 0.0F;
+    float uv1_per_m = 0.0F; // of the second ones
+};
+
 struct Glb {
     std::vector<std::string> materials;
-    std::vector<GlbLevel> levels; // level 0, the finest, comes first
-    QuantisationGrid grid;        // of all levels
+    std::vector<MaterialMeasure> measures; // one per material; empty for a tile
+    std::vector<GlbLevel> levels;          // level 0, the finest, comes first
+    QuantisationGrid grid;                 // of all levels
 };
 
 /// The result's spans point into `file`. Does not check the vertices and indices; check_mesh() does. Throws

@@ -200,21 +200,6 @@ std::optional<std::uint32_t> tile_of(const SceneFile &scene, const Artifact &art
 
 namespace {
 
-/// Reads the coarsest level of a mesh, and measures its materials.
-void open_coarsest(LoadedArtifact &out) {
-    const GlbLevel &level = out.glb.levels.back();
-    std::size_t end = 0;
-    for (std::uint32_t part = 0; part < mesh_attributes + level.primitives.size(); ++part) {
-        if (const std::span<const std::byte> bytes = mesh_part(level, part); !bytes.empty()) {
-            end = std::max(end,
-                           static_cast<std::size_t>(bytes.data() + bytes.size() - out.file.bytes().data()));
-        }
-    }
-    out.file.read_front(out.path, end);
-    check_level(level, out.path);
-    out.materials = measure_materials(out.glb);
-}
-
 void open_content(const SceneFile &scene, const Artifact &artifact, LoadedArtifact &out) {
     if (artifact.kind == ArtifactKind::sound) {
         return;
@@ -227,7 +212,6 @@ void open_content(const SceneFile &scene, const Artifact &artifact, LoadedArtifa
             return;
         }
         out.glb = read_glb(out.file.bytes(), out.path);
-        open_coarsest(out);
         out.plan = plan_mesh(out.glb);
         return;
     }

@@ -6,7 +6,6 @@
 #include "assets/glb.hpp"
 #include "assets/inflate.hpp"
 #include "assets/ktx2.hpp"
-#include "assets/mesh_measures.hpp"
 #include "assets/scene/file.hpp"
 #include "assets/upload_plan.hpp"
 
@@ -23,12 +22,11 @@ namespace paradize::assets {
 
 struct LoadedArtifact {
     std::string path;
-    std::string sha256;                     // from scene.json
-    FileBytes file;                         // the other members point into it; released for a sound
-    Ktx2 ktx;                               // of a texture or cube map
-    Glb glb;                                // of a mesh or tile
-    std::vector<MaterialMeasure> materials; // of a mesh that is not a tile
-    std::optional<std::uint32_t> tile;      // index into Terrain::tiles
+    std::string sha256;                // from scene.json
+    FileBytes file;                    // the other members point into it; released for a sound
+    Ktx2 ktx;                          // of a texture or cube map
+    Glb glb;                           // of a mesh or tile
+    std::optional<std::uint32_t> tile; // index into Terrain::tiles
     UploadPlan plan;
 };
 
@@ -36,8 +34,9 @@ struct LoadedArtifact {
 FileBytes read_artifact(const Artifact &artifact, const std::filesystem::path &folder,
                         const std::stop_token &stop = {});
 
-/// Reads and parses the headers of the file, and of a mesh its coarsest level. The other bytes are zero. If
-/// the headers are broken, the whole file is read, and a wrong hash is reported first. Throws Error.
+/// Reads and parses the headers of the file. The other bytes are zero, but for those that came with the
+/// headers. If the headers are broken, the whole file is read, and a wrong hash is reported first. Throws
+/// Error.
 LoadedArtifact open_artifact(const SceneFile &scene, std::uint32_t index, const std::filesystem::path &folder,
                              const std::stop_token &stop = {});
 

@@ -65,8 +65,7 @@ Demand::Demand(const Scene &scene, const Streamer &streamer) : scene_(scene), st
             const assets::MaterialMeasure &measure = object.mesh->measure(m);
             assets::for_each_map([&](assets::ObjectMap map, std::string_view) {
                 if (!values.maps[map].empty()) {
-                    const float uv_per_m =
-                        assets::is_second(map) ? measure.second_uv_per_m : measure.uv_per_m;
+                    const float uv_per_m = assets::is_second(map) ? measure.uv1_per_m : measure.uv_per_m;
                     use.maps.push_back(map_use(values.maps[map], uv_per_m));
                 }
             });

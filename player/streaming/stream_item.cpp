@@ -22,7 +22,7 @@ StreamItem::StreamItem(const assets::Artifact &artifact, assets::LoadedArtifact 
     if (loaded.tile) {
         tile = StreamedTile(loaded.glb, loaded.plan.pieces, loaded.path, patches);
     } else if (kind == assets::ArtifactKind::mesh) {
-        mesh = StreamedMesh(loaded.glb, loaded.materials);
+        mesh = StreamedMesh(loaded.glb);
     } else if (kind != assets::ArtifactKind::sound) {
         make_texture();
     }

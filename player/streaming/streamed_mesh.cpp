@@ -35,8 +35,8 @@ std::size_t attribute_end(std::size_t offset_bytes, std::size_t bytes) {
     return (offset_bytes + bytes + 15) & ~std::size_t{15};
 }
 
-StreamedMesh::StreamedMesh(const assets::Glb &glb, std::vector<assets::MaterialMeasure> measures)
-    : materials_(glb.materials), measures_(std::move(measures)), grid_(glb.grid) {
+StreamedMesh::StreamedMesh(const assets::Glb &glb)
+    : materials_(glb.materials), measures_(glb.measures), grid_(glb.grid) {
     for (const assets::GlbLevel &level : glb.levels) {
         MeshLevel &made = levels_.emplace_back();
         low_ = glm::min(low_, glm::vec3(level.low[0], level.low[1], level.low[2]));

@@ -2,7 +2,6 @@
 // An object's mesh on the GPU: one vertex array per level of detail.
 
 #include "assets/glb.hpp"
-#include "assets/mesh_measures.hpp"
 #include "assets/upload_plan.hpp"
 #include "gl/handle.hpp"
 
@@ -39,7 +38,7 @@ class StreamedMesh {
   public:
     StreamedMesh() = default;
     /// Creates no buffers yet.
-    StreamedMesh(const assets::Glb &glb, std::vector<assets::MaterialMeasure> measures);
+    explicit StreamedMesh(const assets::Glb &glb);
 
     std::span<const MeshLevel> levels() const { return levels_; } // level 0, the finest, comes first
     std::span<const std::string> materials() const { return materials_; }

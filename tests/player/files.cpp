@@ -110,7 +110,7 @@ std::string glb_json(bool two_levels) {
     return R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],
 "nodes":[{"name":"lod0","mesh":0)" +
            lod + R"(},{"name":"lod1","mesh":1}],
-"materials":[{"name":"wood"},{"name":"leaf"}],
+"materials":[{"name":"wood","extras":{"center":[0,0,0]}},{"name":"leaf","extras":{"center":[0.5,0,-0.5]}}],
 "meshes":[{"primitives":[{"attributes":{"POSITION":0,"NORMAL":1},"indices":2,"material":0},
 {"attributes":{"POSITION":0,"NORMAL":1},"indices":3,"material":1}]},
 {"primitives":[{"attributes":{"POSITION":4},"indices":2,"material":0}]}],

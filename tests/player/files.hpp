@@ -47,7 +47,7 @@ std::string identity(std::span<const std::byte> file);
 
 /// The text of a scene.json with one object, one sky and a circular flight. Its parts are JSON.
 struct SceneText {
-    std::string version = "9";
+    std::string version = "10";
     std::string shadow = R"({"size": 64, "extent_m": 10, "center": [0, 0, 0], "blur_distance_m": 5})";
     std::string streaming = R"(["sky", "quad_mesh", "quad_color"])";
     std::string color = R"("quad_color")";

@@ -36,12 +36,15 @@ _UNREADABLE = (
 @dataclass(frozen=True)
 class Primitive:
     """place: JSON pointer. indices: (m,) or None. attributes: glTF name -> (n, k) float32, normalized
-    integers decoded. slack: what rounding to integers may add to a vector's length, by name."""
+    integers decoded. slack: what rounding to integers may add to a vector's length, by name. material: its
+    number, None without one; measures: the extras of that material."""
 
     place: str
     indices: npt.NDArray[np.integer] | None
     attributes: dict[str, npt.NDArray[np.float32]]
     slack: dict[str, float]
+    material: int | None
+    measures: dict[str, Any]
 
 
 @dataclass(frozen=True)
@@ -99,7 +102,10 @@ def read_levels(data: bytes, file: object) -> list[Level]:
                     if values.shape[1] != _WIDTHS.get(name, values.shape[1]):
                         raise ValueError(f"{name} has {values.shape[1]} numbers, not {_WIDTHS[name]}")
                 slack = {name: arrays.slack(at) for name, at in primitive["attributes"].items()}
-                primitives.append(Primitive(place, indices, attributes, slack))
+                number = primitive.get("material")
+                extras = {} if number is None else tree["materials"][number].get("extras")
+                measures = extras if isinstance(extras, dict) else {}
+                primitives.append(Primitive(place, indices, attributes, slack, number, measures))
             place = f"/nodes/{k}"
             stand = (_three(node, "translation", 0.0), _three(node, "scale", 1.0))
             levels.append(

@@ -16,6 +16,9 @@ from paradize.kernels.reference import Surface
 _ROUNDING = 1e-7  # of the diagonal: errors that differ by less are equal, because positions are float32
 _APART = 1e-4  # share by which rounding may lift a measured distance above the stated bound
 _SAMPLES = 2_000  # in addition to ten in every triangle
+_STRETCHED = 0.05  # the share of a material's area that has fewer texture coordinates per metre
+_SLACK, _NEAR = 0.01, 1e-3  # of that share, and of the number: rounding moves small triangles
+_SIX_DIGITS, _TINY = 1e-5, 1e-30
 _UNIT = 2e-3  # how far a length may be from 1 and a dot product from 0, in addition to quantisation
 
 
@@ -40,7 +43,7 @@ def check_mesh(data: bytes, file: str) -> Iterator[Finding]:
                 yield from _triangles(primitive, file, where)
             seen |= {vertices, (vertices, id(primitive.indices))}
     order = list(_order(levels, file))
-    yield from order or _distance(levels, file)
+    yield from order or (*_distance(levels, file), *_measures(levels, file))
 
 
 def _rows(bad: npt.NDArray[np.bool_]) -> tuple[int, int]:
@@ -179,6 +182,73 @@ def _distance(levels: list[Level], file: str) -> Iterator[Finding]:
             what = f"its surface lies {distance:.3g} of the diagonal from the finest level, "
             what += f"its error_max is {limit:.3g}"
             yield Finding("PZ209", file, what, level.name)
+
+
+def _measures(levels: list[Level], file: str) -> Iterator[Finding]:
+    """Materials whose measures are not those of their triangles in the coarsest level."""
+    lods = [level for level in levels if "error_max" in level.extras]
+    coarsest = lods[-1].primitives if lods else ()
+    for material in dict.fromkeys(primitive.material for primitive in coarsest):
+        parts = [primitive for primitive in coarsest if primitive.material == material]
+        where = f"/materials/{material}/extras"
+        corners = _corners(parts, "POSITION")
+        if corners is None:
+            continue  # other rules report it
+        low, high = corners.min(axis=(0, 1)), corners.max(axis=(0, 1))
+        off = _SIX_DIGITS * (np.abs(low) + np.abs(high)) + _TINY
+        center = parts[0].measures.get("center")
+        try:
+            stated = np.array(center, np.float64)
+        except (TypeError, ValueError):
+            stated = np.array(np.nan)
+        if stated.shape != (3,) or not (np.abs(stated - (low + high) / 2.0) <= off).all():
+            middle = ", ".join(f"{x:.6g}" for x in (low + high) / 2.0)
+            yield Finding("PZ210", file, f"center is {center!s:.60}, the triangles' is {middle}", where)
+        edges = (corners[:, 1:] - corners[:, :1]) * lods[-1].scale
+        areas = _length(np.cross(edges[:, 0], edges[:, 1]))
+        for key, attribute in (("uv_per_m", "TEXCOORD_0"), ("uv1_per_m", "TEXCOORD_1")):
+            uvs = _corners(parts, attribute)
+            if uvs is not None and len(uvs) == len(areas):
+                yield from _density(parts[0].measures.get(key), key, areas, uvs, file, where)
+
+
+def _corners(parts: list[Primitive], attribute: str) -> npt.NDArray[np.float64] | None:
+    """The values of an attribute at the corners of all triangles, (n, 3, k); None where there are none or
+    other rules report faults."""
+    out = []
+    for part in parts:
+        values, indices = part.attributes.get(attribute), part.indices
+        if values is None or indices is None or not len(indices) or len(indices) % 3:
+            return None
+        if not np.isfinite(values).all() or int(indices.max()) >= len(values):
+            return None
+        out.append(values[indices.reshape(-1, 3)].astype(np.float64))
+    return np.concatenate(out)
+
+
+def _density(
+    stated: object,
+    key: str,
+    areas: npt.NDArray[np.float64],
+    uvs: npt.NDArray[np.float64],
+    file: str,
+    where: str,
+) -> Iterator[Finding]:
+    """A number of texture coordinates per metre that not about a twentieth of the area stays below."""
+    if isinstance(stated, bool) or not isinstance(stated, int | float) or not 0 <= stated < float("inf"):
+        yield Finding("PZ210", file, f"{key} is {stated!s:.60}", where)
+        return
+    drawn = areas > 0.0
+    total = float(areas[drawn].sum())
+    if total == 0.0:
+        return
+    a, b = uvs[drawn, 1] - uvs[drawn, 0], uvs[drawn, 2] - uvs[drawn, 0]
+    density = np.sqrt(np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]) / areas[drawn])
+    below = float(areas[drawn][density < stated * (1.0 - _NEAR)].sum()) / total
+    up_to = float(areas[drawn][density <= stated * (1.0 + _NEAR) + _TINY].sum()) / total
+    if below > _STRETCHED + _SLACK or up_to < _STRETCHED - _SLACK:
+        what = f"{key} is {stated:.6g}: {below:.1%} of the area has fewer texture coordinates per metre, "
+        yield Finding("PZ210", file, what + f"{up_to:.1%} no more; 5 % must", where)
 
 
 def _surface(level: Level, finest: Level) -> Surface | None:

@@ -65,6 +65,12 @@ RULES: dict[str, Rule] = {
         "the surface of a level lies farther from the finest level than its error_max says: it would pop",
         "bake again",
     ),
+    "PZ210": Rule(
+        "error",
+        "material is not as measured",
+        "textures would be loaded too coarse or too fine, or see-through parts drawn in a wrong order",
+        "bake again",
+    ),
     "PZ211": Rule(
         "error",
         "du/dv drifts",

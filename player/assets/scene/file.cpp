@@ -14,7 +14,7 @@ namespace paradize::assets {
 
 namespace {
 
-constexpr long long scene_version = 9;
+constexpr long long scene_version = 10;
 
 class SceneReader {
   public:

@@ -1,5 +1,5 @@
 #pragma once
-// scene.json, version 9, as plain values. Uses no GL. pipeline/paradize/formats/FORMAT.md describes the
+// scene.json, version 10, as plain values. Uses no GL. pipeline/paradize/formats/FORMAT.md describes the
 // members.
 
 #include "assets/scene/object_maps.hpp"

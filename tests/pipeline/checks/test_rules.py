@@ -24,6 +24,8 @@ from paradize.checks import CheckOptions, Finding, check_paths, render
 from paradize.checks.rules import RULES, gathered
 from paradize.checks.sounds import check_sound
 from paradize.data import Texture
+from paradize.errors import FormatError
+from paradize.formats.glb.reader import decode_glb
 from paradize.formats.ktx2.encode import encode_ktx2
 from paradize.formats.ktx2.reader import decode_ktx2
 from tests.pipeline.checks.test_lights import light
@@ -176,6 +178,17 @@ def modest(scene: Path) -> None:
             node["extras"]["error_max"] *= 0.97
 
     replace(scene, "post_mesh", with_json(file_of(scene, "post_mesh").read_bytes(), edit))
+
+
+def measured(edit: Callable[[dict[str, Any]], object]) -> Callable[[Path], None]:
+    """edit: changes the extras of the post's material."""
+    return lambda scene: replace(
+        scene,
+        "post_mesh",
+        with_json(
+            file_of(scene, "post_mesh").read_bytes(), lambda tree: edit(tree["materials"][0]["extras"])
+        ),
+    )
 
 
 def folded(uvs: np.ndarray) -> None:
@@ -378,6 +391,9 @@ PLANTED: list[tuple[str, str, Callable[[Path], Any]]] = [
     ("PZ207", "an error below zero", errors_of_levels(0.0, 0.0, -1.0)),
     ("PZ207", "an error that falls from one level to the next", errors_of_levels(0.0, 0.3, 0.2)),
     ("PZ209", "levels that tell too small an error", modest),
+    ("PZ210", "a material elsewhere", measured(lambda m: m["center"].__setitem__(1, m["center"][1] + 0.01))),
+    ("PZ210", "textures two percent larger", measured(lambda m: m.update(uv_per_m=m["uv_per_m"] * 0.98))),
+    ("PZ210", "textures a tenth smaller", measured(lambda m: m.update(uv_per_m=m["uv_per_m"] * 1.1))),
     ("PZ231", "a coordinate beside the map", edit_mesh("TEXCOORD_0", put(3, 0, 1.5))),
     ("PZ231", "a coordinate before the map", unguarded(edit_mesh("TEXCOORD_0", put(3, 1, -0.01)))),
     ("PZ232", "a layout that is folded", unguarded(edit_mesh("TEXCOORD_0", folded))),
@@ -466,6 +482,27 @@ def test_the_rule_fires_and_no_other_error_does(
     findings = check_paths([scene], CheckOptions(against=before if before.exists() else None))
     assert code in {finding.code for finding in findings}, findings
     assert {finding.code for finding in findings if finding.severity == "error"} <= {code}, findings
+
+
+@pytest.mark.parametrize(
+    "edit",
+    [
+        lambda m: m.update(center=["here", 0, 0]),
+        lambda m: m.update(center=None),
+        lambda m: m.update(center=0.0),
+        lambda m: m.pop("center"),
+        lambda m: m.pop("uv_per_m"),
+        lambda m: m.update(uv_per_m="much"),
+        lambda m: m.update(uv_per_m=-1.0),
+        lambda m: m.clear(),
+    ],
+)
+def test_what_a_material_does_not_say_as_numbers_is_found(scene: Path, edit: Callable[[Any], None]) -> None:
+    measured(edit)(scene)
+    findings = check_paths([file_of(scene, "post_mesh")])
+    assert {finding.code for finding in findings} == {"PZ210"}
+    with pytest.raises(FormatError):
+        decode_glb(file_of(scene, "post_mesh").read_bytes())
 
 
 def test_the_last_level_that_there_is_may_be_read(scene: Path) -> None:

@@ -16,6 +16,7 @@ from paradize.bakers.mesh.bake import bake_mesh
 from paradize.checks.meshes import check_mesh
 from paradize.data import Group, Lod, Mesh
 from paradize.errors import BakeError, FormatError
+from paradize.formats.glb.cut import cut_glb
 from paradize.formats.glb.document import glb_document
 from paradize.formats.glb.encode import encode_glb
 from paradize.formats.glb.reader import decode_glb
@@ -190,6 +191,13 @@ def edit(path: str, value: object) -> bytes:
         ("meshes/0/primitives/0/material", 5),
         ("meshes/0/primitives/0/attributes/POSITION", 3),
         ("meshes/0/primitives/1/attributes", {}),
+        ("materials/0/extras", {}),
+        ("materials/0/extras/center", [0, 0]),
+        ("materials/0/extras/uv_per_m", -2.0),
+        ("materials/0/extras/uv1_per_m", True),
+        ("materials/0/extras/size", 1.0),
+        ("materials/0/name", 7),
+        ("materials/1/extras", {"center": [0, 0, 0]}),
     ],
 )
 def test_tables_that_do_not_fit_are_refused_with_their_place(path: str, value: object) -> None:
@@ -255,6 +263,51 @@ def test_vertex_colours_come_back_and_every_level_of_a_bake_has_them(tmp_path: P
             meant = np.where(written <= 0.04045, written / 12.92, ((written + 0.055) / 1.055) ** 2.4)
             off = np.abs(level.mesh.colors[:, :3] - meant).max()
             assert off < 0.03, tier
+
+
+@pytest.mark.parametrize("count", [1, 2, 3, 40, 999])
+def test_a_twentieth_of_a_material_s_area_has_fewer_texture_coordinates_per_metre(count: int) -> None:
+    random = np.random.default_rng(7)
+    width, height, across, up = random.uniform(0.1, 3.0, (4, count)).astype(np.float32).astype(np.float64)
+    alike = np.arange(count) % 4 == 0
+    across[alike], up[alike] = 1.0, (width * height)[alike].astype(np.float32)
+    positions = np.zeros((count, 3, 3), np.float32)
+    positions[..., 2], positions[:, 1, 0], positions[:, 2, 1] = 1.0, width, height
+    uvs = np.zeros((count, 3, 2), np.float32)
+    uvs[:, 1, 0], uvs[:, 2, 1] = across, up
+    areas = width * height
+    below, answer = 0.0, 0.0
+    for density, area in sorted(zip(np.sqrt(across * up / areas), areas, strict=True)):
+        below, answer = below + area, density
+        if below >= 0.05 * areas.sum():
+            break
+    parts = (count + 1) // 2, count // 2  # a material may have several primitives
+    groups = [Group(f"part {k}", "wood", k * parts[0], size) for k, size in enumerate(parts) if size]
+    indices = np.arange(3 * count, dtype=np.uint32).reshape(-1, 3)
+    flat = positions.reshape(-1, 3), uvs.reshape(-1, 2)
+    mesh = Mesh(flat[0], indices, uvs=flat[1], uvs1=2 * flat[1], groups=tuple(groups))
+    extras = document(encode_glb([Lod(mesh, 0, 0)], "m"))["materials"][0]["extras"]
+    assert extras["uv_per_m"] == pytest.approx(answer, rel=1e-5)
+    assert extras["uv1_per_m"] == pytest.approx(2 * answer, rel=1e-5)
+    assert extras["center"] == pytest.approx([width.max() / 2, height.max() / 2, 1.0], rel=1e-5)
+
+
+def test_measures_are_those_of_the_coarsest_level_that_is_left() -> None:
+    large = replace(card(3.0), groups=(Group("left", "wood", 0, 2),))
+    data = encode_glb([Lod(large, 0, 0), Lod(triangle(), 0.25, 0.125)], "card")
+    kept = {"center": [0.5, 0.5, 0.0], "uv_per_m": 1.0, "uv1_per_m": 3.0}
+    assert document(cut_glb(data, finer=1))["materials"][0]["extras"] == kept
+    one = cut_glb(data, coarser=1)
+    assert document(one)["materials"][0]["extras"]["center"] == [1.5, 1.5, 0.0]
+    assert decode_glb(one) and not list(check_mesh(one, "card.glb"))
+    bare = cut_glb(data, attributes=("POSITION", "TEXCOORD_0"))
+    assert decode_glb(bare) and not list(check_mesh(bare, "card.glb"))
+
+
+def test_a_material_without_area_has_no_texture_coordinates_per_metre() -> None:
+    flat = replace(card(), positions=np.zeros((4, 3), np.float32), tangents=None, groups=())
+    (entry,) = document(encode_glb([Lod(flat, 0, 0)], "flat"))["materials"]
+    assert entry["extras"] == {"center": [0, 0, 0], "uv_per_m": 0, "uv1_per_m": 0}
 
 
 def test_materials_hold_their_colour_within_its_range_and_are_no_metal() -> None:

@@ -135,6 +135,7 @@ std::string quantised_json() {
     return R"({"asset":{"version":"2.0"},"extensionsRequired":["KHR_mesh_quantization"],"scene":0,
 "scenes":[{"nodes":[0]}],"nodes":[{"name":"lod0","mesh":0,"translation":[1,2,3],"scale":[0.5,0.25,0.125]}],
 "meshes":[{"primitives":[{"attributes":{"POSITION":0,"NORMAL":1,"TEXCOORD_0":2},"indices":3}]}],
+"materials":[{"name":"wood","extras":{"center":[1,2,3],"uv_per_m":0.25}}],
 "accessors":[{"bufferView":0,"componentType":5123,"count":3,"type":"VEC3","min":[0,0,0],"max":[65535,65535,65535]},
 {"bufferView":1,"componentType":5120,"normalized":true,"count":3,"type":"VEC3"},
 {"bufferView":2,"componentType":5123,"normalized":true,"count":3,"type":"VEC2"},
@@ -160,6 +161,39 @@ TEST_CASE("GLB: quantised attributes are read with types, strides and grid") {
     CHECK(glb.grid.step == std::array<float, 3>{0.5F, 0.25F, 0.125F});
     CHECK(glb.grid.origin == std::array<double, 3>{1.0, 2.0, 3.0});
     CHECK(assets::read_glb(test::glb_file(test::glb_json()), "b.glb").grid == assets::QuantisationGrid());
+}
+
+TEST_CASE(
+    "GLB: what the bake measured of the coarsest level's materials is read, and nothing else accepted") {
+    const assets::Glb two = assets::read_glb(test::glb_file(test::glb_json()), "a.glb");
+    REQUIRE(two.measures.size() == 2);
+    CHECK(two.measures[0].uv_per_m == 0.0F);
+    CHECK(two.measures[1].center == glm::vec3(0.0F)); // level 1 does not draw it
+    CHECK(assets::read_glb(test::glb_file(test::glb_json(false)), "a.glb").measures[1].center ==
+          glm::vec3(0.5F, 0.0F, -0.5F));
+    const std::string json = quantised_json();
+    const assets::Glb one = assets::read_glb(test::glb_file(json), "a.glb");
+    CHECK(one.measures[0].center == glm::vec3(1.0F, 2.0F, 3.0F));
+    CHECK(one.measures[0].uv_per_m == 0.25F);
+    CHECK(one.measures[0].uv1_per_m == 0.0F);
+    const std::string second = test::replaced(json, R"("TEXCOORD_0":2)", R"("TEXCOORD_0":2,"TEXCOORD_1":2)");
+    const std::string both = test::replaced(second, R"("uv_per_m":0.25)", R"("uv_per_m":2,"uv1_per_m":4)");
+    CHECK(assets::read_glb(test::glb_file(both), "a.glb").measures[0].uv1_per_m == 4.0F);
+    check_refused(second, "materials[0].extras.uv1_per_m: is missing");
+    for (const auto &[from, to, part] : std::vector<std::array<std::string, 3>>{
+             {R"(,"extras":{"center":[1,2,3],"uv_per_m":0.25})", "", "materials[0].extras: is missing"},
+             {R"("center":[1,2,3],)", "", "materials[0].extras.center: is missing"},
+             {"\"center\":[1,2,3]", "\"center\":[1,2]",
+              "materials[0].extras.center: must be an array of 3 entries"},
+             {"\"center\":[1,2,3]", "\"center\":[1,2,1e8]", "materials[0].extras.center[2]: is 100000000"},
+             {R"(,"uv_per_m":0.25)", "", "materials[0].extras.uv_per_m: is missing"},
+             {R"("uv_per_m":0.25)", R"("uv_per_m":-1)", "materials[0].extras.uv_per_m: is -1"},
+             {R"("uv_per_m":0.25)", R"("uv_per_m":1e31)", "materials[0].extras.uv_per_m: is 1e+31"},
+             {R"("uv_per_m":0.25)", R"("uv_per_m":null)", "materials[0].extras.uv_per_m: must be a number"},
+             {R"([{"name":"wood","extras":{"center":[1,2,3],"uv_per_m":0.25}}])", "[]",
+              "materials: are missing"}}) {
+        check_refused(test::replaced(json, from, to), part);
+    }
 }
 
 TEST_CASE("GLB: unsupported quantised attributes are rejected with their place") {

@@ -1,22 +1,17 @@
 // Invalid numbers are rejected with their place, in every storage type.
-#include "assets/mesh_measures.hpp"
 #include "assets/payload.hpp"
 #include "assets/piece_loader.hpp"
 #include "error.hpp"
 #include "files.hpp"
 
 #include <doctest/doctest.h>
-#include <glm/vec2.hpp>
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstring>
 #include <limits>
-#include <random>
 #include <span>
 #include <string>
-#include <utility>
 #include <vector>
 
 using namespace paradize;
@@ -275,54 +270,4 @@ TEST_CASE("payload: float texels must be finite and within the limit, also in co
         CHECK(loaded(compressed).starts_with("a.ktx2: level 0: texel (5, 1), channel 0: is "));
     }
     CHECK(loaded(test::zstd_of(file)).empty());
-}
-
-TEST_CASE("mesh measures: a twentieth of a material's area has fewer texture coordinates per metre") {
-    constexpr std::uint32_t float_type = 5126;
-    std::mt19937 random(7);
-    std::uniform_real_distribution<float> edge(0.1F, 3.0F);
-    for (const std::size_t triangles : {1, 2, 3, 40, 999}) {
-        std::vector<glm::vec3> places;
-        std::vector<glm::vec2> uvs;
-        std::vector<std::uint32_t> indices;
-        std::vector<std::pair<double, double>> sorted; // texture coordinates per metre, area
-        double area = 0.0;
-        for (std::size_t i = 0; i < triangles; ++i) {
-            const float width = edge(random);
-            const float height = edge(random);
-            const float across = i % 4 == 0 ? 1.0F : edge(random); // some are alike
-            const float up = i % 4 == 0 ? width * height : edge(random);
-            places.insert(places.end(), {{0.0F, 0.0F, 1.0F}, {width, 0.0F, 1.0F}, {0.0F, height, 1.0F}});
-            uvs.insert(uvs.end(), {{0.0F, 0.0F}, {across, 0.0F}, {0.0F, up}});
-            const double of_one = static_cast<double>(width) * static_cast<double>(height);
-            sorted.emplace_back(std::sqrt(static_cast<double>(across) * static_cast<double>(up) / of_one),
-                                of_one);
-            area += of_one;
-            for (int corner = 0; corner < 3; ++corner) {
-                indices.push_back(static_cast<std::uint32_t>(indices.size()));
-            }
-        }
-        std::ranges::sort(sorted);
-        double below = 0.0;
-        const auto found = std::ranges::find_if(
-            sorted, [&](const auto &one) { return (below += one.second) >= 0.05 * area; });
-
-        assets::Glb glb;
-        glb.materials = {"used", "unused"};
-        assets::GlbLevel &level = glb.levels.emplace_back();
-        level.vertices = static_cast<std::uint32_t>(places.size());
-        level.positions = std::as_bytes(std::span(places));
-        level.uvs = std::as_bytes(std::span(uvs));
-        level.formats[0] = {float_type, false, sizeof(glm::vec3)};
-        level.formats[3] = {float_type, false, sizeof(glm::vec2)};
-        level.index_bytes = 4;
-        level.primitives.push_back(
-            {0, std::as_bytes(std::span(indices)), static_cast<std::uint32_t>(indices.size())});
-        const std::vector<assets::MaterialMeasure> measures = assets::measure_materials(glb);
-        REQUIRE(measures.size() == 2);
-        CHECK(static_cast<double>(measures[0].uv_per_m) == doctest::Approx(found->first).epsilon(1e-5));
-        CHECK(measures[0].second_uv_per_m == 0.0F);
-        CHECK(measures[0].center.z == 1.0F);
-        CHECK(measures[1].uv_per_m == 0.0F);
-    }
 }

@@ -2,5 +2,6 @@
 constants.
 
 tiles.py: terrain patches. bundle.py: the output of `export`. quantised.py: decodes quantised vertices.
-cut.py: removes levels from a file. document.py: reads the JSON alone. writer.py: the binary chunk.
+cut.py: removes levels from a file. document.py: reads the JSON alone. measures.py: what a player
+must know of a material before it loads the mesh. writer.py: the binary chunk.
 """

@@ -7,7 +7,8 @@ from collections.abc import Collection
 from typing import Any
 
 from paradize.formats.glb.layout import QUANTIZATION
-from paradize.formats.glb.reader import Reader
+from paradize.formats.glb.measures import measured_entries
+from paradize.formats.glb.reader import Reader, read_level
 from paradize.formats.glb.writer import join_chunks
 
 
@@ -39,6 +40,7 @@ def cut_glb(
                 for key, accessor in primitive["attributes"].items()
                 if attributes is None or key in attributes
             }
+    tree["materials"] = measured_entries(tree["materials"], read_level(reader, count - coarser - 1))
     used = sorted({index for mesh in meshes for index in _accessors(mesh)})
     views = sorted({tree["accessors"][index]["bufferView"] for index in used})
     new_binary = bytearray()

@@ -15,6 +15,7 @@ from paradize.data import Lod, Mesh, rounded
 from paradize.errors import BakeError
 from paradize.formats.glb.layout import ATTRIBUTES, QUANTIZATION, SHAPES, SHARES
 from paradize.formats.glb.materials import extensions_of, material_entry, plain_material
+from paradize.formats.glb.measures import measured_entries
 from paradize.formats.glb.writer import Writer, join_chunks, node_transform
 
 if TYPE_CHECKING:
@@ -90,7 +91,7 @@ def encode_glb(
         "scenes": [{"name": name, "nodes": [0]}],
         "nodes": nodes,
         "meshes": meshes,
-        "materials": entries,
+        "materials": measured_entries(entries, lods[-1]),
         "accessors": writer.accessors,
         "bufferViews": writer.views,
         "buffers": [{"byteLength": len(writer.binary)}],

@@ -29,6 +29,7 @@ from paradize.formats.glb.layout import (
     U16,
     U32,
 )
+from paradize.formats.glb.measures import MAX_UV_PER_M
 from paradize.formats.glb.quantised import decoded, split_origin
 
 
@@ -189,9 +190,11 @@ def _levels(reader: Reader) -> Iterator[Lod]:
             raise reader.fault(f"{str(listed)[:80]}, expected of {', '.join(names)}", f"/{key}")
     grids, origins = set(), set()
     for index in range(len(nodes)):
-        level = _read_level(reader, index)
+        level = read_level(reader, index)
         grids.add(level.quantised.grid if level.quantised else None)
         origins.add(level.mesh.origin)
+        if index + 1 == len(nodes):
+            _check_measures(reader, level)
         yield level
         del level
     if len(grids) > 1 or len(origins) > 1:
@@ -200,6 +203,32 @@ def _levels(reader: Reader) -> Iterator[Lod]:
         raise reader.fault(
             f"{QUANTIZATION} is required exactly where vertices are quantised", "/extensionsRequired"
         )
+
+
+def _check_measures(reader: Reader, coarsest: Lod) -> None:
+    """Checks the form of what materials say of this level; a rule of `check` holds it against the level."""
+    drawn = {group.material for group in coarsest.mesh.all_groups}
+    coordinates = (("uv_per_m", coarsest.mesh.uvs), ("uv1_per_m", coarsest.mesh.uvs1))
+    for index in range(len(reader.get(reader.document, "", "materials", list))):
+        pointer = f"/materials/{index}"
+        entry = reader.item("materials", index, pointer)
+        if reader.get(entry, pointer, "name", str) not in drawn:
+            if "extras" in entry:
+                raise reader.fault("the coarsest level does not draw this material", f"{pointer}/extras")
+            continue
+        extras = reader.get(entry, pointer, "extras", dict)
+        _numbers(reader, extras, f"{pointer}/extras", "center", -1e39)
+        keys = ["center", *(key for key, values in coordinates if values is not None)]
+        if sorted(extras) != sorted(keys):
+            raise reader.fault(f"members {sorted(extras)!r:.80}, expected {keys}", f"{pointer}/extras")
+        for key in keys[1:]:
+            value = extras[key]
+            if (
+                isinstance(value, bool)
+                or not isinstance(value, int | float)
+                or not 0 <= value <= MAX_UV_PER_M
+            ):
+                raise reader.fault(f"{str(value)[:40]}, expected a number from 0", f"{pointer}/extras/{key}")
 
 
 def grid_of(reader: Reader, node: dict[str, Any], pointer: str, coded: bool) -> QuantisationGrid | None:
@@ -234,7 +263,8 @@ def _numbers(reader: Reader, node: dict[str, Any], where: str, key: str, low: fl
     return float(values[0]), float(values[1]), float(values[2])
 
 
-def _read_level(reader: Reader, number: int) -> Lod:
+def read_level(reader: Reader, number: int) -> Lod:
+    """One level of detail; 0 is the finest."""
     pointer = f"/nodes/{number}"
     node = reader.item("nodes", number, pointer)
     if reader.get(node, pointer, "name", str) != f"lod{number}":

@@ -21,7 +21,7 @@ from paradize.map_table import maps_of
 from paradize.material import REPEATED
 
 FORMAT = "paradize-scene"
-VERSION = 9
+VERSION = 10
 
 
 def references(manifest: dict[str, Any]) -> list[tuple[str, str, tuple[str, ...]]]:

@@ -79,7 +79,7 @@ TEST_CASE("scene.json: another version is rejected with a remedy") {
     test::SceneText text;
     text.version = "3";
     check_refused(text,
-                  "scene.json: version: is 3, this player reads version 9; bake the scene again with the "
+                  "scene.json: version: is 3, this player reads version 10; bake the scene again with the "
                   "Paradize that came with the player");
 }
 
