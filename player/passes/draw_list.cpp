@@ -84,7 +84,7 @@ std::uint32_t DrawList::light_of(const Object &object, const Instance &instance)
 }
 
 DrawList::Group &DrawList::group_of(const DrawItem &item, std::uint32_t light) {
-    const std::size_t side = 2 * static_cast<std::size_t>(item.lod) + (item.mirrored() ? 1U : 0U);
+    const std::size_t side = 2 * static_cast<std::size_t>(item.lod) + (item.mirrored ? 1U : 0U);
     return groups_[first_group_[index_of(*item.object)] + side * item.object->light_sets.size() + light];
 }
 
@@ -176,13 +176,13 @@ void DrawList::fill_blended(std::span<const DrawItem> items, const View &view,
         if (!commands_.empty()) {
             DrawCommand &last = commands_.back();
             if (last.object == item.object && last.material == one.material && last.lod == item.lod &&
-                last.light_set == light_set && last.mirrored == item.mirrored() &&
+                last.light_set == light_set && last.mirrored == item.mirrored &&
                 !item.object->materials[one.material].values.two_sided) {
                 ++last.count;
                 continue;
             }
         }
-        commands_.push_back({item.object, one.material, item.lod, item.mirrored(), first, 1, light_set});
+        commands_.push_back({item.object, one.material, item.lod, item.mirrored, first, 1, light_set});
     }
 }
 

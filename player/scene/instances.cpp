@@ -61,23 +61,25 @@ InstanceTree::InstanceTree(std::vector<Instance> &instances) {
         sorted.push_back(instances[i]);
     }
     instances = std::move(sorted);
+    first_mirrored_ = total - count;
+    spheres_.resize(total);
     refit(instances);
 }
 
-InstanceTree::Node InstanceTree::around(std::span<const Instance> instances) {
-    const Instance &any = instances.front();
+InstanceTree::Node InstanceTree::around(std::span<const Sphere> spheres) {
+    const Sphere &any = spheres.front();
     glm::dvec3 low = any.center;
     glm::dvec3 high = any.center;
     Node out;
     out.least_radius_m = out.most_radius_m = any.radius_m;
     out.least_scale = out.most_scale = any.scale;
-    for (const Instance &instance : instances) {
-        low = glm::min(low, instance.center);
-        high = glm::max(high, instance.center);
-        out.least_radius_m = std::min(out.least_radius_m, instance.radius_m);
-        out.most_radius_m = std::max(out.most_radius_m, instance.radius_m);
-        out.least_scale = std::min(out.least_scale, instance.scale);
-        out.most_scale = std::max(out.most_scale, instance.scale);
+    for (const Sphere &sphere : spheres) {
+        low = glm::min(low, sphere.center);
+        high = glm::max(high, sphere.center);
+        out.least_radius_m = std::min(out.least_radius_m, sphere.radius_m);
+        out.most_radius_m = std::max(out.most_radius_m, sphere.radius_m);
+        out.least_scale = std::min(out.least_scale, sphere.scale);
+        out.most_scale = std::max(out.most_scale, sphere.scale);
     }
     out.center = 0.5 * (low + high);
     out.half = glm::vec3(0.5 * (high - low)) * (1.0F + widening);
@@ -98,9 +100,12 @@ InstanceTree::Node InstanceTree::around(const Node &a, const Node &b) {
 }
 
 void InstanceTree::refit(std::span<const Instance> instances) {
+    std::ranges::transform(instances, spheres_.begin(), [](const Instance &instance) {
+        return Sphere{instance.center, instance.radius_m, instance.scale};
+    });
     for (std::size_t at = nodes_.size(); at-- > 0;) { // children before parents
         const Node &node = nodes_[at];
-        Node fitted = node.leaf ? around(instances.subspan(node.first, node.count))
+        Node fitted = node.leaf ? around(std::span(spheres_).subspan(node.first, node.count))
                                 : around(nodes_[at + 1], nodes_[nodes_[at + 1].next]);
         fitted.first = node.first;
         fitted.count = node.count;
@@ -165,9 +170,9 @@ InstanceTree::Reach InstanceTree::distances(const Node &node, const View &view, 
     return {near - node.most_radius_m - rounding_m, far - node.least_radius_m + rounding_m};
 }
 
-int InstanceTree::lod_of(const Instance &instance, const View &view, const LodQuery &query) {
-    const float distance_m = glm::distance(query.eye, view.local(instance.center)) - instance.radius_m;
-    return choose_lod(query, distance_m, instance.scale, instance.radius_m);
+int InstanceTree::lod_of(const Sphere &sphere, const View &view, const LodQuery &query) {
+    const float distance_m = glm::distance(query.eye, view.local(sphere.center)) - sphere.radius_m;
+    return choose_lod(query, distance_m, sphere.scale, sphere.radius_m);
 }
 
 InstanceTree::CullResult InstanceTree::look(const Node &node, const View &view, const LodQuery &query) {
@@ -186,8 +191,8 @@ InstanceTree::CullResult InstanceTree::look(const Node &node, const View &view, 
     return finest == coarsest ? CullResult{Side::inside, finest} : CullResult{Side::crossed, 0};
 }
 
-void InstanceTree::find_nearest(std::span<const Instance> instances, const View &view, const LodQuery &query,
-                                float near_m, NearestInstance &nearest) const {
+void InstanceTree::find_nearest(const View &view, const LodQuery &query, float near_m,
+                                NearestInstance &nearest) const {
     const auto pixels_per_m = [&](float distance_m, float scale) {
         return query.pixels_at_1m * scale / std::max(distance_m, near_m);
     };
@@ -204,20 +209,18 @@ void InstanceTree::find_nearest(std::span<const Instance> instances, const View 
             continue;
         }
         for (std::uint32_t i = node.first; i < node.first + node.count; ++i) {
-            const Instance &instance = instances[i];
-            const glm::vec3 center = view.local(instance.center);
-            if (const int lod = lod_of(instance, view, query);
-                lod >= 0 && view.sees(center, instance.radius_m)) {
-                const float distance_m = glm::distance(query.eye, center) - instance.radius_m;
+            const Sphere &sphere = spheres_[i];
+            const glm::vec3 center = view.local(sphere.center);
+            if (const int lod = lod_of(sphere, view, query); lod >= 0 && view.sees(center, sphere.radius_m)) {
+                const float distance_m = glm::distance(query.eye, center) - sphere.radius_m;
                 nearest.lod = std::min(nearest.lod, lod);
-                nearest.pixels_per_m =
-                    std::max(nearest.pixels_per_m, pixels_per_m(distance_m, instance.scale));
+                nearest.pixels_per_m = std::max(nearest.pixels_per_m, pixels_per_m(distance_m, sphere.scale));
             }
         }
     }
 }
 
-float InstanceTree::largest_scale(std::span<const Instance> instances, const View &view) const {
+float InstanceTree::largest_scale(const View &view) const {
     float largest = 0.0F;
     for (std::size_t at = 0; at < nodes_.size();) {
         const Node &node = nodes_[at];
@@ -226,9 +229,9 @@ float InstanceTree::largest_scale(std::span<const Instance> instances, const Vie
         if (side == Side::inside) {
             largest = node.most_scale;
         } else if (side == Side::crossed && node.is_leaf()) {
-            for (const Instance &instance : instances.subspan(node.first, node.count)) {
-                if (instance.scale > largest && view.sees(view.local(instance.center), instance.radius_m)) {
-                    largest = instance.scale;
+            for (const Sphere &sphere : std::span(spheres_).subspan(node.first, node.count)) {
+                if (sphere.scale > largest && view.sees(view.local(sphere.center), sphere.radius_m)) {
+                    largest = sphere.scale;
                 }
             }
         }

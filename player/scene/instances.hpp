@@ -38,6 +38,7 @@ void find_rows(std::span<const Instance> instances, const glm::dvec3 &anchor, st
 struct InstanceRange {
     std::uint32_t first = 0, count = 0;
     int lod = 0;
+    bool mirrored = false;
     bool operator==(const InstanceRange &) const = default;
 };
 
@@ -70,37 +71,39 @@ class InstanceTree {
     /// Finds the boxes anew after instances have moved; which of them share a box stays.
     void refit(std::span<const Instance> instances);
 
-    /// Calls take(InstanceRange) for what `view` sees, in the order of the list. `instances` are the sorted
-    /// ones. Ranges may touch.
+    /// Calls take(InstanceRange) for what `view` sees, in the order of the list. Ranges may touch.
     template <class Take>
-    void collect(std::span<const Instance> instances, const View &view, const LodQuery &query,
-                 const Take &take) const {
+    void collect(const View &view, const LodQuery &query, const Take &take) const {
         for (std::size_t at = 0; at < nodes_.size();) {
             const Node &node = nodes_[at];
             const CullResult seen = look(node, view, query);
             at = seen.side == Side::crossed && !node.is_leaf() ? at + 1 : node.next;
             if (seen.side == Side::inside) {
-                take(InstanceRange{node.first, node.count, seen.lod});
+                take(InstanceRange{node.first, node.count, seen.lod, node.first >= first_mirrored_});
             } else if (seen.side == Side::crossed && node.is_leaf()) {
                 for (std::uint32_t i = node.first; i < node.first + node.count; ++i) {
-                    const int lod = lod_of(instances[i], view, query);
-                    if (lod >= 0 && view.sees(view.local(instances[i].center), instances[i].radius_m)) {
-                        take(InstanceRange{i, 1, lod});
+                    const int lod = lod_of(spheres_[i], view, query);
+                    if (lod >= 0 && view.sees(view.local(spheres_[i].center), spheres_[i].radius_m)) {
+                        take(InstanceRange{i, 1, lod, i >= first_mirrored_});
                     }
                 }
             }
         }
     }
     /// Raises `nearest` to the visible instance that fills most pixels, and lowers its level to the finest.
-    void find_nearest(std::span<const Instance> instances, const View &view, const LodQuery &query,
-                      float near_m, NearestInstance &nearest) const;
+    void find_nearest(const View &view, const LodQuery &query, float near_m, NearestInstance &nearest) const;
 
     /// Returns the largest scale of the visible instances, 0 if none is visible.
-    float largest_scale(std::span<const Instance> instances, const View &view) const;
+    float largest_scale(const View &view) const;
 
     std::size_t size() const { return nodes_.size(); }
 
   private:
+    /// The part of an Instance that queries read: small, because they read many.
+    struct Sphere {
+        glm::dvec3 center{0.0}; // world
+        float radius_m = 0.0F, scale = 1.0F;
+    };
     struct Node {
         glm::dvec3 center{0.0}; // of the box around the instances' centres, world
         glm::vec3 half{0.0F};   // half its edges, metres
@@ -120,7 +123,7 @@ class InstanceTree {
         float least_m = 0.0F, most_m = 0.0F;
     };
 
-    static Node around(std::span<const Instance> instances);
+    static Node around(std::span<const Sphere> spheres);
     static Node around(const Node &a, const Node &b);
     void build(std::vector<std::uint32_t> &order, const std::vector<Instance> &instances, std::uint32_t first,
                std::uint32_t count);
@@ -130,9 +133,11 @@ class InstanceTree {
     /// Bounds of the distances from a point to the spheres.
     static Reach distances(const Node &node, const View &view, const glm::vec3 &eye);
     /// Negative: left out.
-    static int lod_of(const Instance &instance, const View &view, const LodQuery &query);
+    static int lod_of(const Sphere &sphere, const View &view, const LodQuery &query);
 
-    std::vector<Node> nodes_; // parents before children
+    std::vector<Node> nodes_;          // parents before children
+    std::vector<Sphere> spheres_;      // of the sorted instances
+    std::uint32_t first_mirrored_ = 0; // of these
 };
 
 /// Returns the coarsest level whose error covers at most `error_px` pixels at `distance_m`, or 0 if none

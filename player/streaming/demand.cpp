@@ -196,9 +196,8 @@ NearestInstance Demand::nearest(const Object &object, const Views &views, float 
         if (is_used(view.kind) && drawn_in(*object.file, view.kind)) {
             const View &seen_from = view.kind == ViewKind::light ? main : view;
             object.tree.find_nearest(
-                object.instances, view,
-                object.lod_query(view.kind, seen_from.eye, seen_from.pixels_at_1m, error_px), main.near_m,
-                out);
+                view, object.lod_query(view.kind, seen_from.eye, seen_from.pixels_at_1m, error_px),
+                main.near_m, out);
         }
     }
     return out;
@@ -241,8 +240,7 @@ void Demand::add_shadows(const Views &views, const RenderSettings &settings,
         const float texels_per_m = std::exp2(-settings.mip_bias) / cascade_fit(shadow, light, view).w;
         for (std::size_t i = 0; i < objects_.size(); ++i) {
             const Object &object = scene_.objects()[i];
-            const float scale =
-                objects_[i].holes.empty() ? 0.0F : object.tree.largest_scale(object.instances, view);
+            const float scale = objects_[i].holes.empty() ? 0.0F : object.tree.largest_scale(view);
             if (scale > 0.0F) {
                 for (const MapUse &map : objects_[i].holes) {
                     add_map(map, texels_per_m * scale, errors);

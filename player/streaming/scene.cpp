@@ -157,7 +157,7 @@ void Scene::collect(const View &view, const glm::vec3 &eye, float pixels_at_1m, 
             continue;
         }
         const std::size_t first_item = items.size();
-        object.tree.collect(object.instances, view, object.lod_query(view.kind, eye, pixels_at_1m, error_px),
+        object.tree.collect(view, object.lod_query(view.kind, eye, pixels_at_1m, error_px),
                             [&](const InstanceRange &seen) {
                                 const int lod = object.mesh->best_level(seen.lod);
                                 if (lod < 0) {
@@ -166,13 +166,13 @@ void Scene::collect(const View &view, const glm::vec3 &eye, float pixels_at_1m, 
                                 if (items.size() > first_item) {
                                     DrawItem &last = items.back();
                                     if (last.first + last.count == seen.first && last.lod == lod &&
-                                        last.mirrored() == object.instances[seen.first].mirrored) {
+                                        last.mirrored == seen.mirrored) {
                                         last.count += seen.count;
                                         return;
                                     }
                                 }
                                 if (items.size() < items.capacity()) {
-                                    items.push_back({&object, seen.first, seen.count, lod});
+                                    items.push_back({&object, seen.first, seen.count, lod, seen.mirrored});
                                 }
                             });
     }

@@ -50,9 +50,9 @@ struct DrawItem {
     const Object *object = nullptr;
     std::uint32_t first = 0, count = 0; // of Object::instances
     int lod = 0;
+    bool mirrored = false;
 
     std::span<const Instance> instances() const { return std::span(object->instances).subspan(first, count); }
-    bool mirrored() const { return object->instances[first].mirrored; }
 };
 
 class Scene {

@@ -64,7 +64,7 @@ TEST_CASE("draw list: instances of a level are one command, mirrored ones anothe
     objects[0].errors_m = {0.0F, 0.1F};
     const std::vector<DrawItem> items{{&objects[0], 0, 1, 1},
                                       {&objects[0], 1, 1, 0},
-                                      {&objects[0], 2, 1, 0},
+                                      {&objects[0], 2, 1, 0, true},
                                       {&objects[0], 3, 1, 1},
                                       {&objects[0], 4, 1, 0}};
     DrawList list(objects, DrawnMaterials::solid);

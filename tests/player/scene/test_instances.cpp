@@ -61,11 +61,11 @@ std::vector<int> by_tree(const InstanceTree &tree, std::span<const Instance> ins
                          const LodQuery &query) {
     std::vector<int> out(instances.size(), -1);
     std::uint32_t end = 0;
-    tree.collect(instances, view, query, [&](const InstanceRange &range) {
+    tree.collect(view, query, [&](const InstanceRange &range) {
         CHECK(range.first >= end); // in the order of the list, none twice
         end = range.first + range.count;
         for (std::uint32_t i = range.first; i < end; ++i) {
-            CHECK(instances[i].mirrored == instances[range.first].mirrored);
+            CHECK(instances[i].mirrored == range.mirrored);
             out[i] = range.lod;
         }
     });
@@ -117,7 +117,7 @@ TEST_CASE("instances: the tree finds what a look at each instance finds, in ever
                     const std::vector<int> expected = one_by_one(instances, view, query);
                     CHECK(by_tree(tree, instances, view, query) == expected);
                     NearestInstance nearest{0.0F, 4};
-                    tree.find_nearest(instances, view, query, main.near_m, nearest);
+                    tree.find_nearest(view, query, main.near_m, nearest);
                     NearestInstance most{0.0F, 4};
                     float largest = 0.0F;
                     for (std::size_t i = 0; i < count; ++i) {
@@ -136,7 +136,7 @@ TEST_CASE("instances: the tree finds what a look at each instance finds, in ever
                     }
                     CHECK(nearest.pixels_per_m == most.pixels_per_m);
                     CHECK(nearest.lod == most.lod);
-                    CHECK(tree.largest_scale(instances, view) == largest);
+                    CHECK(tree.largest_scale(view) == largest);
                 }
             }
         }
@@ -163,7 +163,7 @@ TEST_CASE("instances: a field far away is one range, and what is behind the eye 
         const auto views = views_from({0.0, 30.0, 0.0}, target);
         const View &main = views[static_cast<std::size_t>(ViewKind::main)];
         std::vector<InstanceRange> out;
-        tree.collect(field, main, {main.eye, main.pixels_at_1m, 2.0F, std::array{0.0F, 0.0001F}},
+        tree.collect(main, {main.eye, main.pixels_at_1m, 2.0F, std::array{0.0F, 0.0001F}},
                      [&](const InstanceRange &one) { out.push_back(one); });
         return out;
     };
