@@ -19,13 +19,16 @@ void mix(std::uint64_t &hash, std::uint64_t word) {
     hash = (hash ^ word) * 1099511628211ULL;
 }
 
-// The shadows of what sways or moves go in steps, each cascade's at another moment, so that most frames draw
-// no cascade anew.
+// The shadows of what sways or moves go in steps. A light that turns in steps, as many a second
+// (scene/daylight.cpp), has every cascade drawn anew: they share its steps. Otherwise each cascade has its
+// own, so that few frames draw more than one, and none begins with a frame of 1/30 s, where rounding would
+// decide.
 constexpr double wind_steps_per_s = 10.0;
 
 /// Returns the second whose wind a cascade shows.
-double wind_second(double elapsed_s, std::size_t cascade, std::size_t cascades) {
-    const double ahead = static_cast<double>(cascade) / static_cast<double>(cascades);
+double wind_second(double elapsed_s, std::size_t cascade, std::size_t cascades, bool light_turns) {
+    const double ahead =
+        light_turns ? 0.0 : (static_cast<double>(cascade) + 0.5) / static_cast<double>(cascades);
     return (std::floor(elapsed_s * wind_steps_per_s + ahead) - ahead) / wind_steps_per_s;
 }
 
@@ -73,6 +76,7 @@ ShadowPass::ShadowPass(const PassSetup &setup)
 void ShadowPass::prepare(Frame &frame) {
     const assets::Shadow &shadow = *frame.scene.file().shadow;
     const View &light = frame.view(ViewKind::light);
+    const bool light_turns = !frame.scene.file().daytime.empty();
     for (std::size_t i = 0; i < cascades_.size(); ++i) {
         Cascade &cascade = cascades_[i];
         const View view = cascade_view(shadow, light, frame.view(ViewKind::main), static_cast<int>(i));
@@ -80,7 +84,7 @@ void ShadowPass::prepare(Frame &frame) {
         if (i > 0) {
             frame.cull_casters(view);
         }
-        const double wind_s = wind_second(frame.clock.elapsed_s, i, cascades_.size());
+        const double wind_s = wind_second(frame.clock.elapsed_s, i, cascades_.size(), light_turns);
         const std::uint64_t now = fingerprint(frame, view, wind_s);
         if (now != cascade.drawn_fingerprint) {
             const bool moves = std::ranges::any_of(frame.visible(ViewKind::light),
