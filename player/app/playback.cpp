@@ -49,6 +49,19 @@ void log_unless_empty(const std::string &text) {
 
 } // namespace
 
+UploadBudget frame_budget(bool first, bool headless, UploadOrder order) {
+    const bool by_file = order == UploadOrder::file;
+    UploadBudget out{.bytes = upload_bytes_per_frame,
+                     .urgent_bytes = first && !by_file ? first_upload_bytes : 0};
+    if (headless) { // waits for data, so that it does not depend on timing
+        out.not_ready = by_file ? NotReady::wait : NotReady::wait_if_seen;
+    } else {
+        out.ms = first ? first_upload_ms : upload_ms_per_frame;
+        out.not_ready = NotReady::skip;
+    }
+    return out;
+}
+
 MemoryLimits memory_limits(const Options &options) {
     MemoryLimits out;
     out.order = options.file_order ? UploadOrder::file : UploadOrder::needs;
@@ -179,18 +192,11 @@ CameraForecast Playback::steered_forecast(const Pose &pose, const Pose &before, 
 
 void Playback::frame(double elapsed_s, const CameraForecast &forecast, gl::DebugLog &log) {
     const Pose &pose = forecast.now;
-    // Headless frames wait for data, so that they do not depend on timing. Frames in a window do not
-    // wait.
     log_unless_empty(bake_limits_->check_size(renderer_->width_px(), renderer_->height_px()));
     // In a window some frames may pass before a file is checked.
     const bool is_first = scenes_.current().streamer.counts().uploaded_bytes == 0;
-    UploadBudget budget{.bytes = upload_bytes_per_frame,
-                        .urgent_bytes = is_first && !options_.file_order ? first_upload_bytes : 0,
-                        .not_ready = options_.file_order ? NotReady::wait : NotReady::wait_if_seen};
-    if (!options_.headless) {
-        budget.ms = is_first ? first_upload_ms : upload_ms_per_frame;
-        budget.not_ready = NotReady::skip;
-    }
+    const UploadBudget budget = frame_budget(is_first, options_.headless,
+                                             options_.file_order ? UploadOrder::file : UploadOrder::needs);
     stream_ms_ = 0.0;
     {
         const CpuTimer timer(stream_ms_);

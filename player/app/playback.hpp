@@ -29,6 +29,9 @@ MemoryLimits memory_limits(const Options &options);
 /// The settings that the options ask for. Needs a GL context.
 RenderSettings chosen_settings(const Options &options, const assets::SceneFile &file);
 
+/// The budget for the uploads of a frame. `first`: nothing was uploaded before.
+UploadBudget frame_budget(bool first, bool headless, UploadOrder order);
+
 /// Lives as long as the GL context.
 class Playback {
   public:

@@ -7,6 +7,7 @@
 #include <epoxy/gl.h>
 
 #include <algorithm>
+#include <chrono>
 #include <utility>
 
 namespace paradize {
@@ -137,6 +138,11 @@ void Streamer::set_needs(std::span<const Need> needs) {
 
 void Streamer::begin_reading() {
     uploads_->plan();
+}
+
+double steady_ms() {
+    const auto now = std::chrono::steady_clock::now().time_since_epoch();
+    return std::chrono::duration<double, std::milli>(now).count();
 }
 
 bool Streamer::upload(const UploadBudget &budget) {

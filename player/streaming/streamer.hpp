@@ -60,6 +60,9 @@ class StreamedTexture {
 /// not wait for files that it does not show.
 enum class NotReady { wait, wait_if_seen, skip };
 
+/// Milliseconds of a clock that is never set.
+double steady_ms();
+
 /// The budget of a call of Streamer::upload(). At least one chunk is uploaded, so that streaming always
 /// progresses.
 struct UploadBudget {
@@ -68,6 +71,7 @@ struct UploadBudget {
     std::size_t urgent_bytes = 0;
     double ms = std::numeric_limits<double>::infinity();
     NotReady not_ready = NotReady::wait;
+    double (*now_ms)() = steady_ms; // the clock of `ms`
 };
 
 class Streamer;

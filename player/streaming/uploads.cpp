@@ -196,12 +196,16 @@ bool Uploads::is_urgent(std::uint32_t piece) const {
     return needs[piece].now > urgent_error;
 }
 
+bool Uploads::comes_in_turn(std::uint32_t piece, const UploadBudget &budget, std::size_t used) const {
+    return budget.urgent_bytes <= budget.bytes || used + plan_of(piece).bytes <= bytes_for(piece, budget);
+}
+
 bool Uploads::settled() const {
     return pieces_left == 0 && schedule->budget_bytes() == 0;
 }
 
 bool Uploads::upload(const UploadBudget &budget) {
-    const auto start = Clock::now();
+    const double start_ms = budget.now_ms();
     if (has_uploaded) {
         checker->begin_rest();
     }
@@ -229,7 +233,7 @@ bool Uploads::upload(const UploadBudget &budget) {
             continue;
         }
         const std::size_t bytes = next_chunk().bytes.size();
-        const bool late = std::chrono::duration<double, std::milli>(Clock::now() - start).count() > budget.ms;
+        const bool late = budget.now_ms() - start_ms > budget.ms;
         if (used != 0 && late) {
             break;
         }
@@ -254,6 +258,7 @@ bool Uploads::upload(const UploadBudget &budget) {
 std::optional<std::size_t> Uploads::next_piece(const UploadBudget &budget, std::size_t used,
                                                bool shows_something) const {
     const NotReady not_ready = budget.not_ready;
+    std::optional<std::size_t> unfinished;
     for (std::size_t i = 0; i < queue.size(); ++i) {
         if (used >= bytes_for(queue[i], budget)) {
             continue;
@@ -261,11 +266,15 @@ std::optional<std::size_t> Uploads::next_piece(const UploadBudget &budget, std::
         const bool may_wait = not_ready != NotReady::wait_if_seen || is_seen(queue[i]) ||
                               ((begun_files[pieces[queue[i]].artifact] || may_begin_file(shows_something)) &&
                                had_time(queue[i]));
-        if (may_wait && can_begin(queue[i], not_ready)) {
+        if (!may_wait || !can_begin(queue[i], not_ready)) {
+            continue;
+        }
+        if (comes_in_turn(queue[i], budget, used)) {
             return i;
         }
+        unfinished = unfinished ? unfinished : i;
     }
-    return std::nullopt;
+    return unfinished;
 }
 
 bool Uploads::had_time(std::uint32_t piece) const {
@@ -299,7 +308,7 @@ bool Uploads::gives_way(std::uint32_t half, const UploadBudget &budget, std::siz
     const bool spent = !is_urgent(half) && used >= budget.bytes;
     return std::ranges::any_of(queue, [&](std::uint32_t piece) {
         return (rank(piece) > rank(half) || (spent && is_urgent(piece))) && used < bytes_for(piece, budget) &&
-               can_begin(piece, budget.not_ready);
+               comes_in_turn(piece, budget, used) && can_begin(piece, budget.not_ready);
     });
 }
 

@@ -130,6 +130,9 @@ struct Uploads {
     bool is_urgent(std::uint32_t piece) const; // its absence shows much
     /// Bytes that a call may upload while the piece is next.
     std::size_t bytes_for(std::uint32_t piece, const UploadBudget &budget) const;
+    /// False for a piece that a larger budget for what shows much cannot finish: the frame would not show it.
+    /// It comes after those that the budget can finish.
+    bool comes_in_turn(std::uint32_t piece, const UploadBudget &budget, std::size_t used) const;
 
     /// Returns the place in the queue of the piece to upload next, or nothing if none is ready. Its parents
     /// come first. `shows_something`: this call has uploaded what is needed now.

@@ -1,3 +1,4 @@
+#include "app/playback.hpp"
 #include "assets/scene/file.hpp"
 #include "context.hpp"
 #include "error.hpp"
@@ -10,6 +11,7 @@
 #include <algorithm>
 #include <chrono>
 #include <filesystem>
+#include <limits>
 #include <string>
 #include <thread>
 #include <vector>
@@ -225,6 +227,78 @@ TEST_CASE("streamer: a budget for what shows much holds for it alone") {
         CHECK(streamer.texture("quad_color")->complete() == (error > 2.0F));
         CHECK((streamer.counts().uploaded_bytes <= first.bytes) == (error < 2.0F));
     }
+    test::throw_on_error();
+}
+
+TEST_CASE("streamer: a piece that the budget for what shows much cannot end leaves it to those that it can") {
+    if (!test::have_context()) {
+        return;
+    }
+    SmallScene scene;
+    scene.put("quad_color", test::ktx2_file(assets::PixelFormat::rgba8_srgb, 1024, 1024)); // 5.6 MB
+    scene.put("sky", test::ktx2_file(assets::PixelFormat::rgba8_unorm, 256, 256, 6));      // 2.1 MB
+    Streamer streamer = scene.streamer();
+    std::vector<Need> needs(streamer.piece_count());
+    const auto [color, colors] = streamer.pieces_of("quad_color");
+    const auto [sky, skies] = streamer.pieces_of("sky");
+    std::fill_n(needs.begin() + color, colors, Need{9.0F, 0.0F});
+    std::fill_n(needs.begin() + sky, skies, Need{5.0F, 0.0F});
+    streamer.set_needs(needs);
+    constexpr std::size_t urgent = 4 << 20; // less than the finest mip and all that is coarser
+    streamer.upload({.bytes = 1, .urgent_bytes = urgent, .not_ready = NotReady::wait_if_seen});
+    CHECK(streamer.texture("sky")->complete());
+    CHECK_FALSE(streamer.texture("quad_color")->complete());
+    CHECK(streamer.counts().uploaded_bytes > urgent - 2 * assets::chunk_bytes); // and what is left to it
+    CHECK(streamer.counts().uploaded_bytes <= urgent);
+    while (!streamer.upload({.bytes = 1, .not_ready = NotReady::wait_if_seen})) {
+    }
+    CHECK(streamer.complete());
+    test::throw_on_error();
+}
+
+namespace {
+
+int clock_looks = 0;
+
+/// A clock that goes on by 20 ms whenever somebody looks at it.
+double slow_clock_ms() {
+    return 20.0 * clock_looks++;
+}
+
+} // namespace
+
+TEST_CASE("streamer: a frame in a window uploads 50 ms at first and 2 ms later, and at most 16 and 4 MiB") {
+    constexpr std::size_t mebibyte = 1 << 20;
+    const UploadBudget first = frame_budget(true, false, UploadOrder::needs);
+    const UploadBudget later = frame_budget(false, false, UploadOrder::needs);
+    CHECK((first.ms == 50.0 && later.ms == 2.0));
+    CHECK((first.bytes == 4 * mebibyte && first.urgent_bytes == 16 * mebibyte));
+    CHECK((later.bytes == 4 * mebibyte && later.urgent_bytes == 0));
+    CHECK((first.not_ready == NotReady::skip && later.not_ready == NotReady::skip));
+    for (const bool at_first : {false, true}) {
+        const UploadBudget headless = frame_budget(at_first, true, UploadOrder::needs);
+        CHECK(headless.ms == std::numeric_limits<double>::infinity());
+        CHECK(headless.not_ready == NotReady::wait_if_seen);
+        CHECK(frame_budget(at_first, true, UploadOrder::file).not_ready == NotReady::wait);
+        CHECK(frame_budget(at_first, false, UploadOrder::file).urgent_bytes == 0);
+    }
+    if (!test::have_context()) {
+        return;
+    }
+    SmallScene scene;
+    scene.put("quad_color", test::ktx2_file(assets::PixelFormat::rgba8_srgb, 1024, 1024)); // 5.6 MB
+    Streamer streamer = scene.streamer();
+    streamer.set_needs(std::vector<Need>(streamer.piece_count(), Need{5.0F, 0.0F}));
+    streamer.finish_checks();
+    const auto chunks = [&](UploadBudget budget) {
+        clock_looks = 0;
+        budget.now_ms = slow_clock_ms;
+        streamer.upload(budget);
+        return clock_looks - 2; // one look at the start, one that finds the time over
+    };
+    CHECK(chunks(first) == 2); // at 20 and 40 ms
+    CHECK(chunks(later) == 1); // at least one, so that streaming goes on
+    CHECK_FALSE(streamer.complete());
     test::throw_on_error();
 }
 
