@@ -364,10 +364,14 @@ def test_docstrings_and_comments_name_the_thing_without_riddles() -> None:
     """As "The errors of each level" does, not "What was measured of each level"."""
     riddle = re.compile(r'(?:^\s*(?://+|#)|""") ?What ', re.M)
     assert riddle.search("/// What lies here.") and riddle.search('"""' + "What it does.")
+    leaning = re.compile(r'"""(?:The same|Of|Those)\b')  # says nothing without the function before it
+    assert leaning.search('"""' + "The same for pairs.")
     code = {".py", ".pyi", ".cpp", ".hpp", ".glsl", ".vert", ".frag"}
     files = [path for path in tracked_files() if path.suffix in code]
     assert len(files) > 1000
     assert [str(path) for path in files if riddle.search(path.read_text())] == []
+    modules = [path for path in files if path.suffix == ".py" and not path.is_relative_to(ROOT / "tests")]
+    assert [str(path) for path in modules if leaning.search(path.read_text())] == []
 
 
 def test_sources_fit_in_25_megabytes() -> None:

@@ -95,7 +95,7 @@ class Artifact:
 
     @classmethod
     def from_json(cls, entry: Mapping[str, Any], **more: Any) -> Artifact:
-        """Of what to_json gave, and other fields. The caller has looked at the shape."""
+        """The artifact of an object that to_json made; `more` sets fields. The shape is not checked."""
         known = {key: entry[key] for key in _FIELDS if key in entry}
         if entry.get("file"):
             known["suffix"] = entry["file"].rpartition(".")[2]

@@ -24,7 +24,6 @@ from paint import rand
 from picture import write_image
 
 Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 LENGTH_M = 25.0
 HALF_WIDTH_M = 1.0

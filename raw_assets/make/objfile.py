@@ -101,10 +101,6 @@ class Model:
             text += [f"g {group}", f"usemtl {material}", *faces]
         path.write_text("\n".join(text) + "\n", encoding="ascii", newline="\n")
 
-    @property
-    def triangle_count(self) -> int:
-        return sum(len(faces) for faces in self._groups.values())
-
 
 def write_colored(
     path: Path, library: str, comment: str, name: str, points: Floats, triangles: Ints, colors: Floats

@@ -143,12 +143,6 @@ def _lit(altitude: Array, cosine: Array) -> Array:
     return np.asarray(low * (1.0 - a) + high * a)
 
 
-def sunlight(elevation_deg: float) -> Array:
-    """Colour of the sun's light at the ground, in the sky's units: (3,)."""
-    lit = _lit(np.array([20.0]), np.array([np.sin(np.radians(elevation_deg))]))
-    return np.asarray(lit[0] * SUN_LIGHT)
-
-
 def _phase_haze(cosine: Array, g: float) -> Array:
     """L. G. Henyey and J. L. Greenstein, "Diffuse radiation in the galaxy", 1941."""
     return np.asarray((1 - g * g) / (4 * np.pi * (1 + g * g - 2 * g * cosine) ** 1.5))

@@ -84,7 +84,7 @@ def _bake(context: BuildContext, name: str, scene_stamp: Stamp | None) -> BakeRe
     code = code_files("paradize.build.bake")
     last = store.get_bake(name)
     hash_cache = FileHashCache.from_json(
-        last["memory"] if isinstance(last, dict) and "memory" in last else None
+        last["file_hashes"] if isinstance(last, dict) and "file_hashes" in last else None
     )
     found = find_map_sets(scene, scene_path, hash_cache, options=options)
     jobs = [*require(scene, found.maps).jobs, flight_job(scene, context.flight)]

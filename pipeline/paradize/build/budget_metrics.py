@@ -38,7 +38,7 @@ def measured_by(baker: str, products: Iterable[str], settings: Mapping[str, Any]
 
 
 def of_single_files(metrics: Collection[str]) -> set[str]:
-    """Those that one file alone can have: `lod_mapped_*` and `lod_seen_*` need a scene's maps."""
+    """The metrics that one file alone can have: `lod_mapped_*` and `lod_seen_*` need a scene's maps."""
     return {metric for metric in metrics if not metric.startswith(("lod_mapped_", "lod_seen_"))}
 
 

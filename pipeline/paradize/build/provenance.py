@@ -97,8 +97,8 @@ def unchanged_bake(store: Store, name: str, url: str | None = None) -> BakeRepor
         return None
     if url is not None and record["shared"] != _shared_id(url):
         return None
-    hash_cache = FileHashCache.from_json(record["memory"])
-    files = list(record["memory"]["files"])
+    hash_cache = FileHashCache.from_json(record["file_hashes"])
+    files = list(record["file_hashes"]["files"])
     if not files or not hash_cache.unchanged(files):
         return None
     if any(stamp(Path(path)) for path in record["absent"]):
@@ -111,20 +111,20 @@ def unchanged_bake(store: Store, name: str, url: str | None = None) -> BakeRepor
     except OSError:
         return None
     if hash_cache.hashed:
-        store.put_bake(name, record | {"memory": hash_cache.as_json([Path(path) for path in files])})
+        store.put_bake(name, record | {"file_hashes": hash_cache.as_json([Path(path) for path in files])})
     return report
 
 
 def is_record(record: Any) -> bool:
     """Whether this has the shape that `remember` writes. A valid seal does not ensure it."""
     try:
-        files = record["memory"]["files"]
+        files = record["file_hashes"]["files"]
         texts = [record["out"], *record["libraries"], *record["absent"], *record["warnings"], *files]
         stamps = [(*file_stamp, sha256) for file_stamp, sha256 in files.values()]
         return (
             all(type(text) is str and "\0" not in text for text in texts)
             and all(tuple(map(type, known)) == (int, int, int, int, str) for known in stamps)
-            and type(record["memory"]["since_ns"]) is int
+            and type(record["file_hashes"]["since_ns"]) is int
             and type(record["shared"]) in (str, _NONE)
             and _are_numbers(record["budget"])
             and all(map(_is_row, record["artifacts"]))
@@ -174,6 +174,6 @@ def remember(
         "budget": report.budget,
         "absent": [str(path) for path in absent],
         "shared": store.shared_as,
-        "memory": hash_cache.as_json(files),
+        "file_hashes": hash_cache.as_json(files),
     }
     store.put_bake(name, record)

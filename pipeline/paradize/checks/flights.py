@@ -128,7 +128,8 @@ def _nearest_object(manifest: dict[str, Any], folder: Path, eyes: F64, reach: fl
 
 
 def _nearest_moving(item: dict[str, Any], corners: F64, eyes: F64, reach: float) -> F64:
-    """The same of an object that moves: each eye sees it where it is then. Its wings and legs are at rest."""
+    """The distances (n,) of the eyes from an object that moves, each from where it is then, its wings and
+    legs at rest."""
     nearest = np.full(len(eyes), np.inf)
     farthest = float(np.sqrt((corners * corners).sum(axis=2)).max())
     for k, instance in enumerate(item["instances"]):

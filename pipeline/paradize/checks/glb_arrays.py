@@ -152,7 +152,7 @@ class _Arrays:
         return self._indices[index]
 
     def floats(self, index: int) -> npt.NDArray[np.float32]:
-        """The same as float32, normalized integers decoded."""
+        """An accessor as float32, normalized integers decoded."""
         if index not in self._floats:
             values = self.of(index).astype(np.float32)
             if top := self._largest(index):

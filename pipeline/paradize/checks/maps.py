@@ -78,7 +78,7 @@ def scene_maps(manifest: dict[str, Any], folder: Path) -> Iterator[Finding]:
 
 
 def folder_maps(files: Sequence[Path]) -> Iterator[Finding]:
-    """The same for files that `paradize maps` wrote: <stem>_normal.ktx2 and so on."""
+    """The findings in the maps that `paradize maps` wrote: <stem>_normal.ktx2 and so on."""
     surfaces: dict[str, dict[str, tuple[Path, int]]] = {}
     for file in files:
         if match := _NAMED.fullmatch(file.name):

@@ -92,7 +92,8 @@ def _between_gutters(heights: F32, slopes: F64) -> Mask:
 
 
 def _unseen_steps(heights: F32, lean: F32) -> Mask:
-    """The same along rows. A step stands alone: heights beside it hardly change. The slopes of a filter peak
+    """The texels on both sides of a step along the rows that the normals (lean, (h, w)) do not show. A step
+    stands alone: heights beside it hardly change. The slopes of a filter peak
     at a step; copied normals are the same at the step as beside it."""
     steps_found = np.zeros(heights.shape, np.bool_)
     edges = heights.shape[1] - 1

@@ -13,6 +13,7 @@ from paradize.cli.options import add_json
 from paradize.cli.output import show, show_json, warn
 from paradize.errors import one_line
 from paradize.files import resolved
+from paradize.new.templates import TEMPLATES
 
 
 def add(sub: argparse.ArgumentParser) -> None:
@@ -28,7 +29,7 @@ def add(sub: argparse.ArgumentParser) -> None:
     )
     what.add_argument(
         "--template",
-        choices=("empty", "island", "night"),
+        choices=TEMPLATES,
         help="a sky alone, a small island in the sea, or the island at night with lanterns",
     )
     add_json(sub)

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 from paradize.cli.options import add_common, add_elsewhere, add_scene
 from paradize.cli.output import complain, say, show, warn
+from paradize.cli.progress import Progress
 from paradize.errors import one_line
 
 if TYPE_CHECKING:
@@ -32,6 +33,7 @@ def run(arguments: argparse.Namespace) -> int:
     from paradize.watch.loop import Watch
 
     require(SCENE, arguments.scene)
+    shown = _BakeProgress()
     watch = Watch(
         scene=arguments.scene,
         out=arguments.out,
@@ -40,6 +42,9 @@ def run(arguments: argparse.Namespace) -> int:
         on_bake=show_line if arguments.json else TextReport(),
         cluster=arguments.cluster,
         store=arguments.store,
+        on_start=shown.start,
+        on_step=shown.step,
+        on_end=shown.end,
     )
     ignored = signal.getsignal(signal.SIGINT) is signal.SIG_IGN  # started by nohup, or by a script with &
     ends = f"`kill {os.getpid()}`" if ignored else "Ctrl-C"
@@ -49,8 +54,29 @@ def run(arguments: argparse.Namespace) -> int:
     except KeyboardInterrupt:
         return 0
     finally:
+        shown.end()
         watch.stop()
     return 0
+
+
+class _BakeProgress:
+    """Shows how a bake gets on, from its start to its end; each bake anew."""
+
+    def __init__(self) -> None:
+        self.shown: Progress | None = None
+
+    def start(self) -> None:
+        self.shown = Progress()
+        self.shown.step("bake", 0, 1)
+
+    def step(self, name: str) -> None:
+        if self.shown:
+            self.shown.reached("bake", name)
+
+    def end(self) -> None:
+        if self.shown:
+            self.shown.close()
+        self.shown = None
 
 
 def show_line(event: WatchEvent) -> None:

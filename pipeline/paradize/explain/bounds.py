@@ -58,7 +58,7 @@ def mixed(share: float) -> float:
 
 
 def _texture(key: str, entry: dict[str, Any], *, moved: bool) -> dict[str, Any]:
-    """Of a texture. key: its map; moved: whether parallax moves its samples."""
+    """The bound of a texture. key: its map; moved: whether parallax moves its samples."""
     last = entry["max_level"]
     levels = entry["levels"] if last is None else entry["levels"][: last + 1]
     measure = MAPS[key].worst

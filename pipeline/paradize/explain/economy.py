@@ -29,11 +29,13 @@ def textures_by_owner(manifest: dict[str, Any]) -> dict[str, list[str]]:
 def economy(
     manifest: dict[str, Any], folder: Path, artifact: str, textures: dict[str, list[str]]
 ) -> dict[str, Any] | None:
-    """Of an artifact: `left_out` finer levels and `saved_bytes`; `texels` of its level 0 that a pixel covers
-    at least, with the `second_s` and the `view`; `limit`: why they are 0; `maps`: bytes, in their smallest
-    format, of maps that its picture could give and no pass reads (only for the first artifact of a picture);
-    `seen`: of a mesh's coarser levels, where they take over and how they look there. None if no distance
-    limits its detail. textures: from textures_by_owner."""
+    """The detail of an artifact that is not baked; None if no distance limits its detail. textures: from
+    textures_by_owner.
+
+    left_out: finer levels; saved_bytes: their bytes. texels: of its level 0 that a pixel covers at least,
+    with the second_s and the view; limit: why they are 0. maps: bytes, in their smallest format, of maps that
+    its picture could give and no pass reads (only for the first artifact of a picture). seen: of a mesh's
+    coarser levels, where they take over and how they look there."""
     detail = manifest["artifacts"][artifact]["required_detail"]
     if detail is None:
         return None
@@ -54,8 +56,8 @@ def economy(
 
 
 def _seen(manifest: dict[str, Any], artifact: str) -> list[dict[str, float]]:
-    """Of the levels of a mesh after the first: the size in pixels along its diagonal at which each takes
-    over, and how it then differs from the finest. Empty for other artifacts."""
+    """The size in pixels, along the diagonal, at which each level of a mesh after the first takes over, and
+    how it then differs from the finest. Empty for other artifacts."""
     found = []
     for item in manifest["objects"]:
         levels = manifest["artifacts"][artifact]["levels"]
@@ -105,7 +107,7 @@ SAVED = {
 
 
 def saved_words(saved: dict[str, int]) -> str:
-    """The same in words."""
+    """The bytes saved, as a sentence."""
     parts = [f"{SAVED[name]} ({bytes_text(size)})" for name, size in saved.items() if size]
     return (
         f"not baked, {bytes_text(sum(saved.values()))}: {', '.join(parts)}"

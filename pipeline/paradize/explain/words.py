@@ -77,7 +77,7 @@ def words_of(facts: dict[str, Any], details: bool = False) -> list[str]:
         lines[-1] += f"; first needed at second {facts['first_needed_s']:g} of the flight"
     if facts["constant"] is not None:
         lines.append(
-            f"  no file: all its texels are equal ({_values(facts)}); the material says it in a factor"
+            f"  no file: all its texels are equal ({_values(facts)}); the material has it as a factor"
         )
     if facts["same_as"] is not None:
         lines.append(f"  no file of its own: its bytes are those of {facts['same_as']}, which stands for it")

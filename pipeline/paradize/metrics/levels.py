@@ -154,8 +154,8 @@ def dudv_levels(texture: Texture, height_map: HeightMap) -> list[dict[str, float
 
 
 def vector_error(xy: F32, height_map: HeightMap, *, less_mean: bool = False) -> dict[str, float]:
-    """The same error for decoded normal or du/dv values (less_mean) xy (h, w, 2) from an array, not from a
-    texture."""
+    """mean_deg, p99_deg and max_deg of an array xy (h, w, 2) of decoded normals, or with less_mean of du/dv
+    values, instead of a texture."""
     return _angles(
         reference_maps.normal_levels(_native_array(xy), _reference(height_map), offsets=less_mean)[0]
     )

@@ -92,8 +92,8 @@ def _sample(flat: F64, height: int, width: int, count: int) -> npt.NDArray[np.in
 def _places(
     flat: F64, texels: npt.NDArray[np.int64], height: int, width: int
 ) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64], F64]:
-    """Of every triangle that covers the centre of one of the texels: the texel's flat index, the triangle and
-    the weights (n, 3) of its corners."""
+    """The flat index of each texel whose centre a triangle covers, that triangle, and the weights (n, 3) of
+    its corners."""
     shift = np.floor(flat.mean(axis=1) / [width, height]) * [width, height]  # to the tile that is drawn
     a, b, c = (flat[:, k] - shift for k in range(3))
     whole = _area(b - a, c - a)

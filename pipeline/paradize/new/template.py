@@ -11,7 +11,6 @@ from paradize.new.scene import NewScene, new_folder
 from paradize.new.sources import write_sand, write_sky
 from paradize.new.templates.island import flight_text, write_lanterns, write_night_sky, write_sources
 
-TEMPLATES = ("empty", "island", "night")
 _TEXT_BYTES = 1 << 16
 _DAY = ("the afternoon sun; the sky's sun stands at the same place", 225.0, 35.0, "[1.0, 0.86, 0.66]", 4.0)
 _NIGHT = ("the moon; the sky's moon stands at the same place", 140.0, 30.0, "[0.6, 0.75, 1.0]", 0.4)
@@ -22,7 +21,8 @@ _AIR = {
 
 
 def new_from_template(folder: Path, template: str) -> NewScene:
-    """Makes `folder`, which must not exist or be empty, with the scene of a template, one of TEMPLATES.
+    """Makes `folder`, which must not exist or be empty, with the scene of a template, one of
+    templates.TEMPLATES.
 
     Raises BakeError where the folder holds something or cannot be written.
     """

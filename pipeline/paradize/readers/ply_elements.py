@@ -161,7 +161,7 @@ class _Text:
 
 
 class _Binary:
-    """The same of bytes. order: "<" or ">"."""
+    """The numbers of a binary body. order of its bytes: "<" or ">"."""
 
     def __init__(self, data: bytes, at: int, order: str) -> None:
         self.data, self.at, self.order = data, at, order
@@ -221,7 +221,7 @@ def _length(number: npt.NDArray[Any]) -> int:
 def _equal_rows(
     source: _Text | _Binary, element: Element, lengths: list[int]
 ) -> tuple[dict[str, npt.NDArray[Any]], dict[str, Lists]] | None:
-    """The same if the lists of all rows are as long as those of the first; else None."""
+    """Takes the rows at once if the lists of all are as long as those of the first; else None."""
     fields: list[tuple[str, str, int]] = []
     for k, (one, length) in enumerate(zip(element.properties, lengths, strict=True)):
         fields += [(f"length {k}", one.length, 1)] if one.length is not None else []

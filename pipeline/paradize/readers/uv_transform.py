@@ -19,8 +19,8 @@ UNMOVED: UvTransform = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
 
 
 class UvTransforms(NamedTuple):
-    """Of a material's first texture coordinates, and of its second ones, which are made of the first; None:
-    it has none."""
+    """The transforms of a material's first texture coordinates, and of its second ones, which are made of the
+    first; None: it has none."""
 
     first: UvTransform = UNMOVED
     second: UvTransform | None = None

@@ -64,7 +64,7 @@ def verdict_of(metric: str, value: float, scene: Mapping[str, Any]) -> Verdict:
         )
     if metric in ("terrain_max_m", "terrain_rms_m") and scene.get("terrain"):
         good = value <= _TERRAIN * max(scene["terrain"]["size_m"])
-        words = "one pixel where the terrain is 1000 pixels wide; near the camera `paradize explain` tells"
+        words = "one pixel where the terrain is 1000 pixels wide; nearer views: see `paradize explain`"
         return Verdict("good" if good else "hint", words)
     for end, most, words in EYE:
         if metric.endswith(end):

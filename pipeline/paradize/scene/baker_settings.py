@@ -1,7 +1,7 @@
 """The settings of the bakers: one frozen dataclass each, made from a scene or from the command line.
 
 `asdict` of one is what the job's key hashes and what a worker is sent. A setting that bears the same name in
-`settings.py` or on the command line is taken over by itself: `BakerSettings.of`. Sounds have no settings.
+`settings/` or on the command line is taken over by itself: `BakerSettings.of`. Sounds have no settings.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ class MeshSettings(BakerSettings):
     """The settings of a GLB, beside its source and tier.
 
     lods: levels at most, level 0 included, 1 to 8. max_error: largest surface distance of any level, of the
-    bounding box's diagonal (None: a tenth of it, or the largest of `lod_errors` where that is more).
+    bounding box's diagonal, 0 to 1 (None: a tenth of it, or the largest of `lod_errors` where that is more).
     lod_ratio: triangles of a level, of those of the one before, 0.05 to 0.95. lod_errors: rising bounds of
     the levels after the source, of the diagonal, instead of lod_ratio: each is the coarsest mesh inside its
     bound. screen_size: fields of bakers/mesh/lods_by_screen_size.ScreenSize, for levels by how they look.
@@ -48,11 +48,11 @@ class MeshSettings(BakerSettings):
     simplifier: what makes the levels, one of SIMPLIFIERS; another than ours has tier balanced alone.
     atlas: make texture coordinates where there are none or they overlap; painted: only where there are none,
     since maps are painted for those there are. unwrapper: what makes them, one of UNWRAPPERS.
-    weld_m: join places at most this far apart. crease_deg: 0 to 180, where normals are missing and the file
-    names no smoothing groups: faces at a larger angle meet in an edge. tangents: the tier of tangent frames,
-    as stages/tangents names them.
-    quantise: vertices as codes inside these limits (metric -> worst value; none: as stages/quantise.py has
-    it); None: as floats.
+    weld_m: join places at most this far apart, metres, 0 or more. crease_deg: 0 to 180, where normals are
+    missing and the file names no smoothing groups: faces at a larger angle meet in an edge. tangents: the
+    tier of tangent frames, as stages/tangents names them.
+    quantise: vertices as 16-bit integers inside these limits (metric -> worst value; none: as
+    stages/quantise.py has it); None: as floats.
     base_colors: linear RGB by material, instead of all factors of the model's materials. attributes: of
     the mesh (glTF's names), those that the GLB holds; None: all. second_frames: the materials whose tangents
     follow the second texture coordinates, since their normal map lies there; None: as the model says.
@@ -211,8 +211,8 @@ class TerrainSettings(BakerSettings):
     size_m: along (x, z), from the first to the last pixel, metres. height_m, base_m, height_scale, nodata: as
     readers/heightmap.py takes them. max_error_m: largest vertical error, metres, 0 or more; None: a
     thousandth of height_m, or of what the heights span where that is None or the file holds metres.
-    sand_repeat: how many times the sand pattern repeats along each side. quantise: vertices as 16-bit codes,
-    inside the same bound.
+    sand_repeat: how many times the sand pattern repeats along each side. quantise: vertices as 16-bit
+    integers, inside the same bound.
     """
 
     size_m: tuple[float, float]

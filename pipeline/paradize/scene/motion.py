@@ -111,7 +111,7 @@ def stands(item: SceneObject) -> list[dict[str, Any]]:
 
 
 def all_stands(instances: Sequence[dict[str, Any]], motion: Mapping[str, Any] | None) -> list[dict[str, Any]]:
-    """The same of `instances` and `motion` of scene.json."""
+    """Returns where an object stands, as `stands` does, by `instances` and `motion` of scene.json."""
     if motion is None:
         return list(instances)
     length_m = 2.0 * PI * max(motion["radius_m"])

@@ -15,7 +15,7 @@ class Range(TypedDict):
 
 
 class WholeRange(TypedDict):
-    """Of whole numbers. Both ends are allowed."""
+    """A range of whole numbers. Both ends are allowed."""
 
     low: int
     high: int

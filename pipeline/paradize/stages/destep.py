@@ -40,7 +40,7 @@ def destep(heights: F32, step: float = STEP_8_BIT, *, wrap: tuple[bool, bool] = 
 
 
 def destep_pixels(pixels: F32, step: float = STEP_8_BIT, *, wrap: tuple[bool, bool] = (False, False)) -> None:
-    """The same for each channel of a picture (h, w, c), in place, as encoded: before sRGB becomes linear
-    light."""
+    """Smooths the steps in each channel of a picture (h, w, c), in place, as encoded: before sRGB becomes
+    linear light."""
     for c in range(pixels.shape[2]):
         pixels[:, :, c] = destep(pixels[:, :, c], step, wrap=wrap)

@@ -49,7 +49,7 @@ def _whole(tiles: F64) -> float:
 
 
 def _correlations(normals: F32, scale: int) -> F64:
-    """Of each tile, (n, 3): the sum of products of both changes, and the sums of their squares."""
+    """The sums (n, 3) of each tile: of the products of both changes, and of their squares."""
     out = []
     for top, left in product(_starts(normals.shape[0]), _starts(normals.shape[1])):
         x, y, z = np.moveaxis(normals[top : top + _TILE, left : left + _TILE].astype(np.float64), 2, 0)

@@ -65,7 +65,8 @@ class _Events:
 @dataclass(eq=False)
 class Watch:
     """Watches a scene. jobs, tier, cluster, store: as in options.BuildOptions. on_bake hears of every bake;
-    of the same errors only once."""
+    of the same errors only once. on_start, on_step, on_end: a bake begins, has begun a step (called from
+    another thread), or has ended, whatever came of it."""
 
     scene: Path
     out: Path | None
@@ -74,6 +75,9 @@ class Watch:
     on_bake: Callable[[WatchEvent], None]
     cluster: str | None = None
     store: str | None = None
+    on_start: Callable[[], None] = lambda: None
+    on_step: Callable[[str], None] = lambda name: None
+    on_end: Callable[[], None] = lambda: None
     _queue: queue.SimpleQueue[Any] = field(default_factory=queue.SimpleQueue)
     _events: _Events | None = None
     _folders: frozenset[Path] = frozenset()
@@ -128,17 +132,19 @@ class Watch:
         self._changed = set()
         options = {"scene": self.scene, "out": self.out, "jobs": self.jobs, "tier": self.tier}
         options |= {"cluster": self.cluster, "store_url": self.store}
-        self._give(Job("the bake", bake_again, options | {"forget_record": self._restarted}))
+        self.on_start()
+        self._give(Job("the bake", bake_again, options | {"forget_record": self._restarted}), self.on_step)
 
-    def _give(self, job: Job) -> None:
+    def _give(self, job: Job, on_step: Callable[[str], None] | None = None) -> None:
         if self._worker is None:
             self._worker = start_worker(self._queue, None, None)
-        self._worker.send(job, 1)
+        self._worker.send(job, 1, on_step)
 
     def _replace(self) -> None:
         """Kills the process that bakes; the next bake runs in a new one."""
         if self._worker:
             self._worker.stop()
+        self.on_end()
         self._worker, self._restarted, self._due = None, True, True
 
     def _saved(self, paths: set[Path]) -> None:
@@ -155,6 +161,7 @@ class Watch:
         if worker is not self._worker or worker.job is None:
             return  # it was replaced
         job, worker.job = worker.job, None
+        self.on_end()
         baked = answer.value
         if answer.dead:
             self._worker = None

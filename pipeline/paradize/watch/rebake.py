@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import signal
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -16,6 +16,7 @@ from paradize.documents import TOML_BYTES, parse_toml
 from paradize.errors import GroupedError, ParadizeError
 from paradize.files import read_file, resolved
 from paradize.jobs.pool import Job, WorkerPool, run_jobs
+from paradize.jobs.progress import report_step
 from paradize.store.local import Stamp, Store, default_root, stamp
 
 _POOL = WorkerPool()  # the workers of this process, kept from bake to bake
@@ -49,7 +50,7 @@ def bake_again(
     signal.signal(signal.SIGTERM, lambda number, frame: sys.exit(0))  # ends a bake cleanly
 
     from paradize.build.bake import bake
-    from paradize.build.options import BuildOptions
+    from paradize.build.options import BuildOptions, JobObserver
     from paradize.build.provenance import record_name
 
     store = Store(default_root())
@@ -58,9 +59,25 @@ def bake_again(
         store.put_bake(name, None)
     if module := _foreign():
         return Baked(foreign=module)
+
+    class Steps(JobObserver):
+        """Reports the jobs of the bake as the steps of this process's job."""
+
+        count = done = 0
+
+        def planned(self, names: Sequence[str]) -> None:
+            self.count += len(names)
+
+        def began(self, name: str) -> None:
+            report_step(f"{name}, {self.done} of {self.count} done")
+
+        def ended(self, name: str, seconds: float) -> None:
+            self.done += 1
+
+    options = BuildOptions(jobs, tier, observer=Steps(), pool=_POOL, cluster=cluster, store=store_url)
     baked = Baked()
     try:
-        report = bake(scene, out, BuildOptions(jobs, tier, pool=_POOL, cluster=cluster, store=store_url))
+        report = bake(scene, out, options)
     except ParadizeError as error:
         baked.errors = list(error.errors) if isinstance(error, GroupedError) else [error]
     else:
@@ -99,7 +116,7 @@ def _reads(record: Any, baked: Baked) -> dict[Path, Stamp | None]:
         return {}
     outputs = resolved(baked.out) if baked.out else None
     reads: dict[Path, Stamp | None] = {Path(path): None for path in record["absent"]}
-    for path, (was, _) in record["memory"]["files"].items():
+    for path, (was, _) in record["file_hashes"]["files"].items():
         if resolved(Path(path)).parent != outputs and Path(path).suffix not in (".py", ".so"):
             reads[Path(path)] = was
     return reads

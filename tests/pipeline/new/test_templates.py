@@ -13,7 +13,8 @@ from paradize.build.options import BuildOptions
 from paradize.checks import check_paths
 from paradize.cli.main import main
 from paradize.errors import BakeError
-from paradize.new.template import TEMPLATES, new_from_template
+from paradize.new.template import new_from_template
+from paradize.new.templates import TEMPLATES
 from paradize.new.templates.island import LANTERNS, PALMS, ground_m
 from paradize.scene.flight import plan_flight
 from paradize.scene.settings import load_scene

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import queue
+import re
 import signal
 import subprocess
 import sys
@@ -227,6 +228,37 @@ def test_what_a_material_names_and_is_no_file_is_told_once(
     result = watched.next()
     assert "error" not in result and str(watched.folder / "post.mtl") in result["changed"]
     assert watched.end() == 0 and watched.lines.empty()
+
+
+def test_a_bake_shows_its_start_its_jobs_and_its_end(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("PARADIZE_STORE", str(tmp_path / "store"))
+    scene = make_cove(tmp_path / "cove")
+    seen: list[str] = []
+
+    def interrupt(event: watch_module.WatchEvent) -> None:
+        assert not event.baked.errors
+        raise KeyboardInterrupt
+
+    watched = watch_module.Watch(
+        scene,
+        tmp_path / "out",
+        1,
+        None,
+        interrupt,
+        on_start=lambda: seen.append("start"),
+        on_step=seen.append,
+        on_end=lambda: seen.append("end"),
+    )
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            watched.run()
+    finally:
+        watched.stop()
+    start, *steps, end = seen
+    jobs = len(steps)
+    assert (start, end) == ("start", "end") and jobs > 5
+    done, of = zip(*(re.findall(r", (\d+) of (\d+) done$", step)[0] for step in steps), strict=True)
+    assert [int(number) for number in done] == list(range(jobs)) and int(of[-1]) == jobs
 
 
 def test_nothing_is_baked_again_for_a_stamp_that_a_bake_left_as_it_was(tmp_path: Path) -> None:

@@ -118,7 +118,7 @@ class MapRows:
             self._border = gutter.Border(layout.islands, partial(normal_rows, height_map))
 
     def with_heights(self, height_map: HeightMap) -> MapRows:
-        """The same rows, of other heights or another filter."""
+        """These rows with other heights, or another filter."""
         return MapRows(
             height_map=height_map,
             names=self.names,

@@ -18,7 +18,6 @@ import numpy as np
 from paradize.data import Mesh
 from paradize.kernels.reference.seen import SeenMaterial, SeenMesh
 from paradize.metrics.seen import (
-    LARGEST_PX,
     SMALLEST_PX,
     Limits,
     seen_difference,
@@ -41,11 +40,6 @@ class ScreenSize:
     silhouette: float = Limits.silhouette
     flip: float = 0.01
     two_sided: Collection[str] = ()
-
-    def in_range(self) -> bool:
-        """Whether all numbers mean something."""
-        limits = 0.0 <= self.normal_deg <= 180.0 and 0.0 <= self.silhouette <= 1.0 and 0.0 < self.flip <= 1.0
-        return limits and SMALLEST_PX <= self.size_px <= LARGEST_PX
 
     def of_level(self, level: int) -> float:
         """The size in pixels at which a level, 1 or more, takes over."""

@@ -77,7 +77,7 @@ def number_rows(rows: npt.ArrayLike) -> tuple[U32, U32]:
 
 
 def number_corners(base: npt.ArrayLike, rows: npt.ArrayLike) -> tuple[U32, U32]:
-    """The same for pairs of an integer (c,) and a row (c, k)."""
+    """Numbers pairs of an integer (c,) and a row (c, k), as number_rows does rows."""
     values = np.ascontiguousarray(rows, np.float32)
     keys = _column(base, len(values))
     return _mesh.number_corners(keys, _rows(values, values.shape[1]))  # type: ignore[no-any-return]

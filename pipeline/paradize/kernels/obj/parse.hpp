@@ -17,8 +17,8 @@ inline constexpr std::uint32_t absent = 0xffffffffu;
 struct Limits {
     std::uint64_t elements = 200'000'000;  // of v, vt or vn, or of face corners
     std::uint64_t ear_tests = 400'000'000; // for all polygons of the file together
-    std::uint64_t told_faults = 8;
-    std::uint64_t told_keywords = 32;
+    std::uint64_t max_faults = 8;
+    std::uint64_t max_keywords = 32;
 };
 
 // Something the reader left out or filled in: `what` is a stable code or, for keywords, "keyword:<name>".

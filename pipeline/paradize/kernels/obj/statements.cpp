@@ -54,7 +54,7 @@ void Statements::fault(std::string what) {
 }
 
 void Statements::fault_at(std::string what, std::uint64_t line) {
-    if (out_.fault_count++ < limits_.told_faults)
+    if (out_.fault_count++ < limits_.max_faults)
         out_.faults.push_back({std::move(what), line});
 }
 
@@ -129,7 +129,7 @@ void Statements::other(std::string_view word) {
         note("texture_maps");
     } else if (std::ranges::find(display, word) == std::end(display)) {
         const std::string key = text_of({"keyword:", word.substr(0, 40)});
-        note(keywords_ < limits_.told_keywords || notes_.has(key) ? key : "keywords");
+        note(keywords_ < limits_.max_keywords || notes_.has(key) ? key : "keywords");
         keywords_ = notes_.size();
     }
 }

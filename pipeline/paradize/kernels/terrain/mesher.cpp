@@ -74,15 +74,6 @@ void Mesher::adopt(HalfEdgeMesh &&net, std::uint32_t tracked) {
     }
 }
 
-void Mesher::track_all() {
-    spokes_.assign(net_.vertices.size(), none);
-    for (std::uint32_t edge = 0; edge < net_.corners.size(); ++edge) {
-        if (net_.corners[edge] != none) {
-            spokes_[net_.corners[edge]] = edge;
-        }
-    }
-}
-
 HalfEdgeMesh Mesher::release() {
     return std::move(net_);
 }

@@ -52,8 +52,6 @@ class Mesher {
     void mend(const std::vector<std::uint32_t> &edges);
     // Removes a tracked vertex where the pixels keep the tolerance without it; says whether it did.
     bool remove(std::uint32_t vertex);
-    // Follows every vertex from here on, so that it may be removed.
-    void track_all();
 
     const HalfEdgeMesh &net() const { return net_; }
 

@@ -3,3 +3,5 @@
 empty.toml, island.toml, and night.toml, which is what a night has beside the island. island.py makes its
 sources.
 """
+
+TEMPLATES = ("empty", "island", "night")

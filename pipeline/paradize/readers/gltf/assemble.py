@@ -194,7 +194,7 @@ def _source(
     ids: npt.NDArray[np.uint32],
     first: npt.NDArray[np.uint32],
 ) -> SourcePositions:
-    """Of the positions that became one vertex, the farthest from it; and the triangles that lost corners."""
+    """The farthest of the positions that became each vertex, and the triangles that lost corners."""
     off = places - mesh.absolute_positions[ids]
     gap = off[:, 0] * off[:, 0] + off[:, 1] * off[:, 1] + off[:, 2] * off[:, 2]
     order = np.lexsort((-gap, ids))

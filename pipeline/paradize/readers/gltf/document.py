@@ -47,7 +47,7 @@ class Document:
         self._check_version()
 
     def with_tree(self, tree: dict[str, Any]) -> Self:
-        """The same file with another JSON and no warnings yet."""
+        """This file with another JSON, and no warnings yet."""
         other = self.__class__.__new__(self.__class__)
         vars(other).update(vars(self), tree=tree, tables={}, warnings=[], _spent=0)
         return other

@@ -171,7 +171,7 @@ def product(a: Matrix, b: Matrix) -> Matrix:
 
 
 def determinant(m: Matrix) -> float:
-    """Of the 3 x 3 part; below 0 where the transform mirrors."""
+    """The determinant of the 3 x 3 part; negative where the transform mirrors."""
     a, b, c, _, d, e, f, _, g, h, i, _ = m
     return a * (e * i - f * h) - b * (d * i - f * g) + c * (d * h - e * g)
 
