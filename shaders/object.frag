@@ -1,5 +1,5 @@
-// Macros: ALPHA_MODE 0 opaque, 1 holes where alpha is below the cutoff, 2 blended; default 0. VERTEX_COLORS
-// and SECOND_UV as in object.vert. The model of materials is glTF's: The Khronos Group, "glTF 2.0 Specification", 2021,
+// Macros: ALPHA_MODE 0 opaque, 1 holes where alpha is below the cutoff, 2 blended; default 0. VERTEX_COLORS,
+// SECOND_UV and VERTEX_LIT as in object.vert. The model of materials is glTF's: The Khronos Group, "glTF 2.0 Specification", 2021,
 // section 3.9 and appendix B.
 #include "lib/clip_frag.glsl"
 #include "lib/fog.glsl"
@@ -7,6 +7,7 @@
 #include "lib/material.glsl"
 #include "lib/normal.glsl"
 #include "lib/parallax.glsl"
+#include "lib/specular_antialiasing.glsl"
 
 #ifndef ALPHA_MODE
 #define ALPHA_MODE 0
@@ -17,6 +18,9 @@
 #ifndef SECOND_UV
 #define SECOND_UV 0
 #endif
+#ifndef VERTEX_LIT
+#define VERTEX_LIT 0
+#endif
 
 uniform sampler2D u_color;
 uniform sampler2D u_normal;
@@ -26,9 +30,15 @@ uniform sampler2D u_occlusion; // R share of the light from all around, G metaln
 uniform sampler2D u_emission;
 uniform int u_alpha_taps; // 0: discards fragments below the cutoff; more: alpha becomes coverage, by 1 or 4 lookups
 
+#if VERTEX_LIT
+in vec3 v_front;
+in vec3 v_back;
+in vec3 v_haze;
+#else
 in vec3 v_position;
 in vec3 v_normal;
 in vec4 v_tangent;
+#endif
 in vec2 v_uv;
 #if SECOND_UV
 uniform sampler2D u_second_normal;
@@ -88,11 +98,12 @@ float tapped_coverage(vec2 uv, float factor, float edge) {
 
 void main() {
     apply_clip();
+    vec2 uv = v_uv;
+#if !VERTEX_LIT
     vec3 to_eye = eye.xyz - v_position;
     float facing = gl_FrontFacing ? 1.0 : -1.0;
     vec3 geometric = safe_normalize(v_normal, vec3(0.0, 1.0, 0.0)) * facing;
 
-    vec2 uv = v_uv;
     if (material.has_height > 0.5 && material.parallax.x > 0.0) {
         vec3 v = safe_normalize(to_eye, geometric);
         vec4 tangent = v_tangent;
@@ -106,6 +117,7 @@ void main() {
         uv = parallax_uv(u_height, v_uv, vec3(dot(v, tangent.xyz), dot(v, bitangent), dot(v, v_normal)),
                          material.parallax.x, material.parallax.y);
     }
+#endif
 
     vec4 base = material.has_color > 0.5 ? FETCH(u_color) : vec4(1.0);
     vec4 factor = material.base_color;
@@ -113,6 +125,7 @@ void main() {
     factor *= clamp(v_color, 0.0, 1.0);
 #endif
     base *= factor;
+#if !VERTEX_LIT
     // Sample all maps before the discard, because derivatives are undefined after it.
     vec3 local_normal = vec3(0.0, 0.0, 1.0);
 #if NORMAL_MAP
@@ -154,6 +167,7 @@ void main() {
 #endif
     vec3 world_normal = tangent_to_world(local_normal, v_normal, v_tangent) * facing;
     float alpha = filtered_alpha(world_normal, alpha_of_smoothness(gloss.g * material.specular_smoothness.y));
+#endif
 
     float coverage = 1.0;
 #if ALPHA_MODE == 1
@@ -170,6 +184,9 @@ void main() {
     coverage = base.a;
 #endif
 
+#if VERTEX_LIT
+    fragment = vec4(base.rgb * (gl_FrontFacing ? v_front : v_back) + v_haze, coverage);
+#else
     Surface s = matte_surface(v_position, world_normal, geometric, base.rgb * (1.0 - metalness));
     s.reflector = dielectric_reflector(0.08 * gloss.r * material.specular_smoothness.x);
     s.reflector.metal = base.rgb;
@@ -187,5 +204,6 @@ void main() {
     } else {
         fragment = vec4(apply_haze(color, v_position), coverage);
     }
+#endif
 #endif
 }

@@ -1,5 +1,6 @@
 // Macros: VERTEX_COLORS 1 if the mesh's colours multiply the material's, 2 if what it gives off too;
-// SWAY 1 if wind moves it; BEAT 1 if it has wings or legs that move; SECOND_UV 1 if maps lie on second texture coordinates; default 0.
+// SWAY 1 if wind moves it; BEAT 1 if it has wings or legs that move; SECOND_UV 1 if maps lie on second texture coordinates;
+// VERTEX_LIT 1 if light is found at the vertices; default 0.
 #include "lib/guard.glsl"
 #include "lib/model.glsl"
 #include "lib/position.glsl"
@@ -16,8 +17,15 @@
 #ifndef BEAT
 #define BEAT 0
 #endif
-#if SWAY || BEAT
+#ifndef VERTEX_LIT
+#define VERTEX_LIT 0
+#endif
+#if SWAY || BEAT || VERTEX_LIT
 #include "lib/material.glsl"
+#endif
+#if VERTEX_LIT
+#include "lib/fog.glsl"
+#include "lib/light.glsl"
 #endif
 #if SWAY
 #include "lib/wind.glsl"
@@ -31,9 +39,16 @@ layout(location = 1) in vec3 normal;
 layout(location = 2) in vec4 tangent;
 layout(location = 3) in vec2 uv0;
 
+#if VERTEX_LIT
+// H. Gouraud, "Continuous Shading of Curved Surfaces", IEEE Transactions on Computers C-20(6), 1971.
+out vec3 v_front; // radiance of a white front and of a white back, as much of it as passes the haze
+out vec3 v_back;
+out vec3 v_haze;  // radiance of the haze
+#else
 out vec3 v_position;
 out vec3 v_normal;
 out vec4 v_tangent;
+#endif
 out vec2 v_uv;
 #if SECOND_UV
 layout(location = 4) in vec2 uv1;
@@ -62,12 +77,25 @@ void main() {
 #if BEAT
     beat_wings(place, upright, material.beat.xyz);
 #endif
-    v_position = from_mesh(place);
+    vec3 world = from_mesh(place);
 #if SWAY
-    v_position = in_wind(v_position, sway, material.wind_reach);
+    world = in_wind(world, sway, material.wind_reach);
 #endif
-    v_normal = side * safe_normalize(cofactors * upright, vec3(0.0, 1.0, 0.0));
+    vec3 world_normal = side * safe_normalize(cofactors * upright, vec3(0.0, 1.0, 0.0));
+#if VERTEX_LIT
+    Surface s = matte_surface(world, world_normal, world_normal, vec3(1.0));
+    s.translucency = material.translucency;
+    vec3 front = shade(s);
+    s.normal = s.geometric = -world_normal;
+    v_haze = apply_haze(vec3(0.0), world);
+    vec3 passes = apply_haze(vec3(1.0), world) - v_haze;
+    v_front = min(front * passes, vec3(60000.0)); // the target's half floats end at 65504
+    v_back = min(shade(s) * passes, vec3(60000.0));
+#else
+    v_position = world;
+    v_normal = world_normal;
     v_tangent = vec4(safe_normalize(model * tangent.xyz, vec3(1.0, 0.0, 0.0)), side * tangent.w);
+#endif
     v_uv = uv0;
 #if SECOND_UV
     v_second_uv = uv1;
@@ -75,5 +103,5 @@ void main() {
 #if VERTEX_COLORS
     v_color = color;
 #endif
-    write_position(v_position);
+    write_position(world);
 }

@@ -6,6 +6,7 @@
 #include "lib/hash.glsl"
 #include "lib/light.glsl"
 #include "lib/normal.glsl"
+#include "lib/specular_antialiasing.glsl"
 
 #ifndef FADE
 #define FADE 0

@@ -3,6 +3,7 @@
 #include "lib/fog.glsl"
 #include "lib/hash.glsl"
 #include "lib/light.glsl"
+#include "lib/specular_antialiasing.glsl"
 #include "lib/swash.glsl"
 
 #ifndef RIPPLES

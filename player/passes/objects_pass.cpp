@@ -66,18 +66,33 @@ bool has_second_map(const assets::Material &material) {
     return has;
 }
 
+bool is_matte(const assets::Material &material) {
+    return material.specular == 0.0F && material.metalness == 0.0F;
+}
+
+/// Whether light is found at the vertices. Not under water, and not where a map or a highlight varies between
+/// them.
+bool is_vertex_lit(const RenderSettings &settings, const assets::Material &material, bool dry) {
+    bool has_other_map = false;
+    assets::for_each_map([&](ObjectMap map, std::string_view) {
+        has_other_map = has_other_map || (map != ObjectMap::color && !material.maps[map].empty());
+    });
+    return settings.vertex_lighting && material.vertex_lit && dry && !has_other_map && is_matte(material) &&
+           material.emission == glm::vec3(0.0F);
+}
+
 std::string lit_defines(const RenderSettings &settings, const assets::Material &material, bool dry,
                         bool point_lights) {
     const auto has = [&](ObjectMap map) { return material.maps[map].empty() ? 0 : 1; };
     const bool has_parallax = material.parallax_scale > 0.0F && has(ObjectMap::height) != 0;
-    const bool is_matte = material.specular == 0.0F && material.metalness == 0.0F;
     return joined(
         {depth_defines(material), shadow_define(settings), cascades_define(settings),
          define("PARALLAX_STEPS", has_parallax ? settings.parallax_steps : 0), define("DRY", dry ? 1 : 0),
-         define("MATTE", is_matte ? 1 : 0), point_lights_define(point_lights),
+         define("MATTE", is_matte(material) ? 1 : 0), point_lights_define(point_lights),
          define("NORMAL_MAP", has(ObjectMap::normal)), define("GLOSS_MAP", has(ObjectMap::gloss)),
          define("OCCLUSION_MAP", has(ObjectMap::occlusion)), define("EMISSION_MAP", has(ObjectMap::emission)),
-         define("SECOND_UV", has_second_map(material) ? 1 : 0)});
+         define("SECOND_UV", has_second_map(material) ? 1 : 0),
+         define("VERTEX_LIT", is_vertex_lit(settings, material, dry) ? 1 : 0)});
 }
 
 /// Uniforms that no material has.

@@ -84,6 +84,7 @@ RenderSettings render_settings(const assets::SceneFile &file, const Quality &qua
     out.lod_error_px = pick(quality, QualityFeature::lod, 3.0F * file.lod_error_px, file.lod_error_px,
                             0.25F * file.lod_error_px);
     out.near_waves = has_near_waves(file) && pick(quality, QualityFeature::lod, false, true, true);
+    out.vertex_lighting = pick(quality, QualityFeature::lod, true, true, false);
     out.fine_edges = pick(quality, QualityFeature::lod, false, true, true);
     out.render_scale = pick(quality, QualityFeature::resolution, fast_render_scale, 1.0F, 1.0F);
     out.samples = pick(quality, QualityFeature::resolution, 0, out.samples, out.samples);

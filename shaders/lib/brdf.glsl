@@ -95,15 +95,6 @@ float sun_entering(vec3 n, vec3 v, vec3 l, float f0) {
     return 1.0 - dielectric_fresnel(f0, dot(v, safe_normalize(v + l, n)));
 }
 
-// Widens alpha by the variance of the normal inside a pixel, so that highlights do not shimmer: Y. Tokuyoshi,
-// A. Kaplanyan, "Improved Geometric Specular Antialiasing", I3D 2019.
-float filtered_alpha(vec3 n, float alpha) {
-    vec3 dx = dFdx(n);
-    vec3 dy = dFdy(n);
-    float kernel = min(0.25 * ambient.w * ambient.w * (dot(dx, dx) + dot(dy, dy)), 0.18);
-    return sqrt(clamp(alpha * alpha + kernel, 0.0, 1.0));
-}
-
 // Share of the light from all around that a rough surface reflects where `occlusion` of it arrives: S.
 // Lagarde, C. de Rousiers, "Moving Frostbite to Physically Based Rendering", SIGGRAPH 2014.
 float specular_occlusion(float n_v, float occlusion, float alpha) {

@@ -152,6 +152,7 @@ def material(picture: str | None = None, /, **changes: Any) -> dict[str, Any]:
         "alpha_cutoff": 0.5,
         "vertex_colors": False,
         "unlit": False,
+        "vertex_lit": False,
     } | changes
 
 

@@ -46,6 +46,7 @@ class DrawnMaterial:
     vertex_colors: bool = False
     nearest: bool = False
     unlit: bool = False
+    vertex_lit: bool = False
 
 
 @dataclass(frozen=True)

@@ -232,6 +232,7 @@ struct Material {
     float alpha_cutoff = 0.5F;  // of AlphaMode::mask
     bool vertex_colors = false; // the mesh's colours multiply colour and opacity
     bool unlit = false;         // they multiply what it gives off, too
+    bool vertex_lit = false;    // light may be found at the vertices alone
     glm::vec2 wind_reach{0.0F}; // metres that wind moves the object in a full gust: lean, flutter
     bool beats = false;         // its wings or legs move
     glm::vec3 beat{0.0F};       // Beat::hinge_m, lag_rad_per_m, stagger_rad_per_m

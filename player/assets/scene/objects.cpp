@@ -98,6 +98,7 @@ Material material(const SceneFile &scene, const JsonObject &from, const std::str
     value.alpha_cutoff = real_or(from, "alpha_cutoff", 0.0, 1.0, value.alpha_cutoff);
     value.vertex_colors = from.boolean_or("vertex_colors", value.vertex_colors);
     value.unlit = from.boolean_or("unlit", value.unlit);
+    value.vertex_lit = from.boolean_or("vertex_lit", value.vertex_lit);
     from.reject_unknown_keys();
     return value;
 }

@@ -79,6 +79,8 @@ TEST_CASE("quality: each feature changes its own setting only") {
             case QualityFeature::lod:
                 settings.lod_error_px = balanced.lod_error_px;
                 CHECK(settings.fine_edges == (tier != Tier::fast));
+                CHECK(settings.vertex_lighting == (tier != Tier::exact));
+                settings.vertex_lighting = balanced.vertex_lighting;
                 settings.fine_edges = balanced.fine_edges;
                 break;
             case QualityFeature::resolution:

@@ -109,6 +109,7 @@ def drawn(
         alpha_cutoff=cutoff,
         nearest=_is_nearest(material) if table.filter == "auto" else table.filter == "nearest",
         unlit=material.unlit,
+        vertex_lit=table.vertex_lit,
     )
 
 

@@ -106,6 +106,7 @@ _material = table(
     alpha_cutoff=_share,
     vertex_colors=flag,
     unlit=flag,
+    vertex_lit=flag,
 )
 GUTTER: dict[str, Check] = {
     "islands": whole(1, 1 << 31),

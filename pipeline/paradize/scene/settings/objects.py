@@ -100,6 +100,11 @@ class ObjectMaterial:
         meaning="share of the light from behind that passes through, as through a leaf; without it 0.55 for "
         "two-sided masks whose colour map is mostly green, and 0",
     )
+    vertex_lit: bool = flag(
+        False,
+        meaning="light is found at the vertices, not in each pixel: much quicker for grass and leaves of "
+        "small triangles, coarse on large ones; only above water, without highlights or maps but color",
+    )
     alpha_mode: str = choice(
         "auto",
         among=("auto", "opaque", "mask", "blend"),

@@ -232,6 +232,16 @@ def test_light_passes_through_two_sided_green_masks_which_is_said_and_through_ot
     assert all("[object.material.leaf] translucency = 0" in text for text in message)
 
 
+def test_a_material_is_lit_at_its_vertices_where_the_scene_asks_for_it(tmp_path: Path) -> None:
+    path = make_panels(tmp_path / "s")
+    path = edited(
+        path, "[[object.instance]]", "[object.material.leaf]\nvertex_lit = true\n[[object.instance]]"
+    )
+    baked(path, tmp_path / "out")
+    (panel,) = json.loads((tmp_path / "out/scene.json").read_text())["objects"]
+    assert {name for name, one in panel["materials"].items() if one["vertex_lit"]} == {"leaf"}
+
+
 def test_what_no_pass_reads_is_not_baked_and_named(tmp_path: Path) -> None:
     path = edited(make_panels(tmp_path / "s"), "lods = 2\n", 'lods = 2\nviews = ["shadow"]\n')
     edited(path, "[[object]]", "[shadow]\nextent_m = 10.0\n[[object]]")

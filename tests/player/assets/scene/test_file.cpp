@@ -31,6 +31,7 @@ TEST_CASE("scene.json: all values are read as written") {
     REQUIRE(scene.objects.size() == 1);
     CHECK(scene.objects[0].lods[1].error_m == doctest::Approx(0.1));
     CHECK(scene.objects[0].materials[0].two_sided);
+    CHECK(scene.objects[0].materials[0].vertex_lit);
     CHECK(scene.objects[0].materials[0].translucency == doctest::Approx(0.25));
     CHECK(scene.objects[0].instances[0].scale == glm::dvec3(2.0, 2.0, -3.0));
     CHECK(scene.objects[0].instances[0].rotation.w == doctest::Approx(0.8));

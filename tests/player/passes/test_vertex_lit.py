@@ -1,0 +1,91 @@
+"""Materials that are lit at their vertices look as those lit in pixels do, where light hardly varies."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import pi
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tests.player.passes.test_materials import F64, STEP, WHITE, Render, middle, quad, render, texel, thing
+from tests.player.passes.test_point_lights import ONE_SET, lamp
+from tests.player.synthetic import instance, material
+
+__all__ = ["render"]  # the fixture
+LEAF = WHITE | {"two_sided": True, "translucency": 0.5}
+TEXTURES = {"leaf": texel(200, 150, 90, 255)}
+FRONT, SIDE, BEHIND = [0.0, 0.0, 1.0], [0.6, 0.0, 0.8], [0.0, 0.6, -0.8]
+
+
+def both(render: Render, one: dict[str, Any], *stands: dict[str, Any], **light: Any) -> tuple[F64, F64]:
+    """The pictures of a small square of a material that is lit in its pixels, and at its vertices."""
+    meshes = {"a": quad(size=0.8)}
+    pixels, vertices = (
+        render([thing("a", {"m": one | {"vertex_lit": lit}}, *stands)], meshes, TEXTURES, **light)
+        for lit in (False, True)
+    )
+    return pixels, vertices
+
+
+@pytest.mark.parametrize("turn_rad", [0.0, pi])
+@pytest.mark.parametrize("direction", [FRONT, SIDE, BEHIND])
+@pytest.mark.parametrize("alpha_mode", ["opaque", "mask"])
+def test_front_back_and_light_that_passes_through_are_those_of_light_in_the_pixels(
+    render: Render, alpha_mode: str, direction: list[float], turn_rad: float
+) -> None:
+    one = material("leaf", **LEAF, alpha_mode=alpha_mode, vertex_colors=True, color=[0.9, 0.7, 0.8])
+    stand = instance([0.0] * 3, turn_rad)
+    air = {"color": [0.2, 0.5, 0.9], "density_per_m": 0.05}
+    pixels, vertices = both(render, one, stand, sun=(direction, 2.0), ambient=0.2, fog=air)
+    assert middle(pixels).min() > 0.05
+    assert vertices == pytest.approx(pixels, abs=STEP)
+
+
+def test_a_lamp_before_the_middle_of_a_large_square_shows_only_in_quality_exact(render: Render) -> None:
+    light = {"lights": [lamp([0.0, 0.0, 0.5], intensity=0.5)], "light_sets": ONE_SET}
+    seen = {}
+    for quality in ("fast", "balanced", "exact"):
+        options = ("--disable", "post", "--quality", f"lod={quality}")
+        seen[quality] = {
+            lit: middle(
+                render(
+                    [thing("a", {"m": material(None, **WHITE, vertex_lit=lit)}, light_sets=[1])],
+                    {"a": quad()},
+                    options=options,
+                    **light,
+                )
+            ).mean()
+            for lit in (False, True)
+        }
+    assert seen["exact"][True] == seen["exact"][False]
+    for quality in ("fast", "balanced"):
+        assert seen[quality][True] < 0.3 * seen[quality][False]
+        assert seen[quality][True] > 0.0  # the lamp reaches the corners
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"specular": 0.5, "smoothness": 0.6},
+        {"metalness": 1.0, "smoothness": 0.6},
+        {"emission": [0.3, 0.2, 0.1]},
+        {"normal": "bumps"},
+        {"alpha_mode": "blend", "normal": "bumps"},
+    ],
+)
+def test_what_reflects_gives_off_light_or_has_another_map_is_lit_in_its_pixels(
+    render: Render, change: dict[str, Any]
+) -> None:
+    one = material(None, **(WHITE | change))
+    rng = np.random.default_rng(5)
+    tilted = rng.normal([0.0, 0.0, 1.0], 0.4, (4, 3)).astype(np.float32)
+    mesh = replace(quad(), normals=tilted / np.linalg.norm(tilted, axis=1, keepdims=True))
+    light = {"sun": (SIDE, 2.0), "ambient": 0.3}
+    bumps = {"bumps": texel(60, 20, fmt="RG8_SNORM", kind=np.int8)}
+    pictures = [
+        render([thing("a", {"m": one | {"vertex_lit": lit}})], {"a": mesh}, bumps, **light)
+        for lit in (False, True)
+    ]
+    assert np.array_equal(*pictures)
