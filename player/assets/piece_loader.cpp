@@ -38,6 +38,10 @@ bool PieceLoader::ready(std::uint32_t piece) const {
 
 StagedPiece PieceLoader::take(std::uint32_t piece) {
     std::unique_lock lock(mutex_);
+    if (!slots_[piece].ready && !ordered(piece)) {
+        orders_.insert(orders_.begin(), piece);
+        changed_.notify_all();
+    }
     changed_.wait(lock, [&] { return slots_[piece].ready; });
     std::erase(orders_, piece);
     return std::exchange(slots_[piece], {}).piece;

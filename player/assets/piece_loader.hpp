@@ -30,7 +30,7 @@ class PieceLoader {
     /// dropped.
     void order(std::span<const std::uint32_t> pieces);
     bool ready(std::uint32_t piece) const;
-    /// Waits until the piece is staged, and takes it. The piece must be ordered.
+    /// Waits until the piece is staged, and takes it. One that is not ordered is staged next.
     StagedPiece take(std::uint32_t piece);
 
   private:

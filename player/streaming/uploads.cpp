@@ -340,7 +340,7 @@ void Uploads::begin(std::size_t place) {
         begun_files[pieces[next.piece].artifact] = true;
         begun_bytes += scene.artifacts[pieces[next.piece].artifact].bytes;
     }
-    if (!known_checked[pieces[next.piece].artifact]) { // nor was the piece ordered
+    if (!known_checked[pieces[next.piece].artifact]) { // nor were its pieces ordered
         checker->wait(pieces[next.piece].artifact);
         order_ahead();
     }

@@ -77,3 +77,13 @@ TEST_CASE(
     CHECK(loader.take(3).error == "3");
     CHECK(begun.load() == 3);
 }
+
+TEST_CASE("piece loader: a piece that is taken without an order is staged all the same") {
+    assets::PieceLoader loader(pieces,
+                               [](std::uint32_t piece, assets::Inflater &) { return numbered(piece); });
+    CHECK(loader.take(7).error == "7");
+    loader.order(std::vector<std::uint32_t>{1, 2});
+    CHECK(loader.take(3).error == "3");
+    CHECK(loader.take(2).error == "2");
+    CHECK(loader.take(1).error == "1");
+}
