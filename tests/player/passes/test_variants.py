@@ -29,8 +29,11 @@ def seen(posed: Posed, scene: dict[str, Any]) -> Picture:
 
 
 def quiet(posed: Posed) -> dict[str, Any]:
-    """The grove alone."""
+    """The grove alone, lit in its pixels: of what may be lit at its vertices, these two kinds differ."""
     scene = posed.scene() | {"particles": [], "reflection": None, "refraction": None}
+    for item in grove(scene):
+        for material in item["materials"].values():
+            material["vertex_lit"] = False
     return scene | {"objects": grove(scene)}
 
 
