@@ -5,4 +5,4 @@ of what a glTF shows often; views.py takes its cameras and its sun; sources.py m
 vase. template.py writes the scenes of --template, whose texts and sources are in templates/.
 """
 
-__all__ = ["scene", "template"]
+__all__ = ["scene", "template", "templates"]
