@@ -102,7 +102,7 @@ def _bake(context: BuildContext, name: str, scene_stamp: Stamp | None) -> BakeRe
         tasks, tried = bake_jobs(runner, jobs, late_errors)
         report = report_of(context, tasks, tried)
         whole = {one.name: one.sha256 for one in report.artifacts}  # stores hold them; `publish` trims some
-        if report.errors or publish(context, found.maps, tasks, report, late_errors):
+        if report.errors or not publish(context, found.maps, tasks, report, late_errors):
             break
     report.errors = [error.renamed(found.inside) for error in report.errors]
     report.warnings = [str(renamed(text, found.inside)) for text in report.warnings]

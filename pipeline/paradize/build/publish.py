@@ -94,23 +94,23 @@ def publish(
     context: BuildContext, maps: SceneMaps, tasks: list[Task], report: BakeReport, late_errors: LateErrors
 ) -> bool:
     """Publishes what the tasks baked, with a scene.json. Errors are added to the report; nothing is then
-    published. Returns False, and publishes nothing, if it measured errors that change the choice of
-    `auto`: they are added to `late_errors`."""
+    published. Returns whether `auto` must choose again, and publishes nothing then: errors that change its
+    choice were measured, and are added to `late_errors`."""
     baked = _Baked({one.name: one for one in report.artifacts})
     try:
         _collect(baked, tasks)
         report.errors += _missing_materials(context, baked)
         if report.errors:
-            return True
+            return False
         report.warnings += [
             f"flight: {excess}" for excess in excesses(context.scene.budget, baked.flight_errors)
         ]
         sightings = _sightings(context, baked)
         normal_mapped = _measure_objects(context, maps, baked, sightings, report)
         if report.errors:
-            return True
-        if _note_late_errors(context.scene, baked, normal_mapped, late_errors):
             return False
+        if _note_late_errors(context.scene, baked, normal_mapped, late_errors):
+            return True
         pixels = stored_pixels(
             context.store,
             context.scene,
@@ -125,7 +125,7 @@ def publish(
         baked.data = {name: data for name, data in baked.data.items() if name in baked.artifacts}
         _check_totals(context, baked, report)
         if report.errors:
-            return True
+            return False
         manifest, warnings = build_manifest(
             context.scene,
             maps=maps,
@@ -148,7 +148,7 @@ def publish(
         report.errors.append(error)
     finally:
         report.artifacts = list(baked.artifacts.values())
-    return True
+    return False
 
 
 def _add_ripples(context: BuildContext, baked: _Baked, manifest: dict[str, Any]) -> list[str]:
