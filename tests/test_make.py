@@ -9,8 +9,13 @@ import subprocess
 import sys
 from functools import cache
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import pytest
+
+from tests.conftest import pytest_terminal_summary
+from tests.sweeps import sweep
 
 ROOT = Path(__file__).resolve().parent.parent
 SUITES = {"kernels", "player"}
@@ -123,9 +128,18 @@ def test_the_last_lines_count_cpp_cases_and_skips_by_reason(tmp_path: Path) -> N
     assert "1 passed, 2 skipped" in closing
 
 
-@pytest.mark.parametrize(
-    "text", ["No tests were found!!!", "test cases: 0 | 0 passed | 0 failed | 0 skipped"]
-)
+NO_CASES = ["No tests were found!!!", "test cases: 0 | 0 passed | 0 failed | 0 skipped"]
+
+
+@pytest.mark.parametrize("text", NO_CASES)
+def test_a_log_without_cpp_cases_is_an_error(tmp_path: Path, text: str) -> None:
+    (tmp_path / "log").write_text(text)
+    config: Any = SimpleNamespace(getoption={"--ctest": tmp_path / "log"}.get)
+    with pytest.raises(pytest.UsageError, match=r"no C\+\+ suite ran"):
+        pytest_terminal_summary(config, config)
+
+
+@pytest.mark.parametrize("text", sweep(NO_CASES, test=NO_CASES[:1]))
 def test_a_run_without_cpp_cases_is_a_failure(tmp_path: Path, text: str) -> None:
     result = closing_lines(tmp_path, text, "-n0")
     assert result.returncode != 0 and "no C++ suite ran" in result.stdout + result.stderr

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import io
 import os
+import subprocess
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from contextlib import redirect_stderr, redirect_stdout
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +17,7 @@ import pytest
 import paradize.jobs.isolate
 import paradize.tradeoff.tiers
 import paradize.watch.rebake  # noqa: F401
+from paradize.cli.main import main
 from paradize.jobs.pool import Outcome, run_jobs
 from paradize.jobs.process import WorkerPool
 
@@ -60,6 +64,20 @@ def kept_workers() -> Iterator[None]:
         patch.setattr("paradize.build.materials.model_reader.run_jobs", run)
         yield
     WorkerPool.stop(kept)
+
+
+@pytest.fixture(scope="session")
+def paradize_here() -> Callable[..., subprocess.CompletedProcess[str]]:
+    """As `paradize`, in this process, whose workers are kept: for tests that do not judge the process."""
+
+    def run(*arguments: object) -> subprocess.CompletedProcess[str]:
+        words = [str(word) for word in arguments]
+        out, err = io.StringIO(), io.StringIO()
+        with redirect_stdout(out), redirect_stderr(err):
+            code = main(words)
+        return subprocess.CompletedProcess(words, code, out.getvalue(), err.getvalue())
+
+    return run
 
 
 @pytest.fixture(scope="session", autouse=True)

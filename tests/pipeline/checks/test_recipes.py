@@ -44,29 +44,31 @@ def palette_kit(folder: Path, seed: int, size: int = 256) -> tuple[Path, Path]:
     return model, save(folder / f"kit{seed}.png", np.rint(board.clip(0, 255)).astype(np.uint8))
 
 
-def finds_no_fault(paradize: Run, folder: Path) -> None:
-    result = paradize("check", folder)
+def finds_no_fault(paradize_here: Run, folder: Path) -> None:
+    result = paradize_here("check", folder)
     assert result.returncode == 0, result.stdout + result.stderr
 
 
-def makes(paradize: Run, *arguments: object) -> None:
-    result = paradize(*arguments)
+def makes(paradize_here: Run, *arguments: object) -> None:
+    result = paradize_here(*arguments)
     assert result.returncode == 0, (arguments, result.stderr)
 
 
-def follows_the_readme(paradize: Run, model: Path, texture: Path, out: Path, *options: object) -> None:
+def follows_the_readme(paradize_here: Run, model: Path, texture: Path, out: Path, *options: object) -> None:
     """`mesh`, `maps --uv`, `check`."""
-    makes(paradize, "mesh", model, "-o", out / "model.glb")
-    makes(paradize, "maps", texture, "-o", out, "--uv", model, *options)
-    finds_no_fault(paradize, out)
+    makes(paradize_here, "mesh", model, "-o", out / "model.glb")
+    makes(paradize_here, "maps", texture, "-o", out, "--uv", model, *options)
+    finds_no_fault(paradize_here, out)
 
 
 @pytest.mark.parametrize(
     ("form", "tier"), sweep([("ktx2", "balanced"), ("png", "fast")], test=[("ktx2", "balanced")])
 )
-def test_the_readmes_recipe_passes_its_own_check(paradize: Run, tmp_path: Path, form: str, tier: str) -> None:
+def test_the_readmes_recipe_passes_its_own_check(
+    paradize_here: Run, tmp_path: Path, form: str, tier: str
+) -> None:
     model, texture = palette_kit(tmp_path, 1)
-    follows_the_readme(paradize, model, texture, tmp_path / "out", "--format", form, "--tier", tier)
+    follows_the_readme(paradize_here, model, texture, tmp_path / "out", "--format", form, "--tier", tier)
 
 
 def corpus_kits(corpus: Path) -> list[tuple[Path, Path]]:
@@ -85,53 +87,57 @@ def corpus_kits(corpus: Path) -> list[tuple[Path, Path]]:
 
 
 @pytest.mark.deep
-def test_the_readmes_recipe_passes_on_each_kit_of_others(paradize: Run, corpus: Path, tmp_path: Path) -> None:
+def test_the_readmes_recipe_passes_on_each_kit_of_others(
+    paradize_here: Run, corpus: Path, tmp_path: Path
+) -> None:
     """One model of every fourth texture."""
     firsts = {texture: model for model, texture in reversed(corpus_kits(corpus))}
     assert len(firsts) > 5
     for i, (texture, model) in enumerate(firsts.items()):
         if i % 4 == 0 and texture.stat().st_size < 1 << 17:
-            follows_the_readme(paradize, model, texture, tmp_path / str(i), "--tier", "fast")
+            follows_the_readme(paradize_here, model, texture, tmp_path / str(i), "--tier", "fast")
 
 
 @pytest.mark.deep
 @pytest.mark.parametrize("form", ["ktx2", "png"])
 def test_the_readmes_recipe_passes_on_every_textured_model(
-    paradize: Run, corpus: Path, tmp_path: Path, form: str
+    paradize_here: Run, corpus: Path, tmp_path: Path, form: str
 ) -> None:
     kits = corpus_kits(corpus)
     assert len(kits) > 50
     for i, (model, texture) in enumerate(kits):
         tier = ("fast", "balanced", "exact")[i % 3]
-        follows_the_readme(paradize, model, texture, tmp_path / str(i), "--format", form, "--tier", tier)
+        follows_the_readme(paradize_here, model, texture, tmp_path / str(i), "--format", form, "--tier", tier)
 
 
 @pytest.mark.deep
-def test_every_mesh_passes(paradize: Run, corpus: Path, tmp_path: Path) -> None:
+def test_every_mesh_passes(paradize_here: Run, corpus: Path, tmp_path: Path) -> None:
     for i, model in enumerate(sorted(corpus.glob("obj-*/**/*.obj"))):
-        if paradize("mesh", model, "-o", tmp_path / str(i) / "model.glb").returncode == 0:
-            finds_no_fault(paradize, tmp_path / str(i))
+        if paradize_here("mesh", model, "-o", tmp_path / str(i) / "model.glb").returncode == 0:
+            finds_no_fault(paradize_here, tmp_path / str(i))
 
 
-def test_a_terrain_passes(paradize: Run, tmp_path: Path) -> None:
+def test_a_terrain_passes(paradize_here: Run, tmp_path: Path) -> None:
     heights = waves(65, 65, 1, 12.0)
     heights = (heights - heights.min()) / np.ptp(heights)
     picture = save(tmp_path / "hills.png", heights[:, :, None], oiio.UINT16)
-    makes(paradize, "terrain", picture, "-o", tmp_path / "out/hills.glb", "--size", 100, 100, "--height", 9)
-    finds_no_fault(paradize, tmp_path / "out")
+    makes(
+        paradize_here, "terrain", picture, "-o", tmp_path / "out/hills.glb", "--size", 100, 100, "--height", 9
+    )
+    finds_no_fault(paradize_here, tmp_path / "out")
 
 
-def passes_as_a_scene(paradize: Run, model: Path, folder: Path) -> None:
+def passes_as_a_scene(paradize_here: Run, model: Path, folder: Path) -> None:
     """`new --from`, `bake`, `check`."""
-    makes(paradize, "new", folder / "scene", "--from", model)
-    makes(paradize, "bake", folder / "scene/scene.toml", "-o", folder / "out")
-    finds_no_fault(paradize, folder / "out")
+    makes(paradize_here, "new", folder / "scene", "--from", model)
+    makes(paradize_here, "bake", folder / "scene/scene.toml", "-o", folder / "out")
+    finds_no_fault(paradize_here, folder / "out")
 
 
 @pytest.mark.deep
 @pytest.mark.parametrize("kind", ["palette", "gradients and a drawing", "painted"])
 def test_a_new_scene_of_a_kit_passes(
-    paradize: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, kind: str
+    paradize_here: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, kind: str
 ) -> None:
     """Of a palette nothing is warned of either: that faces share its swatches, or gradients, harms nothing,
     nor that a drawing is on few of them. What is painted shows in several places."""
@@ -148,18 +154,18 @@ def test_a_new_scene_of_a_kit_passes(
     model.write_text(cards(shared, 64).replace("post.mtl", "kit.mtl"))
     (tmp_path / "kit.mtl").write_text("newmtl wood\nmap_Kd kit.png\n")
     save(tmp_path / "kit.png", board)
-    passes_as_a_scene(paradize, model, tmp_path)
-    output = paradize("check", tmp_path / "out").stdout
+    passes_as_a_scene(paradize_here, model, tmp_path)
+    output = paradize_here("check", tmp_path / "out").stdout
     assert "PZ232" in output if kind == "painted" else output.endswith(" artifacts checked: no finding\n")
 
 
 @pytest.mark.deep
 def test_new_scenes_of_the_corpus_pass(
-    paradize: Run, corpus: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    paradize_here: Run, corpus: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("PARADIZE_STORE", str(tmp_path / "store"))
     for i, (model, _) in enumerate(corpus_kits(corpus)[::4]):
-        passes_as_a_scene(paradize, model, tmp_path / str(i))
+        passes_as_a_scene(paradize_here, model, tmp_path / str(i))
 
 
 SEEDS = [*range(6), *(pytest.param(seed, marks=pytest.mark.deep) for seed in range(6, 200))]

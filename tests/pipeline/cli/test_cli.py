@@ -33,11 +33,29 @@ def cove(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def run(tmp_path_factory: pytest.TempPathFactory, paradize: Run) -> Run:
-    environment = {**os.environ, "PARADIZE_STORE": str(tmp_path_factory.mktemp("store"))}
+def store(tmp_path_factory: pytest.TempPathFactory) -> str:
+    return str(tmp_path_factory.mktemp("store"))
+
+
+@pytest.fixture
+def run(store: str, paradize: Run) -> Run:
+    """`paradize` in a process of its own."""
 
     def call(*arguments: object, **kwargs: Any) -> subprocess.CompletedProcess[str]:
-        result = paradize(*arguments, env=environment, timeout=60, **kwargs)
+        result = paradize(*arguments, env={**os.environ, "PARADIZE_STORE": store}, timeout=60, **kwargs)
+        assert "Traceback" not in result.stderr, result.stderr
+        return result
+
+    return call
+
+
+@pytest.fixture
+def run_here(store: str, paradize_here: Run, monkeypatch: pytest.MonkeyPatch) -> Run:
+    """The same in this process."""
+    monkeypatch.setenv("PARADIZE_STORE", store)
+
+    def call(*arguments: object) -> subprocess.CompletedProcess[str]:
+        result = paradize_here(*arguments)
         assert "Traceback" not in result.stderr, result.stderr
         return result
 
@@ -148,7 +166,7 @@ def test_a_refused_input_exits_1_with_one_message_and_one_object(
 
 
 def test_bake_tells_a_table_and_an_object_and_its_second_run_bakes_nothing(
-    run: Run, cove: Path, tmp_path: Path
+    run: Run, run_here: Run, cove: Path, tmp_path: Path
 ) -> None:
     out = tmp_path / "deep" / "out"
     first = run("bake", cove, "-o", out, "-j", 2, "--json")
@@ -157,14 +175,14 @@ def test_bake_tells_a_table_and_an_object_and_its_second_run_bakes_nothing(
     assert (report["baked"], report["reused"], report["failed"]) == (14, 0, 0)
     assert {row["file"] for row in report["artifacts"]} | {"scene.json"} == {p.name for p in out.iterdir()}
     assert "terrain_max_m" in first.stderr and "%|" not in first.stderr  # a table, and no progress bar
-    second = json.loads(run("bake", cove, "-o", out, "--json").stdout)
+    second = json.loads(run_here("bake", cove, "-o", out, "--json").stdout)
     assert (second["baked"], second["reused"], second["failed"]) == (0, 14, 0)
     assert [row["sha256"] for row in second["artifacts"]] == [row["sha256"] for row in report["artifacts"]]
-    text = run("bake", cove, "-o", out)
+    text = run_here("bake", cove, "-o", out)
     assert "nothing to bake" in text.stdout and "sky" in text.stdout
-    forced = json.loads(run("bake", cove, "-o", out, "--force", "--json").stdout)
+    forced = json.loads(run_here("bake", cove, "-o", out, "--force", "--json").stdout)
     assert forced["baked"] == 14
-    *_, last = run("check", out).stdout.splitlines()
+    *_, last = run_here("check", out).stdout.splitlines()
     assert last == "14 artifacts checked: no finding"
 
 
@@ -173,11 +191,11 @@ def test_the_default_folder_is_named_by_the_scene(run: Run, cove: Path, tmp_path
     assert (tmp_path / "build/assets/cove/scene.json").is_file()
 
 
-def test_a_failed_bake_tells_everything_and_exits_1(run: Run, tmp_path: Path) -> None:
+def test_a_failed_bake_tells_everything_and_exits_1(run_here: Run, tmp_path: Path) -> None:
     scene = make_cove(tmp_path / "scene")
     (tmp_path / "scene/wood.png").write_bytes(b"no picture")
     (tmp_path / "scene/post.obj").write_text("nothing here")
-    result = run("bake", scene, "-o", tmp_path / "out", "--json")
+    result = run_here("bake", scene, "-o", tmp_path / "out", "--json")
     assert result.returncode == 1
     report = json.loads(result.stdout)
     assert report["failed"] >= 2 and report["baked"] + report["reused"] >= 8
@@ -188,19 +206,19 @@ def test_a_failed_bake_tells_everything_and_exits_1(run: Run, tmp_path: Path) ->
     assert {"post_mesh", "post_color"} <= failed
 
 
-def test_mesh_tells_its_levels(run: Run, cove: Path, tmp_path: Path) -> None:
+def test_mesh_tells_its_levels(run_here: Run, cove: Path, tmp_path: Path) -> None:
     out = tmp_path / "new" / "post.glb"
-    result = run("mesh", cove.parent / "post.obj", "-o", out, "--lods", 3, "-j", 1, "--json")
+    result = run_here("mesh", cove.parent / "post.obj", "-o", out, "--lods", 3, "-j", 1, "--json")
     assert result.returncode == 0, result.stderr
     report = json.loads(result.stdout)
     assert {"triangles", "vertices", "lods", "seconds", "warnings"} <= report.keys()
     finest = report["lods"][0]  # off by what float32 cost alone
     assert finest["triangles"] == report["triangles"] and finest["error_max"] == finest["load_max"] < 1e-6
     assert 1 <= len(report["lods"]) <= 3 and out.read_bytes()[:4] == b"glTF"
-    assert run("check", out).returncode == 0
+    assert run_here("check", out).returncode == 0
 
 
-def test_maps_of_what_is_surely_a_normal_map_are_told_to_be_wrong(run: Run, tmp_path: Path) -> None:
+def test_maps_of_what_is_surely_a_normal_map_are_told_to_be_wrong(run_here: Run, tmp_path: Path) -> None:
     slopes = 0.2 * np.random.default_rng(3).standard_normal((64, 64, 2))
     normals = np.dstack([slopes, np.ones((64, 64))])
     normals /= np.linalg.norm(normals, axis=2, keepdims=True)
@@ -208,7 +226,7 @@ def test_maps_of_what_is_surely_a_normal_map_are_told_to_be_wrong(run: Run, tmp_
     sky = np.full((64, 64, 3), (128, 128, 215), np.uint8)  # as blue, and of no unit length
     write_image(tmp_path / "sky.png", sky)
     for name, said in (("bumps", True), ("sky", False)):
-        result = run("maps", tmp_path / f"{name}.png", "-o", tmp_path / name, "--only", "height")
+        result = run_here("maps", tmp_path / f"{name}.png", "-o", tmp_path / name, "--only", "height")
         assert result.returncode == 0 and ("looks like a normal map" in result.stderr) == said, result.stderr
 
 
@@ -229,23 +247,23 @@ def test_every_environment_variable_that_is_read_stands_in_the_readme(root: Path
 
 
 @pytest.mark.parametrize("form", sweep(["ktx2", "png"], test=["ktx2"]))
-def test_maps_are_named_by_their_source(run: Run, cove: Path, tmp_path: Path, form: str) -> None:
-    result = run("maps", cove.parent / "wood.png", "-o", tmp_path / "m", "--format", form, "--json")
+def test_maps_are_named_by_their_source(run_here: Run, cove: Path, tmp_path: Path, form: str) -> None:
+    result = run_here("maps", cove.parent / "wood.png", "-o", tmp_path / "m", "--format", form, "--json")
     assert result.returncode == 0, result.stderr
     report = json.loads(result.stdout)
     assert set(report["maps"]) == set(MAPS)
     for name, row in report["maps"].items():
         assert row["file"] == f"wood_{name}.{form}" and (tmp_path / "m" / row["file"]).is_file()
         assert {"width", "height", "format", "error", "metric"} <= row.keys()
-    only = run("maps", cove.parent / "wood.png", "-o", tmp_path / "n", "--only", "dudv,normal", "--json")
+    only = run_here("maps", cove.parent / "wood.png", "-o", tmp_path / "n", "--only", "dudv,normal", "--json")
     assert set(json.loads(only.stdout)["maps"]) == {"normal", "dudv"}
     assert len(list((tmp_path / "n").iterdir())) == 2
 
 
-def test_an_output_never_overwrites_its_input(run: Run, cove: Path) -> None:
+def test_an_output_never_overwrites_its_input(run_here: Run, cove: Path) -> None:
     source = cove.parent / "post.obj"
     before = source.read_bytes()
-    result = run("mesh", source, "-o", source)
+    result = run_here("mesh", source, "-o", source)
     assert result.returncode == 1 and "input itself" in result.stderr and source.read_bytes() == before
 
 
@@ -283,11 +301,11 @@ def test_a_folder_that_may_not_be_written_is_told_before_anything_is_baked(
 
 
 @pytest.mark.parametrize("form", ["text", "json", "junit", "sarif"])
-def test_check_fails_on_errors_in_every_format(run: Run, tmp_path: Path, form: str) -> None:
+def test_check_fails_on_errors_in_every_format(run_here: Run, tmp_path: Path, form: str) -> None:
     (tmp_path / "a.glb").write_bytes(b"no mesh")
-    result = run("check", tmp_path / "a.glb", "--format", form)
+    result = run_here("check", tmp_path / "a.glb", "--format", form)
     assert result.returncode == 1 and "PZ102" in result.stdout and result.stderr == ""
-    assert json.loads(run("check", tmp_path / "a.glb", "--json").stdout)["errors"] == 1
+    assert json.loads(run_here("check", tmp_path / "a.glb", "--json").stdout)["errors"] == 1
 
 
 @pytest.mark.parametrize("number", sweep([signal.SIGINT, signal.SIGTERM], test=[signal.SIGINT]))

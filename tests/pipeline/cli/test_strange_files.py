@@ -97,7 +97,7 @@ def all_tried(cases: list[Case], base: Path, work: Path) -> list[list[Ended]]:
 
 SLOW = ["explain, an artifact", "export", "bake, an artifact", "mesh, what it names", "maps", "terrain, raw"]
 QUICK = [(what, ["pipe"]) for what in TRIED if what not in SLOW]
-QUICK += [(what, ["endless", *MORE]) for what in ("check", "explain, a source")]
+QUICK += [("check", ["endless", *MORE])]
 
 
 @pytest.fixture(scope="module")

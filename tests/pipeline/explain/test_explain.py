@@ -181,12 +181,12 @@ def test_a_bake_that_cannot_be_read_is_told(tmp_path: Path) -> None:
     assert "bake it again" in explanation.why_not
 
 
-def test_the_command_prints_text_and_json(close: tuple[Path, Path], paradize: Run) -> None:
+def test_the_command_prints_text_and_json(close: tuple[Path, Path], paradize_here: Run) -> None:
     scene, out = close
-    done = paradize("explain", scene, "-o", out, "--details")
+    done = paradize_here("explain", scene, "-o", out, "--details")
     assert done.returncode == 0, done.stderr
     assert "post_color: the object post" in done.stdout
-    done = paradize("explain", scene, "post_color", "-o", out, "--json")
+    done = paradize_here("explain", scene, "post_color", "-o", out, "--json")
     assert done.returncode == 0, done.stderr
     tree = json.loads(done.stdout)
     assert tree["scene"] == "cove"
@@ -194,9 +194,11 @@ def test_the_command_prints_text_and_json(close: tuple[Path, Path], paradize: Ru
     assert tree["artifacts"][0]["decides"]
 
 
-def test_an_unknown_artifact_is_an_error_that_names_those_there_are(tmp_path: Path, paradize: Run) -> None:
+def test_an_unknown_artifact_is_an_error_that_names_those_there_are(
+    tmp_path: Path, paradize_here: Run
+) -> None:
     scene = make_cove(tmp_path)
-    done = paradize("explain", scene, "post_colour")
+    done = paradize_here("explain", scene, "post_colour")
     assert done.returncode == 1
     assert "no artifact 'post_colour'" in done.stderr
     assert "did you mean post_color?" in done.stderr
@@ -239,11 +241,11 @@ def replace(scene: Path, old: str, new: str) -> None:
 
 @pytest.mark.deep
 def test_without_an_artifact_each_has_one_short_line_and_the_sums_follow(
-    cove: tuple[Path, Path], paradize: Callable[..., subprocess.CompletedProcess[str]]
+    cove: tuple[Path, Path], paradize_here: Callable[..., subprocess.CompletedProcess[str]]
 ) -> None:
     scene, out = cove
     entries = json.loads((out / "scene.json").read_text())["artifacts"]
-    head, _, *rows = paradize("explain", scene, "-o", out).stdout.splitlines()
+    head, _, *rows = paradize_here("explain", scene, "-o", out).stdout.splitlines()
     assert head.split()[0] == "artifact" and [row.split()[0] for row in rows[: len(entries)]] == list(entries)
     for row, (name, entry) in zip(rows, entries.items(), strict=False):
         assert row.split()[-1] == str(entry["bytes"]) and len(row) <= 120, name
@@ -251,12 +253,12 @@ def test_without_an_artifact_each_has_one_short_line_and_the_sums_follow(
     sums = rows[len(entries) :]
     assert sums[0].startswith(f"{len(entries)} artifacts, ") and sums[-1].startswith("more: paradize explain")
     assert len(sums) == 2
-    whole = paradize("explain", scene, "-o", out, "--details").stdout
+    whole = paradize_here("explain", scene, "-o", out, "--details").stdout
     assert len(whole.splitlines()) > 5 * len(entries) and max(map(len, whole.splitlines())) < 300
     replace(scene, "sand_strength = 0.5", "sand_strength = 0.4")
-    stale_row = paradize("explain", scene, "-o", out).stdout.splitlines()[-2]
+    stale_row = paradize_here("explain", scene, "-o", out).stdout.splitlines()[-2]
     assert stale_row == "stale: sources, settings or Paradize itself changed since the bake: sand_normal"
-    before = paradize("explain", scene, "-o", scene.parent / "nothing").stdout.splitlines()
+    before = paradize_here("explain", scene, "-o", scene.parent / "nothing").stdout.splitlines()
     assert before[2].split()[-2:] == ["-", "-"] and "there is no bake in" in before[-2]
 
 

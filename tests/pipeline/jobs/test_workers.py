@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 import os
-import resource
-import signal
 import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -23,47 +20,30 @@ from paradize.build.options import BuildOptions
 from paradize.errors import BakeError, SourceError
 from paradize.jobs.limits import available, cores, memory_limit, process_memory, time_limit
 from paradize.jobs.pool import Job, Outcome, WorkerPool, run_jobs
-from paradize.jobs.progress import report_step
 from paradize.jobs.scratch import Scratch
 from paradize.kernels.threads import VARIABLE as THREADS
 from tests.pipeline.scenes import make_cove, write_image
+from tests.pipeline.worker_jobs import (
+    allocate,
+    climb,
+    crash,
+    crash_on,
+    double,
+    eat,
+    eat_beside,
+    hang,
+    hunger_on,
+    leave_files,
+    nap,
+    stop_in_an_answer,
+    tell_process,
+    tell_threads,
+    unsendable,
+)
 from tests.processes import started
 from tests.sweeps import sweep
 
 MB = 1_000_000
-
-
-def double(value: int) -> int:
-    return 2 * value
-
-
-def climb(steps: int) -> int:
-    for at in range(steps):
-        report_step(f"step {at}")
-    return steps
-
-
-def tell_threads() -> str | None:
-    return os.environ.get(THREADS)
-
-
-def crash(tally: Path, times: int) -> str:
-    """Dies of a signal so many times, then answers."""
-    with tally.open("a") as stream:
-        stream.write("x")
-    if len(tally.read_text()) <= times:
-        os.kill(os.getpid(), signal.SIGSEGV)
-    return "survived"
-
-
-def hang(tally: Path, times: int) -> str:
-    """Sleeps for ever so many times, then answers."""
-    with tally.open("a") as stream:
-        stream.write("x")
-    if len(tally.read_text()) <= times:
-        tally.with_suffix(".hangs").write_text(str(os.getpid()))
-        time.sleep(600)
-    return "woke"
 
 
 class HangingJob(Job):
@@ -79,65 +59,12 @@ class HangingJob(Job):
         return 1.0
 
 
-def stop_in_an_answer() -> None:
-    """Sends the beginning of an answer, and nothing more."""
-    links = [link for link in Path("/proc/self/fd").iterdir() if int(link.name) > 2]
-    sockets = [link for link in links if link.is_symlink() and str(link.readlink()).startswith("socket:")]
-    os.write(int(sockets[0].name), (1000).to_bytes(4, "big") + b"half")
-    time.sleep(600)
-
-
-def allocate(amount: int) -> int:
-    return len(bytearray(amount))
-
-
-def eat(amount: int, then: Path | None = None) -> int:
-    """Takes memory piece by piece, whatever limit the process has; leaves a mark, and waits for a while."""
-    resource.setrlimit(resource.RLIMIT_DATA, (resource.getrlimit(resource.RLIMIT_DATA)[1],) * 2)
-    held = _take(amount)
-    time.sleep(0.5)
-    if then:
-        then.touch()
-    return len(held)
-
-
-def eat_beside(amount: int, folder: Path, name: str) -> int:
-    """Takes memory beside another job that does the same, and keeps it until that one dies; alone where it is
-    called again."""
-    resource.setrlimit(resource.RLIMIT_DATA, (resource.getrlimit(resource.RLIMIT_DATA)[1],) * 2)
-    with (folder / name).open("a") as tally:
-        tally.write("x")
-    if (folder / name).read_text() != "x":
-        return len(_take(amount))
-    # A pipe is opened when both ends are; its reader hears of the end of whoever holds the other.
-    if name == "a":
-        mine, theirs = (folder / "from a").open("wb"), (folder / "from b").open("rb")
-    else:
-        theirs, mine = (folder / "from a").open("rb"), (folder / "from b").open("wb")
-    with mine, theirs:
-        held = _take(amount)
-        theirs.read()
-    return len(held)
-
-
-def _take(amount: int) -> list[bytes]:
-    return [b"x" * (20 * MB) for _ in range(amount // (20 * MB))]
-
-
-def unsendable() -> Callable[[], int]:
-    return lambda: 3
-
-
 def run_beside(*jobs: Job, workers: int = 2) -> list[Outcome]:
     """The outcomes of the jobs between two good ones, which must be good."""
     good = [Job("good one", double, {"value": 1}), Job("good two", double, {"value": 2})]
     first, *found, last = run_jobs([good[0], *jobs, good[1]], workers)
     assert (first.value, first.error, last.value, last.error) == (2, None, 4, None)
     return found
-
-
-def tell_process() -> tuple[int, str | None]:
-    return os.getpid(), os.environ.get(THREADS)
 
 
 def test_jobs_of_one_name_are_refused() -> None:
@@ -193,14 +120,6 @@ def test_a_crash_is_tried_once_more(tmp_path: Path, workers: int) -> None:
     assert (once.value, once.error, once.tries) == ("survived", None, 2)
     assert str(always.error).startswith("palm.obj: crash 9 could not be baked: its process crashed (SIGSEGV)")
     assert "twice" in str(always.error) and (tmp_path / "9").read_text() == "xx"
-
-
-def leave_files(tally: Path) -> None:
-    """Dies while it has temporary files."""
-    folder = Path(tempfile.mkdtemp())
-    (folder / "file").write_text("here")
-    tally.write_text(str(folder))
-    os.kill(os.getpid(), signal.SIGKILL)
 
 
 def test_a_worker_that_is_killed_leaves_no_temporary_files(tmp_path: Path) -> None:
@@ -292,12 +211,12 @@ def test_what_cannot_be_sent_back_is_an_error_of_its_job() -> None:
 
 
 def test_a_worker_allocates_no_more_than_there_may_be(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("PARADIZE_MEMORY", "2G")
-    (outcome,) = run_beside(Job("huge", allocate, {"amount": 3000 * MB}, file="huge.png"))
+    monkeypatch.setenv("PARADIZE_MEMORY", "1G")
+    (outcome,) = run_beside(Job("huge", allocate, {"amount": 2000 * MB}, file="huge.png"))
     assert isinstance(outcome.error, SourceError)
     assert str(outcome.error).startswith("huge.png: needs more memory than the limit")
-    (outcome,) = run_beside(Job("large", allocate, {"amount": 500 * MB}))
-    assert outcome.value == 500 * MB
+    (outcome,) = run_beside(Job("large", allocate, {"amount": 300 * MB}))
+    assert outcome.value == 300 * MB
 
 
 def test_a_job_that_eats_memory_is_killed_at_the_limit(
@@ -341,10 +260,6 @@ def test_jobs_wait_until_their_estimates_fit_and_one_may_always_run(monkeypatch:
     assert together([400 * MB, 400 * MB])
     assert not together([700 * MB, 700 * MB])
     assert not together([5000 * MB, 100 * MB])
-
-
-def nap() -> None:
-    time.sleep(0.4)
 
 
 @pytest.mark.parametrize("workers", [1, 2, 1000])
@@ -444,14 +359,6 @@ def test_in_a_scene_only_its_own_artifact_is_spoilt(
     monkeypatch.setenv("PARADIZE_STORE", str(tmp_path / "store"))
     mended = bake(scene, out, BuildOptions(jobs=2))
     assert [row["name"] for row in mended.rows if row["status"] == "baked"] == ["sound"]
-
-
-def crash_on(**settings: Any) -> None:
-    os.abort()
-
-
-def hunger_on(**settings: Any) -> None:
-    eat(2000 * MB)
 
 
 def test_the_caller_hears_of_the_steps_of_each_job() -> None:

@@ -253,18 +253,22 @@ def test_codes_need_a_height_and_say_where_they_use_little_of_it(tmp_path: Path)
 
 
 @pytest.mark.deep
-def test_the_command_takes_metres_without_a_height(tmp_path: Path, paradize: Callable[..., Any]) -> None:
+def test_the_command_takes_metres_without_a_height(tmp_path: Path, paradize_here: Callable[..., Any]) -> None:
     path = tiff(tmp_path / "h.tif", holed(hills(500, 900), 0.0))
     out = tmp_path / "t.glb"
-    done = paradize("terrain", path, "-o", out, "--size", 100, 100, "--nodata", 0, "--scale", 2, "--json")
+    done = paradize_here(
+        "terrain", path, "-o", out, "--size", 100, 100, "--nodata", 0, "--scale", 2, "--json"
+    )
     report = json.loads(done.stdout)
     assert done.returncode == 0 and 0.0 < report["max_error_m"] <= 0.8 and report["triangles"] < 4418
     assert "15 pixels" in report["warnings"][0] and len(report["warnings"]) == 1
-    other = paradize("terrain", path, "-o", out, "--size", 100, 100, "--nodata", 0, "--height", 3, "--json")
+    other = paradize_here(
+        "terrain", path, "-o", out, "--size", 100, 100, "--nodata", 0, "--height", 3, "--json"
+    )
     assert "has no effect" in other.stderr  # nor does it say how near the mesh must be
     assert json.loads(other.stdout)["bound_m"] == pytest.approx(0.5 * report["bound_m"], rel=1e-6)
     codes = tiff(tmp_path / "c.tif", hills(0, 65535).astype(np.uint16))
-    done = paradize("terrain", codes, "-o", out, "--size", 100, 100)
+    done = paradize_here("terrain", codes, "-o", out, "--size", 100, 100)
     assert done.returncode == 1 and "--height H" in done.stderr
-    done = paradize("terrain", codes, "-o", out, "--size", 100, 100, "--height", 3, "--nodata", "void")
+    done = paradize_here("terrain", codes, "-o", out, "--size", 100, 100, "--height", 3, "--nodata", "void")
     assert done.returncode == 2 and "'void' is not a number" in done.stderr

@@ -185,12 +185,12 @@ def test_what_is_refused_is_told_clearly_and_leaves_the_old_state(
     usual = path.stat().st_mode
     path.chmod(mode)
     try:
-        code, errors = run_obedient(cove.command("-j", "2"))
+        code, errors = run_obedient(cove.command("-j", "1"))
     finally:
         path.chmod(usual)
     assert code == 1 and errors and any(text in error for error in errors), errors
     assert state_of(cove.out) == cove.states[0]
-    assert run_obedient(cove.command("-j", "2")) == (0, [])
+    assert run_obedient(cove.command("-j", "1")) == (0, [])
     assert state_of(cove.out) == cove.states[1]
 
 

@@ -271,7 +271,7 @@ def test_the_jettys_lamps_light_planks_poles_sand_and_water_in_the_night(
     island: Path, player: Callable[..., Any], tmp_path: Path
 ) -> None:
     """As the flight comes back along it, when all are on."""
-    posed = Posed(island, player, tmp_path)
+    posed = Posed(island, player, tmp_path, frozenset({"jetty", "lamp"}))
     scene = posed.scene()
     scene["sun"]["intensity"] = 0.05
     scene["ambient"]["intensity"] = 0.02
@@ -296,7 +296,7 @@ def test_the_jettys_lamps_light_planks_poles_sand_and_water_in_the_night(
 def test_mosquitoes_swarm_round_the_lamp_of_the_jettys_head_at_night_and_nowhere_by_day(
     island: Path, player: Callable[..., Any], tmp_path: Path
 ) -> None:
-    posed = Posed(island, player, tmp_path)
+    posed = Posed(island, player, tmp_path, frozenset({"jetty", "lamp"}))
     scene = posed.scene()
     (swarm,) = [cloud for cloud in scene["particles"] if cloud["motion"] == "swarm"]
     scene |= {"sky": None, "exposure": 2.0, "particles": [swarm]}

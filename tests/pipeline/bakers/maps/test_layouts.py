@@ -106,7 +106,7 @@ def test_flat_islands_stay_flat_whatever_lies_between_them(tmp_path: Path, name:
     assert np.array_equal(np.unique(codes.reshape(-1, 3), axis=0), [[128, 128, 255]])
 
 
-def test_a_ramp_keeps_its_slope_up_to_the_border(paradize: Callable[..., Any], tmp_path: Path) -> None:
+def test_a_ramp_keeps_its_slope_up_to_the_border(paradize_here: Callable[..., Any], tmp_path: Path) -> None:
     # Two islands one texel apart rise to the right; a ridge would stand where one ends and the other begins.
     islands = [rect(4, 4, 31, 60), rect(32, 4, 59, 60)]
     picture = np.zeros((SIZE, SIZE, 1), np.float32)
@@ -114,7 +114,7 @@ def test_a_ramp_keeps_its_slope_up_to_the_border(paradize: Callable[..., Any], t
         picture[4:60, left : left + 27, 0] = np.linspace(0.2, 0.8, 27, dtype=np.float32)
     (tmp_path / "a.obj").write_text(cards(islands))
     write_image(tmp_path / "a.exr", picture)
-    done = paradize(
+    done = paradize_here(
         "maps", tmp_path / "a.exr", "-o", tmp_path, "--uv", tmp_path / "a.obj", "--only", "normal", "--from",
         "height", "--format", "png", "--strength", 20,
     )  # fmt: skip

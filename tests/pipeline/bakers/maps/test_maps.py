@@ -318,11 +318,11 @@ def test_zstd_shrinks_the_file_and_keeps_the_texels(tmp_path: Path) -> None:
 
 
 def test_the_command_line_takes_every_option_and_tells_filter_and_levels(
-    rough: Path, tmp_path: Path, paradize: Callable[..., subprocess.CompletedProcess[str]]
+    rough: Path, tmp_path: Path, paradize_here: Callable[..., subprocess.CompletedProcess[str]]
 ) -> None:
     options = ["--filter", "scharr", "--destep", "--gamma", "1.2", "--contrast", "0.9", "--brightness", "0.1"]
     more = ["--black", "0.1", "--white", "0.8", "--invert", "--zstd", "--json"]
-    done = paradize("maps", rough, "-o", tmp_path / "out", *options, *more)
+    done = paradize_here("maps", rough, "-o", tmp_path / "out", *options, *more)
     assert done.returncode == 0, done.stderr
     report = json.loads(done.stdout)["maps"]
     assert report["normal"]["filter"] == "scharr"
@@ -330,8 +330,8 @@ def test_the_command_line_takes_every_option_and_tells_filter_and_levels(
     assert set(report["normal"]["levels"][5]) == {"mean_deg", "p99_deg", "max_deg"}
     assert report["height"]["errors"]["height_max"] > 0
     for wrong in (["--filter", "sobel"], ["--gamma", "0"], ["--zstd", "23"]):
-        assert paradize("maps", rough, "-o", tmp_path / "no", *wrong).returncode == 2
-    same = paradize("maps", rough, "-o", tmp_path / "no", "--black", "1")
+        assert paradize_here("maps", rough, "-o", tmp_path / "no", *wrong).returncode == 2
+    same = paradize_here("maps", rough, "-o", tmp_path / "no", "--black", "1")
     assert same.returncode == 1
     assert "black" in same.stderr
 
