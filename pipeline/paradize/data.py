@@ -62,12 +62,13 @@ ATTRIBUTES = {"normals": 3, "tangents": 4, "uvs": 2, "uvs1": 2, "colors": 4, "sw
 
 @dataclass(frozen=True)
 class Mesh:
-    """Indexed triangles. A vertex is unique in (position, normal, uv, uv1).
+    """Indexed triangles. Vertices of one position may differ in any other attribute.
 
     positions: (n, 3) float32, metres, Y up, relative to `origin`. triangles: (m, 3) uint32, counter-clockwise
-    seen from outside. normals: (n, 3) float32, unit. tangents: (n, 4) float32, xyz unit, w = +-1, B = w *
-    cross(N, T). uvs, uvs1: (n, 2) float32, top-left origin. colors: (n, 4) float32, linear, 0..1. sway:
-    (n, 2) float32, 0..1, how far wind moves a vertex (stages/sway.py).
+    seen from outside. normals: (n, 3) float32, unit; as read of any length, 0 where there is none. tangents:
+    (n, 4) float32, xyz unit, w = +-1, B = w * cross(N, T). uvs, uvs1: (n, 2) float32, top-left origin.
+    colors: (n, 4) float32, linear, 0..1. sway: (n, 2) float32, 0..1, how far wind moves a vertex
+    (stages/sway.py).
 
     groups: cover all triangles in order without gaps or overlaps, one for each run of triangles with the same
     name and material. second_frames: the materials whose normal maps lie on uvs1, so that tangents follow

@@ -41,9 +41,10 @@ class MeshSettings(BakerSettings):
 
     lods: levels at most, level 0 included, 1 to 8. max_error: largest surface distance of any level, of the
     bounding box's diagonal, 0 to 1 (None: a tenth of it, or the largest of `lod_errors` where that is more).
-    lod_ratio: triangles of a level, of those of the one before, 0.05 to 0.95. lod_errors: rising bounds of
-    the levels after the source, of the diagonal, instead of lod_ratio: each is the coarsest mesh inside its
-    bound. screen_size: fields of bakers/mesh/lods_by_screen_size.ScreenSize, for levels by how they look.
+    lod_ratio: level k aims at lod_ratio ** k of the triangles of level 0, 0.05 to 0.95. lod_errors: rising
+    bounds of the levels after the source, of the diagonal, instead of lod_ratio: each is the coarsest mesh
+    inside its bound. screen_size: fields of bakers/mesh/lods_by_screen_size.ScreenSize, for levels by how
+    they look.
     flight_views, instances: for levels by what the flight sees, as lods_from_path.py takes them.
     simplifier: what makes the levels, one of SIMPLIFIERS; another than ours has tier balanced alone.
     atlas: make texture coordinates where there are none or they overlap; painted: only where there are none,

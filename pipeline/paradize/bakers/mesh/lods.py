@@ -55,10 +55,10 @@ _NO_UV_SHIFT = {"uv_shift_p99": 0.0, "uv_shift_max": 0.0}
 class Plan:
     """How levels are chosen. Errors are shares of the source's diagonal.
 
-    count: most levels, the first included. limit: largest error of any level. ratio: triangles of a level, as
-    a share of the level before. errors: bounds of the levels after the first, instead of ratio; each level is
-    the coarsest mesh inside its bound. screen_size: each level is the coarsest that looks like the
-    source at its size, instead of ratio. finest: allowed error of the first level; 0: it is the source.
+    count: most levels, the first included. limit: largest error of any level. ratio: level k aims at
+    ratio ** k of the triangles of level 0. errors: bounds of the levels after the first, instead of ratio;
+    each level is the coarsest mesh inside its bound. screen_size: each level is the coarsest that looks like
+    the source at its size, instead of ratio. finest: allowed error of the first level; 0: it is the source.
     farthest: allowed error at the farthest view; no level follows one with that error. simplifier: one of
     SIMPLIFIERS.
     """

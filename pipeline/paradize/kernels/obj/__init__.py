@@ -39,11 +39,11 @@ class Run:
 @dataclass(frozen=True)
 class ParsedObj:
     """positions (n, 3; relative to origin), normals (n, 3), uvs (n, 2, top-left origin), colors (n, 4):
-    float32, empty where the file has none, zeros in rows without a value. source_positions: (n, 3) float64,
-    positions in the file; if several became one vertex, the farthest from it. triangles: (m, 3) uint32.
-    triangle_lines: (m,) uint32, from 1. collapsed, first_collapsed: triangles with an area in the file of
-    which two corners became one vertex, and the first. faults: (message, line) each; with faults everything
-    else is empty."""
+    float32, empty where the file has none; rows without a value have zeros, colours 1.
+    source_positions: (n, 3) float64, positions in the file; if several became one vertex, the farthest from
+    it. triangles: (m, 3) uint32. triangle_lines: (m,) uint32, from 1. collapsed, first_collapsed: triangles
+    with an area in the file of which two corners became one vertex, and the first. faults: (message, line)
+    each; with faults the arrays and runs are empty."""
 
     origin: tuple[float, float, float]
     positions: npt.NDArray[np.float32]

@@ -154,8 +154,8 @@ class _Reader:
         return texts
 
     def statement(self, into: Statements, line: int, word: str, rest: str) -> None:
-        """Adds a map, a colour or a number to a material's statements; any other keyword is noted as not
-        used."""
+        """Adds a map, a colour or numbers to a material's statements. Numbers of other keywords are kept too
+        (`material_of` uses illum); one that would change the look and is not used is noted."""
         key = word.lower()
         colored = key in _COLORS and (into.blender or key != "ka")
         if key in (BLENDER_ROLES if into.blender else ROLES) or key in PACKED:

@@ -156,7 +156,9 @@ class SceneObject:
         meaning="levels by share of triangles, by error, by how they look, or by what the flight can see",
     )
     lod_ratio: float = number(
-        0.5, **ranges.LOD_RATIO, meaning="triangles of a level, as a share of the level before"
+        0.5,
+        **ranges.LOD_RATIO,
+        meaning="triangles of level 1, as a share of level 0; of level 2 its square, and so on",
     )
     lod_errors: tuple[float, ...] = numbers(
         (),

@@ -3,7 +3,8 @@
 
 The first two keep attributes. Vertices are joined only if their position, texture coordinates and material
 agree, and a vertex on a texture seam or a border between materials moves along it or not at all. So surfaces
-stay closed there. Parts that would lose most of their area (leaves, cards, ropes) are kept whole.
+stay closed there, unless that leaves too many triangles (`simplify`). Parts that would lose most of their
+area (leaves, cards, ropes) are kept whole.
 
 The last two see only positions. The mesh is welded by position, and texture coordinates and normals are taken
 from the source's surface again. Texture seams are not kept, borders may recede, and thin parts may vanish.
