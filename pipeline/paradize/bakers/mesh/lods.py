@@ -240,15 +240,15 @@ def _uv_shift_notes(levels: list[MeasuredLevel], simplifier: str) -> list[str]:
     )
     for at, level in enumerate(levels):
         p99, most = level.errors["uv_shift_p99"], level.errors["uv_shift_max"]
-        slid = f"{most:.2g} of the diagonal where it moved most (99 % of the samples at most {p99:.2g})"
+        slid = f"by {most:.2g} of the diagonal at most (99 % of the samples by no more than {p99:.2g})"
         if not level.seams_kept:
             notes.append(
-                f"lod{at}: seams were not kept, so the texture is stretched beside them; it moved {slid}; "
+                f"lod{at}: seams were not kept, so the texture is stretched beside them; it slid {slid}; "
                 f"{mend} to keep them"
             )
         elif p99 > max(_UV_SHIFT_REPORTED, 2 * level.errors["error_max"]):
             notes.append(
-                f"lod{at}: the texture moved {slid}; ask for fewer levels or a larger ratio to keep it in "
+                f"lod{at}: the texture slid {slid}; ask for fewer levels or a larger ratio to keep it in "
                 "place"
             )
     return notes
