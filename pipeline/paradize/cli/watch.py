@@ -70,8 +70,9 @@ class _BakeProgress:
         self.shown.step("bake", 0, 1)
 
     def step(self, name: str) -> None:
-        if self.shown:
-            self.shown.reached("bake", name)
+        shown = self.shown  # another thread may end it meanwhile
+        if shown:
+            shown.reached("bake", name)
 
     def end(self) -> None:
         if self.shown:

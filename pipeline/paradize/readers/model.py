@@ -28,13 +28,12 @@ def read_model(path: Path, root: Path | None = None, on_library: list[Path] | No
     """
     if is_surely_other(MODEL, path):  # an archive may hold text that reads as an OBJ
         require(MODEL, path)
-    kind = _kind_or_none(path)
     if is_gltf(path):
         from paradize.readers.gltf.read import read_gltf  # here: an OBJ needs none of it
 
         with expecting(MODEL, path):
             model = read_gltf(path, root, on_library)
-    elif kind is PLY:
+    elif (kind := _kind_or_none(path)) is PLY:
         from paradize.readers.ply import read_ply
 
         with expecting(MODEL, path):

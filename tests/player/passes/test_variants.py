@@ -6,6 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from tests.player.posed import Picture, Posed, Vec, differs
@@ -30,11 +31,26 @@ def seen(posed: Posed, scene: dict[str, Any]) -> Picture:
 
 def quiet(posed: Posed) -> dict[str, Any]:
     """The grove alone, lit in its pixels: of what may be lit at its vertices, these two kinds differ."""
+    return lit_in_pixels(alone(posed))
+
+
+def alone(posed: Posed) -> dict[str, Any]:
     scene = posed.scene() | {"particles": [], "reflection": None, "refraction": None}
+    return scene | {"objects": grove(scene)}
+
+
+def lit_in_pixels(scene: dict[str, Any]) -> dict[str, Any]:
     for item in grove(scene):
         for material in item["materials"].values():
             material["vertex_lit"] = False
-    return scene | {"objects": grove(scene)}
+    return scene
+
+
+def sink_one_more(scene: dict[str, Any]) -> None:
+    """Adds to each kind one that lies under the sea."""
+    for item in grove(scene):
+        item["instances"].append(UNDER_THE_SEA)
+        item["light_sets"].append(0)  # no lamp reaches it
 
 
 def test_what_stands_ashore_looks_the_same_whether_or_not_another_one_lies_in_the_sea(posed: Posed) -> None:
@@ -42,11 +58,18 @@ def test_what_stands_ashore_looks_the_same_whether_or_not_another_one_lies_in_th
     whole = seen(posed, scene)
     bare = seen(posed, scene | {"objects": []})
     assert differs(whole, bare).mean() > 0.2, "the grove is seen"
-    for item in grove(scene):
-        item["instances"].append(UNDER_THE_SEA)
-        item["light_sets"].append(0)  # no lamp reaches it
+    sink_one_more(scene)
     with_sunken = seen(posed, scene)
     assert not differs(whole, with_sunken, 1.5 / 255.0).any()
+
+
+def test_what_also_lies_in_the_sea_is_lit_in_its_pixels(posed: Posed) -> None:
+    scene = alone(posed)
+    at_vertices = seen(posed, scene)
+    sink_one_more(scene)
+    sunken = seen(posed, scene)
+    assert differs(at_vertices, sunken, 1.5 / 255.0).any()
+    assert np.array_equal(sunken, seen(posed, lit_in_pixels(scene)))
 
 
 def test_no_highlight_looks_as_one_that_is_too_faint_to_see(posed: Posed) -> None:
