@@ -15,6 +15,7 @@ from paradize.cli.progress import Progress
 from paradize.errors import one_line
 
 if TYPE_CHECKING:
+    from paradize.jobs.progress import Step
     from paradize.watch.loop import WatchEvent
 
 
@@ -69,10 +70,11 @@ class _BakeProgress:
         self.shown = Progress()
         self.shown.step("bake", 0, 1)
 
-    def step(self, name: str) -> None:
+    def step(self, step: Step) -> None:
         shown = self.shown  # another thread may end it meanwhile
         if shown:
-            shown.reached("bake", name)
+            shown.step("bake", step.done, step.total)
+            shown.reached("bake", step.name)
 
     def end(self) -> None:
         if self.shown:

@@ -20,6 +20,7 @@ from typing import Any
 from paradize.errors import BakeError, ParadizeError
 from paradize.jobs.limits import TIME_VARIABLE, VARIABLE, cores, memory_limit, time_limit
 from paradize.jobs.process import Answer, Job, Worker, WorkerPool, require_own_names, start_worker
+from paradize.jobs.progress import Step
 from paradize.kernels.threads import VARIABLE as THREADS
 
 __all__ = ["Job", "Outcome", "WorkerPool", "run_jobs"]
@@ -136,7 +137,11 @@ class _Scheduler:
                 self.pool.workers.append(idle_worker)
             if self.on_start:
                 self.on_start(job)
-            idle_worker.send(job, tries, partial(self.on_step, job.name) if self.on_step else None)
+            idle_worker.send(job, tries, partial(self.reached, job.name) if self.on_step else None)
+
+    def reached(self, name: str, step: Step) -> None:
+        assert self.on_step
+        self.on_step(name, step.name)
 
     def first_fitting(self, busy: list[Worker]) -> int | None:
         """Returns the index of the first waiting job that fits beside the running ones, or None."""

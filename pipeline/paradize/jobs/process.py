@@ -88,10 +88,10 @@ class Worker:
     job: Job | None = None
     tries: int = 0
     since: float = 0.0
-    on_step: Callable[[str], None] | None = None
+    on_step: Callable[[Step], None] | None = None
     work: queue.SimpleQueue[Job | None] = field(default_factory=queue.SimpleQueue)
 
-    def send(self, job: Job, tries: int, on_step: Callable[[str], None] | None = None) -> None:
+    def send(self, job: Job, tries: int, on_step: Callable[[Step], None] | None = None) -> None:
         """Sends a job. The answer arrives in the queue that the worker was started with."""
         self.job, self.tries, self.since, self.on_step = job, tries, time.monotonic(), on_step
         self.work.put(job)
@@ -174,7 +174,7 @@ def _show_step(worker: Worker, step: Step) -> None:
     """Calls on_step. A display that is gone (its terminal closed) is called no more; the job goes on."""
     try:
         if worker.on_step:
-            worker.on_step(step.name)
+            worker.on_step(step)
     except (OSError, ValueError):
         worker.on_step = None
 

@@ -13,9 +13,12 @@ OnProgress = Callable[[str, int, int], None]  # the step that runs now, steps do
 
 @dataclass(frozen=True)
 class Step:
-    """A worker's message: this step of its job runs now."""
+    """A worker's message: this step of its job runs now. done, total: steps that are done and steps in all;
+    0, 0 where the job does not count them."""
 
     name: str
+    done: int = 0
+    total: int = 0
 
 
 _listener: Callable[[Step], None] | None = None
@@ -27,7 +30,7 @@ def listen(listener: Callable[[Step], None]) -> None:
     _listener = listener
 
 
-def report_step(name: str) -> None:
-    """Says that a step of this process's job begins: "reading", "level 1 of 3"."""
+def report_step(name: str, done: int = 0, total: int = 0) -> None:
+    """Says that a step of this process's job begins: "reading", "level 1 of 3". done, total: as in Step."""
     if _listener is not None:
-        _listener(Step(name))
+        _listener(Step(name, done, total))

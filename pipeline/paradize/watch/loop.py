@@ -21,6 +21,7 @@ from paradize.jobs.code import clear_caches, code_files
 from paradize.jobs.libraries import library_versions
 from paradize.jobs.limits import default_jobs
 from paradize.jobs.process import Answer, Job, Worker, start_worker
+from paradize.jobs.progress import Step
 from paradize.kinds import SCENE, require
 from paradize.store.local import Stamp, stamp
 from paradize.watch.rebake import Baked, bake_again, warm_up
@@ -76,7 +77,7 @@ class Watch:
     cluster: str | None = None
     store: str | None = None
     on_start: Callable[[], None] = lambda: None
-    on_step: Callable[[str], None] = lambda name: None
+    on_step: Callable[[Step], None] = lambda step: None
     on_end: Callable[[], None] = lambda: None
     _queue: queue.SimpleQueue[Any] = field(default_factory=queue.SimpleQueue)
     _events: _Events | None = None
@@ -135,7 +136,7 @@ class Watch:
         self.on_start()
         self._give(Job("the bake", bake_again, options | {"forget_record": self._restarted}), self.on_step)
 
-    def _give(self, job: Job, on_step: Callable[[str], None] | None = None) -> None:
+    def _give(self, job: Job, on_step: Callable[[Step], None] | None = None) -> None:
         if self._worker is None:
             self._worker = start_worker(self._queue, None, None)
         self._worker.send(job, 1, on_step)

@@ -61,7 +61,7 @@ def bake_again(
         return Baked(foreign=module)
 
     class Steps(JobObserver):
-        """Reports the jobs of the bake as the steps of this process's job."""
+        """Reports the jobs of the bake as the counted steps of this process's job."""
 
         count = done = 0
 
@@ -69,7 +69,7 @@ def bake_again(
             self.count += len(names)
 
         def began(self, name: str) -> None:
-            report_step(f"{name}, {self.done} of {self.count} done")
+            report_step(name, self.done, self.count)
 
         def ended(self, name: str, seconds: float) -> None:
             self.done += 1
