@@ -81,8 +81,11 @@ class Document:
 
     def _check_version(self) -> None:
         asset = self.get(self.tree, "", "asset", dict)
+        if isinstance(number := asset.get("version"), int | float):
+            asset = asset | {"version": str(number)}
+            self.warn(f"{_shown(number)}, expected a text; read as one", "/asset/version")
         version = self.get(asset, "/asset", "version", str)
-        if not version.startswith("2."):
+        if version.partition(".")[0] != "2":
             raise self.fault(f"glTF {version[:20]}, expected 2.0", "/asset/version", "export it as glTF 2.0")
         least = self.get(asset, "/asset", "minVersion", str, "2.0")
         if least != "2.0":

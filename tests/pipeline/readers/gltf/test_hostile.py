@@ -47,6 +47,8 @@ def put(path: str, value: Any) -> Any:
     ("path", "value", "words"),
     [
         ("asset/version", "1.0", "glTF 1.0, expected 2.0"),
+        ("asset/version", 1, "glTF 1, expected 2.0; export it as glTF 2.0"),
+        ("asset/version", True, "glTF True, expected 2.0"),
         ("asset", None, "asset is missing"),
         ("accessors/0/count", 1 << 40, "/accessors/0: .* values end at byte"),
         ("accessors/0/count", 3, "values for 3 positions"),
@@ -80,6 +82,12 @@ def test_each_fault_is_named_with_its_place(path: str, value: Any, words: str, t
 
 def test_a_sound_model_is_not_refused(tmp_path: Path) -> None:
     assert not read_model(broken(lambda tree: None).glb(tmp_path / "a.glb")).warnings
+
+
+@pytest.mark.parametrize("version", [2, 2.0, 2.1])
+def test_a_version_that_is_written_as_a_number_is_read_and_told(version: float, tmp_path: Path) -> None:
+    (said,) = read_model(broken(put("asset/version", version)).glb(tmp_path / "a.glb")).warnings
+    assert said.endswith(f"/asset/version: {version}, expected a text; read as one")
 
 
 def test_indices_and_numbers_out_of_range_are_refused(tmp_path: Path) -> None:
