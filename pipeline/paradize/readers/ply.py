@@ -1,4 +1,4 @@
-"""Reads PLY, text and binary: polygons with normals, texture coordinates and colours.
+"""Reads PLY, text and binary: polygons or strips of triangles with normals, texture coordinates and colours.
 
 Polygons are cut into triangles as those of an OBJ are. Texture coordinates are flipped once to the top-left
 origin. Colours are sRGB, as the programs that write them (Blender, MeshLab) have them.
@@ -94,6 +94,9 @@ def _faces(
     """The polygons, and the texture coordinates of their corners where faces have their own."""
     own = ply.lists.get("face", {})
     faces = next((own[name] for name in _FACES if name in own), None)
+    strips = next((rows for name, rows in ply.lists.get("tristrips", {}).items() if name in _FACES), None)
+    if strips is not None and faces is None:
+        faces = _triangles(strips)
     if faces is None or not (faces.counts >= 3).any():
         mend = "export the model with its faces, as polygons"
         raise SourceError("holds no faces", file=path, mend=mend)
@@ -119,6 +122,20 @@ def _faces(
         warnings.append(f"{path}: texcoord holds what is not a number; left out")
         return kept, None
     return kept, _flipped(uvs)
+
+
+def _triangles(strips: Lists) -> Lists:
+    """The triangles of strips, each turned as the first of its strip. -1 ends a strip, as the end of its list
+    does. A triangle with a corner twice joins two strips: it has no area and is left out."""
+    corners = np.insert(strips.values.astype(np.float64), np.cumsum(strips.counts), -1.0)
+    at = np.arange(len(corners))
+    begin = np.maximum.accumulate(np.where(corners == -1.0, at + 1, 0))
+    third = at[at >= begin + 2]
+    odd = (third - begin[third]) % 2
+    rows = np.stack([corners[third - 2 + odd], corners[third - 1 - odd], corners[third]], axis=1)
+    first, second, last = rows.T
+    rows = rows[(first != second) & (second != last) & (last != first)]
+    return Lists(np.full(len(rows), 3), rows.reshape(-1))
 
 
 def _flipped(uvs: F64) -> npt.NDArray[np.float32]:
@@ -156,7 +173,7 @@ def _warn(ply: Ply, path: Path, warnings: list[str]) -> None:
     others = sorted(ply.kinds["vertex"].keys() - _READ)
     if others:
         warnings.append(f"{path}: properties of vertices are not read: {', '.join(others)[:200]}")
-    if {"red", "green", "blue"} <= ply.columns["face"].keys():
+    if {"red", "green", "blue"} <= ply.columns.get("face", {}).keys():
         warnings.append(f"{path}: the colours of its faces are not read; give them to the vertices")
     for comment in ply.comments:
         if comment.startswith("TextureFile"):

@@ -102,6 +102,17 @@ def test_polygons_of_different_sizes_and_uvs_of_their_corners(form: str, tmp_pat
     assert any("'bark.png' is not read" in text for text in model.warnings)
 
 
+@pytest.mark.parametrize("form", FORMS)
+def test_strips_of_triangles_are_turned_as_their_first_triangle(form: str, tmp_path: Path) -> None:
+    """-1 and the end of a list begin a strip anew; a corner twice in a row joins two strips."""
+    strips = [[0, 1, 2, 3, 4, -1, 4, 3, 2, -1, 0, 1], [0, 2, 1, 1, 3, 3, 4, 0]]
+    data = ply(form, columns("float", "x y z", PLACES), strips).replace(b"element face", b"element tristrips")
+    (tmp_path / "a.ply").write_bytes(data)
+    mesh = read_model(tmp_path / "a.ply").mesh
+    wanted = [[0, 1, 2], [2, 1, 3], [2, 3, 4], [4, 3, 2], [0, 2, 1], [4, 3, 0]]
+    assert np.array_equal(mesh.positions[mesh.triangles], PLACES[np.array(wanted)])
+
+
 @settings(max_examples=20, deadline=None)
 @given(seed=st.integers(0, 2**32 - 1), count=st.integers(1, 40), form=st.sampled_from(FORMS))
 def test_any_triangles_are_read_back_equal(
@@ -143,6 +154,11 @@ def test_a_broken_ply_is_refused_in_one_line(tmp_path: Path) -> None:
         (ply("ascii", infinite, [[0, 1, 2]]), "vertex 2: x y z are 0 inf 0"),
         (ply("ascii", vertex, []), "holds no faces"),
         (ply("ascii", vertex, [[0, 1]]), "holds no faces"),
+        (text.replace(b"element face", b"element tristrips").replace(b"3 0", b"2 0"), "holds no faces"),
+        (
+            text.replace(b"element face", b"element tristrips").replace(b"0 1 2", b"0 1 -2"),
+            "face 0: names vertex -2 of 3",
+        ),
         (b"", "is an empty file"),
         (b"ply\n", "its header has no end"),
         (b"junk, is no model " * 9, "is not a PLY: it begins with b'junk, is no mode', not with 'ply'"),
