@@ -161,6 +161,17 @@ TEST_CASE("textureCoordinatesAndNormalsThatAreNoNumbersAreZeroAndTold") {
     CHECK(read(mesh + "v 0 0 nan\nf 1 2 3\n").fault_count == 1);
 }
 
+TEST_CASE("coloursThatAreNoNumbersAreWhiteAndTold") {
+    for (const char *word : {"nan", "-1.#IND00", "inf"}) {
+        const std::string first = std::string("v 0 0 0 0.5 ") + word + " 0.5 0.25\n";
+        const Parsed found = read(first + "v 1 0 0 0.5 1 0 0.25\nv 0 1 0 1 0 0\nf 1 2 3\n");
+        CHECK(found.fault_count == 0);
+        CHECK(std::ranges::count(found.notes, "nan_colors", &Note::what) == 1);
+        CHECK(std::ranges::equal(found.colors, std::vector<float>{1, 1, 1, 1, 0.5, 1, 0, 0.25, 1, 0, 0, 1}));
+    }
+    CHECK(read("v 0 0 0 1 x 1\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").fault_count == 1);
+}
+
 TEST_CASE("polypaintOfZBrushIsTheColourOfEachPosition") {
     const std::string mesh = "v 0 0 0\nv 1 0 0\nv 0 1 0\n#MRGB ffff8000ff00ff00\n#MRGB 000000ff\nf 1 2 3\n";
     const Parsed painted = read(mesh);

@@ -62,6 +62,7 @@ _NOTES = {
     "broken_normals": "{count} face corners name normals that are not there; read without them",
     "nan_uvs": "{count} texture coordinates that are not finite; read as 0 0",
     "nan_normals": "{count} normals that are not finite; computed",
+    "nan_colors": "{count} colours that are not finite; read as white",
     "texture_maps": "{count} statements usemap or maplib ignored: name the picture as map_Kd of a material",
     "polypaint": "polypaint (#MRGB) is not one colour for each vertex; ignored",
     "keywords": "{count} more statements with unknown keywords ignored",

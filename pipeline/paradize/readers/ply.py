@@ -55,7 +55,7 @@ def read_ply(path: Path) -> Model:
         warnings.append(f"{path}: {crossing} polygons whose outline crosses itself; triangles may overlap")
     triangles = corners[cut]
     origin = origin_of(places, triangles)
-    arrays = {"positions": (places - origin).astype(np.float32), **_attributes(ply, path)}
+    arrays = {"positions": (places - origin).astype(np.float32), **_attributes(ply, path, warnings)}
     if corner_uvs is not None:  # a vertex for each corner
         arrays = {name: rows[corners] for name, rows in arrays.items()} | {"uvs": corner_uvs}
         places, triangles = places[corners], cut
@@ -142,7 +142,7 @@ def _flipped(uvs: F64) -> npt.NDArray[np.float32]:
     return np.stack([uvs[:, 0], 1.0 - uvs[:, 1]], axis=1).astype(np.float32)
 
 
-def _attributes(ply: Ply, path: Path) -> dict[str, npt.NDArray[np.float32]]:
+def _attributes(ply: Ply, path: Path, warnings: list[str]) -> dict[str, npt.NDArray[np.float32]]:
     """Normals, texture coordinates and colours of the vertices, as a Mesh has them."""
     columns, kinds = ply.columns["vertex"], ply.kinds["vertex"]
     found: dict[str, npt.NDArray[np.float32]] = {}
@@ -158,9 +158,12 @@ def _attributes(ply: Ply, path: Path) -> dict[str, npt.NDArray[np.float32]]:
     for names in _COLORS:
         if set(names[:3]) <= columns.keys() and "colors" not in found:
             held = [name for name in names if name in columns]
-            rows = _finite(path, columns, tuple(held))
+            rows = np.stack([columns[name] for name in held], axis=1).astype(np.float64)
+            bad = ~np.isfinite(rows).all(axis=1)
+            if bad.any():
+                warnings.append(f"{path}: {int(bad.sum())} colours that are not finite; read as white")
             tops = [float(np.iinfo(kinds[name]).max) if kinds[name][0] in "iu" else 1.0 for name in held]
-            rows = np.clip(rows / tops, 0.0, 1.0)
+            rows = np.where(bad[:, None], 1.0, np.clip(rows / tops, 0.0, 1.0))
             colors = np.ones((len(rows), 4), np.float32)
             colors[:, : len(held)] = rows
             colors[:, :3] = srgb_to_linear(colors[:, :3])

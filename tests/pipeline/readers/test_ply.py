@@ -103,6 +103,21 @@ def test_polygons_of_different_sizes_and_uvs_of_their_corners(form: str, tmp_pat
 
 
 @pytest.mark.parametrize("form", FORMS)
+def test_colours_that_are_not_finite_are_white_and_told(form: str, tmp_path: Path) -> None:
+    colors = columns(
+        "float", "red green blue alpha", [[1, 0, 0, 1], [0.5, np.nan, 0, 0.5], [0, 1, np.inf, 1]]
+    )
+    data = ply(form, columns("float", "x y z", PLACES[:3]) | colors, [[0, 1, 2]])
+    (tmp_path / "a.ply").write_bytes(data)
+    model = read_model(tmp_path / "a.ply")
+    assert model.mesh.colors is not None
+    at = model.mesh.colors[model.mesh.triangles[0]]
+    assert np.array_equal(at, np.array([[1, 0, 0, 1], [1, 1, 1, 1], [1, 1, 1, 1]], np.float32))
+    (said,) = model.warnings
+    assert said.endswith("2 colours that are not finite; read as white")
+
+
+@pytest.mark.parametrize("form", FORMS)
 def test_strips_of_triangles_are_turned_as_their_first_triangle(form: str, tmp_path: Path) -> None:
     """-1 and the end of a list begin a strip anew; a corner twice in a row joins two strips."""
     strips = [[0, 1, 2, 3, 4, -1, 4, 3, 2, -1, 0, 1], [0, 2, 1, 1, 3, 3, 4, 0]]

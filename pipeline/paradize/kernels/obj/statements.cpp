@@ -137,6 +137,8 @@ void Statements::other(std::string_view word) {
 // Whether a word stands for a number that is none, as C libraries write it: nan, -inf, -nan(ind), 1.#QNAN ...
 bool Statements::is_no_finite_number(std::string_view word) {
     word.remove_prefix(word.starts_with('-') || word.starts_with('+'));
+    if (!word.empty() && word[0] <= '9' && !word.starts_with("1.#"))
+        return false;
     std::string text(word.substr(0, 12));
     std::ranges::transform(text, text.begin(), [](unsigned char c) { return std::tolower(c); });
     return text == "nan" || text.starts_with("nan(") || text == "inf" || text == "infinity" ||
@@ -189,10 +191,17 @@ void Statements::numbers(Buffer<float> &into, int least, int most, int kept, con
 void Statements::position() {
     double values[8] = {};
     int count = 0;
-    bool sound = true;
-    while (sound && count < 8 && more())
-        if ((sound = number(values[count], "v")))
-            ++count;
+    bool sound = true, finite = true;
+    while (sound && count < 8 && more()) {
+        const char *const start = p_;
+        const bool word = count >= 3 && is_no_finite_number(token());
+        finite = finite && !word;
+        if (!word) {
+            p_ = start;
+            sound = number(values[count], "v");
+        }
+        count += sound;
+    }
     if (sound && count < 3)
         fault(text_of({"'v' needs 3 numbers, found ", std::to_string(count)}));
     elements_.positions.append({values, 3});
@@ -202,6 +211,10 @@ void Statements::position() {
     if (count == 5 || count > 7)
         note("long_v");
     if (count == 6 || count == 7) {
+        if (!finite) {
+            std::ranges::fill(values + 3, std::end(values), 1.0);
+            note("nan_colors");
+        }
         if (elements_.colors.empty())
             elements_.colors.assign((elements_.positions.size() / 3 - 1) * 4, 1.0f);
         elements_.colors.append({static_cast<float>(values[3]), static_cast<float>(values[4]),

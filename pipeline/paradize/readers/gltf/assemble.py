@@ -89,7 +89,7 @@ def place_part(
         tangents = None
     colors = read.values.get("COLOR_0")
     if colors is not None:
-        colors = _finite(document, colors, "colours", place)
+        colors = _finite(document, colors, "colours", place, instead=1.0)
         if colors.shape[1] == 3:
             colors = np.concatenate([colors, np.ones((len(colors), 1))], axis=1)
     return Part(
@@ -224,10 +224,10 @@ def _units(rows: F64) -> F64:
     return np.asarray(scaled / np.sqrt(np.where(sound, square, 1.0))[:, None])
 
 
-def _finite(document: Document, rows: F64, what: str, place: str) -> F64:
-    """The rows, with 0 for those that are not finite or beyond float32."""
+def _finite(document: Document, rows: F64, what: str, place: str, instead: float = 0.0) -> F64:
+    """The rows, with `instead` for those that are not finite or beyond float32."""
     bad = np.logical_not((np.abs(rows) <= LARGEST_COORDINATE).all(axis=1))
     if not bad.any():
         return rows
-    document.warn(f"{int(bad.sum())} {what} are not finite; left out", place)
-    return np.where(bad[:, None], 0.0, rows)
+    document.warn(f"{int(bad.sum())} {what} are not finite; read as {instead:g}", place)
+    return np.where(bad[:, None], instead, rows)

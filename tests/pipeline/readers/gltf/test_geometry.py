@@ -229,6 +229,16 @@ def test_attributes_of_some_primitives_are_filled_in_for_the_others_and_said(tmp
     assert any("2 of 4 triangles without texture coordinates" in text for text in model.warnings)
 
 
+def test_colours_that_are_not_finite_are_white_and_told(tmp_path: Path) -> None:
+    colors = np.float32([[1, 0, 0], [0, np.nan, 0], [0, 0, 1], [np.inf, 1, 1]])
+    made, primitive = square(COLOR_0=colors)
+    made.show(made.add("nodes", mesh=made.mesh(primitive)))
+    model = read_model(made.glb(tmp_path / "a.glb"))
+    assert model.mesh.colors is not None
+    assert model.mesh.colors[:, :3].tolist() == [[1, 0, 0], [1, 1, 1], [0, 0, 1], [1, 1, 1]]
+    assert any(text.endswith("2 colours are not finite; read as 1") for text in model.warnings)
+
+
 @settings(max_examples=20, deadline=None)
 @given(seed=st.integers(0, 2**32 - 1), faces=st.integers(1, 60))
 def test_what_our_writer_and_trimesh_wrote_is_read_back_equal(
