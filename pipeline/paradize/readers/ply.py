@@ -159,7 +159,7 @@ def _attributes(ply: Ply, path: Path, warnings: list[str]) -> dict[str, npt.NDAr
         if set(names[:3]) <= columns.keys() and "colors" not in found:
             held = [name for name in names if name in columns]
             rows = np.stack([columns[name] for name in held], axis=1).astype(np.float64)
-            bad = ~np.isfinite(rows).all(axis=1)
+            bad = np.logical_not(np.isfinite(rows).all(axis=1))
             if bad.any():
                 warnings.append(f"{path}: {int(bad.sum())} colours that are not finite; read as white")
             tops = [float(np.iinfo(kinds[name]).max) if kinds[name][0] in "iu" else 1.0 for name in held]
@@ -173,6 +173,9 @@ def _attributes(ply: Ply, path: Path, warnings: list[str]) -> dict[str, npt.NDAr
 
 def _warn(ply: Ply, path: Path, warnings: list[str]) -> None:
     """Adds warnings of what is not read."""
+    if ply.longer:
+        what = f"{ply.longer} lines with more numbers than the header names; the rest left out"
+        warnings.append(f"{path}: {what}")
     others = sorted(ply.kinds["vertex"].keys() - _READ)
     if others:
         warnings.append(f"{path}: properties of vertices are not read: {', '.join(others)[:200]}")

@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 import warnings
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -62,12 +62,14 @@ class Element:
 
 @dataclass
 class Ply:
-    """columns: by element and property, (n,) each. kinds: the numpy code of a property, in the same way."""
+    """columns: by element and property, (n,) each. kinds: the numpy code of a property, in the same way.
+    longer: rows of a text that hold more numbers than the header names, which are left out."""
 
     columns: dict[str, dict[str, npt.NDArray[Any]]]
     lists: dict[str, dict[str, Lists]]
     kinds: dict[str, dict[str, str]]
     comments: list[str]
+    longer: int = 0
 
 
 def read_elements(data: bytes, path: Path) -> Ply:
@@ -80,7 +82,29 @@ def read_elements(data: bytes, path: Path) -> Ply:
     if end is None:
         raise SourceError("its header has no end", file=path, mend=_MEND)
     order, elements, comments = _header(data[: end.start()], path)
-    source = _Text(data[end.end() :]) if order is None else _Binary(data, end.end(), order)
+    if order is not None:
+        return _all_rows(_Binary(data, end.end(), order), elements, comments, path)
+    return _text(data[end.end() :], elements, comments, path)
+
+
+def _text(body: bytes, elements: list[Element], comments: list[str], path: Path) -> Ply:
+    """All elements of a text. Where its numbers are not those that the header names, each line is a row."""
+    source, fault, ply = _Text(_numbers(body)), None, None
+    try:
+        ply = _all_rows(source, elements, comments, path)
+    except SourceError as error:
+        fault = error
+    if fault or source.left():
+        with suppress(ValueError, IndexError):
+            numbers, longer = _numbers_of_lines(body, elements)
+            return replace(_all_rows(_Text(numbers), elements, comments, path), longer=longer)
+    if ply is None:
+        assert fault
+        raise fault
+    return ply
+
+
+def _all_rows(source: _Text | _Binary, elements: list[Element], comments: list[str], path: Path) -> Ply:
     ply = Ply({}, {}, {}, comments)
     for element in elements:
         ply.kinds[element.name] = {one.name: one.kind for one in element.properties}
@@ -126,15 +150,37 @@ def _header(head: bytes, path: Path) -> tuple[str | None, list[Element], list[st
     return order, elements, comments
 
 
+def _numbers(body: bytes) -> F64:
+    """The numbers of a text; none where it holds anything else."""
+    with warnings.catch_warnings(), suppress(DeprecationWarning, ValueError):
+        warnings.simplefilter("error")
+        return np.fromstring(body.strip(), np.float64, sep=" ") if body.strip() else np.zeros(0)
+    return np.zeros(0)
+
+
+def _numbers_of_lines(body: bytes, elements: list[Element]) -> tuple[F64, int]:
+    """The numbers that the header names of each line, and how many lines hold more. Raises ValueError or
+    IndexError where a line holds fewer, or what is not a number."""
+    lines = [line for line in body.splitlines() if line.strip()]
+    owners = [element for element in elements for _ in range(min(element.count, len(lines) + 1))]
+    rows, longer = [], 0
+    for element, line in zip(owners, lines[: len(owners)], strict=True):
+        row = np.fromiter(map(float, line.split()), np.float64)
+        named = 0
+        for one in element.properties:
+            named += 1 if one.length is None else 1 + _length(row[named : named + 1])
+        if named > len(row):
+            raise ValueError
+        longer += named < len(row)
+        rows.append(row[:named])
+    return np.concatenate(rows), longer
+
+
 class _Text:
     """The numbers of a text. at: how many are taken."""
 
-    def __init__(self, body: bytes) -> None:
-        self.numbers: F64 = np.zeros(0)  # every element is then cut
-        self.at = 0
-        with warnings.catch_warnings(), suppress(DeprecationWarning, ValueError):
-            warnings.simplefilter("error")
-            self.numbers = np.fromstring(body.strip(), np.float64, sep=" ") if body.strip() else self.numbers
+    def __init__(self, numbers: F64) -> None:
+        self.numbers, self.at = numbers, 0
 
     def left(self) -> int:
         return len(self.numbers) - self.at

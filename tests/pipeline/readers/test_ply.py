@@ -117,6 +117,24 @@ def test_colours_that_are_not_finite_are_white_and_told(form: str, tmp_path: Pat
     assert said.endswith("2 colours that are not finite; read as white")
 
 
+def test_lines_with_more_numbers_than_the_header_names_are_read_and_told(tmp_path: Path) -> None:
+    """As VCGLib writes colours of wedges: a list of floats where the header names single bytes."""
+    data = ply("ascii", columns("float", "x y z", PLACES), [[0, 1, 2], [0, 2, 3, 4]])
+    path = tmp_path / "a.ply"
+    path.write_bytes(data)
+    plain = read_model(path)
+    for wide in (
+        data.replace(b"3 0 1 2", b"3 0 1 2 9 1 1 1 1 1 1 1 1 1").replace(b"4 0 2 3 4", b"4 0 2 3 4 3 1 1 1"),
+        data.replace(b"3 0 1 2", b"3 0 1 2 1 1").replace(b"4 0 2 3 4", b"4 0 2 3 4 1 1"),
+    ):
+        path.write_bytes(wide)
+        model = read_model(path)
+        assert np.array_equal(model.mesh.positions, plain.mesh.positions)
+        assert np.array_equal(model.mesh.triangles, plain.mesh.triangles)
+        (said,) = set(model.warnings) - set(plain.warnings)
+        assert said.endswith("2 lines with more numbers than the header names; the rest left out")
+
+
 @pytest.mark.parametrize("form", FORMS)
 def test_strips_of_triangles_are_turned_as_their_first_triangle(form: str, tmp_path: Path) -> None:
     """-1 and the end of a list begin a strip anew; a corner twice in a row joins two strips."""
@@ -156,6 +174,8 @@ def test_a_broken_ply_is_refused_in_one_line(tmp_path: Path) -> None:
     for data, words in (
         (little[:-1], "element face: cut"),
         (text[:-4], "element face: cut"),
+        (text.replace(b"3 0 1 2", b"3 0 1"), "element face: cut"),
+        (text.replace(b"3 0 1 2", b"3 0 1 2 two"), "element vertex: cut, or holds what is not a number"),
         (text.replace(b"2.0", b"two"), "element vertex: cut, or holds what is not a number"),
         (text.replace(b"vertex 3", b"vertex 999999999999999999"), "element vertex: cut"),
         (little.replace(b"face 1", b"face 888888888888"), "element face: cut"),
