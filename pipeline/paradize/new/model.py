@@ -171,7 +171,7 @@ def _measure(model: Model, source: Path, reads: Sequence[_Read]) -> None:
         what = f"it lies {away:g} from the origin, limit {limit:g} of a radius of {model.radius:g}"
         raise SourceError(what, file=source, mend="move the model nearer to the origin")
     read = reads[0].model
-    if not read.libraries and not is_gltf(source):
+    if not read.libraries and not read.materials and not is_gltf(source):
         model.notes.append(
             _white(source, "in its vertex colours" if read.mesh.colors is not None else "white")
         )

@@ -37,7 +37,7 @@ def read_model(path: Path, root: Path | None = None, on_library: list[Path] | No
         from paradize.readers.ply import read_ply
 
         with expecting(MODEL, path):
-            model = read_ply(path)
+            model = read_ply(path, root)
     elif kind is STL:
         from paradize.readers.stl import read_stl
 

@@ -1,4 +1,5 @@
-"""Reads PLY, text and binary: polygons or strips of triangles with normals, texture coordinates and colours.
+"""Reads PLY, text and binary: polygons or strips of triangles with normals, texture coordinates, colours and
+the picture that MeshLab and photogrammetry name in a comment (TextureFile).
 
 Polygons are cut into triangles as those of an OBJ are. Texture coordinates are flipped once to the top-left
 origin. Colours are sRGB, as the programs that write them (Blender, MeshLab) have them.
@@ -17,6 +18,8 @@ from paradize.files import read_file
 from paradize.kernels.math import srgb_to_linear
 from paradize.kernels.mesh import number_rows
 from paradize.kernels.obj import cut_polygons, origin_of
+from paradize.material import MapSource, Material, Picture
+from paradize.readers.names import inside, named_file, root_of, spelled_otherwise
 from paradize.readers.ply_elements import Lists, Ply, read_elements
 from paradize.readers.record import DEFAULT_NAME, LARGEST_COORDINATE, UNKNOWN_SMOOTHING, Model
 
@@ -32,12 +35,17 @@ _COLORS = (
 )
 _FACES = ("vertex_indices", "vertex_index")
 _READ = {"x", "y", "z", "nx", "ny", "nz", *(name for names in (*_UVS, *_COLORS) for name in names)}
+_PICTURE = "TextureFile"  # a comment names it
 _MEND = "export the model again"
 
 
-def read_ply(path: Path) -> Model:
-    """Reads a PLY. Raises SourceError for a file that is cut, without faces, or with an index or a number
-    that cannot be meant."""
+def read_ply(path: Path, root: Path | None = None) -> Model:
+    """Reads a PLY and finds its picture, which must lie inside `root` (default: root_of). Beside a picture
+    its vertices have no colours: programs show the one or the other.
+
+    Raises SourceError for a file that is cut, without faces, or with an index or a number that cannot be
+    meant, and for a picture that cannot be read. A missing one is a warning.
+    """
     try:
         data = read_file(path)
     except OSError as error:
@@ -59,6 +67,9 @@ def read_ply(path: Path) -> Model:
     if corner_uvs is not None:  # a vertex for each corner
         arrays = {name: rows[corners] for name, rows in arrays.items()} | {"uvs": corner_uvs}
         places, triangles = places[corners], cut
+    absent: list[Path] = []
+    picture = _picture(ply, path, root_of(path) if root is None else root, warnings, absent)
+    materials = _materials(picture, arrays, path, warnings)
     _warn(ply, path, warnings)
     arrays = {name: rows + np.float32(0) for name, rows in arrays.items()}  # -0 becomes 0
     used, place = np.unique(triangles, return_inverse=True)
@@ -74,7 +85,8 @@ def read_ply(path: Path) -> Model:
     counts = {"faces": len(faces.counts), "triangles": total, "vertices": len(kept)}
     counts |= {"positions_in_file": in_file, "positions_unused": in_file - len(np.unique(corners))}
     smoothing = np.full(total, UNKNOWN_SMOOTHING, np.uint32)
-    return Model(mesh, SourcePositions(places[kept]), {}, warnings, counts, smoothing)
+    source = SourcePositions(places[kept])
+    return Model(mesh, source, materials, warnings, counts, smoothing, absent=absent)
 
 
 def _finite(path: Path, columns: dict[str, npt.NDArray[Any]], names: tuple[str, ...]) -> F64:
@@ -171,6 +183,45 @@ def _attributes(ply: Ply, path: Path, warnings: list[str]) -> dict[str, npt.NDAr
     return found
 
 
+def _materials(
+    picture: Path | None, arrays: dict[str, npt.NDArray[np.float32]], path: Path, warnings: list[str]
+) -> dict[str, Material]:
+    """The material that has the picture; the colours of the vertices are taken out of `arrays` then."""
+    if picture is None:
+        return {}
+    if "uvs" not in arrays:
+        what = f"has no texture coordinates for its picture {picture.name!r}, which is left out"
+        warnings.append(f"{path}: {what}")
+        return {}
+    if arrays.pop("colors", None) is not None:
+        warnings.append(f"{path}: the colours of its vertices are left out beside its picture")
+    maps = {"color": MapSource(Picture(picture, name=picture.name))}
+    return {DEFAULT_NAME: Material(DEFAULT_NAME, maps=maps)}
+
+
+def _picture(ply: Ply, path: Path, root: Path, warnings: list[str], absent: list[Path]) -> Path | None:
+    """The picture that its comment names; None without one, with several, or where it is not there."""
+    marked = [comment for comment in ply.comments if comment.startswith(_PICTURE)]
+    names = [comment.removeprefix(_PICTURE).strip() for comment in marked]
+    if len(names) > 1:
+        warnings.append(f"{path}: {len(names)} pictures ({_PICTURE}) are not read, one is; export it as OBJ")
+    if len(names) != 1:
+        return None
+    found = inside(root, path.parent, names[0])
+    if found is not None and named_file(found, f"{_PICTURE} of {path}"):
+        return found
+    absent += [found] if found is not None else []
+    other = spelled_otherwise(root, path.parent, names[0])
+    if other is None:
+        what = "does not exist; ignored: put it there, or correct the name"
+        if found is None:
+            what = f"lies outside {root}; ignored: copy it beside the model"
+        warnings.append(f"{path}: {_PICTURE}: {names[0][:120]!r} {what}")
+        return None
+    warnings.append(f"{path}: {_PICTURE}: {other[1]}")
+    return other[0]
+
+
 def _warn(ply: Ply, path: Path, warnings: list[str]) -> None:
     """Adds warnings of what is not read."""
     if ply.longer:
@@ -181,7 +232,3 @@ def _warn(ply: Ply, path: Path, warnings: list[str]) -> None:
         warnings.append(f"{path}: properties of vertices are not read: {', '.join(others)[:200]}")
     if {"red", "green", "blue"} <= ply.columns.get("face", {}).keys():
         warnings.append(f"{path}: the colours of its faces are not read; give them to the vertices")
-    for comment in ply.comments:
-        if comment.startswith("TextureFile"):
-            what = f"the picture {comment[len('TextureFile') :].strip()[:200]!r} is not read"
-            warnings.append(f"{path}: {what}; name it as color = in the scene, or with maps")

@@ -99,7 +99,35 @@ def test_polygons_of_different_sizes_and_uvs_of_their_corners(form: str, tmp_pat
     corner = {tuple(row) for row in np.c_[model.mesh.positions[:, :2], model.mesh.uvs].tolist()}
     assert (0.0, 0.0, 0.0, 1.0) in corner and (0.0, 0.0, 0.5, 1.0) in corner
     assert any("1 faces with fewer than three" in text for text in model.warnings)
-    assert any("'bark.png' is not read" in text for text in model.warnings)
+    assert any("TextureFile: 'bark.png' does not exist" in text for text in model.warnings)
+    assert model.absent == [tmp_path / "bark.png"]
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_the_picture_of_a_comment_is_the_colour_map_instead_of_colours(form: str, tmp_path: Path) -> None:
+    (tmp_path / "my bark.png").write_bytes(b"a picture")
+    vertex = columns("float", "x y z", PLACES) | columns("uchar", "red green blue", [[192] * 3] * 5)
+    named = "comment TextureFile my bark.png\n"
+    laid = vertex | columns("float", "s t", PLACES)
+    (tmp_path / "a.ply").write_bytes(ply(form, laid, [[0, 1, 2]], named))
+    model = read_model(tmp_path / "a.ply")
+    assert model.materials["default"].picture("color") == tmp_path / "my bark.png"
+    assert model.mesh.groups[0].material == "default" and model.mesh.colors is None
+    (said,) = model.warnings
+    assert said.endswith("the colours of its vertices are left out beside its picture")
+    for wrong, bytes_, words in (
+        (
+            "without coordinates",
+            ply(form, vertex, [[0, 1, 2]], named),
+            "has no texture coordinates for its picture",
+        ),
+        ("several", ply(form, laid, [[0, 1, 2]], named * 2), "2 pictures (TextureFile) are not read"),
+        ("outside", ply(form, laid, [[0, 1, 2]], "comment TextureFile ../../../x.png\n"), "lies outside"),
+    ):
+        (tmp_path / "a.ply").write_bytes(bytes_)
+        model = read_model(tmp_path / "a.ply")
+        assert not model.materials and model.mesh.colors is not None, wrong
+        assert words in " ".join(model.warnings), wrong
 
 
 @pytest.mark.parametrize("form", FORMS)
