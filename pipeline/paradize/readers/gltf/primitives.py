@@ -45,7 +45,7 @@ class Primitive:
 def read_primitive(
     document: Document, accessors: Accessors, entry: dict[str, Any], place: str, targets: int
 ) -> Primitive | None:
-    """Reads a primitive; None for points and lines. targets: how many morph targets are read."""
+    """Reads a primitive; None for points, lines and no vertices. targets: how many morph targets are read."""
     mode = document.get(entry, place, "mode", int, _TRIANGLES)
     if mode not in range(7):
         raise document.fault(f"{mode}, expected 0 to 6", f"{place}/mode")
@@ -62,6 +62,12 @@ def read_primitive(
     }
     if "POSITION" not in numbers:
         document.warn("a primitive without positions; left out", place)
+        return None
+    used = {f"{where}/POSITION": numbers["POSITION"]}
+    used[f"{place}/indices"] = document.get(entry, place, "indices", int, None)
+    named = [document.item("accessors", number, at) for at, number in used.items() if number is not None]
+    if any(accessor.get("count") == 0 for accessor in named):
+        document.warn("a primitive without vertices; left out", place)
         return None
     material = document.get(entry, place, "material", int, None)
     packed = document.extension(entry, place, DRACO)

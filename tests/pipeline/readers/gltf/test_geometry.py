@@ -75,6 +75,24 @@ def test_strips_and_fans_are_triangles_and_half_ones_are_left_out(
     assert any("whole triangles" in text for text in model.warnings) == (mode == 4)
 
 
+@pytest.mark.parametrize("empty", ["POSITION", "indices"])
+def test_a_primitive_without_vertices_is_left_out_and_said(empty: str, tmp_path: Path) -> None:
+    """As exporters write objects that hold nothing: its accessors have a count of 0 and no bytes."""
+    made, primitive = square()
+    none = made.add("accessors", componentType=5126 if empty == "POSITION" else 5123, count=0)
+    made.tree["accessors"][none]["type"] = "VEC3" if empty == "POSITION" else "SCALAR"
+    hollow = {**primitive, "attributes": dict(primitive["attributes"])}
+    (hollow["attributes"] if empty == "POSITION" else hollow)[empty] = none
+    made.show(made.add("nodes", mesh=made.mesh(primitive, hollow)))
+    model = read_model(made.glb(tmp_path / "a.glb"))
+    assert len(model.mesh.triangles) == 2
+    (said,) = model.warnings
+    assert said.endswith("/meshes/0/primitives/1: a primitive without vertices; left out")
+    shown(hollow, made)
+    with pytest.raises(SourceError, match=r"shows no triangles .*without vertices"):
+        read_model(made.glb(tmp_path / "b.glb"))
+
+
 def test_points_and_lines_are_left_out_and_said(tmp_path: Path) -> None:
     made, primitive = square()
     node = made.add("nodes", mesh=made.mesh(primitive, primitive | {"mode": 0}, primitive | {"mode": 3}))
