@@ -24,11 +24,11 @@ layout(location = 5) in vec4 color;
 #ifndef BEAT
 #define BEAT 0
 #endif
-#if SWAY || BEAT
-#include "lib/material.glsl"
-#endif
 #if BEAT
+#include "lib/material.glsl"
 #include "lib/beat.glsl"
+#elif SWAY
+layout(location = 10) in vec4 instance_wind; // material.wind_reach, so that one draw takes many materials
 #endif
 #if SWAY
 #include "lib/wind.glsl"
@@ -55,8 +55,10 @@ void main() {
     beat_wings(place, upright, material.beat.xyz);
 #endif
     vec3 world = from_mesh(place);
-#if SWAY
+#if SWAY && BEAT
     world = in_wind(world, sway, material.wind_reach);
+#elif SWAY
+    world = in_wind(world, sway, instance_wind.xy);
 #endif
     gl_Position = view_projection * vec4(world, 1.0);
 }

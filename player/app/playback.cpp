@@ -115,6 +115,7 @@ void Playback::record_frame_time(double ms) {
         frame_ms_.push_back(ms);
         scene_ms_.push_back(renderer_->scene_ms());
     }
+    most_draw_calls_ = std::max(most_draw_calls_, renderer_->draw_calls());
     if (moments_.size() < moments_.capacity()) {
         const StreamingCounts &counts = scenes_.current().streamer.counts();
         moments_.push_back(
@@ -249,6 +250,7 @@ Report Playback::report() const {
     }
     out.streaming = scenes_.current().streamer.counts();
     out.draw_calls = renderer_->draw_calls();
+    out.most_draw_calls = most_draw_calls_;
     out.terrain = renderer_->terrain_counts();
     out.renderer = gl::renderer_name();
     out.version = gl::version_name();

@@ -86,6 +86,7 @@ class Playback {
     std::unique_ptr<Renderer> renderer_;
     std::vector<Sample> samples_;             // of --reference, otherwise empty
     std::vector<double> frame_ms_, scene_ms_; // one entry per frame
+    std::uint64_t most_draw_calls_ = 0;       // of a frame
     std::vector<StreamingMoment> moments_;
     double stream_ms_ = 0.0; // of the last frame
     double panel_s_ = 0.0;   // when the panel is written again

@@ -236,6 +236,7 @@ std::string to_json(const Report &report) {
                ", \"bytes\": " + std::to_string(report.streaming.terrain_bytes) + "}";
     }
     out += ", \"draw_calls\": " + std::to_string(report.draw_calls) +
+           ", \"most_draw_calls\": " + std::to_string(report.most_draw_calls) +
            ", \"program_bytes\": " + std::to_string(program_bytes()) +
            ", \"shared_libraries\": " + quoted(shared_libraries()) +
            ", \"gl_renderer\": " + quoted(report.renderer) + ", \"gl_version\": " + quoted(report.version) +

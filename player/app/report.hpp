@@ -43,7 +43,7 @@ struct Report {
     std::vector<QualityFeature> features; // that apply to this scene on this device
     std::optional<int> reference;         // number of frames averaged per picture
     std::optional<FrameRate> fps;
-    std::uint64_t draw_calls = 0; // of the last frame, in all views
+    std::uint64_t draw_calls = 0, most_draw_calls = 0; // of the last frame, and of any, in all views
     StreamingCounts streaming;
     std::vector<StreamingMoment> moments; // one per frame of --frames; else of the first frame only
     std::optional<TerrainCounts> terrain; // of the last frame

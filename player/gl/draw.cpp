@@ -17,14 +17,24 @@ void begin_call() {
 
 } // namespace
 
-void draw_triangles(int index_count, unsigned index_type, std::size_t offset_bytes, int instances) {
+bool has_indirect_draws() {
+    return epoxy_has_gl_extension("GL_ARB_multi_draw_indirect") &&
+           epoxy_has_gl_extension("GL_ARB_base_instance");
+}
+
+void draw_indirect(unsigned index_type, std::size_t first, std::size_t count) {
     begin_call();
-    const void *const offset = reinterpret_cast<const void *>(offset_bytes);
-    if (instances == 1) {
-        glDrawElements(GL_TRIANGLES, index_count, index_type, offset);
-    } else {
-        glDrawElementsInstanced(GL_TRIANGLES, index_count, index_type, offset, instances);
-    }
+    glMultiDrawElementsIndirect(GL_TRIANGLES, index_type,
+                                reinterpret_cast<const void *>(first * sizeof(IndirectDraw)),
+                                static_cast<GLsizei>(count), 0);
+}
+
+void draw_triangles(const IndirectDraw &draw, unsigned index_type) {
+    begin_call();
+    const std::size_t index_bytes = index_type == GL_UNSIGNED_SHORT ? 2 : 4;
+    glDrawElementsInstancedBaseVertex(GL_TRIANGLES, static_cast<GLsizei>(draw.index_count), index_type,
+                                      reinterpret_cast<const void *>(draw.first_index * index_bytes),
+                                      static_cast<GLsizei>(draw.instances), draw.base_vertex);
 }
 
 void draw_triangle_ranges(std::span<const int> index_counts, unsigned index_type,

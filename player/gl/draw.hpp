@@ -7,9 +7,23 @@
 
 namespace paradize::gl {
 
-/// Draws triangles of the bound vertex array. `index_type` is GL_UNSIGNED_SHORT or GL_UNSIGNED_INT,
-/// `offset_bytes` lies in its index buffer.
-void draw_triangles(int index_count, unsigned index_type, std::size_t offset_bytes, int instances = 1);
+/// One of the draws of an indirect call, as glMultiDrawElementsIndirect reads it.
+struct IndirectDraw {
+    std::uint32_t index_count = 0, instances = 1;
+    std::uint32_t first_index = 0;
+    std::int32_t base_vertex = 0;
+    std::uint32_t first_instance = 0;
+};
+static_assert(sizeof(IndirectDraw) == 20);
+
+/// True if the context has indirect calls of many draws whose instances begin anywhere (OpenGL 4.3, or
+/// ARB_multi_draw_indirect and ARB_base_instance).
+bool has_indirect_draws();
+/// Draws triangles of the bound vertex array: `count` draws of the bound indirect buffer, from entry `first`
+/// on, in one call. `index_type` is GL_UNSIGNED_SHORT or GL_UNSIGNED_INT.
+void draw_indirect(unsigned index_type, std::size_t first, std::size_t count);
+/// Draws triangles of the bound vertex array. Its instances begin at the bound ones, whatever the draw says.
+void draw_triangles(const IndirectDraw &draw, unsigned index_type);
 /// Draws several ranges of triangles in one call. All spans have the same length.
 void draw_triangle_ranges(std::span<const int> index_counts, unsigned index_type,
                           std::span<const void *const> offsets, std::span<const int> base_vertices);

@@ -48,15 +48,6 @@ Framebuffer make_layer_framebuffer(const Texture &depth_layers, int layer) {
     return framebuffer;
 }
 
-Framebuffer make_face_framebuffer(const Texture &cube, int face) {
-    Framebuffer framebuffer = Framebuffer::create();
-    glBindFramebuffer(GL_FRAMEBUFFER, framebuffer.name());
-    glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0,
-                           GL_TEXTURE_CUBE_MAP_POSITIVE_X + static_cast<unsigned>(face), cube.name(), 0);
-    check_complete();
-    return framebuffer;
-}
-
 Framebuffer make_framebuffer(const Renderbuffer &color, const Renderbuffer &depth) {
     Framebuffer framebuffer = Framebuffer::create();
     glBindFramebuffer(GL_FRAMEBUFFER, framebuffer.name());
@@ -88,6 +79,16 @@ void blit_color(unsigned from, int from_width_px, int from_height_px, unsigned t
     const bool same = from_width_px == to_width_px && from_height_px == to_height_px;
     glBlitFramebuffer(0, 0, from_width_px, from_height_px, 0, 0, to_width_px, to_height_px,
                       GL_COLOR_BUFFER_BIT, same ? GL_NEAREST : GL_LINEAR);
+}
+
+void copy_faces(unsigned from, const Texture &cube, int edge_px) {
+    glBindFramebuffer(GL_READ_FRAMEBUFFER, from);
+    glActiveTexture(GL_TEXTURE0);
+    glBindTexture(GL_TEXTURE_CUBE_MAP, cube.name());
+    for (int face = 0; face < 6; ++face) {
+        glCopyTexSubImage2D(GL_TEXTURE_CUBE_MAP_POSITIVE_X + static_cast<unsigned>(face), 0, 0, 0,
+                            face * edge_px, 0, edge_px, edge_px);
+    }
 }
 
 void blit_depth(unsigned from, unsigned to, int width_px, int height_px) {

@@ -10,8 +10,6 @@ namespace paradize::gl {
 Framebuffer make_framebuffer(const Texture &color, const Texture &depth);
 /// Creates a framebuffer that draws into one layer of an array of depth textures.
 Framebuffer make_layer_framebuffer(const Texture &depth_layers, int layer);
-/// Creates a framebuffer that draws into the finest level of one face of a cube map, +X -X +Y -Y +Z -Z.
-Framebuffer make_face_framebuffer(const Texture &cube, int face);
 /// Creates a framebuffer with renderbuffers, which may be multisampled.
 Framebuffer make_framebuffer(const Renderbuffer &color, const Renderbuffer &depth);
 
@@ -24,6 +22,9 @@ void bind_framebuffer(unsigned framebuffer, int width_px, int height_px);
 /// Copies or resolves the colour. The sizes must be equal unless both have one sample.
 void blit_color(unsigned from, int from_width_px, int from_height_px, unsigned to, int to_width_px,
                 int to_height_px);
+
+/// Copies six squares beside each other into the finest level of the faces of a cube map, +X -X +Y -Y +Z -Z.
+void copy_faces(unsigned from, const Texture &cube, int edge_px);
 
 /// Copies or resolves depth: of each pixel one of its samples. Both have the same size and the same format.
 void blit_depth(unsigned from, unsigned to, int width_px, int height_px);

@@ -10,6 +10,14 @@ namespace paradize {
 
 using assets::AlphaMode;
 
+namespace {
+
+std::uint32_t page_of(const DrawCommand &command) {
+    return command.object->mesh != nullptr ? command.object->mesh->page(command.lod).id : 0;
+}
+
+} // namespace
+
 InstanceTransforms::InstanceTransforms(std::span<const Object> objects)
     : objects_(objects), anchor_(std::numeric_limits<double>::quiet_NaN()) {
     std::uint32_t count = 0;
@@ -47,6 +55,8 @@ DrawList::DrawList(std::span<const Object> objects, DrawnMaterials drawn) : obje
         const std::size_t sets = object.light_sets.size();
         const std::size_t groups = 2 * sets * std::max<std::size_t>(object.errors_m.size(), 1);
         first_group_.push_back(static_cast<std::uint32_t>(groups_.size()));
+        first_light_.push_back(static_cast<std::uint32_t>(light_as_.size()));
+        light_as_.resize(light_as_.size() + sets);
         for (std::size_t group = 0; group < groups; ++group) {
             const std::size_t of_level = group % (2 * sets);
             groups_.push_back({&object, static_cast<int>(group / (2 * sets)), of_level >= sets,
@@ -68,8 +78,11 @@ bool DrawList::has(const Material &material) const {
 }
 
 void DrawList::fill(std::span<const DrawItem> items, const View &view, const InstanceTransforms &transforms,
-                    std::span<const std::uint8_t> lit) {
+                    std::span<const std::uint32_t> lit) {
     lit_ = lit;
+    if (!lit_.empty()) {
+        find_lights();
+    }
     commands_.clear();
     instances_.clear();
     if (drawn_ == DrawnMaterials::blended) {
@@ -79,8 +92,17 @@ void DrawList::fill(std::span<const DrawItem> items, const View &view, const Ins
     }
 }
 
-std::uint32_t DrawList::light_of(const Object &object, const Instance &instance) const {
-    return !lit_.empty() && lit_[object.light_sets[instance.light]] != 0 ? instance.light : 0;
+void DrawList::find_lights() {
+    for (const Object &object : objects_) {
+        const std::span<const std::uint32_t> sets = object.light_sets; // the first is 0
+        for (std::uint32_t i = 0; i < sets.size(); ++i) {
+            std::uint32_t first = 0;
+            while (drawn_set(sets[first]) != drawn_set(sets[i])) {
+                ++first;
+            }
+            light_as_[first_light_[index_of(object)] + i] = first;
+        }
+    }
 }
 
 DrawList::Group &DrawList::group_of(const DrawItem &item, std::uint32_t light) {
@@ -122,8 +144,8 @@ void DrawList::fill_sorted(std::span<const DrawItem> items, const InstanceTransf
         total += group.count;
         for (std::uint32_t m = 0; group.count != 0 && m < group.object->materials.size(); ++m) {
             if (has(group.object->materials[m])) {
-                commands_.push_back(
-                    {group.object, m, group.lod, group.mirrored, group.first, group.count, group.light_set});
+                commands_.push_back({group.object, m, group.lod, group.mirrored, group.first, group.count,
+                                     drawn_set(group.light_set)});
             }
         }
     }
@@ -137,12 +159,14 @@ void DrawList::fill_sorted(std::span<const DrawItem> items, const InstanceTransf
             }
         });
     }
+    const bool casts = drawn_ == DrawnMaterials::all;
     std::ranges::sort(commands_, {}, [&](const DrawCommand &command) {
         const Material &material = command.object->materials[command.material];
-        return std::tuple(material.values.alpha_mode, material.values.vertex_colors, material.values.sways(),
-                          material.values.beats, command.object->dry, command.light_set != 0, material.id,
-                          index_of(*command.object), command.lod, command.mirrored, command.light_set,
-                          command.material);
+        const assets::Material &values = material.values;
+        return std::tuple(values.alpha_mode, !casts && values.vertex_colors, values.sways(), values.beats,
+                          !casts && command.object->dry, command.light_set != 0,
+                          casts ? material.shadow_id : material.id, command.light_set, command.mirrored,
+                          page_of(command), index_of(*command.object), command.lod, command.material);
     });
 }
 
@@ -169,7 +193,7 @@ void DrawList::fill_blended(std::span<const DrawItem> items, const View &view,
     for (const Blended &one : blended_) {
         const DrawItem &item = items[one.item];
         const std::uint32_t light_set =
-            item.object->light_sets[light_of(*item.object, item.instances()[one.instance])];
+            drawn_set(item.object->light_sets[item.instances()[one.instance].light]);
         const auto first = static_cast<std::uint32_t>(instances_.size());
         instances_.push_back(transforms.of(item)[one.instance]);
         // Instances of a draw call are drawn in their order. Two-sided materials take two calls each.

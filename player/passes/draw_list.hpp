@@ -52,14 +52,16 @@ class DrawList {
     DrawList(std::span<const Object> objects, DrawnMaterials drawn);
 
     /// Lists what `view` draws of its visible instances. Blended materials come back to front, by the centre
-    /// of their triangles in each instance. All others come by program, material, mesh and level, as this
-    /// changes the least state; the work is that of the items and of copying their transforms, and of single
-    /// instances where lights that are on reach the object. `lit`: 1 for each light set of the scene that is
-    /// drawn as such, empty for none.
+    /// of their triangles in each instance. All others come by program, material, lights, mesh and level, as
+    /// this changes the least state; shadows need less of a material (Material::shadow_id). The work is that
+    /// of the items and of copying their transforms, and of single instances where lights that are on reach
+    /// the object. `lit`: of each light set of the scene the one that it is drawn as, 0: without lights;
+    /// empty: all without.
     void fill(std::span<const DrawItem> items, const View &view, const InstanceTransforms &transforms,
-              std::span<const std::uint8_t> lit = {});
+              std::span<const std::uint32_t> lit = {});
 
     std::span<const DrawCommand> commands() const { return commands_; }
+    std::size_t most_commands() const { return commands_.capacity(); }
     std::span<const InstanceRows> instances() const { return instances_; }
     std::size_t index_of(const Object &object) const {
         return static_cast<std::size_t>(&object - objects_.data());
@@ -80,8 +82,14 @@ class DrawList {
     };
 
     bool has(const Material &material) const;
-    /// The index into Object::light_sets that an instance is drawn with: 0 where its lights are off.
-    std::uint32_t light_of(const Object &object, const Instance &instance) const;
+    /// Finds light_as_.
+    void find_lights();
+    /// The light set of the scene that it is drawn as.
+    std::uint32_t drawn_set(std::uint32_t set) const { return lit_.empty() ? 0 : lit_[set]; }
+    /// The index into Object::light_sets that an instance is drawn with.
+    std::uint32_t light_of(const Object &object, const Instance &instance) const {
+        return light_as_[first_light_[index_of(object)] + instance.light];
+    }
     Group &group_of(const DrawItem &item, std::uint32_t light);
     /// Calls take(group, first, count) for the parts of an item that share their lights.
     template <class Take>
@@ -92,7 +100,9 @@ class DrawList {
 
     std::span<const Object> objects_;
     DrawnMaterials drawn_;
-    std::span<const std::uint8_t> lit_;      // of this fill
+    std::span<const std::uint32_t> lit_;     // of this fill
+    std::vector<std::uint32_t> first_light_; // by object
+    std::vector<std::uint32_t> light_as_;    // by entry of Object::light_sets: the first that is drawn alike
     std::vector<std::uint32_t> first_group_; // by object
     std::vector<Group> groups_;              // two for each level and set of lights
     std::vector<Blended> blended_;

@@ -6,8 +6,6 @@
 
 #include <epoxy/gl.h>
 
-#include <glm/mat3x3.hpp>
-
 #include <cmath>
 
 namespace paradize {
@@ -17,17 +15,6 @@ namespace {
 // The light of the surroundings changes in steps too small to be seen, so that most frames draw no
 // environment.
 constexpr double steps_per_s = 10.0;
-
-/// From (s, t, 1) on each face, in [-1, 1], to a direction: The Khronos Group, "The OpenGL Graphics System",
-/// version 3.3, table 3.21.
-const std::array<glm::mat3, 6> face_axes{{
-    {0, 0, -1, 0, -1, 0, 1, 0, 0},
-    {0, 0, 1, 0, -1, 0, -1, 0, 0},
-    {1, 0, 0, 0, 0, 1, 0, 1, 0},
-    {1, 0, 0, 0, 0, -1, 0, -1, 0},
-    {1, 0, 0, 0, -1, 0, 0, 0, 1},
-    {-1, 0, 0, 0, -1, 0, 0, 0, -1},
-}};
 
 /// Says which of the sky's textures are resident, and how fine.
 std::uint64_t levels_of(const Scene &scene, const SkyBlend &sky) {
@@ -44,12 +31,10 @@ std::uint64_t levels_of(const Scene &scene, const SkyBlend &sky) {
 
 EnvironmentPass::EnvironmentPass(const PassSetup &setup)
     : program_(setup.shaders, "fullscreen.vert", "environment.frag"), bindings_(program_),
-      cube_(gl::make_cube_target(GL_RGBA16F, environment_px)), face_location_(program_.location("u_face")),
-      pixels_location_(program_.location("u_pixels_per_rad")) {
-    for (int face = 0; face < faces; ++face) {
-        framebuffers_[static_cast<std::size_t>(face)] = gl::make_face_framebuffer(cube_, face);
-    }
-}
+      cube_(gl::make_cube_target(GL_RGBA16F, environment_px)),
+      strip_(gl::make_target(GL_RGBA16F, faces * environment_px, environment_px)),
+      framebuffer_(gl::make_framebuffer(strip_, {})), face_location_(program_.location("u_face_px")),
+      pixels_location_(program_.location("u_pixels_per_rad")) {}
 
 void EnvironmentPass::prepare(Frame &frame) {
     frame.shared.environment = &cube_;
@@ -66,11 +51,10 @@ void EnvironmentPass::prepare(Frame &frame) {
     program_.use();
     bindings_.apply(frame.scene, daylight);
     gl::Program::set(pixels_location_, 0.5F * static_cast<float>(environment_px));
-    for (std::size_t face = 0; face < framebuffers_.size(); ++face) {
-        gl::bind_framebuffer(framebuffers_[face].name(), environment_px, environment_px);
-        gl::Program::set(face_location_, face_axes[face]);
-        frame.draw_fullscreen();
-    }
+    gl::Program::set(face_location_, static_cast<float>(environment_px));
+    gl::bind_framebuffer(framebuffer_.name(), faces * environment_px, environment_px);
+    frame.draw_fullscreen();
+    gl::copy_faces(framebuffer_.name(), cube_, environment_px);
     gl::make_cube_mips(cube_);
     glEnable(GL_CULL_FACE);
     glEnable(GL_DEPTH_TEST);

@@ -7,7 +7,6 @@
 #include "passes/daytime_sky.hpp"
 #include "passes/pass.hpp"
 
-#include <array>
 #include <cstdint>
 
 namespace paradize {
@@ -22,7 +21,8 @@ class EnvironmentPass : public Pass {
     gl::Program program_;
     DaytimeSkyBindings bindings_;
     gl::Texture cube_;
-    std::array<gl::Framebuffer, faces> framebuffers_;
+    gl::Texture strip_; // the faces beside each other: one draw call draws them all
+    gl::Framebuffer framebuffer_;
     int face_location_, pixels_location_;
     double drawn_s_ = -1.0;          // second that the cube shows
     std::uint64_t drawn_levels_ = 0; // of its inputs

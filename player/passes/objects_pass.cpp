@@ -51,11 +51,15 @@ std::string joined(std::initializer_list<std::string> defines) {
     return out;
 }
 
-std::string depth_defines(const assets::Material &material) {
+std::string vertex_defines(const assets::Material &material, bool colors) {
     const int tinted = material.unlit ? 2 : 1;
     return joined({define("INSTANCED", 1), define("ALPHA_MODE", static_cast<int>(material.alpha_mode)),
-                   define("VERTEX_COLORS", material.vertex_colors ? tinted : 0),
+                   define("VERTEX_COLORS", colors && material.vertex_colors ? tinted : 0),
                    define("SWAY", material.sways() ? 1 : 0), define("BEAT", material.beats ? 1 : 0)});
+}
+
+std::string depth_defines(const assets::Material &material) {
+    return vertex_defines(material, material.alpha_mode != AlphaMode::opaque); // of colours alpha alone
 }
 
 bool has_second_map(const assets::Material &material) {
@@ -86,13 +90,30 @@ std::string lit_defines(const RenderSettings &settings, const assets::Material &
     const auto has = [&](ObjectMap map) { return material.maps[map].empty() ? 0 : 1; };
     const bool has_parallax = material.parallax_scale > 0.0F && has(ObjectMap::height) != 0;
     return joined(
-        {depth_defines(material), shadow_define(settings), cascades_define(settings),
+        {vertex_defines(material, true), shadow_define(settings), cascades_define(settings),
          define("PARALLAX_STEPS", has_parallax ? settings.parallax_steps : 0), define("DRY", dry ? 1 : 0),
          define("MATTE", is_matte(material) ? 1 : 0), point_lights_define(point_lights),
          define("NORMAL_MAP", has(ObjectMap::normal)), define("GLOSS_MAP", has(ObjectMap::gloss)),
          define("OCCLUSION_MAP", has(ObjectMap::occlusion)), define("EMISSION_MAP", has(ObjectMap::emission)),
          define("SECOND_UV", has_second_map(material) ? 1 : 0),
          define("VERTEX_LIT", is_vertex_lit(settings, material, dry) ? 1 : 0)});
+}
+
+std::size_t most_primitives(std::span<const Object> objects) {
+    std::size_t most = 1; // of a level
+    for (const Object &object : objects) {
+        for (const MeshLevel &level : object.mesh->levels()) {
+            most = std::max(most, level.primitives.size());
+        }
+    }
+    return most;
+}
+
+/// True if `draw` goes on where the other one ends, with the same instances.
+bool follows(const gl::IndirectDraw &before, const gl::IndirectDraw &draw) {
+    return before.first_index + before.index_count == draw.first_index &&
+           before.base_vertex == draw.base_vertex && before.first_instance == draw.first_instance &&
+           before.instances == draw.instances;
 }
 
 /// Uniforms that no material has.
@@ -145,7 +166,8 @@ ObjectsPass::Depth::Depth(const PassSetup &setup, const std::string &defines)
 }
 
 ObjectsPass::ObjectsPass(const PassSetup &setup, DrawnMaterials drawn)
-    : drawn_(drawn), list_(setup.scene.objects(), drawn), samplers_of_(setup.scene.material_count()),
+    : drawn_(drawn), list_(setup.scene.objects(), drawn), has_indirect_(gl::has_indirect_draws()),
+      samplers_of_(setup.scene.material_count()),
       instances_(gl::make_buffer(GL_ARRAY_BUFFER, sizeof(InstanceRows), gl::Usage::streamed)),
       uniform_bytes_(gl::aligned_uniform_bytes(sizeof(gl::MaterialUniforms))),
       written_(setup.scene.material_count(), not_written()) {
@@ -154,6 +176,13 @@ ObjectsPass::ObjectsPass(const PassSetup &setup, DrawnMaterials drawn)
     const bool draws_light = drawn == DrawnMaterials::solid;
     if (draws_light) {
         casters_.emplace(setup.scene.objects(), DrawnMaterials::all);
+    }
+    const std::size_t most_commands =
+        std::max(list_.most_commands(), casters_ ? casters_->most_commands() : 0);
+    batches_.reserve(most_commands);
+    draws_.reserve(most_commands * most_primitives(setup.scene.objects()));
+    if (has_indirect_) {
+        indirect_ = gl::make_buffer(GL_DRAW_INDIRECT_BUFFER, sizeof(gl::IndirectDraw), gl::Usage::streamed);
     }
     std::vector<std::string> lit_known;
     std::vector<std::string> depth_known;
@@ -221,7 +250,7 @@ void ObjectsPass::forget_state() {
     two_sided_.reset();
     mirrored_.reset();
     maps_ = {};
-    mesh_ = {};
+    bound_ = {};
 }
 
 void ObjectsPass::bind_map(const Material &material, ObjectMap map) {
@@ -278,30 +307,44 @@ void ObjectsPass::use_depth(const DrawCommand &command) {
         material_.reset();
         depth.program.use();
     }
-    if (material_ == material.id) {
+    if (material_ == material.shadow_id) {
         return;
     }
-    material_ = material.id;
+    material_ = material.shadow_id;
     if (values.alpha_mode != AlphaMode::opaque) {
         bind_map(material, ObjectMap::color);
     }
-    if (values.alpha_mode != AlphaMode::opaque || values.sways() || values.beats) {
+    if (values.alpha_mode != AlphaMode::opaque || values.beats) {
         bind_uniforms(material);
     }
 }
 
-void ObjectsPass::draw_command(const DrawCommand &command, const View &view) {
+void ObjectsPass::bind_instances(const GeometryPage &page, std::size_t first) {
+    if (const BoundInstances wanted{&page, first}; bound_ != wanted) {
+        bound_ = wanted;
+        bind_page(page, instances_, first);
+    }
+}
+
+void ObjectsPass::draw_batch(const Batch &batch, const View &view) {
+    const DrawCommand &command = *batch.command;
     if (const bool mirrored = command.mirrored != view.mirrored; mirrored_ != mirrored) {
         mirrored_ = mirrored;
         glFrontFace(mirrored ? GL_CW : GL_CCW);
     }
-    const StreamedMesh &mesh = *command.object->mesh;
-    if (const BoundMesh wanted{&mesh, command.lod, command.first}; mesh_ != wanted) {
-        mesh_ = wanted;
-        mesh.bind(command.lod, instances_, command.first);
-    }
+    const GeometryPage &page = command.object->mesh->page(command.lod);
+    const auto draw = [&] {
+        if (has_indirect_ && batch.count != 0) {
+            bind_instances(page, 0);
+            gl::draw_indirect(page.layout.index_type(), batch.first, batch.count);
+            return;
+        }
+        for (const gl::IndirectDraw &one : std::span(draws_).subspan(batch.first, batch.count)) {
+            bind_instances(page, one.first_instance);
+            gl::draw_triangles(one, page.layout.index_type());
+        }
+    };
     const bool two_sided = command.object->materials[command.material].values.two_sided;
-    const auto draw = [&] { mesh.draw(command.lod, command.material, static_cast<int>(command.count)); };
     if (two_sided && drawn_ == DrawnMaterials::blended) {
         // Back faces first, which is the right order for convex shapes.
         glEnable(GL_CULL_FACE);
@@ -319,15 +362,55 @@ void ObjectsPass::draw_command(const DrawCommand &command, const View &view) {
     draw();
 }
 
-bool ObjectsPass::fill(DrawList &list, const Frame &frame, const View &view) const {
+bool ObjectsPass::is_alike(const DrawCommand &a, const DrawCommand &b, ViewKind view) const {
+    const Material &first = a.object->materials[a.material];
+    const Material &second = b.object->materials[b.material];
+    if (a.mirrored != b.mirrored || a.light_set != b.light_set ||
+        &a.object->mesh->page(a.lod) != &b.object->mesh->page(b.lod)) {
+        return false;
+    }
+    if (view == ViewKind::light) {
+        return first.shadow_id == second.shadow_id;
+    }
+    // Of a two-sided blended one the back faces come first, so that each is drawn twice.
+    const bool each_twice = drawn_ == DrawnMaterials::blended && first.values.two_sided;
+    return first.id == second.id && programs_of(a) == programs_of(b) && !each_twice;
+}
+
+void ObjectsPass::make_batches(const DrawList &list, ViewKind view) {
+    batches_.clear();
+    draws_.clear();
+    for (const DrawCommand &command : list.commands()) {
+        if (batches_.empty() || !is_alike(*(&command - 1), command, view)) {
+            batches_.push_back({&command, draws_.size(), 0});
+        }
+        Batch &batch = batches_.back();
+        command.object->mesh->for_each_draw(command.lod, command.material, [&](gl::IndirectDraw draw) {
+            draw.instances = command.count;
+            draw.first_instance = command.first;
+            if (batch.count != 0 && follows(draws_.back(), draw)) {
+                draws_.back().index_count += draw.index_count;
+            } else {
+                draws_.push_back(draw);
+                ++batch.count;
+            }
+        });
+    }
+    if (has_indirect_ && !draws_.empty()) {
+        gl::replace_buffer(GL_DRAW_INDIRECT_BUFFER, indirect_, std::as_bytes(std::span(draws_)));
+    }
+}
+
+bool ObjectsPass::fill(DrawList &list, const Frame &frame, const View &view) {
     const CpuTimer timer(frame.scene_ms);
     const bool shaded = view.kind != ViewKind::light && frame.point_lights.any_lit();
     list.fill(frame.visible(view.kind), view, frame.transforms(),
-              shaded ? frame.point_lights.lit() : std::span<const std::uint8_t>());
+              shaded ? frame.point_lights.lit() : std::span<const std::uint32_t>());
     if (list.commands().empty()) {
         return false;
     }
     gl::replace_buffer(GL_ARRAY_BUFFER, instances_, std::as_bytes(list.instances()));
+    make_batches(list, view.kind);
     return true;
 }
 
@@ -337,9 +420,9 @@ void ObjectsPass::draw_depth(const Frame &frame, const View &light) {
     }
     forget_state();
     depth_bias(true);
-    for (const DrawCommand &command : casters_->commands()) {
-        use_depth(command);
-        draw_command(command, light);
+    for (const Batch &batch : batches_) {
+        use_depth(*batch.command);
+        draw_batch(batch, light);
     }
     depth_bias(false);
     glEnable(GL_CULL_FACE);
@@ -368,9 +451,9 @@ void ObjectsPass::draw(const Frame &frame, const View &view) {
         glBlendFuncSeparate(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA, GL_ZERO, GL_ONE);
         glDepthMask(GL_FALSE);
     }
-    for (const DrawCommand &command : list_.commands()) {
-        use_lit(frame, view, command);
-        draw_command(command, view);
+    for (const Batch &batch : batches_) {
+        use_lit(frame, view, *batch.command);
+        draw_batch(batch, view);
     }
     if (blended) {
         glDisable(GL_BLEND);

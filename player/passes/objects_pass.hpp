@@ -1,6 +1,7 @@
 #pragma once
 // Draws all objects: opaque materials and those with holes in one pass, blended ones in a later pass.
 
+#include "gl/draw.hpp"
 #include "gl/handle.hpp"
 #include "gl/material_uniforms.hpp"
 #include "gl/program.hpp"
@@ -46,14 +47,24 @@ class ObjectsPass : public Pass {
     struct Programs {
         struct ViewPrograms {
             std::uint32_t lit = 0, by_lights = 0;
+            bool operator==(const ViewPrograms &) const = default;
         };
         ViewPrograms whole, above_water; // for views that show what is under water, and for those that do not
         std::uint32_t depth = 0;
+        bool operator==(const Programs &) const = default;
+    };
+    /// Commands that one call draws: their state is that of the first.
+    struct Batch {
+        const DrawCommand *command = nullptr;
+        std::size_t first = 0, count = 0; // of draws_
     };
     const Programs &programs_of(const DrawCommand &command) const;
 
     /// Lists what the view draws and uploads its instances. False if it draws nothing.
-    bool fill(DrawList &list, const Frame &frame, const View &view) const;
+    bool fill(DrawList &list, const Frame &frame, const View &view);
+    /// True if neither program nor material nor buffers differ.
+    bool is_alike(const DrawCommand &a, const DrawCommand &b, ViewKind view) const;
+    void make_batches(const DrawList &list, ViewKind view);
     void draw_depth(const Frame &frame, const View &light);
     /// Binds the program and the material of a command, as far as they differ from the last command's.
     void use_lit(const Frame &frame, const View &view, const DrawCommand &command);
@@ -61,7 +72,8 @@ class ObjectsPass : public Pass {
     /// Binds the uniforms of a material. Writes them if other maps are resident than before.
     void bind_uniforms(const Material &material);
     void bind_map(const Material &material, assets::ObjectMap map);
-    void draw_command(const DrawCommand &command, const View &view);
+    void draw_batch(const Batch &batch, const View &view);
+    void bind_instances(const GeometryPage &page, std::size_t first);
     /// Forgets what is bound, because other passes bind too.
     void forget_state();
     unsigned sampler(gl::Wraps wraps, bool nearest, std::optional<int> max_level,
@@ -78,22 +90,24 @@ class ObjectsPass : public Pass {
         unsigned sampler = 0;
         bool operator==(const BoundMap &) const = default;
     };
-    struct BoundMesh {
-        const StreamedMesh *mesh = nullptr;
-        int lod = -1;
-        std::uint32_t first = 0;
-        bool operator==(const BoundMesh &) const = default;
+    struct BoundInstances {
+        const GeometryPage *page = nullptr;
+        std::size_t first = 0;
+        bool operator==(const BoundInstances &) const = default;
     };
 
     DrawnMaterials drawn_;
     DrawList list_;
-    std::optional<DrawList> casters_; // of the light's view; empty: this pass does not draw it
+    std::optional<DrawList> casters_;     // of the light's view; empty: this pass does not draw it
+    std::vector<gl::IndirectDraw> draws_; // of the list that is drawn
+    std::vector<Batch> batches_;
+    bool has_indirect_ = false;
     std::deque<Lit> lit_;
     std::deque<Depth> depth_;
     std::vector<std::vector<Programs>> programs_; // by object and material
     std::vector<CachedSampler> samplers_;
     std::vector<assets::PerMap<unsigned>> samplers_of_; // by Material::id
-    gl::Buffer instances_;
+    gl::Buffer instances_, indirect_;
     gl::Buffer uniforms_;           // gl::MaterialUniforms by Material::id
     std::size_t uniform_bytes_ = 0; // of each, aligned
     std::vector<gl::MaterialUniforms> written_;
@@ -103,7 +117,7 @@ class ObjectsPass : public Pass {
     std::uint32_t light_set_ = 0;
     std::optional<bool> two_sided_, mirrored_;
     assets::PerMap<BoundMap> maps_;
-    BoundMesh mesh_;
+    BoundInstances bound_;
 };
 
 /// Draws blended materials, after everything that is solid.

@@ -26,10 +26,17 @@ void PointLights::update(const Moment &moment, const glm::dvec3 &anchor) {
     if (file_.lights.empty()) {
         return;
     }
+    const auto state_of = [&](std::uint32_t set) {
+        glm::vec4 state;
+        std::memcpy(&state, next_.data() + set * set_bytes_ + offsetof(gl::LightUniforms, state),
+                    sizeof state);
+        return state;
+    };
     for (std::size_t i = 0; i < strengths_.size(); ++i) {
         strengths_[i] = light_strength(file_.lights[i], i, moment, file_.flight.duration_s);
     }
-    for (std::size_t s = 0; s < lit_.size(); ++s) {
+    any_shines_ = false;
+    for (std::uint32_t s = 0; s < lit_.size(); ++s) {
         const assets::LightSet &set = file_.light_sets[s];
         gl::LightUniforms block;
         std::size_t count = 0;
@@ -44,10 +51,16 @@ void PointLights::update(const Moment &moment, const glm::dvec3 &anchor) {
         }
         block.state =
             glm::vec4(static_cast<float>(count), set.glow ? strengths_[*set.glow] : 1.0F, 0.0F, 0.0F);
-        lit_[s] = count > 0 || set.glow ? 1 : 0;
+        lit_[s] = count > 0 || set.glow ? s : 0;
+        any_shines_ = any_shines_ || count > 0;
+        for (std::uint32_t first = 1; count == 0 && first < lit_[s]; ++first) {
+            if (lit_[first] == first && state_of(first) == block.state) {
+                lit_[s] = first;
+            }
+        }
         std::memcpy(next_.data() + s * set_bytes_, &block, sizeof block);
     }
-    any_lit_ = std::ranges::any_of(lit_, [](std::uint8_t lit) { return lit != 0; });
+    any_lit_ = std::ranges::any_of(lit_, [](std::uint32_t lit) { return lit != 0; });
     if (any_lit_ && written_ != next_) {
         gl::replace_buffer(GL_UNIFORM_BUFFER, uniforms_, next_);
         written_ = next_;

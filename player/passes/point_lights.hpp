@@ -22,10 +22,12 @@ class PointLights {
     /// Finds the strengths at a moment, and uploads the sets whose lights are on.
     void update(const Moment &moment, const glm::dvec3 &anchor);
 
-    /// By light set: 1 where a program for point lights must draw what is of this set. 0: no light of it is
-    /// on.
-    std::span<const std::uint8_t> lit() const { return lit_; }
+    /// By light set: the set that it is drawn as, by a program for point lights. 0: no light of it is on, and
+    /// nothing glows. Sets that glow alike without a light are one.
+    std::span<const std::uint32_t> lit() const { return lit_; }
     bool any_lit() const { return any_lit_; }
+    /// True if a light is on.
+    bool any_shines() const { return any_shines_; }
     /// By light: its share of its full strength, 0 to 1.
     std::span<const float> strengths() const { return strengths_; }
     /// Binds the uniform block of a set that is lit.
@@ -34,8 +36,8 @@ class PointLights {
   private:
     const assets::SceneFile &file_;
     std::vector<float> strengths_;
-    std::vector<std::uint8_t> lit_;
-    bool any_lit_ = false;
+    std::vector<std::uint32_t> lit_;
+    bool any_lit_ = false, any_shines_ = false;
     gl::Buffer uniforms_; // gl::LightUniforms by set
     std::size_t set_bytes_ = 0;
     std::vector<std::byte> written_, next_;

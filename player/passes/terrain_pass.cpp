@@ -147,7 +147,7 @@ void TerrainPass::draw(const Frame &frame, const View &view) {
     const PointLights &lights = frame.point_lights;
     for (const Lit &lit : lit_) {
         const bool above = hides_floor && has_above_[static_cast<std::size_t>(lit.kind)];
-        if (lit.above_water != above || (lit.by_lights && !lights.any_lit())) {
+        if (lit.above_water != above || (lit.by_lights && !lights.any_shines())) {
             continue;
         }
         lit.program.use();
@@ -157,7 +157,7 @@ void TerrainPass::draw(const Frame &frame, const View &view) {
         gl::Program::set(lit.clip, plane);
         const PatchLights chosen{lights.lit(), lit.by_lights,
                                  [&lights](std::uint32_t set) { lights.bind(set); }};
-        const PatchLights *const by_lights = lights.any_lit() ? &chosen : nullptr;
+        const PatchLights *const by_lights = lights.any_shines() ? &chosen : nullptr;
         choose(frame, view, plane, static_cast<PatchKinds>(1U << static_cast<unsigned>(lit.kind)), by_lights);
         frame.terrain()->draw(view, lit.uniforms, by_lights);
     }

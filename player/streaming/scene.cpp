@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
 namespace paradize {
 
@@ -63,6 +64,7 @@ Scene::Scene(const assets::SceneFile &file, const Streamer &streamer) : file_(fi
                 material.maps[map] = texture(material.values.maps[map]);
             });
             material.id = id_of(material.values);
+            material.shadow_id = shadow_id_of(material.id);
             object.glows = object.glows || material.values.emission != glm::vec3(0.0F);
             material.center = object.mesh->measure(m).center;
         }
@@ -101,6 +103,11 @@ void Scene::add_instances(Object &object) {
         glm::dmat4 stand = glm::translate(glm::dmat4(1.0), placement.position);
         stand = glm::scale(stand * glm::mat4_cast(placement.rotation), scale);
         place(instance, stand, object);
+        for (const Material &material : object.materials) {
+            if (material.values.sways()) {
+                instance.beat = glm::vec4(material.values.wind_reach, 0.0F, 0.0F);
+            }
+        }
         instance.scale =
             static_cast<float>(std::max({std::abs(scale.x), std::abs(scale.y), std::abs(scale.z)}));
         instance.mirrored = scale.x * scale.y * scale.z < 0.0;
@@ -126,7 +133,9 @@ void Scene::move(double flight_s) {
             const assets::Placement &placement = object.file->instances[instance.number];
             const Moved moved = moved_at(*object.file->motion, placement, instance.number, share);
             place(instance, moved.stand, object);
-            instance.beat = moved.beat;
+            if (object.file->motion->beat.per_lap != 0) {
+                instance.beat = moved.beat;
+            }
         }
         object.tree.refit(object.instances);
     }
@@ -138,6 +147,21 @@ std::uint32_t Scene::id_of(assets::Material material) {
     const auto id = static_cast<std::uint32_t>(found - distinct_materials_.begin());
     if (found == distinct_materials_.end()) {
         distinct_materials_.push_back(std::move(material));
+    }
+    return id;
+}
+
+std::uint32_t Scene::shadow_id_of(std::uint32_t id) const {
+    const assets::Material &of = distinct_materials_[id];
+    const auto shadow = [](const assets::Material &one) {
+        const glm::vec2 reach = one.beats ? one.wind_reach : glm::vec2(0.0F); // else of each instance
+        return std::tuple(one.alpha_mode, one.two_sided, one.sways(), one.beats, reach.x, reach.y, one.beat.x,
+                          one.beat.y, one.beat.z);
+    };
+    for (std::uint32_t first = 0; of.alpha_mode == assets::AlphaMode::opaque && first < id; ++first) {
+        if (shadow(distinct_materials_[first]) == shadow(of)) {
+            return first;
+        }
     }
     return id;
 }

@@ -19,7 +19,10 @@ namespace paradize {
 struct Material {
     assets::Material values;
     assets::PerMap<const StreamedTexture *> maps; // nullptr: it has no such map
-    std::uint32_t id = 0;   // the same for materials that differ in their names only; below material_count()
+    std::uint32_t id = 0; // the same for materials that differ in their names only; below material_count()
+    // of casters: the same for materials whose shadows are drawn alike, the id of the first of them. Where
+    // nothing shines through, they sway both or not and beat alike.
+    std::uint32_t shadow_id = 0;
     glm::vec3 center{0.0F}; // of its triangles, in the positions' own units
 };
 
@@ -90,6 +93,7 @@ class Scene {
     const assets::SceneFile &file_;
     const Streamer &streamer_;
     std::uint32_t id_of(assets::Material material);
+    std::uint32_t shadow_id_of(std::uint32_t id) const;
 
     std::vector<Object> objects_;
     std::vector<assets::Material> distinct_materials_; // without names

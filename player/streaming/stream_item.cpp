@@ -14,15 +14,15 @@ void StreamedTexture::bind(unsigned unit, unsigned sampler) const {
 }
 
 StreamItem::StreamItem(const assets::Artifact &artifact, assets::LoadedArtifact opened,
-                       const std::shared_ptr<PatchPool> &patches)
+                       const GeometryPools &pools)
     : loaded(std::move(opened)), kind(artifact.kind), max_level(artifact.max_level), drawn(artifact.drawn) {
     if (!drawn) {
         return;
     }
     if (loaded.tile) {
-        tile = StreamedTile(loaded.glb, loaded.plan.pieces, loaded.path, patches);
+        tile = StreamedTile(loaded.glb, loaded.plan.pieces, loaded.path, pools.patches);
     } else if (kind == assets::ArtifactKind::mesh) {
-        mesh = StreamedMesh(loaded.glb);
+        mesh = StreamedMesh(loaded.glb, pools.meshes);
     } else if (kind != assets::ArtifactKind::sound) {
         make_texture();
     }
@@ -47,7 +47,7 @@ void StreamItem::begin(std::uint32_t piece_index) {
     if (loaded.tile) {
         tile.begin(piece_index);
     } else if (kind == assets::ArtifactKind::mesh) {
-        mesh.begin(loaded.glb, piece.first_level);
+        mesh.begin(piece.first_level);
     } else {
         finer = allocate_texture(loaded.ktx, piece.first_level, best_storage());
         if (texture.resident()) {

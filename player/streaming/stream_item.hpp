@@ -15,11 +15,16 @@
 
 namespace paradize {
 
+/// Where geometry lies on the device.
+struct GeometryPools {
+    std::shared_ptr<GeometryPool> meshes, patches;
+
+    std::uint64_t unused_bytes() const { return meshes->unused_bytes() + patches->unused_bytes(); }
+};
+
 struct StreamItem {
     /// Creates what is needed before the first piece is uploaded. Throws Error if the driver cannot draw it.
-    /// `patches`: where terrain tiles lie.
-    StreamItem(const assets::Artifact &artifact, assets::LoadedArtifact opened,
-               const std::shared_ptr<PatchPool> &patches);
+    StreamItem(const assets::Artifact &artifact, assets::LoadedArtifact opened, const GeometryPools &pools);
 
     /// Creates the GPU objects of a piece.
     void begin(std::uint32_t piece_index);

@@ -35,56 +35,88 @@ std::size_t attribute_end(std::size_t offset_bytes, std::size_t bytes) {
     return (offset_bytes + bytes + 15) & ~std::size_t{15};
 }
 
-StreamedMesh::StreamedMesh(const assets::Glb &glb)
-    : materials_(glb.materials), measures_(glb.measures), grid_(glb.grid) {
+StreamedMesh::StreamedMesh(const assets::Glb &glb, std::shared_ptr<GeometryPool> pool)
+    : pool_(std::move(pool)), materials_(glb.materials), measures_(glb.measures), grid_(glb.grid) {
+    pool_->reserve(glb.levels.size());
     for (const assets::GlbLevel &level : glb.levels) {
         MeshLevel &made = levels_.emplace_back();
         low_ = glm::min(low_, glm::vec3(level.low[0], level.low[1], level.low[2]));
         high_ = glm::max(high_, glm::vec3(level.high[0], level.high[1], level.high[2]));
-        std::vector<std::size_t> &offsets = offsets_.emplace_back();
+        made.vertices = level.vertices;
         for (std::uint32_t part = 0; part < assets::mesh_attributes; ++part) {
-            offsets.push_back(made.vertex_bytes);
-            made.vertex_bytes = attribute_end(made.vertex_bytes, mesh_attribute(level, part).size());
+            if (!mesh_attribute(level, part).empty()) {
+                made.layout.vertex_bytes[part] = level.formats[part].stride;
+                made.layout.formats[part] = level.formats[part];
+            }
         }
+        made.layout.index_bytes = level.index_bytes;
         made.has_uv1 = !level.uvs1.empty();
         for (const assets::GlbPrimitive &primitive : level.primitives) {
-            offsets.push_back(made.index_bytes);
-            made.primitives.push_back(
-                {static_cast<int>(primitive.material), static_cast<int>(primitive.count), made.index_bytes});
-            made.index_bytes = attribute_end(made.index_bytes, primitive.indices.size());
+            made.primitives.push_back({static_cast<int>(primitive.material), primitive.count,
+                                       static_cast<std::uint32_t>(made.indices)});
+            made.indices += primitive.count;
         }
-        made.index_type = level.index_bytes == 2 ? GL_UNSIGNED_SHORT : GL_UNSIGNED_INT;
     }
 }
 
-void StreamedMesh::begin(const assets::Glb &glb, std::uint32_t level) {
-    MeshLevel &made = levels_[level];
-    made.vertex_array = gl::VertexArray::create();
-    glBindVertexArray(made.vertex_array.name());
-    made.vertices = gl::make_buffer(GL_ARRAY_BUFFER, made.vertex_bytes, gl::Usage::fixed);
-    for (std::uint32_t part = 0; part < assets::mesh_attributes; ++part) {
-        if (!mesh_attribute(glb.levels[level], part).empty()) {
-            attach_attribute(glb.levels[level].formats[part], part, made.vertices, offsets_[level][part]);
+StreamedMesh &StreamedMesh::operator=(StreamedMesh &&other) noexcept {
+    if (this != &other) {
+        release_all();
+        pool_ = std::move(other.pool_);
+        levels_ = std::move(other.levels_);
+        materials_ = std::move(other.materials_);
+        measures_ = std::move(other.measures_);
+        grid_ = other.grid_;
+        low_ = other.low_;
+        high_ = other.high_;
+    }
+    return *this;
+}
+
+StreamedMesh::~StreamedMesh() {
+    release_all();
+}
+
+void StreamedMesh::release_all() {
+    for (std::uint32_t level = 0; level < levels_.size(); ++level) {
+        if (levels_[level].slot.page != nullptr) {
+            evict(level);
         }
     }
-    made.indices = gl::make_buffer(GL_ELEMENT_ARRAY_BUFFER, made.index_bytes, gl::Usage::fixed);
-    glBindVertexArray(0);
+}
+
+void StreamedMesh::expect() const {
+    for (const MeshLevel &level : levels_) {
+        pool_->expect(level.layout, level.vertices, level.indices);
+    }
+}
+
+void StreamedMesh::begin(std::uint32_t level) {
+    MeshLevel &made = levels_[level];
+    pool_->take(made.slot, made.layout, made.vertices, made.indices, 0.0);
 }
 
 void StreamedMesh::upload(const assets::UploadChunk &chunk, const std::byte *bytes) {
     const MeshLevel &made = levels_[chunk.level];
-    const bool indices = chunk.part >= assets::mesh_attributes;
+    const GeometryPage &page = *made.slot.page;
+    const std::span<const std::byte> data(bytes, chunk.bytes.size());
     // A copy target leaves the element buffer of the bound vertex array unchanged.
-    gl::write_buffer(GL_COPY_WRITE_BUFFER, indices ? made.indices : made.vertices,
-                     offsets_[chunk.level][chunk.part] + chunk.offset, {bytes, chunk.bytes.size()});
+    if (chunk.part >= assets::mesh_attributes) {
+        const std::size_t first =
+            made.slot.first_index + made.primitives[chunk.part - assets::mesh_attributes].first_index;
+        gl::write_buffer(GL_COPY_WRITE_BUFFER, page.indices, first * made.layout.index_bytes + chunk.offset,
+                         data);
+    } else {
+        const std::size_t before = made.slot.first_vertex * made.layout.vertex_bytes[chunk.part];
+        gl::write_buffer(GL_COPY_WRITE_BUFFER, page.vertices,
+                         page.attribute_offsets[chunk.part] + before + chunk.offset, data);
+    }
 }
 
 void StreamedMesh::evict(std::uint32_t level) {
     MeshLevel &made = levels_[level];
     made.resident = false;
-    made.vertex_array = {};
-    made.vertices = {};
-    made.indices = {};
+    pool_->release(made.slot);
 }
 
 int StreamedMesh::best_level(int wanted) const {
@@ -102,22 +134,13 @@ int StreamedMesh::best_level(int wanted) const {
     return -1;
 }
 
-void StreamedMesh::bind(int level, const gl::Buffer &instances, std::size_t first) const {
+void bind_page(const GeometryPage &page, const gl::Buffer &instances, std::size_t first) {
     constexpr unsigned rows = 4; // InstanceRows
     constexpr std::size_t row_bytes = 4 * sizeof(float);
-    glBindVertexArray(levels_[static_cast<std::size_t>(level)].vertex_array.name());
+    glBindVertexArray(page.vertex_array.name());
     for (unsigned row = 0; row < rows; ++row) {
         gl::attribute_floats(gl::attribute_model + row, 4, instances, static_cast<int>(rows * row_bytes),
                              (first * rows + row) * row_bytes, 1);
-    }
-}
-
-void StreamedMesh::draw(int level, std::size_t material, int instances) const {
-    const MeshLevel &mesh = levels_[static_cast<std::size_t>(level)];
-    for (const MeshPrimitive &primitive : mesh.primitives) {
-        if (primitive.material == static_cast<int>(material)) {
-            gl::draw_triangles(primitive.index_count, mesh.index_type, primitive.index_offset, instances);
-        }
     }
 }
 

@@ -1,9 +1,10 @@
 #pragma once
-// An object's mesh on the GPU: one vertex array per level of detail.
+// An object's mesh on the GPU: levels of detail in the memory of a GeometryPool.
 
 #include "assets/glb.hpp"
 #include "assets/upload_plan.hpp"
-#include "gl/handle.hpp"
+#include "gl/draw.hpp"
+#include "streaming/geometry_pool.hpp"
 
 #include <glm/mat4x4.hpp>
 #include <glm/vec3.hpp>
@@ -11,6 +12,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <memory>
 #include <span>
 #include <string>
 #include <vector>
@@ -20,15 +22,14 @@ namespace paradize {
 /// A range of triangles with one material.
 struct MeshPrimitive {
     int material = 0; // index into StreamedMesh::materials()
-    int index_count = 0;
-    std::size_t index_offset = 0; // bytes into the level's index buffer
+    std::uint32_t index_count = 0;
+    std::uint32_t first_index = 0; // of the level
 };
 
 struct MeshLevel {
-    gl::VertexArray vertex_array; // empty, like the buffers, while the level is not loaded
-    gl::Buffer vertices, indices;
-    std::size_t vertex_bytes = 0, index_bytes = 0;
-    unsigned index_type = 0; // GL_UNSIGNED_SHORT or GL_UNSIGNED_INT
+    GeometryLayout layout;
+    GeometrySlot slot; // without a page while the level is not loaded
+    std::size_t vertices = 0, indices = 0;
     std::vector<MeshPrimitive> primitives;
     bool has_uv1 = false;
     bool resident = false;
@@ -37,8 +38,11 @@ struct MeshLevel {
 class StreamedMesh {
   public:
     StreamedMesh() = default;
-    /// Creates no buffers yet.
-    explicit StreamedMesh(const assets::Glb &glb);
+    /// Takes no memory yet.
+    StreamedMesh(const assets::Glb &glb, std::shared_ptr<GeometryPool> pool);
+    StreamedMesh(StreamedMesh &&) = default;
+    StreamedMesh &operator=(StreamedMesh &&other) noexcept;
+    ~StreamedMesh();
 
     std::span<const MeshLevel> levels() const { return levels_; } // level 0, the finest, comes first
     std::span<const std::string> materials() const { return materials_; }
@@ -50,27 +54,44 @@ class StreamedMesh {
     /// Returns the resident level nearest to `wanted`; coarser levels are preferred. -1 if none is resident.
     int best_level(int wanted) const;
     const assets::MaterialMeasure &measure(std::size_t material) const { return measures_[material]; }
-    /// Binds a level whose instances start at entry `first` of `instances`: InstanceRows.
-    void bind(int level, const gl::Buffer &instances, std::size_t first) const;
-    /// Draws all primitives of a material in the level that is bound.
-    void draw(int level, std::size_t material, int instances) const;
+    /// The buffers of a resident level.
+    const GeometryPage &page(int level) const { return *levels_[static_cast<std::size_t>(level)].slot.page; }
+    /// Calls take(gl::IndirectDraw) for each primitive of a material in a resident level, for one instance.
+    template <class Take>
+    void for_each_draw(int level, std::uint32_t material, const Take &take) const {
+        const MeshLevel &mesh = levels_[static_cast<std::size_t>(level)];
+        for (const MeshPrimitive &primitive : mesh.primitives) {
+            if (primitive.material == static_cast<int>(material)) {
+                take(gl::IndirectDraw{primitive.index_count, 1,
+                                      static_cast<std::uint32_t>(mesh.slot.first_index) +
+                                          primitive.first_index,
+                                      static_cast<std::int32_t>(mesh.slot.first_vertex), 0});
+            }
+        }
+    }
 
-    /// Creates the buffers of a level, writes a chunk of plan_mesh() into them, says that all are written.
-    void begin(const assets::Glb &glb, std::uint32_t level);
+    /// Tells the pool that all levels will be loaded and none evicted.
+    void expect() const;
+    /// Takes memory for a level, writes a chunk of plan_mesh() into it, says that all are written.
+    void begin(std::uint32_t level);
     void upload(const assets::UploadChunk &chunk, const std::byte *bytes);
     void finish(std::uint32_t level) { levels_[level].resident = true; }
-    /// Deletes the buffers of a level.
+    /// Frees the memory of a level.
     void evict(std::uint32_t level);
 
   private:
-    std::vector<MeshLevel> levels_;
+    void release_all();
+
+    std::shared_ptr<GeometryPool> pool_;
+    std::vector<MeshLevel> levels_; // the pool keeps the addresses of their slots
     std::vector<std::string> materials_;
     std::vector<assets::MaterialMeasure> measures_; // one per material
     assets::QuantisationGrid grid_;
     glm::vec3 low_{std::numeric_limits<float>::infinity()}, high_{-std::numeric_limits<float>::infinity()};
-    std::vector<std::vector<std::size_t>> offsets_; // per level and part, offset in its buffer in bytes
 };
 
+/// Binds the vertex array of a page, whose instances start at entry `first` of `instances`: InstanceRows.
+void bind_page(const GeometryPage &page, const gl::Buffer &instances, std::size_t first);
 /// Returns the matrix from quantised values to metres.
 glm::dmat4 model_of(const assets::QuantisationGrid &grid);
 /// Enables attribute `part` of the bound vertex array, read from `vertices` at `offset_bytes`.

@@ -39,7 +39,7 @@ void check_same_layout(const assets::Glb &glb, const assets::GlbLevel &level, co
 } // namespace
 
 StreamedTile::StreamedTile(const assets::Glb &glb, std::span<const assets::Piece> pieces,
-                           const std::string &path, std::shared_ptr<PatchPool> pool)
+                           const std::string &path, std::shared_ptr<GeometryPool> pool)
     : pool_(std::move(pool)) {
     const assets::GlbLevel &first = glb.levels.front();
     ranges_.reserve(glb.levels.size());
@@ -110,8 +110,8 @@ void StreamedTile::begin(std::uint32_t block) {
 void StreamedTile::upload(const assets::Glb &glb, const assets::UploadChunk &chunk, const std::byte *bytes) {
     const assets::GlbLevel &level = glb.levels[chunk.level];
     const PatchRange &range = ranges_[chunk.level];
-    const PatchSlot &slot = blocks_[range.block].slot;
-    const PatchPage &page = *slot.page;
+    const GeometrySlot &slot = blocks_[range.block].slot;
+    const GeometryPage &page = *slot.page;
     const std::span<const std::byte> data(bytes, chunk.bytes.size());
     // A copy target leaves the element buffer of the bound vertex array unchanged.
     if (chunk.part >= assets::mesh_attributes) {

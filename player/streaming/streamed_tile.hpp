@@ -1,9 +1,9 @@
 #pragma once
-// One terrain tile on the GPU: blocks of neighbouring patches, in the memory of a PatchPool.
+// One terrain tile on the GPU: blocks of neighbouring patches, in the memory of a GeometryPool.
 
 #include "assets/glb.hpp"
 #include "assets/upload_plan.hpp"
-#include "streaming/patch_pool.hpp"
+#include "streaming/geometry_pool.hpp"
 
 #include <glm/mat4x4.hpp>
 
@@ -28,7 +28,7 @@ struct PatchRange {
 struct TileBlock {
     std::uint32_t first_patch = 0, patches = 0;
     std::size_t vertices = 0, indices = 0;
-    PatchSlot slot; // without a page while the block is not loaded
+    GeometrySlot slot; // without a page while the block is not loaded
     bool resident = false;
 };
 
@@ -38,7 +38,7 @@ class StreamedTile {
     /// `glb.levels` are the patches, `pieces` the blocks. Creates no buffers yet. Throws Error if a patch
     /// differs from the first one in attributes or index type, or does not have exactly one primitive.
     StreamedTile(const assets::Glb &glb, std::span<const assets::Piece> pieces, const std::string &path,
-                 std::shared_ptr<PatchPool> pool);
+                 std::shared_ptr<GeometryPool> pool);
     StreamedTile(StreamedTile &&) = default;
     StreamedTile &operator=(StreamedTile &&other) noexcept;
     ~StreamedTile();
@@ -58,8 +58,8 @@ class StreamedTile {
   private:
     void release_all();
 
-    std::shared_ptr<PatchPool> pool_;
-    PatchLayout layout_;
+    std::shared_ptr<GeometryPool> pool_;
+    GeometryLayout layout_;
     double indices_per_vertex_ = 0.0;
     std::vector<TileBlock> blocks_;
     std::vector<PatchRange> ranges_;

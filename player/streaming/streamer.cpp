@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <limits>
 #include <utility>
 
 namespace paradize {
@@ -56,7 +57,9 @@ Streamer::Streamer(const assets::SceneFile &file, SceneLoad load)
     glVertexAttrib4f(gl::attribute_tangent, 1.0F, 0.0F, 0.0F, 1.0F);
     glVertexAttrib4f(gl::attribute_color, 1.0F, 1.0F, 1.0F, 1.0F);
     const PatchPages pages = patch_pages(file, load.limits_.vram_bytes);
-    uploads_->patches = std::make_shared<PatchPool>(pages.page_bytes, pages.slack_bytes);
+    uploads_->geometry.patches = std::make_shared<GeometryPool>(pages.page_bytes, pages.slack_bytes);
+    // Levels share buffers where none is evicted. Under a limit each has its own.
+    uploads_->geometry.meshes = std::make_shared<GeometryPool>(0, std::numeric_limits<std::uint64_t>::max());
     uploads_->items = std::move(load.reused_);
     uploads_->first_piece.resize(uploads_->items.size());
     std::vector<std::uint32_t> order = load.loader_->wanted();
@@ -69,7 +72,10 @@ Streamer::Streamer(const assets::SceneFile &file, SceneLoad load)
     for (std::size_t i = 0; i < loaded.size(); ++i) {
         const std::uint32_t index = load.loader_->wanted()[i];
         uploads_->items[index] =
-            std::make_shared<StreamItem>(file.artifacts[index], std::move(loaded[i]), uploads_->patches);
+            std::make_shared<StreamItem>(file.artifacts[index], std::move(loaded[i]), uploads_->geometry);
+        if (load.limits_.vram_bytes == 0) {
+            uploads_->items[index]->mesh.expect();
+        }
     }
     for (const std::uint32_t index : order) {
         uploads_->add_pieces(index);

@@ -25,10 +25,6 @@ constexpr double film_depth_m = 0.16;  // shaders/terrain.frag and lib/light.gls
 constexpr double highest_run_up = 1.2; // shaders/lib/swash.glsl: of swash_height_m
 constexpr double rounding_m = 0.01;    // of heights, far from the origin
 
-unsigned index_type(const PatchLayout &layout) {
-    return layout.index_bytes == 2 ? GL_UNSIGNED_SHORT : GL_UNSIGNED_INT;
-}
-
 /// Calls use(patch, range) for each patch.
 void for_each_range(const assets::TerrainPatches &patches, const Streamer &streamer, auto use) {
     std::uint32_t first = 0; // patch of the tile
@@ -105,6 +101,10 @@ TerrainTiles::TerrainTiles(const assets::Terrain &terrain, const Streamer &strea
             }
         }
     }
+    low_high_m_.reserve(terrain.patches.size());
+    for_each_range(terrain.patches, streamer, [&](std::uint32_t, const PatchRange &range) {
+        low_high_m_.emplace_back(range.low_m, range.high_m);
+    });
     seen_.reserve(terrain.patches.size());
     counts_.resize(terrain.patches.size());
     base_vertices_.resize(terrain.patches.size());
@@ -140,12 +140,20 @@ bool TerrainTiles::sees(const View &view, const glm::vec4 &plane, std::uint32_t 
     if (view.kind == ViewKind::light && !cut_.fade(patch).shows(0.5F)) {
         return false;
     }
-    const glm::vec3 center = view.local(terrain_.patches.center[patch]);
     const float radius_m = terrain_.patches.radius_m[patch];
-    if (above(plane, center) < -radius_m) {
+    if (is_beyond(view, plane, patch)) {
         return false;
     }
     return patch_in_view(view, terrain_.patches.center[patch], radius_m, water_m_);
+}
+
+bool TerrainTiles::is_beyond(const View &view, const glm::vec4 &plane, std::uint32_t patch) const {
+    if (plane.x == 0.0F && plane.z == 0.0F && plane.y != 0.0F) { // level, as that of the water
+        const glm::vec2 &heights_m = low_high_m_[patch];
+        const double y_m = static_cast<double>(plane.y > 0.0F ? heights_m.y : heights_m.x) - view.anchor.y;
+        return static_cast<double>(plane.y) * y_m + static_cast<double>(plane.w) < -rounding_m;
+    }
+    return above(plane, view.local(terrain_.patches.center[patch])) < -terrain_.patches.radius_m[patch];
 }
 
 PatchFade TerrainTiles::fade_in(const View &view, std::uint32_t patch) const {
@@ -190,7 +198,7 @@ void TerrainTiles::draw(const View &view, const TerrainUniforms &uniforms, const
     const VisiblePatch *before = nullptr; // of the last draw call
     for (std::size_t begin = 0; begin < seen_.size();) {
         const VisiblePatch &first = seen_[begin];
-        const PatchPage &page = *first.slot->page;
+        const GeometryPage &page = *first.slot->page;
         if (before == nullptr || before->model != first.model) {
             const glm::dmat4 &model = streamer_.tile(first.model).model();
             gl::Program::set(uniforms.model, view.local(model));
@@ -212,7 +220,7 @@ void TerrainTiles::draw(const View &view, const TerrainUniforms &uniforms, const
             triangles += static_cast<std::uint64_t>(seen.range->index_count) / 3;
         }
         gl::Program::set(uniforms.fade, glm::vec2(first.fade.from, first.fade.to));
-        gl::draw_triangle_ranges(std::span(counts_).first(count), index_type(page.layout),
+        gl::draw_triangle_ranges(std::span(counts_).first(count), page.layout.index_type(),
                                  std::span(offsets_).first(count), std::span(base_vertices_).first(count));
         before = &first;
     }

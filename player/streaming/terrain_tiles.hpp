@@ -52,7 +52,7 @@ std::vector<PatchKind> patch_heights(const assets::Terrain &terrain, const Strea
 /// The patches to draw, by the lights that reach them. `lit`: by light set, as in PointLights. Draws those
 /// whose set is lit, or the others. `bind` is called with each set that is lit before its patches.
 struct PatchLights {
-    std::span<const std::uint8_t> lit;
+    std::span<const std::uint32_t> lit; // PointLights::lit()
     bool draws_lit = false;
     std::function<void(std::uint32_t)> bind;
 };
@@ -96,11 +96,14 @@ class TerrainTiles {
         return terrain_.light_sets.empty() ? 0 : terrain_.light_sets[patch];
     }
     bool is_of(PatchKinds kinds, const View &view, std::uint32_t patch) const;
+    /// True if all of the patch is on the side of the plane that is not kept.
+    bool is_beyond(const View &view, const glm::vec4 &plane, std::uint32_t patch) const;
 
     const assets::Terrain &terrain_;
     const Streamer &streamer_;
     TerrainCut cut_;
-    std::vector<PatchKind> heights_; // patch_heights()
+    std::vector<PatchKind> heights_;    // patch_heights()
+    std::vector<glm::vec2> low_high_m_; // per patch
     double water_m_ = -1e30;
     std::vector<std::uint32_t> first_patch_;        // per tile, plus the end
     std::vector<std::vector<bool>> known_resident_; // per tile and block: what cut_ knows
@@ -109,7 +112,7 @@ class TerrainTiles {
     struct VisiblePatch {
         std::uint32_t patch = 0, model = 0, light_set = 0; // model: a tile
         PatchFade fade;
-        const PatchSlot *slot = nullptr;
+        const GeometrySlot *slot = nullptr;
         const PatchRange *range = nullptr;
     };
     /// True if one draw call may draw both.

@@ -177,7 +177,7 @@ void Uploads::order_ahead() {
 }
 
 void Uploads::count_peak(std::uint64_t bytes) {
-    counts.peak_bytes = std::max(counts.peak_bytes, bytes + patches->unused_bytes());
+    counts.peak_bytes = std::max(counts.peak_bytes, bytes + geometry.unused_bytes());
 }
 
 void Uploads::count_needs() {

@@ -6,7 +6,7 @@
 #include "assets/piece_loader.hpp"
 #include "assets/scene/file.hpp"
 #include "assets/upload_plan.hpp"
-#include "streaming/patch_pool.hpp"
+#include "streaming/geometry_pool.hpp"
 #include "streaming/schedule.hpp"
 #include "streaming/stream_item.hpp"
 #include "streaming/streamer.hpp"
@@ -30,7 +30,7 @@ struct ScenePiece {
     std::uint32_t index = 0;    // into the artifact's plan
 };
 
-/// How terrain patches share buffers: see PatchPool.
+/// How terrain patches share buffers: see GeometryPool.
 struct PatchPages {
     std::uint64_t page_bytes = 0; // 0: each block has buffers of its own
     std::uint64_t slack_bytes = std::numeric_limits<std::uint64_t>::max();
@@ -44,7 +44,7 @@ struct Uploads {
     static constexpr std::uint64_t ahead_bytes = std::uint64_t{16} << 20U; // staged ahead, or one piece
 
     const assets::SceneFile &scene;
-    std::shared_ptr<PatchPool> patches;
+    GeometryPools geometry;
     std::vector<std::shared_ptr<StreamItem>> items; // one per artifact, same order
     std::vector<std::uint32_t> tiles;               // items that are terrain tiles
     std::vector<ScenePiece> pieces;

@@ -70,9 +70,9 @@ TEST_CASE("draw list: instances of a level are one command, mirrored ones anothe
     DrawList list(objects, DrawnMaterials::solid);
     fill(list, items, objects, eye_at(0.0F));
     CHECK(words(list, objects) ==
-          Words{"0:0:0 x2", "0:0:0 x1 mirrored", "0:0:1 x2", "0:1:0 x2", "0:1:0 x1 mirrored", "0:1:1 x2"});
+          Words{"0:0:0 x2", "0:0:1 x2", "0:0:0 x1 mirrored", "0:1:0 x2", "0:1:1 x2", "0:1:0 x1 mirrored"});
     REQUIRE(list.instances().size() == 5);
-    const auto &coarse = list.commands()[2];
+    const auto &coarse = list.commands()[1];
     CHECK(list.instances()[coarse.first][2].w == 1.0F); // rows of the model matrix, the last is z
     CHECK(list.instances()[coarse.first + 1][2].w == 4.0F);
 }
@@ -89,7 +89,7 @@ TEST_CASE("draw list: instances that other lights reach are other commands, whil
     InstanceTransforms transforms(objects);
     transforms.update(glm::dvec3(0.0));
     DrawList list(objects, DrawnMaterials::solid);
-    const auto filled = [&](std::vector<std::uint8_t> lit) {
+    const auto filled = [&](std::vector<std::uint32_t> lit) {
         list.fill(items, eye_at(0.0F), transforms, lit);
         std::vector<std::string> out;
         for (const DrawCommand &command : list.commands()) {
@@ -103,8 +103,9 @@ TEST_CASE("draw list: instances that other lights reach are other commands, whil
     };
     CHECK(filled({}) == Words{"0: 1 2 3 4 5"});
     CHECK(filled({0, 0, 0, 0, 0, 0, 0, 0}) == Words{"0: 1 2 3 4 5"});
-    CHECK(filled({0, 0, 0, 0, 1, 0, 0, 0}) == Words{"0: 1 3 5", "4: 2 4"});
-    CHECK(filled({0, 0, 0, 0, 1, 0, 0, 1}) == Words{"0: 1 5", "4: 2 4", "7: 3"});
+    CHECK(filled({0, 0, 0, 0, 4, 0, 0, 0}) == Words{"0: 1 3 5", "4: 2 4"});
+    CHECK(filled({0, 0, 0, 0, 4, 0, 0, 7}) == Words{"0: 1 5", "4: 2 4", "7: 3"});
+    CHECK(filled({0, 0, 0, 0, 4, 0, 0, 4}) == Words{"0: 1 5", "4: 2 3 4"}); // drawn alike
 }
 
 TEST_CASE("draw list: programs change least, then materials, then meshes") {
@@ -166,4 +167,24 @@ TEST_CASE("draw list: nothing is drawn of what is not visible, and an empty list
         CHECK(list.commands().empty());
         CHECK(list.instances().empty());
     }
+}
+
+TEST_CASE("draw list: casters come by what their shadows need of a material") {
+    std::vector<Object> objects(3);
+    objects[0].materials = {material(0), material(1, AlphaMode::mask)};
+    objects[1].materials = {material(2)};
+    objects[2].materials = {material(3)};
+    objects[0].materials[1].shadow_id = 1;
+    objects[1].materials[0].shadow_id = 2; // two-sided, say
+    std::vector<DrawItem> items;
+    for (Object &object : objects) {
+        object.instances = {standing(0.0)};
+        items.push_back({&object, 0, 1, 0});
+    }
+    DrawList casters(objects, DrawnMaterials::all);
+    fill(casters, items, objects, eye_at(5.0F));
+    CHECK(words(casters, objects) == Words{"0:0:0 x1", "2:0:0 x1", "1:0:0 x1", "0:1:0 x1"});
+    DrawList solid(objects, DrawnMaterials::solid);
+    fill(solid, items, objects, eye_at(5.0F));
+    CHECK(words(solid, objects) == Words{"0:0:0 x1", "1:0:0 x1", "2:0:0 x1", "0:1:0 x1"});
 }

@@ -1,4 +1,4 @@
-#include "streaming/patch_pool.hpp"
+#include "streaming/geometry_pool.hpp"
 
 #include "gl/buffer.hpp"
 #include "streaming/streamed_mesh.hpp"
@@ -18,8 +18,8 @@ constexpr std::uint64_t blocks_per_page = 2; // at least, of pages that blocks s
 
 std::uint32_t next_id = 0; // all GL calls come from one thread
 
-void copy_slot(const PatchSlot &from, const PatchSlot &to) {
-    const PatchLayout &layout = from.page->layout;
+void copy_slot(const GeometrySlot &from, const GeometrySlot &to) {
+    const GeometryLayout &layout = from.page->layout;
     for (std::size_t part = 0; part < layout.vertex_bytes.size(); ++part) {
         const std::size_t bytes = layout.vertex_bytes[part];
         if (bytes != 0) {
@@ -35,15 +35,19 @@ void copy_slot(const PatchSlot &from, const PatchSlot &to) {
 
 } // namespace
 
-std::uint64_t PatchLayout::bytes(std::size_t vertices, std::size_t indices) const {
+std::uint64_t GeometryLayout::bytes(std::size_t vertices, std::size_t indices) const {
     return vertices * std::accumulate(vertex_bytes.begin(), vertex_bytes.end(), std::size_t{0}) +
            indices * index_bytes;
 }
 
+unsigned GeometryLayout::index_type() const {
+    return index_bytes == 2 ? GL_UNSIGNED_SHORT : GL_UNSIGNED_INT;
+}
+
 namespace {
 
-PatchPage make_page(const PatchLayout &layout, std::size_t vertex_count, std::size_t index_count) {
-    PatchPage page;
+GeometryPage make_page(const GeometryLayout &layout, std::size_t vertex_count, std::size_t index_count) {
+    GeometryPage page;
     page.id = next_id++;
     page.layout = layout;
     page.vertex_count = vertex_count;
@@ -69,11 +73,11 @@ PatchPage make_page(const PatchLayout &layout, std::size_t vertex_count, std::si
 }
 
 /// Finds the first gap between the page's blocks that the slot fits; false: there is none.
-bool place(PatchSlot &slot, PatchPage &page) {
+bool place(GeometrySlot &slot, GeometryPage &page) {
     std::size_t vertex = 0; // where the gap begins
     std::size_t index = 0;
-    for (PatchSlot **link = &page.first;; link = &(*link)->next) {
-        PatchSlot *const after = *link;
+    for (GeometrySlot **link = &page.first;; link = &(*link)->next) {
+        GeometrySlot *const after = *link;
         const std::size_t last_vertex = after != nullptr ? after->first_vertex : page.vertex_count;
         const std::size_t last_index = after != nullptr ? after->first_index : page.index_count;
         if (last_vertex - vertex >= slot.vertices && last_index - index >= slot.indices) {
@@ -94,9 +98,9 @@ bool place(PatchSlot &slot, PatchPage &page) {
 }
 
 /// Frees the slot's room in its page.
-void remove(PatchSlot &slot) {
-    PatchPage &page = *slot.page;
-    PatchSlot **link = &page.first;
+void remove(GeometrySlot &slot) {
+    GeometryPage &page = *slot.page;
+    GeometrySlot **link = &page.first;
     while (*link != &slot) {
         link = &(*link)->next;
     }
@@ -107,43 +111,54 @@ void remove(PatchSlot &slot) {
 
 } // namespace
 
-void PatchPool::reserve(std::size_t blocks) {
+void GeometryPool::reserve(std::size_t blocks) {
     const std::size_t pages = pages_.size() + closed_.size() + blocks; // each block may have its own
     pages_.reserve(pages);
     closed_.reserve(pages);
     for (std::size_t i = 0; i < blocks; ++i) {
-        closed_.push_back(std::make_unique<PatchPage>());
+        closed_.push_back(std::make_unique<GeometryPage>());
     }
 }
 
-bool PatchPool::place_in_any(PatchSlot &slot, const PatchLayout &layout, const PatchPage *except) {
-    return std::ranges::any_of(pages_, [&](const std::unique_ptr<PatchPage> &page) {
+void GeometryPool::expect(const GeometryLayout &layout, std::size_t vertices, std::size_t indices) {
+    const auto known = std::ranges::find(expected_, layout, &Expected::layout);
+    if (known == expected_.end()) {
+        expected_.push_back({layout, vertices, indices});
+    } else {
+        known->vertices += vertices;
+        known->indices += indices;
+    }
+}
+
+bool GeometryPool::place_in_any(GeometrySlot &slot, const GeometryLayout &layout,
+                                const GeometryPage *except) {
+    return std::ranges::any_of(pages_, [&](const std::unique_ptr<GeometryPage> &page) {
         return page.get() != except && page->layout == layout && place(slot, *page);
     });
 }
 
-PatchPage &PatchPool::open(const PatchLayout &layout, std::size_t vertices, std::size_t indices) {
+GeometryPage &GeometryPool::open(const GeometryLayout &layout, std::size_t vertices, std::size_t indices) {
     if (closed_.empty()) {
         reserve(1);
     }
     pages_.push_back(std::move(closed_.back()));
     closed_.pop_back();
-    PatchPage &page = *pages_.back();
+    GeometryPage &page = *pages_.back();
     page = make_page(layout, vertices, indices);
     bytes_ += page.bytes;
     return page;
 }
 
-void PatchPool::close(PatchPage &page) {
+void GeometryPool::close(GeometryPage &page) {
     bytes_ -= page.bytes;
-    page = PatchPage();
-    const auto at = std::ranges::find(pages_, &page, &std::unique_ptr<PatchPage>::get);
+    page = GeometryPage();
+    const auto at = std::ranges::find(pages_, &page, &std::unique_ptr<GeometryPage>::get);
     closed_.push_back(std::move(*at));
     pages_.erase(at);
 }
 
-void PatchPool::take(PatchSlot &slot, const PatchLayout &layout, std::size_t vertices, std::size_t indices,
-                     double indices_per_vertex) {
+void GeometryPool::take(GeometrySlot &slot, const GeometryLayout &layout, std::size_t vertices,
+                        std::size_t indices, double indices_per_vertex) {
     slot.vertices = vertices;
     slot.indices = indices;
     const std::uint64_t bytes = layout.bytes(vertices, indices);
@@ -152,7 +167,12 @@ void PatchPool::take(PatchSlot &slot, const PatchLayout &layout, std::size_t ver
                             bytes_ - used_bytes_ + page_bytes_ - bytes <= slack_bytes_;
         std::size_t page_vertices = vertices;
         std::size_t page_indices = indices;
-        if (shares) {
+        const auto expected = std::ranges::find(expected_, layout, &Expected::layout);
+        if (expected != expected_.end()) {
+            page_vertices = std::max(vertices, expected->vertices);
+            page_indices = std::max(indices, expected->indices);
+            expected_.erase(expected);
+        } else if (shares) {
             const double vertex_bytes = static_cast<double>(layout.bytes(1, 0)) +
                                         indices_per_vertex * static_cast<double>(layout.index_bytes);
             const double count = static_cast<double>(page_bytes_) / vertex_bytes;
@@ -164,8 +184,8 @@ void PatchPool::take(PatchSlot &slot, const PatchLayout &layout, std::size_t ver
     used_bytes_ += bytes;
 }
 
-void PatchPool::release(PatchSlot &slot) {
-    PatchPage &page = *slot.page;
+void GeometryPool::release(GeometrySlot &slot) {
+    GeometryPage &page = *slot.page;
     used_bytes_ -= page.layout.bytes(slot.vertices, slot.indices);
     remove(slot);
     if (page.used_bytes == 0) {
@@ -177,13 +197,13 @@ void PatchPool::release(PatchSlot &slot) {
 
 /// Moves the blocks of the page that has most unused bytes into other pages, and deletes it. False: they do
 /// not fit there; those that do have moved.
-bool PatchPool::empty_sparsest() {
+bool GeometryPool::empty_sparsest() {
     const auto sparsest = std::ranges::max_element(
-        pages_, {}, [](const std::unique_ptr<PatchPage> &page) { return page->bytes - page->used_bytes; });
-    PatchPage &page = **sparsest;
+        pages_, {}, [](const std::unique_ptr<GeometryPage> &page) { return page->bytes - page->used_bytes; });
+    GeometryPage &page = **sparsest;
     while (page.first != nullptr) {
-        PatchSlot &slot = *page.first;
-        const PatchSlot before = slot;
+        GeometrySlot &slot = *page.first;
+        const GeometrySlot before = slot;
         remove(slot);
         if (!place_in_any(slot, page.layout, &page)) {
             slot = before; // where it was, because nothing was copied
