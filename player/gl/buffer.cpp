@@ -31,6 +31,17 @@ void replace_buffer(unsigned target, const Buffer &buffer, std::span<const std::
     glBufferData(target, static_cast<GLsizeiptr>(data.size()), data.data(), GL_STREAM_DRAW);
 }
 
+std::byte *map_new_content(unsigned target, const Buffer &buffer, std::size_t bytes) {
+    glBindBuffer(target, buffer.name());
+    glBufferData(target, static_cast<GLsizeiptr>(bytes), nullptr, GL_STREAM_DRAW);
+    return static_cast<std::byte *>(
+        glMapBufferRange(target, 0, static_cast<GLsizeiptr>(bytes), GL_MAP_WRITE_BIT));
+}
+
+void unmap(unsigned target) {
+    glUnmapBuffer(target);
+}
+
 void attribute_floats(unsigned location, int components, const Buffer &buffer, int stride_bytes,
                       std::size_t offset_bytes, unsigned divisor) {
     attribute_numbers(location, components, GL_FLOAT, false, buffer, stride_bytes, offset_bytes);

@@ -48,7 +48,6 @@ std::span<const InstanceRows> InstanceTransforms::of(const DrawItem &item) const
 DrawList::DrawList(std::span<const Object> objects, DrawnMaterials drawn) : objects_(objects), drawn_(drawn) {
     std::size_t most_commands = 0;
     std::size_t most_blended = 0;
-    std::size_t most_instances = 0;
     for (const Object &object : objects) {
         const auto materials = static_cast<std::size_t>(
             std::ranges::count_if(object.materials, [&](const Material &one) { return has(one); }));
@@ -64,12 +63,10 @@ DrawList::DrawList(std::span<const Object> objects, DrawnMaterials drawn) : obje
         }
         most_commands += materials * std::min(groups, object.instances.size());
         most_blended += materials * object.instances.size();
-        most_instances += object.instances.size();
     }
     const bool is_blended = drawn == DrawnMaterials::blended;
     blended_.reserve(is_blended ? most_blended : 0);
     commands_.reserve(is_blended ? most_blended : most_commands);
-    instances_.reserve(is_blended ? most_blended : most_instances);
 }
 
 bool DrawList::has(const Material &material) const {
@@ -79,16 +76,18 @@ bool DrawList::has(const Material &material) const {
 
 void DrawList::fill(std::span<const DrawItem> items, const View &view, const InstanceTransforms &transforms,
                     std::span<const std::uint32_t> lit) {
+    items_ = items;
+    transforms_ = &transforms;
     lit_ = lit;
     if (!lit_.empty()) {
         find_lights();
     }
     commands_.clear();
-    instances_.clear();
     if (drawn_ == DrawnMaterials::blended) {
-        fill_blended(items, view, transforms);
+        fill_blended(view);
+        instance_count_ = blended_.size();
     } else {
-        fill_sorted(items, transforms);
+        fill_sorted();
     }
 }
 
@@ -125,14 +124,36 @@ void DrawList::for_each_part(const DrawItem &item, const Take &take) {
     }
 }
 
-void DrawList::fill_sorted(std::span<const DrawItem> items, const InstanceTransforms &transforms) {
-    for (Group &group : groups_) {
-        group.count = group.filled = 0;
+bool DrawList::is_drawn(const DrawItem &item) const {
+    return std::ranges::any_of(item.object->materials, [&](const Material &one) { return has(one); });
+}
+
+void DrawList::write_instances(std::span<InstanceRows> rows) {
+    if (drawn_ == DrawnMaterials::blended) {
+        std::ranges::transform(blended_, rows.begin(), [&](const Blended &one) {
+            return transforms_->of(items_[one.item])[one.instance];
+        });
+        return;
     }
-    const auto is_drawn = [&](const DrawItem &item) {
-        return std::ranges::any_of(item.object->materials, [&](const Material &one) { return has(one); });
-    };
-    for (const DrawItem &item : items) {
+    for (Group &group : groups_) {
+        group.filled = 0;
+    }
+    for (const DrawItem &item : items_) {
+        if (is_drawn(item)) {
+            for_each_part(item, [&](Group &group, std::uint32_t first, std::uint32_t count) {
+                std::ranges::copy(transforms_->of(item).subspan(first, count),
+                                  rows.begin() + group.first + group.filled);
+                group.filled += count;
+            });
+        }
+    }
+}
+
+void DrawList::fill_sorted() {
+    for (Group &group : groups_) {
+        group.count = 0;
+    }
+    for (const DrawItem &item : items_) {
         if (is_drawn(item)) {
             for_each_part(item,
                           [](Group &group, std::uint32_t, std::uint32_t count) { group.count += count; });
@@ -149,16 +170,7 @@ void DrawList::fill_sorted(std::span<const DrawItem> items, const InstanceTransf
             }
         }
     }
-    instances_.resize(total);
-    for (const DrawItem &item : items) {
-        for_each_part(item, [&](Group &group, std::uint32_t first, std::uint32_t count) {
-            if (group.filled < group.count) {
-                std::ranges::copy(transforms.of(item).subspan(first, count),
-                                  instances_.begin() + group.first + group.filled);
-                group.filled += count;
-            }
-        });
-    }
+    instance_count_ = total;
     const bool casts = drawn_ == DrawnMaterials::all;
     std::ranges::sort(commands_, {}, [&](const DrawCommand &command) {
         const Material &material = command.object->materials[command.material];
@@ -170,18 +182,17 @@ void DrawList::fill_sorted(std::span<const DrawItem> items, const InstanceTransf
     });
 }
 
-void DrawList::fill_blended(std::span<const DrawItem> items, const View &view,
-                            const InstanceTransforms &transforms) {
+void DrawList::fill_blended(const View &view) {
     blended_.clear();
-    for (std::uint32_t i = 0; i < items.size(); ++i) {
-        const Object &object = *items[i].object;
+    for (std::uint32_t i = 0; i < items_.size(); ++i) {
+        const Object &object = *items_[i].object;
         for (std::uint32_t m = 0; m < object.materials.size(); ++m) {
             if (!has(object.materials[m])) {
                 continue;
             }
             const glm::dvec4 center(object.materials[m].center, 1.0);
-            for (std::uint32_t n = 0; n < items[i].count; ++n) {
-                const glm::dvec3 place(items[i].instances()[n].model * center);
+            for (std::uint32_t n = 0; n < items_[i].count; ++n) {
+                const glm::dvec3 place(items_[i].instances()[n].model * center);
                 blended_.push_back({i, n, m, glm::distance(view.local(place), view.eye)});
             }
         }
@@ -190,12 +201,11 @@ void DrawList::fill_blended(std::span<const DrawItem> items, const View &view,
         return std::tuple(-a.distance, a.item, a.instance, a.material) <
                std::tuple(-b.distance, b.item, b.instance, b.material);
     });
-    for (const Blended &one : blended_) {
-        const DrawItem &item = items[one.item];
+    for (std::uint32_t first = 0; first < blended_.size(); ++first) {
+        const Blended &one = blended_[first];
+        const DrawItem &item = items_[one.item];
         const std::uint32_t light_set =
             drawn_set(item.object->light_sets[item.instances()[one.instance].light]);
-        const auto first = static_cast<std::uint32_t>(instances_.size());
-        instances_.push_back(transforms.of(item)[one.instance]);
         // Instances of a draw call are drawn in their order. Two-sided materials take two calls each.
         if (!commands_.empty()) {
             DrawCommand &last = commands_.back();

@@ -41,7 +41,7 @@ struct DrawCommand {
     std::uint32_t material = 0; // index into Object::materials
     int lod = 0;
     bool mirrored = false;   // the winding of the triangles is reversed
-    std::uint32_t first = 0; // index into DrawList::instances()
+    std::uint32_t first = 0; // of the list's instances
     std::uint32_t count = 0;
     std::uint32_t light_set = 0; // of the scene; 0: none of its lights is on
 };
@@ -62,7 +62,10 @@ class DrawList {
 
     std::span<const DrawCommand> commands() const { return commands_; }
     std::size_t most_commands() const { return commands_.capacity(); }
-    std::span<const InstanceRows> instances() const { return instances_; }
+    /// Number of instances, and their transforms in the order of the commands. `rows` has room for them; what
+    /// fill() was given must still be there.
+    std::size_t instance_count() const { return instance_count_; }
+    void write_instances(std::span<InstanceRows> rows);
     std::size_t index_of(const Object &object) const {
         return static_cast<std::size_t>(&object - objects_.data());
     }
@@ -94,20 +97,23 @@ class DrawList {
     /// Calls take(group, first, count) for the parts of an item that share their lights.
     template <class Take>
     void for_each_part(const DrawItem &item, const Take &take);
-    void fill_sorted(std::span<const DrawItem> items, const InstanceTransforms &transforms);
-    void fill_blended(std::span<const DrawItem> items, const View &view,
-                      const InstanceTransforms &transforms);
+    bool is_drawn(const DrawItem &item) const;
+    void fill_sorted();
+    void fill_blended(const View &view);
 
     std::span<const Object> objects_;
     DrawnMaterials drawn_;
-    std::span<const std::uint32_t> lit_;     // of this fill
+    // of this fill
+    std::span<const DrawItem> items_;
+    const InstanceTransforms *transforms_ = nullptr;
+    std::span<const std::uint32_t> lit_;
+    std::size_t instance_count_ = 0;
     std::vector<std::uint32_t> first_light_; // by object
     std::vector<std::uint32_t> light_as_;    // by entry of Object::light_sets: the first that is drawn alike
     std::vector<std::uint32_t> first_group_; // by object
     std::vector<Group> groups_;              // two for each level and set of lights
     std::vector<Blended> blended_;
     std::vector<DrawCommand> commands_;
-    std::vector<InstanceRows> instances_;
 };
 
 } // namespace paradize

@@ -409,7 +409,12 @@ bool ObjectsPass::fill(DrawList &list, const Frame &frame, const View &view) {
     if (list.commands().empty()) {
         return false;
     }
-    gl::replace_buffer(GL_ARRAY_BUFFER, instances_, std::as_bytes(list.instances()));
+    const std::size_t count = list.instance_count();
+    if (!gl::refill_buffer(GL_ARRAY_BUFFER, instances_, count * sizeof(InstanceRows), [&](std::byte *rows) {
+            list.write_instances({reinterpret_cast<InstanceRows *>(rows), count});
+        })) {
+        return false;
+    }
     make_batches(list, view.kind);
     return true;
 }

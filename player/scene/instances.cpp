@@ -170,25 +170,21 @@ InstanceTree::Reach InstanceTree::distances(const Node &node, const View &view, 
     return {near - node.most_radius_m - rounding_m, far - node.least_radius_m + rounding_m};
 }
 
-int InstanceTree::lod_of(const Sphere &sphere, const View &view, const LodQuery &query) {
-    const float distance_m = glm::distance(query.eye, view.local(sphere.center)) - sphere.radius_m;
-    return choose_lod(query, distance_m, sphere.scale, sphere.radius_m);
+int InstanceTree::lod_of(const Sphere &sphere, const glm::vec3 &center, const LodQuery &query) {
+    return choose_lod(query, glm::distance(query.eye, center) - sphere.radius_m, sphere.scale,
+                      sphere.radius_m);
 }
 
-InstanceTree::CullResult InstanceTree::look(const Node &node, const View &view, const LodQuery &query) {
-    const Side side = side_of(node, view);
-    if (side != Side::inside) {
-        return {side, 0};
-    }
+InstanceTree::Levels InstanceTree::levels_of(const Node &node, const View &view, const LodQuery &query) {
     const Reach reach = distances(node, view, query.eye);
     const int finest =
         choose_lod(query, reach.least_m, node.most_scale * (1.0F + widening), node.most_radius_m);
+    if (finest < 0) {
+        return {true, finest};
+    }
     const int coarsest =
         choose_lod(query, reach.most_m, node.least_scale * (1.0F - widening), node.least_radius_m);
-    if (finest < 0) {
-        return {Side::outside, 0};
-    }
-    return finest == coarsest ? CullResult{Side::inside, finest} : CullResult{Side::crossed, 0};
+    return {finest == coarsest, finest};
 }
 
 void InstanceTree::find_nearest(const View &view, const LodQuery &query, float near_m,
@@ -211,7 +207,8 @@ void InstanceTree::find_nearest(const View &view, const LodQuery &query, float n
         for (std::uint32_t i = node.first; i < node.first + node.count; ++i) {
             const Sphere &sphere = spheres_[i];
             const glm::vec3 center = view.local(sphere.center);
-            if (const int lod = lod_of(sphere, view, query); lod >= 0 && view.sees(center, sphere.radius_m)) {
+            if (const int lod = lod_of(sphere, center, query);
+                lod >= 0 && view.sees(center, sphere.radius_m)) {
                 const float distance_m = glm::distance(query.eye, center) - sphere.radius_m;
                 nearest.lod = std::min(nearest.lod, lod);
                 nearest.pixels_per_m = std::max(nearest.pixels_per_m, pixels_per_m(distance_m, sphere.scale));

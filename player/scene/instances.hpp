@@ -75,18 +75,42 @@ class InstanceTree {
     /// Calls take(InstanceRange) for what `view` sees, in the order of the list. Ranges may touch.
     template <class Take>
     void collect(const View &view, const LodQuery &query, const Take &take) const {
+        // What holds of a node holds of all below it, up to these nodes.
+        std::size_t inside_until = 0;
+        std::size_t level_until = 0;
+        Levels levels;
         for (std::size_t at = 0; at < nodes_.size();) {
             const Node &node = nodes_[at];
-            const CullResult seen = look(node, view, query);
-            at = seen.side == Side::crossed && !node.is_leaf() ? at + 1 : node.next;
-            if (seen.side == Side::inside) {
-                take(InstanceRange{node.first, node.count, seen.lod, node.first >= first_mirrored_});
-            } else if (seen.side == Side::crossed && node.is_leaf()) {
-                for (std::uint32_t i = node.first; i < node.first + node.count; ++i) {
-                    const int lod = lod_of(spheres_[i], view, query);
-                    if (lod >= 0 && view.sees(view.local(spheres_[i].center), spheres_[i].radius_m)) {
-                        take(InstanceRange{i, 1, lod, i >= first_mirrored_});
-                    }
+            const Side side = at < inside_until ? Side::inside : side_of(node, view);
+            if (side == Side::outside) {
+                at = node.next;
+                continue;
+            }
+            if (side == Side::inside && at >= inside_until) {
+                inside_until = node.next;
+            }
+            if (at >= level_until) {
+                levels = levels_of(node, view, query);
+                level_until = levels.one ? node.next : 0;
+            }
+            if (levels.one && levels.lod < 0) {
+                at = node.next;
+                continue;
+            }
+            if (levels.one && side == Side::inside) {
+                take(InstanceRange{node.first, node.count, levels.lod, node.first >= first_mirrored_});
+                at = node.next;
+                continue;
+            }
+            at = node.is_leaf() ? node.next : at + 1;
+            for (std::uint32_t i = node.first; node.is_leaf() && i < node.first + node.count; ++i) {
+                const glm::vec3 center = view.local(spheres_[i].center);
+                if (side != Side::inside && !view.sees(center, spheres_[i].radius_m)) {
+                    continue;
+                }
+                const int lod = levels.one ? levels.lod : lod_of(spheres_[i], center, query);
+                if (lod >= 0) {
+                    take(InstanceRange{i, 1, lod, i >= first_mirrored_});
                 }
             }
         }
@@ -116,9 +140,9 @@ class InstanceTree {
         bool is_leaf() const { return leaf; }
     };
     enum class Side { outside, inside, crossed };
-    struct CullResult {
-        Side side = Side::outside;
-        int lod = 0; // of all instances, where side is inside
+    struct Levels {
+        bool one = false; // all instances of the node are drawn at the same one
+        int lod = 0;      // which; negative: they are left out
     };
     struct Reach {
         float least_m = 0.0F, most_m = 0.0F;
@@ -128,13 +152,13 @@ class InstanceTree {
     static Node around(const Node &a, const Node &b);
     void build(std::vector<std::uint32_t> &order, const std::vector<Instance> &instances, std::uint32_t first,
                std::uint32_t count);
-    /// Inside: the view sees every instance of the node, all at one level.
-    static CullResult look(const Node &node, const View &view, const LodQuery &query);
+    static Levels levels_of(const Node &node, const View &view, const LodQuery &query);
+    /// Inside: the view sees every instance of the node.
     static Side side_of(const Node &node, const View &view);
     /// Bounds of the distances from a point to the spheres.
     static Reach distances(const Node &node, const View &view, const glm::vec3 &eye);
-    /// Negative: left out.
-    static int lod_of(const Sphere &sphere, const View &view, const LodQuery &query);
+    /// `center`: of the sphere, in the view's coordinates. Negative: left out.
+    static int lod_of(const Sphere &sphere, const glm::vec3 &center, const LodQuery &query);
 
     std::vector<Node> nodes_;          // parents before children
     std::vector<Sphere> spheres_;      // of the sorted instances
