@@ -75,7 +75,7 @@ class InstanceTree {
     /// Calls take(InstanceRange) for what `view` sees, in the order of the list. Ranges may touch.
     template <class Take>
     void collect(const View &view, const LodQuery &query, const Take &take) const {
-        // What holds of a node holds of all below it, up to these nodes.
+        // Below a node that is inside, or at one level, all nodes are; the first that is not below it:
         std::size_t inside_until = 0;
         std::size_t level_until = 0;
         Levels levels;

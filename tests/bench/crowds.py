@@ -123,8 +123,8 @@ def crowd_rows(runs: int, folder: Path) -> Iterator[Row]:
         turns = [(drawn(scene, 5), drawn(island, 5)) for _ in range(min(runs, 3))]
         frame_ms, island_ms = (statistics.median(turn[i]["frame_ms"] for turn in turns) for i in (0, 1))
         scene_ms, plain_ms = (statistics.median(turn[i]["scene_ms"] for turn in turns) for i in (0, 1))
-        calls = [turn["draw_calls"] for turn in turns[0]]
-        inside = f"160 x 90, second 75, all resident; {calls[0]} draw calls, the island {calls[1]}"
+        calls = [turn["most_draw_calls"] for turn in turns[0]]
+        inside = f"160 x 90, second 75, all resident; at most {calls[0]} draw calls, the island {calls[1]}"
         on_device = "the software rasteriser's threads"
         yield Row(
             f"{name} on the island, a frame", frame_ms, "the island's frame", island_ms, "-", "-",
@@ -137,7 +137,7 @@ def crowd_rows(runs: int, folder: Path) -> Iterator[Row]:
         )  # fmt: skip
         if name == "2,000 palms":
             for what, ours, most, unit in (
-                ("draw calls", calls[0], 60, ""),
+                ("most draw calls", calls[0], 60, ""),
                 ("finding", scene_ms, 0.5, "ms"),
             ):
                 yield Row(
