@@ -206,7 +206,9 @@ def test_nothing_that_a_view_sees_is_culled(hilly: Path, player: Player, tmp_pat
         patches["radius_m"] = [1e6] * len(patches["radius_m"])
         whole, all_of_it = draw(player, place(tmp_path / name / "whole", hilly, manifest))
         assert np.array_equal(culled, whole), name
-        assert all_of_it["patches"] == all_of_it["cut_patches"] == counts["cut_patches"]
+        # Above the water, patches wholly under it are culled by their heights, whatever their spheres.
+        assert all_of_it["cut_patches"] == counts["cut_patches"]
+        assert all_of_it["patches"] < all_of_it["cut_patches"], name
         assert counts["patches"] < (1.0 if name in ("above", "at the rim") else 0.8) * all_of_it["patches"]
 
 
