@@ -1,5 +1,5 @@
-// Macros: ALPHA_MODE 0 opaque, 1 holes where alpha is below the cutoff, 2 blended; default 0. VERTEX_COLORS,
-// SECOND_UV and VERTEX_LIT as in object.vert. The model of materials is glTF's: The Khronos Group, "glTF 2.0 Specification", 2021,
+// Macros: ALPHA_MODE 0 opaque, 1 holes where alpha is below the cutoff, 2 blended; ALPHA_TAPS 0 discards fragments below the
+// cutoff, 1 or 4: alpha becomes coverage, by as many lookups; default 0. VERTEX_COLORS, SECOND_UV and VERTEX_LIT as in object.vert. The model of materials is glTF's: The Khronos Group, "glTF 2.0 Specification", 2021,
 // section 3.9 and appendix B.
 #include "lib/clip_frag.glsl"
 #include "lib/fog.glsl"
@@ -11,6 +11,9 @@
 
 #ifndef ALPHA_MODE
 #define ALPHA_MODE 0
+#endif
+#ifndef ALPHA_TAPS
+#define ALPHA_TAPS 0
 #endif
 #ifndef VERTEX_COLORS
 #define VERTEX_COLORS 0
@@ -28,7 +31,6 @@ uniform sampler2D u_height;
 uniform sampler2D u_gloss;     // R specular intensity, G smoothness
 uniform sampler2D u_occlusion; // R share of the light from all around, G metalness
 uniform sampler2D u_emission;
-uniform int u_alpha_taps; // 0: discards fragments below the cutoff; more: alpha becomes coverage, by 1 or 4 lookups
 
 #if VERTEX_LIT
 in vec3 v_front;
@@ -38,6 +40,7 @@ in vec3 v_haze;
 in vec3 v_position;
 in vec3 v_normal;
 in vec4 v_tangent;
+flat in vec3 v_zenith;
 #endif
 in vec2 v_uv;
 #if SECOND_UV
@@ -61,6 +64,12 @@ layout(location = 0) out vec4 fragment;
 #define FETCH(map) texture(map, uv)
 #endif
 
+#ifndef TRANSLUCENT
+#define TRANSLUCENT 1
+#endif
+#ifndef COLOR_MAP
+#define COLOR_MAP 1
+#endif
 #ifndef NORMAL_MAP
 #define NORMAL_MAP 1
 #define GLOSS_MAP 1
@@ -71,14 +80,16 @@ layout(location = 0) out vec4 fragment;
 #if ALPHA_MODE == 1
 // Sharpens alpha to an edge at any distance. edge: how much alpha changes from pixel to pixel. B. Golus, "Anti-aliased
 // Alpha Test", 2017.
-float covered(float alpha, float edge) {
+vec4 covered(vec4 alpha, float edge) {
     return clamp((alpha - material.alpha_cutoff) / edge + 0.5, 0.0, 1.0);
 }
+#endif
 
-// The share of the pixel that is covered, looked up at four places in mips two levels finer. Where holes are as small as
-// pixels, a lookup for the whole pixel merges them: what is half covered becomes a plate that steps. B. Golus, "Sharper
-// Mipmapping using Shader Based Supersampling", 2018.
-float tapped_coverage(vec2 uv, float factor, float edge) {
+#if ALPHA_MODE == 1 && ALPHA_TAPS > 1
+// The colour of the pixel, the mean of lookups at four places in mips two levels finer, and the alpha of each. Where holes
+// are as small as pixels, a lookup for the whole pixel merges them: what is half covered becomes a plate that steps. B.
+// Golus, "Sharper Mipmapping using Shader Based Supersampling", 2018.
+vec4 tapped_color(vec2 uv, out vec4 alphas) {
     const vec2 places[4] = vec2[4](vec2(-0.125, -0.375), vec2(0.375, -0.125), vec2(0.125, 0.375), vec2(-0.375, 0.125));
     vec2 x = dFdx(v_uv);
     vec2 y = dFdy(v_uv);
@@ -86,13 +97,13 @@ float tapped_coverage(vec2 uv, float factor, float edge) {
     vec2 texels = vec2(textureSize(u_color, 0));
     float widest = max(dot(x * texels, x * texels), dot(y * texels, y * texels));
     float mip = max(floor(0.5 * log2(max(widest, 1e-12)) - 1.5), 0.0);
-    float sum = 0.0;
-    for (int i = 0; i < u_alpha_taps; ++i) {
-        vec2 place = uv + places[i & 3].x * x + places[i & 3].y * y;
-        float alpha = material.has_color > 0.5 ? textureLod(u_color, place, mip).a : 1.0;
-        sum += covered(alpha * factor, 0.5 * edge);
+    vec4 sum = vec4(0.0);
+    for (int i = 0; i < 4; ++i) {
+        vec4 texel = textureLod(u_color, uv + places[i].x * x + places[i].y * y, mip);
+        alphas[i] = texel.a;
+        sum += texel;
     }
-    return sum / float(u_alpha_taps);
+    return 0.25 * sum;
 }
 #endif
 
@@ -119,7 +130,14 @@ void main() {
     }
 #endif
 
-    vec4 base = material.has_color > 0.5 ? FETCH(u_color) : vec4(1.0);
+#if !COLOR_MAP
+    vec4 base = vec4(1.0);
+#elif ALPHA_MODE == 1 && ALPHA_TAPS > 1
+    vec4 alphas;
+    vec4 base = tapped_color(uv, alphas);
+#else
+    vec4 base = FETCH(u_color);
+#endif
     vec4 factor = material.base_color;
 #if VERTEX_COLORS
     factor *= clamp(v_color, 0.0, 1.0);
@@ -171,15 +189,21 @@ void main() {
 
     float coverage = 1.0;
 #if ALPHA_MODE == 1
-    float edge = max(fwidth(base.a), 1e-3);
-    if (u_alpha_taps > 0) {
-        coverage = u_alpha_taps > 1 ? tapped_coverage(uv, factor.a, edge) : covered(base.a, edge);
-        if (coverage <= 0.0) {
-            discard;
-        }
-    } else if (base.a < material.alpha_cutoff) {
+#if ALPHA_TAPS == 0
+    if (base.a < material.alpha_cutoff) {
         discard;
     }
+#else
+    float edge = max(fwidth(base.a), 1e-3);
+#if ALPHA_TAPS > 1 && COLOR_MAP
+    coverage = dot(covered(alphas * factor.a, 0.5 * edge), vec4(0.25));
+#else
+    coverage = covered(vec4(base.a), edge).x;
+#endif
+    if (coverage <= 0.0) {
+        discard;
+    }
+#endif
 #elif ALPHA_MODE == 2
     coverage = base.a;
 #endif
@@ -187,12 +211,14 @@ void main() {
 #if VERTEX_LIT
     fragment = vec4(base.rgb * (gl_FrontFacing ? v_front : v_back) + v_haze, coverage);
 #else
-    Surface s = matte_surface(v_position, world_normal, geometric, base.rgb * (1.0 - metalness));
+    Surface s = matte_surface(v_position, world_normal, geometric, base.rgb * (1.0 - metalness), v_zenith);
     s.reflector = dielectric_reflector(0.08 * gloss.r * material.specular_smoothness.x);
     s.reflector.metal = base.rgb;
     s.reflector.metalness = metalness;
     s.alpha = alpha;
+#if TRANSLUCENT
     s.translucency = material.translucency;
+#endif
     s.occlusion = 1.0 + material.occlusion_strength * (occlusion.r - 1.0);
     vec3 color = min(shade(s) + emission, vec3(60000.0)); // the target's half floats end at 65504
 

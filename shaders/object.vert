@@ -4,6 +4,7 @@
 #include "lib/guard.glsl"
 #include "lib/model.glsl"
 #include "lib/position.glsl"
+#include "lib/zenith.glsl"
 
 #ifndef VERTEX_COLORS
 #define VERTEX_COLORS 0
@@ -48,6 +49,7 @@ out vec3 v_haze;  // radiance of the haze
 out vec3 v_position;
 out vec3 v_normal;
 out vec4 v_tangent;
+flat out vec3 v_zenith;
 #endif
 out vec2 v_uv;
 #if SECOND_UV
@@ -83,7 +85,7 @@ void main() {
 #endif
     vec3 world_normal = side * safe_normalize(cofactors * upright, vec3(0.0, 1.0, 0.0));
 #if VERTEX_LIT
-    Surface s = matte_surface(world, world_normal, world_normal, vec3(1.0));
+    Surface s = matte_surface(world, world_normal, world_normal, vec3(1.0), sky_zenith());
     s.translucency = material.translucency;
     vec3 front = shade(s);
     s.normal = s.geometric = -world_normal;
@@ -94,6 +96,7 @@ void main() {
 #else
     v_position = world;
     v_normal = world_normal;
+    v_zenith = sky_zenith();
     v_tangent = vec4(safe_normalize(model * tangent.xyz, vec3(1.0, 0.0, 0.0)), side * tangent.w);
 #endif
     v_uv = uv0;

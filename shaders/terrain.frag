@@ -46,6 +46,8 @@ in vec3 v_normal;
 in vec4 v_tangent;
 in vec2 v_uv_sand;
 in vec2 v_uv_effect;
+flat in vec3 v_zenith;
+flat in vec3 v_sand_mean;
 
 layout(location = 0) out vec4 fragment;
 
@@ -127,7 +129,7 @@ void main() {
     float grain = 1.0;
     if (grain_strength > 0.0) {
         sand = sand_sample(u_sand_color, v_uv_sand, scale, dx, dy).rgb;
-        float mean = luminance(textureLod(u_sand_color, v_uv_sand, 16.0).rgb);
+        float mean = luminance(v_sand_mean);
         grain = clamp(luminance(sand) / max(mean, 1e-3), 0.5, 1.6);
         // Close to the eye grains have more contrast.
         float contrast = 1.0 + 0.45 * near_eye * (grain - 1.0);
@@ -197,7 +199,7 @@ void main() {
 
     vec3 geometric = safe_normalize(v_normal, vec3(0.0, 1.0, 0.0));
     vec3 world_normal = tangent_to_world(local_normal, v_normal, v_tangent);
-    Surface s = matte_surface(v_position, world_normal, geometric, albedo);
+    Surface s = matte_surface(v_position, world_normal, geometric, albedo, v_zenith);
     s.reflector = dielectric_reflector(mix(0.04 * u_sand_mix.z, 0.02, wet));
     s.alpha = filtered_alpha(s.normal, alpha_of_smoothness(mix(u_sand_mix.w, wet_smoothness, wet)));
     vec3 color = shade(s);

@@ -1,5 +1,6 @@
 #include "lib/guard.glsl"
 #include "lib/position.glsl"
+#include "lib/zenith.glsl"
 
 layout(location = 0) in vec3 position;
 layout(location = 1) in vec3 normal;
@@ -15,6 +16,10 @@ out vec3 v_normal;
 out vec4 v_tangent;
 out vec2 v_uv_sand;
 out vec2 v_uv_effect;
+flat out vec3 v_zenith;
+flat out vec3 v_sand_mean; // linear colour of all the sand
+
+uniform sampler2D u_sand_color;
 
 void main() {
     v_position = (u_model * vec4(position, 1.0)).xyz;
@@ -22,5 +27,7 @@ void main() {
     v_tangent = vec4(safe_normalize(mat3(u_model) * tangent.xyz, vec3(1.0, 0.0, 0.0)), tangent.w);
     v_uv_sand = uv0;
     v_uv_effect = uv1;
+    v_zenith = sky_zenith();
+    v_sand_mean = textureLod(u_sand_color, uv0, 16.0).rgb;
     write_position(v_position);
 }

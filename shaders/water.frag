@@ -1,4 +1,4 @@
-// Macros: RIPPLES 1 has ripples run from what stands in the water; SWASH 1 has waves run up the beach; NEAR_WAVES 1 has waves lift the surface; default 0.
+// Macros: IN_WATER 1 for an eye below the surface; RIPPLES 1 has ripples run from what stands in the water; SWASH 1 has waves run up the beach; NEAR_WAVES 1 has waves lift the surface; default 0.
 #include "lib/color.glsl"
 #include "lib/fog.glsl"
 #include "lib/hash.glsl"
@@ -14,6 +14,9 @@
 #endif
 #ifndef SWASH
 #define SWASH 0
+#endif
+#ifndef IN_WATER
+#define IN_WATER 0
 #endif
 #ifndef NEAR_WAVES
 #define NEAR_WAVES 0
@@ -73,19 +76,16 @@ void main() {
 #endif
     vec3 n = wave_normal(tilt);
 
-    // From below: the sky inside Snell's window, the water's own radiance around it.
-    if (eye_in_water()) {
-        vec3 down = -n;
-        vec3 refracted = refract(-v, down, WATER_IOR);
-        vec3 color = u_water_glow;
-        if (dot(refracted, refracted) > 0.0) {
-            float f = fresnel_schlick(WATER_F0, dot(refracted, n));
-            color = mix(sky_radiance(refracted), u_water_glow, f);
-        }
-        fragment = vec4(apply_haze(color, v_position), 1.0);
-        return;
+#if IN_WATER
+    // The sky inside Snell's window, the water's own radiance around it.
+    vec3 refracted = refract(-v, -n, WATER_IOR);
+    vec3 color = u_water_glow;
+    if (dot(refracted, refracted) > 0.0) {
+        float f = fresnel_schlick(WATER_F0, dot(refracted, n));
+        color = mix(sky_radiance(refracted), u_water_glow, f);
     }
-
+    fragment = vec4(apply_haze(color, v_position), 1.0);
+#else
     // Slopes that face away are hidden by other waves at grazing angles, so they are weighted less.
     float v_up = max(v.y, 1e-3);
     float facing = dot(n, v) / v_up;
@@ -113,20 +113,16 @@ void main() {
     vec2 ahead = -v.xz * inversesqrt(max(dot(v.xz, v.xz), 1e-4));
     vec2 distortion = vec2(dot(shake, right) * (0.25 + 0.75 * n_v), dot(shake, ahead));
 
-    vec3 reflection;
-    if (u_has_textures.x > 0.5) {
-        reflection = texture(u_reflection, clamp_to_picture(screen + distortion * u_distortion.x, texel)).rgb;
-    } else {
-        reflection = sky_radiance(reflect(-v, n));
-    }
     // Far away, waves smaller than a pixel reflect a higher, bluer part of the sky and reflect less: E.
     // Bruneton, F. Neyret, N. Holzschuch, "Real-time Realistic Ocean Lighting", EG 2010.
     float rough = 1.0 - resolved.x * resolved.y;
     rough *= rough;
-    if (rough > 0.01) {
-        vec3 towards_sky = safe_normalize(vec3(-v.x, abs(v.y) + 0.20, -v.z), vec3(0.0, 1.0, 0.0));
-        reflection = mix(reflection, sky_radiance(towards_sky), rough);
-    }
+    vec3 towards_sky = safe_normalize(vec3(-v.x, abs(v.y) + 0.20, -v.z), vec3(0.0, 1.0, 0.0));
+    // Without a reflection texture the sky stands for it. One lookup of the sky serves either.
+    bool mirrors = u_has_textures.x > 0.5;
+    vec3 sky = sky_radiance(mirrors ? towards_sky : safe_normalize(mix(reflect(-v, n), towards_sky, rough), towards_sky));
+    vec3 reflection = texture(u_reflection, clamp_to_picture(screen + distortion * u_distortion.x, texel)).rgb;
+    reflection = mirrors ? mix(reflection, sky, rough) : sky;
 
     // Colour of the floor. The distorted sample is used unless it shows something above the water,
     vec4 floor_undistorted = vec4(0.0);
@@ -210,4 +206,5 @@ void main() {
     haze = max(haze, vec3(exp(-abs(v.y) / 0.008) * smoothstep(30.0, 150.0, distance_m)));
     color = mix(color, haze_color(-v), haze);
     fragment = vec4(color, opaque);
+#endif
 }

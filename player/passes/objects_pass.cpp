@@ -85,16 +85,27 @@ bool is_vertex_lit(const RenderSettings &settings, const assets::Material &mater
            material.emission == glm::vec3(0.0F);
 }
 
+/// Lookups of alpha that become coverage of a pixel's samples; 0: what is below the cutoff is left out.
+int alpha_taps(const RenderSettings &settings, const assets::Material &material, bool covers) {
+    if (!covers || settings.samples <= 1 || material.alpha_mode != AlphaMode::mask) {
+        return 0;
+    }
+    return settings.fine_edges ? 4 : 1;
+}
+
 std::string lit_defines(const RenderSettings &settings, const assets::Material &material, bool dry,
-                        bool point_lights) {
+                        bool point_lights, bool covers) {
     const auto has = [&](ObjectMap map) { return material.maps[map].empty() ? 0 : 1; };
     const bool has_parallax = material.parallax_scale > 0.0F && has(ObjectMap::height) != 0;
     return joined(
         {vertex_defines(material, true), shadow_define(settings), cascades_define(settings),
          define("PARALLAX_STEPS", has_parallax ? settings.parallax_steps : 0), define("DRY", dry ? 1 : 0),
          define("MATTE", is_matte(material) ? 1 : 0), point_lights_define(point_lights),
-         define("NORMAL_MAP", has(ObjectMap::normal)), define("GLOSS_MAP", has(ObjectMap::gloss)),
-         define("OCCLUSION_MAP", has(ObjectMap::occlusion)), define("EMISSION_MAP", has(ObjectMap::emission)),
+         define("ALPHA_TAPS", alpha_taps(settings, material, covers)),
+         define("TRANSLUCENT", material.translucency > 0.0F ? 1 : 0),
+         define("COLOR_MAP", has(ObjectMap::color)), define("NORMAL_MAP", has(ObjectMap::normal)),
+         define("GLOSS_MAP", has(ObjectMap::gloss)), define("OCCLUSION_MAP", has(ObjectMap::occlusion)),
+         define("EMISSION_MAP", has(ObjectMap::emission)),
          define("SECOND_UV", has_second_map(material) ? 1 : 0),
          define("VERTEX_LIT", is_vertex_lit(settings, material, dry) ? 1 : 0)});
 }
@@ -153,8 +164,7 @@ gl::MaterialUniforms uniforms_of(const Material &material) {
 } // namespace
 
 ObjectsPass::Lit::Lit(const PassSetup &setup, const std::string &defines)
-    : program(setup.shaders, "object.vert", "object.frag", {defines}), environment(setup, program),
-      alpha_taps(program.location("u_alpha_taps")) {
+    : program(setup.shaders, "object.vert", "object.frag", {defines}), environment(setup, program) {
     assets::for_each_map([&](ObjectMap map, std::string_view name) {
         program.set_unit(("u_" + std::string(name)).c_str(), static_cast<int>(unit_of(map)));
     });
@@ -202,15 +212,18 @@ ObjectsPass::ObjectsPass(const PassSetup &setup, DrawnMaterials drawn)
             const bool is_blended = values.alpha_mode == AlphaMode::blend;
             Programs &numbers = programs.emplace_back();
             if (is_blended == (drawn == DrawnMaterials::blended)) {
-                const auto lit = [&](bool dry) {
+                const auto lit = [&](bool dry, bool covers) {
                     const auto number = [&](bool lights) {
-                        return number_in(lit_known, lit_defines(setup.settings, values, dry, lights), lit_);
+                        return number_in(lit_known, lit_defines(setup.settings, values, dry, lights, covers),
+                                         lit_);
                     };
                     const std::uint32_t plain = number(false);
                     return Programs::ViewPrograms{plain, object.light_sets.size() > 1 ? number(true) : plain};
                 };
-                numbers.whole = lit(object.dry);
-                numbers.above_water = is_blended ? numbers.whole : lit(true);
+                numbers.whole = lit(object.dry, false);
+                numbers.above_water = is_blended ? numbers.whole : lit(true, false);
+                numbers.covered_whole = lit(object.dry, true);
+                numbers.covered_above_water = is_blended ? numbers.covered_whole : lit(true, true);
             }
             if (draws_light) {
                 numbers.depth = number_in(depth_known, depth_defines(values), depth_);
@@ -273,8 +286,11 @@ void ObjectsPass::bind_uniforms(const Material &material) {
 
 void ObjectsPass::use_lit(const Frame &frame, const View &view, const DrawCommand &command) {
     const Material &material = command.object->materials[command.material];
-    const Programs &both = programs_of(command);
-    const Programs::ViewPrograms &programs = frame.hides_under_water(view) ? both.above_water : both.whole;
+    const Programs &all = programs_of(command);
+    const bool above = frame.hides_under_water(view);
+    const Programs::ViewPrograms &programs = view.kind == ViewKind::main
+                                                 ? (above ? all.covered_above_water : all.covered_whole)
+                                                 : (above ? all.above_water : all.whole);
     const std::uint32_t number = command.light_set != 0 ? programs.by_lights : programs.lit;
     const Lit &lit = lit_[number];
     if (command.light_set != 0 && light_set_ != command.light_set) {
@@ -286,8 +302,6 @@ void ObjectsPass::use_lit(const Frame &frame, const View &view, const DrawComman
         material_.reset();
         lit.program.use();
         lit.environment.apply(frame, view);
-        const bool multisampled = view.kind == ViewKind::main && frame.settings.samples > 1;
-        gl::Program::set(lit.alpha_taps, !multisampled ? 0 : frame.settings.fine_edges ? 4 : 1);
     }
     if (material_ == material.id) {
         return;

@@ -36,7 +36,6 @@ class ObjectsPass : public Pass {
 
         gl::Program program;
         EnvironmentBindings environment;
-        int alpha_taps;
     };
     struct Depth {
         Depth(const PassSetup &setup, const std::string &defines);
@@ -49,7 +48,10 @@ class ObjectsPass : public Pass {
             std::uint32_t lit = 0, by_lights = 0;
             bool operator==(const ViewPrograms &) const = default;
         };
-        ViewPrograms whole, above_water; // for views that show what is under water, and for those that do not
+        /// For views that show what is under water, and for those that do not.
+        ViewPrograms whole, above_water;
+        /// The same for the main view, where alpha becomes coverage of its samples.
+        ViewPrograms covered_whole, covered_above_water;
         std::uint32_t depth = 0;
         bool operator==(const Programs &) const = default;
     };

@@ -49,7 +49,8 @@ bool same_surface(const RenderSettings &a, const RenderSettings &b) {
 }
 
 bool same_objects(const RenderSettings &a, const RenderSettings &b) {
-    return same_surface(a, b) && a.parallax_steps == b.parallax_steps;
+    return same_surface(a, b) && a.parallax_steps == b.parallax_steps &&
+           a.vertex_lighting == b.vertex_lighting && a.samples == b.samples && a.fine_edges == b.fine_edges;
 }
 
 bool has_beams(const SceneFile &file) {

@@ -40,11 +40,11 @@ gl::Texture share_map(const WaveShares &shares) {
 
 } // namespace
 
-WaterPass::Lit::Lit(const PassSetup &setup, bool point_lights)
+WaterPass::Lit::Lit(const PassSetup &setup, bool point_lights, bool in_water)
     : program(setup.shaders, "water.vert", "water.frag",
               {shadow_define(setup.settings), cascades_define(setup.settings),
                point_lights_define(point_lights), swash_define(setup), near_waves_define(setup),
-               ripples_define(setup)}),
+               ripples_define(setup), in_water ? "IN_WATER 1" : "IN_WATER 0"}),
       environment(setup, program), half_size(program.location("u_half_size_m")),
       has_textures(program.location("u_has_textures")), distortion(program.location("u_distortion")),
       deep(program.location("u_deep_color")), shallow(program.location("u_shallow_color")),
@@ -58,12 +58,13 @@ WaterPass::Lit::Lit(const PassSetup &setup, bool point_lights)
 }
 
 WaterPass::WaterPass(const PassSetup &setup)
-    : lit_(setup, false), clamped_(gl::make_sampler(gl::Wrap::clamp, gl::Filter::linear)),
+    : lit_(setup, false, false), from_below_(setup, false, true),
+      clamped_(gl::make_sampler(gl::Wrap::clamp, gl::Filter::linear)),
       grid_(setup.settings.near_waves
                 ? SeaGrid::with_waves(setup.scene.file().water->wave_length_m, reach_of(setup))
                 : SeaGrid::flat(reach_of(setup))) {
     if (setup.scene.file().water->light_set != 0) {
-        by_lights_.emplace(setup, true);
+        by_lights_.emplace(setup, true, false);
     }
     if (setup.settings.near_waves) {
         shares_ = wave_shares(setup.scene.file());
@@ -86,8 +87,9 @@ void WaterPass::draw(const Frame &frame, const View &view) {
     }
     const assets::SceneFile &file = frame.scene.file();
     const assets::Water &water = *file.water;
-    const bool is_lit = by_lights_ && frame.point_lights.lit()[water.light_set] != 0;
-    const Lit &lit = is_lit ? *by_lights_ : lit_;
+    const bool in_water = view.eye.y < frame.water_m();
+    const bool is_lit = !in_water && by_lights_ && frame.point_lights.lit()[water.light_set] != 0;
+    const Lit &lit = in_water ? from_below_ : is_lit ? *by_lights_ : lit_;
     lit.program.use();
     lit.environment.apply(frame, view);
     if (is_lit) {

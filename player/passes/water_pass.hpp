@@ -19,9 +19,9 @@ class WaterPass : public Pass {
     void draw(const Frame &frame, const View &view) override;
 
   private:
-    /// The program, with point lights or without them.
+    /// The program, with point lights or without them, for an eye above the water or in it.
     struct Lit {
-        Lit(const PassSetup &setup, bool point_lights);
+        Lit(const PassSetup &setup, bool point_lights, bool in_water);
 
         gl::Program program;
         EnvironmentBindings environment;
@@ -33,6 +33,7 @@ class WaterPass : public Pass {
 
     Lit lit_;
     std::optional<Lit> by_lights_; // where point lights reach the water
+    Lit from_below_;
     gl::Sampler clamped_;
     SeaGrid grid_;
     WaveShares shares_;     // with waves near the eye

@@ -3,8 +3,9 @@
 
 // Share of haze between the eye and a point, by Beer-Lambert. Blue scatters more than red, so that distant
 // surfaces turn blue before they turn pale.
+vec3 haze_per_m() { return fog.w * vec3(0.72, 0.95, 1.28); }
 vec3 haze_amount(float distance_m) {
-    return 1.0 - exp(-min(max(distance_m, 0.0) * fog.w * vec3(0.72, 0.95, 1.28), vec3(60.0)));
+    return 1.0 - exp(-min(max(distance_m, 0.0) * haze_per_m(), vec3(60.0)));
 }
 
 // Length of a sky ray inside the haze, metres. The haze is a thin layer, so that only rays near the horizon
@@ -31,10 +32,10 @@ bool eye_in_water() { return eye.y < water.w && lens.w < 0.5; }
 vec3 apply_haze(vec3 color, vec3 position) {
     vec3 ray = position - eye.xyz;
     float distance_m = length(ray);
-    if (eye_in_water()) {
-        vec3 transmittance = exp(-min((water.rgb + u_water_scatter) * distance_m, vec3(60.0)));
-        return mix(u_water_glow, color, transmittance);
-    }
     vec3 direction = distance_m > 1e-6 ? ray / distance_m : vec3(0.0, 0.0, 1.0);
-    return mix(color, haze_color(direction), haze_amount(distance_m));
+    bool in_water = eye_in_water();
+    // One exponential for both, because software rasterisers compute both sides of a branch.
+    vec3 thickness = (in_water ? water.rgb + u_water_scatter : haze_per_m()) * distance_m;
+    vec3 between = in_water ? u_water_glow : haze_color(direction);
+    return mix(between, color, exp(-min(thickness, vec3(60.0))));
 }

@@ -3,9 +3,8 @@
 #include "lib/frame.glsl"
 #include "lib/shadow.glsl"
 #include "lib/underwater.glsl"
+#include "lib/zenith.glsl"
 
-uniform samplerCube u_sky;        // linear radiance
-uniform float u_sky_blur;         // mip level that approximates irradiance / pi; below 0: no sky
 uniform float u_sky_trimmed_mips; // finer mips that the bake left out
 
 // Irradiance / pi of the sky for a surface with normal n. The scene's ambient light sets the value for a
@@ -26,17 +25,15 @@ vec3 sky_ambient(vec3 n, vec3 zenith) {
     return ambient.rgb * (2.1 - 1.1 * n.y); // skies are brighter at the horizon than at the zenith
 #endif
 }
-vec3 sky_zenith() { return textureLod(u_sky, vec3(0.0, 1.0, 0.0), u_sky_blur).rgb; }
-vec3 sky_ambient(vec3 n) { return sky_ambient(n, sky_zenith()); }
 // The same of a surface that faces up, without a lookup.
 vec3 sky_ambient_up() { return ambient.rgb; }
 
 // Specular reflection of the sky by a rough surface. Without a sky, the light from all around is reflected.
-vec3 sky_specular(vec3 n, vec3 v, Reflector reflector, float alpha) {
+vec3 sky_specular(vec3 n, vec3 v, Reflector reflector, float alpha, vec3 zenith) {
     vec3 r = reflect(-v, n);
     vec3 share = environment_reflectance(reflector, dot(n, v), alpha);
     if (u_sky_blur < 0.0) {
-        return sky_ambient(r) * share;
+        return sky_ambient(r, zenith) * share;
     }
     float lod = (u_sky_blur + u_sky_trimmed_mips) * sqrt(sqrt(alpha)) - u_sky_trimmed_mips;
     return textureLod(u_sky, r, lod).rgb * share;
@@ -53,11 +50,12 @@ struct Surface {
     float alpha;         // GGX roughness
     float translucency;  // share of the light from behind that passes through
     float occlusion;     // share of the light from all around that arrives
+    vec3 zenith;         // sky_zenith()
 };
 
 // An opaque surface without specular reflection. Set the other members afterwards where they apply.
-Surface matte_surface(vec3 position, vec3 normal, vec3 geometric, vec3 albedo) {
-    return Surface(position, normal, geometric, albedo, dielectric_reflector(0.0), 1.0, 0.0, 1.0);
+Surface matte_surface(vec3 position, vec3 normal, vec3 geometric, vec3 albedo, vec3 zenith) {
+    return Surface(position, normal, geometric, albedo, dielectric_reflector(0.0), 1.0, 0.0, 1.0, zenith);
 }
 
 // Macros: DRY 1, nothing is under water; ABOVE_WATER 1, what is under water is not seen; SUNKEN 1, everything is, too deep to reflect; MATTE 1, nothing
@@ -137,10 +135,9 @@ vec3 shade(Surface s) {
     }
     // Light that passes through a leaf is yellower than light that it reflects.
     vec3 transmitted = s.albedo * vec3(1.35, 1.15, 0.35);
-    vec3 zenith = sky_zenith();
-    vec3 sky = sky_ambient(s.normal, zenith) * s.occlusion;
+    vec3 sky = sky_ambient(s.normal, s.zenith) * s.occlusion;
     vec3 ambient_transmission =
-        s.translucency > 0.0 ? sky_ambient(-s.normal, zenith) * s.translucency * s.occlusion * 0.5 : vec3(0.0);
+        s.translucency > 0.0 ? sky_ambient(-s.normal, s.zenith) * s.translucency * s.occlusion * 0.5 : vec3(0.0);
     if (submerged) {
         sky *= exp(-min(water.rgb * depth * 1.2, vec3(60.0)));
     }
@@ -159,7 +156,7 @@ vec3 shade(Surface s) {
 #if !MATTE
     if (max(f0, s.reflector.metalness) > 0.0 && above_water > 0.0) {
         color += above_water * unattenuated * specular_ggx(s.normal, v, sun_direction.xyz, s.reflector, s.alpha, 16.0);
-        color += above_water * sky_specular(s.normal, v, s.reflector, s.alpha) *
+        color += above_water * sky_specular(s.normal, v, s.reflector, s.alpha, s.zenith) *
                  specular_occlusion(dot(s.normal, v), s.occlusion, s.alpha);
     }
 #endif

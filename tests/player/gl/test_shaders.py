@@ -27,8 +27,12 @@ VARIANTS = [
     for colors in (0, 1)
     for sway in (0, 1)
 ]
+VARIANTS += [
+    f"ALPHA_MODE 1\n#define ALPHA_TAPS {taps}\n#define COLOR_MAP {has}" for taps in (1, 4) for has in (0, 1)
+]
 # Parts of the object's shader that are left out where a material has none of them.
 LEAST = (
+    "COLOR_MAP 0",
     "NORMAL_MAP 0",
     "GLOSS_MAP 0",
     "OCCLUSION_MAP 0",
@@ -42,6 +46,7 @@ VARIANTS += [f"VERTEX_LIT 1\n#define ALPHA_MODE {mode}\n#define POINT_LIGHTS 1" 
 # Of the terrain's shader: patches that fade, those wholly above or below the water, and scenes with few maps.
 VARIANTS += ["FADE 1", "DRY 1", "SUNKEN 1\n#define MATTE 1"]
 VARIANTS += ["SAND_NORMAL 0", "EFFECT_MAP 0", "SAND_NORMAL 0\n#define EFFECT_MAP 0"]
+VARIANTS += ["IN_WATER 1", "TRANSLUCENT 0"]
 STEPS = [f"PARALLAX_STEPS {i}" for i in (0, 1, 24, 128)]  # the values that player/scene/quality.cpp sets
 SHADOWS = [f"SHADOW_FILTER {i}\n#define SHADOW_CASCADES {n}" for i in range(4) for n in (1, 3)]
 INCLUDE = re.compile(r'^#include "(lib/[a-z0-9_]+\.glsl)"$')

@@ -1,8 +1,9 @@
-// The CPU side of the passes: scrolling waves and particles.
+// The CPU side of the passes: scrolling waves, particles, and which settings need other programs.
 
 #include "passes/environment_bindings.hpp"
 #include "passes/frame.hpp"
 #include "passes/particles_pass.hpp"
+#include "passes/pass.hpp"
 
 #include <doctest/doctest.h>
 
@@ -199,6 +200,26 @@ TEST_CASE("particles: an empty field, one whose life does not fall, and one that
     dead.move_to(1e6);
     CHECK(std::isfinite(dead.particles()[0].position.y));
     CHECK(dead.particles()[0].opacity == 0.0F);
+}
+
+TEST_CASE("passes: objects are made anew for settings that their programs depend on") {
+    const auto found = std::ranges::find(pass_names(), "objects");
+    REQUIRE(found != pass_names().end());
+    const auto objects = static_cast<std::size_t>(found - pass_names().begin());
+    const RenderSettings made_for;
+    CHECK(reusable(objects, made_for, made_for));
+    RenderSettings wanted = made_for;
+    wanted.lod_error_px *= 3.0F;
+    CHECK(reusable(objects, made_for, wanted));
+    wanted = made_for;
+    wanted.vertex_lighting = false;
+    CHECK_FALSE(reusable(objects, made_for, wanted));
+    wanted = made_for;
+    wanted.samples = 0;
+    CHECK_FALSE(reusable(objects, made_for, wanted));
+    wanted = made_for;
+    wanted.fine_edges = false;
+    CHECK_FALSE(reusable(objects, made_for, wanted));
 }
 
 TEST_CASE("random numbers are uniform in [0, 1)") {

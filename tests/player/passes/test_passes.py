@@ -350,6 +350,17 @@ def test_an_eye_at_the_water_surface_gives_a_clean_picture(posed: Posed) -> None
         assert picture.std() > 0.005
 
 
+def test_an_eye_in_the_sea_sees_the_sky_straight_above_and_only_water_at_flat_angles(posed: Posed) -> None:
+    """Beyond 49 degrees from the vertical the surface reflects all light: Snell's law."""
+    eye = (70.0, -1.0, 90.0)
+    above, aside = (
+        posed.render(eye, target, disable="particles,post")[80:100, 150:170].mean(axis=(0, 1))
+        for target in ((70.0, 4.0, 90.5), (90.0, 5.0, 90.0))
+    )
+    assert above[2] > 1.3 * above[1], "the sky is blue"
+    assert aside[1] > 1.1 * aside[2], "the water glows turquoise"
+
+
 def test_the_far_sea_is_no_dark_strip_under_the_horizon(posed: Posed) -> None:
     picture = posed.render((70.0, 3.0, 90.0), (170.0, 3.0, 190.0), disable="particles")
     rows = picture[HEIGHT // 2 : HEIGHT // 2 + 14].mean(axis=(1, 2))  # from the horizon to the nearer waves
