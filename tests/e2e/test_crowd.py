@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.made.crowd import write_crowd
 from tests.pictures import load
 from tests.sweeps import sweep
 
@@ -18,35 +19,13 @@ MOST = 60
 WITHOUT = {"MESA_EXTENSION_OVERRIDE": "-GL_ARB_multi_draw_indirect"}
 
 
-def crowd(island: Path, folder: Path, palms: int) -> Path:
-    """The baked island with so many palms in place of the one."""
-    folder.mkdir()
-    scene = json.loads((island / "scene.json").read_text())
-    for artifact in scene["artifacts"].values():
-        (folder / artifact["file"]).symlink_to(island / artifact["file"])
-    random = np.random.default_rng(7)
-    turns = random.uniform(0.0, np.pi, palms)
-    places = random.uniform((-60.0, 0.5, -60.0), (60.0, 2.0, 60.0), (palms, 3))
-    palm = next(entry for entry in scene["objects"] if entry["name"] == "palm")
-    palm["instances"] = [
-        {
-            "position": list(place),
-            "rotation": [0.0, float(np.sin(t)), 0.0, float(np.cos(t))],
-            "scale": [1.0] * 3,
-        }
-        for place, t in zip(places.tolist(), turns, strict=True)
-    ]
-    (folder / "scene.json").write_text(json.dumps(scene))
-    return folder
-
-
 @pytest.mark.parametrize(("palms", "second"), sweep([(200, 75), (2000, 75), (2000, 77)], test=[(200, 75)]))
 def test_palms_take_at_most_sixty_draw_calls_in_every_frame(
     player: Player, island: Path, tmp_path: Path, palms: int, second: int
 ) -> None:
     """Five frames: in the first all is drawn, in the fourth the light has turned, so that all cascades of the
     shadow map are drawn anew. Both levels of the palm are in every view."""
-    folder = crowd(island, tmp_path / "crowd", palms)
+    folder = write_crowd(island, tmp_path / "crowd", palms)
 
     def most(name: str, env: dict[str, str] | None = None) -> int:
         arguments = ["--time", second, "--frames", 5, "--size", "160x90", "--wait-resident", "--json"]
