@@ -34,7 +34,7 @@ def run(arguments: argparse.Namespace) -> int:
     from paradize.watch.loop import Watch
 
     require(SCENE, arguments.scene)
-    shown = _BakeProgress()
+    shown = BakeProgress()
     watch = Watch(
         scene=arguments.scene,
         out=arguments.out,
@@ -60,7 +60,7 @@ def run(arguments: argparse.Namespace) -> int:
     return 0
 
 
-class _BakeProgress:
+class BakeProgress:
     """Shows how a bake gets on, from its start to its end; each bake anew."""
 
     def __init__(self) -> None:

@@ -95,7 +95,7 @@ def _text(body: bytes, elements: list[Element], comments: list[str], path: Path)
     except SourceError as error:
         fault = error
     if fault or source.left():
-        with suppress(ValueError, IndexError):
+        with suppress(ValueError, IndexError, OverflowError):
             numbers, longer = _numbers_of_lines(body, elements)
             return replace(_all_rows(_Text(numbers), elements, comments, path), longer=longer)
     if ply is None:
@@ -159,10 +159,12 @@ def _numbers(body: bytes) -> F64:
 
 
 def _numbers_of_lines(body: bytes, elements: list[Element]) -> tuple[F64, int]:
-    """The numbers that the header names of each line, and how many lines hold more. Raises ValueError or
-    IndexError where a line holds fewer, or what is not a number."""
+    """The numbers that the header names of each line, and how many lines hold more. Raises ValueError,
+    IndexError or OverflowError where lines are missing, or one holds fewer or what is not a number."""
     lines = [line for line in body.splitlines() if line.strip()]
-    owners = [element for element in elements for _ in range(min(element.count, len(lines) + 1))]
+    if sum(element.count for element in elements) > len(lines):
+        raise ValueError
+    owners = [element for element in elements for _ in range(element.count)]
     rows, longer = [], 0
     for element, line in zip(owners, lines[: len(owners)], strict=True):
         row = np.fromiter(map(float, line.split()), np.float64)

@@ -17,8 +17,9 @@ import numpy as np
 import pytest
 
 from paradize.cli.progress import Progress, Work, clock
-from paradize.cli.watch import TextReport
+from paradize.cli.watch import BakeProgress, TextReport
 from paradize.errors import merged
+from paradize.jobs.progress import Step
 from paradize.store.local import Store
 from paradize.watch.loop import WatchEvent
 from paradize.watch.rebake import Baked
@@ -213,6 +214,18 @@ def test_warnings_that_differ_in_their_line_alone_are_one() -> None:
     assert merged(texts[:2]) == texts[:2]
     many = merged(f"b.obj: line {k}: two corners are one" for k in range(9))
     assert many == ["b.obj: lines 0, 1, 2, 3, 4 and 4 more: two corners are one"]
+
+
+def test_the_display_of_a_watch_counts_the_jobs_of_its_bake() -> None:
+    display = BakeProgress()
+    display.step(Step("late", 1, 2))  # of a bake that has ended
+    display.start()
+    display.step(Step("sky", 3, 7))
+    assert display.shown is not None
+    work = display.shown.work
+    assert (work.done, work.count, work.named("bake")) == (3, 7, "bake: sky")
+    display.end()
+    assert display.shown is None
 
 
 def test_a_watch_prints_a_warning_once(capsys: pytest.CaptureFixture[str]) -> None:
