@@ -38,8 +38,8 @@ std::byte *map_new_content(unsigned target, const Buffer &buffer, std::size_t by
         glMapBufferRange(target, 0, static_cast<GLsizeiptr>(bytes), GL_MAP_WRITE_BIT));
 }
 
-void unmap(unsigned target) {
-    glUnmapBuffer(target);
+bool unmap(unsigned target) {
+    return glUnmapBuffer(target) == GL_TRUE;
 }
 
 void attribute_floats(unsigned location, int components, const Buffer &buffer, int stride_bytes,

@@ -35,21 +35,22 @@ void copy_buffer(const Buffer &from, std::size_t from_offset, const Buffer &to, 
 
 /// Maps new, undefined content of a buffer, for refill_buffer(). nullptr: out of memory.
 std::byte *map_new_content(unsigned target, const Buffer &buffer, std::size_t bytes);
-void unmap(unsigned target);
+/// False: the device lost what was written.
+bool unmap(unsigned target);
 
 /// Replaces the whole content of a buffer. What earlier draw calls read of it stays as it was.
 void replace_buffer(unsigned target, const Buffer &buffer, std::span<const std::byte> data);
 
-/// The same with content that write(bytes) writes into the device's memory, each byte once. False: out of
-/// memory, nothing is written.
+/// The same with content that write(bytes) writes into the device's memory, each byte once. False: the
+/// content is undefined, out of memory or lost by the device.
 template <class Write>
 bool refill_buffer(unsigned target, const Buffer &buffer, std::size_t bytes, const Write &write) {
     std::byte *const mapped = map_new_content(target, buffer, bytes);
-    if (mapped != nullptr) {
-        write(mapped);
-        unmap(target);
+    if (mapped == nullptr) {
+        return false;
     }
-    return mapped != nullptr;
+    write(mapped);
+    return unmap(target);
 }
 
 /// Sets a float attribute of the bound vertex array, read from `buffer`. `divisor` 1 advances it once per

@@ -16,8 +16,6 @@ namespace {
 
 constexpr std::uint64_t blocks_per_page = 2; // at least, of pages that blocks share
 
-std::uint32_t next_id = 0; // all GL calls come from one thread
-
 void copy_slot(const GeometrySlot &from, const GeometrySlot &to) {
     const GeometryLayout &layout = from.page->layout;
     for (std::size_t part = 0; part < layout.vertex_bytes.size(); ++part) {
@@ -48,7 +46,6 @@ namespace {
 
 GeometryPage make_page(const GeometryLayout &layout, std::size_t vertex_count, std::size_t index_count) {
     GeometryPage page;
-    page.id = next_id++;
     page.layout = layout;
     page.vertex_count = vertex_count;
     page.index_count = index_count;
@@ -145,6 +142,7 @@ GeometryPage &GeometryPool::open(const GeometryLayout &layout, std::size_t verti
     closed_.pop_back();
     GeometryPage &page = *pages_.back();
     page = make_page(layout, vertices, indices);
+    page.id = next_id_++;
     bytes_ += page.bytes;
     return page;
 }

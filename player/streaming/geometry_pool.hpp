@@ -36,7 +36,7 @@ struct GeometrySlot {
 
 /// Buffers with the vertex array that draws from them.
 struct GeometryPage {
-    std::uint32_t id = 0; // no other page of the process has it; a later page has a larger one
+    std::uint32_t id = 0; // no other page of its pool has it; a later page has a larger one
     GeometryLayout layout;
     gl::VertexArray vertex_array;
     gl::Buffer vertices, indices;
@@ -84,6 +84,7 @@ class GeometryPool {
 
     std::uint64_t page_bytes_, slack_bytes_;
     std::uint64_t bytes_ = 0, used_bytes_ = 0;
+    std::uint32_t next_id_ = 0;                                 // of pages
     std::vector<Expected> expected_;                            // of layouts that have no page yet
     std::vector<std::unique_ptr<GeometryPage>> pages_, closed_; // closed: without buffers, to be opened again
 };

@@ -61,6 +61,16 @@ std::vector<InstanceRows> fill(DrawList &list, std::span<const DrawItem> items,
     return instances_of(list);
 }
 
+/// Gives each object one instance, and returns them.
+std::vector<DrawItem> one_of_each(std::vector<Object> &objects) {
+    std::vector<DrawItem> items;
+    for (Object &object : objects) {
+        object.instances = {standing(0.0)};
+        items.push_back({&object, 0, 1, 0});
+    }
+    return items;
+}
+
 using Words = std::vector<std::string>;
 
 } // namespace
@@ -122,11 +132,7 @@ TEST_CASE("draw list: programs change least, then materials, then meshes") {
     objects[0].materials = {material(2, AlphaMode::mask), material(1)};
     objects[1].materials = {material(0), material(2, AlphaMode::mask)};
     objects[2].materials = {material(1), material(3, AlphaMode::blend)};
-    std::vector<DrawItem> items;
-    for (Object &object : objects) {
-        object.instances = {standing(0.0)};
-        items.push_back({&object, 0, 1, 0});
-    }
+    const std::vector<DrawItem> items = one_of_each(objects);
     DrawList list(objects, DrawnMaterials::solid);
     fill(list, items, objects, eye_at(5.0F));
     CHECK(words(list, objects) == Words{"1:0:0 x1", "0:1:0 x1", "2:0:0 x1", "0:0:0 x1", "1:1:0 x1"});
@@ -185,11 +191,7 @@ TEST_CASE("draw list: casters come by what their shadows need of a material") {
     objects[2].materials = {material(3)};
     objects[0].materials[1].shadow_id = 1;
     objects[1].materials[0].shadow_id = 2; // two-sided, say
-    std::vector<DrawItem> items;
-    for (Object &object : objects) {
-        object.instances = {standing(0.0)};
-        items.push_back({&object, 0, 1, 0});
-    }
+    const std::vector<DrawItem> items = one_of_each(objects);
     DrawList casters(objects, DrawnMaterials::all);
     fill(casters, items, objects, eye_at(5.0F));
     CHECK(words(casters, objects) == Words{"0:0:0 x1", "2:0:0 x1", "1:0:0 x1", "0:1:0 x1"});
