@@ -102,4 +102,4 @@ class Artifact:
         return cls(**known | more)
 
 
-_FIELDS = tuple(one.name for one in fields(Artifact))
+_FIELDS = tuple(field.name for field in fields(Artifact))

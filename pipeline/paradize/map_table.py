@@ -63,8 +63,8 @@ class MaterialMap:
 
 
 MAPS: dict[str, MaterialMap] = {
-    one.name: one
-    for one in (
+    material_map.name: material_map
+    for material_map in (
         MaterialMap(
             name="color",
             label="colour",
@@ -152,12 +152,12 @@ MAPS: dict[str, MaterialMap] = {
         ),
     )
 }
-DERIVED = tuple(name for name, one in MAPS.items() if one.derived)
-AUTHORED = tuple(name for name, one in MAPS.items() if one.authored)
+DERIVED = tuple(name for name, material_map in MAPS.items() if material_map.derived)
+AUTHORED = tuple(name for name, material_map in MAPS.items() if material_map.authored)
 # Of an object's maps, those that may lie on second texture coordinates (material.SECOND_ROLES).
 SECOND = ("normal", "gloss", "occlusion", "emission")
 
 
 def maps_of(surface: str) -> tuple[str, ...]:
     """The names of the maps that a surface may have: "object", "water" or "ground"."""
-    return tuple(name for name, one in MAPS.items() if surface in one.surfaces)
+    return tuple(name for name, material_map in MAPS.items() if surface in material_map.surfaces)

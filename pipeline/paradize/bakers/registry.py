@@ -145,7 +145,7 @@ def make_authored(sources: Sources, settings: Settings, tier: str, root: Path | 
     made = bake_authored(
         drawn, AuthoredSettings(**settings), uv=layout_of(sources, root), root=root, tier=tier
     )
-    return [_texture(name, one) for name, one in made.items()]
+    return [_texture(name, baked_map) for name, baked_map in made.items()]
 
 
 def map_settings(

@@ -101,15 +101,17 @@ def _bake(context: BuildContext, name: str, scene_stamp: Stamp | None) -> BakeRe
     while True:
         tasks, tried = bake_jobs(runner, jobs, late_errors)
         report = report_of(context, tasks, tried)
-        whole = {one.name: one.sha256 for one in report.artifacts}  # stores hold them; `publish` trims some
+        whole = {
+            artifact.name: artifact.sha256 for artifact in report.artifacts
+        }  # stores hold them; `publish` trims some
         if report.errors or not publish(context, found.maps, tasks, report, late_errors):
             break
     report.errors = [error.renamed(found.inside) for error in report.errors]
     report.warnings = [str(renamed(text, found.inside)) for text in report.warnings]
     warnings = store.settle()
-    reused = [one for one in report.artifacts if one.status == "reused"]
-    report.fetched = sum(whole[one.name] in store.fetched for one in reused)
-    report.pushed = sum(whole[one.name] in store.pushed for one in report.artifacts)
+    reused = [artifact for artifact in report.artifacts if artifact.status == "reused"]
+    report.fetched = sum(whole[artifact.name] in store.fetched for artifact in reused)
+    report.pushed = sum(whole[artifact.name] in store.pushed for artifact in report.artifacts)
     # After an edit during the bake no record is kept, so that the next bake checks everything.
     if options.usual and not report.errors and all(stamp(path) == old for path, old in stamps.items()):
         keep_inputs(store, context.out, scene, tasks, hash_cache, options)
@@ -128,7 +130,9 @@ def check_budget_metrics(scene: Scene, jobs: list[BakeJob], path: Path) -> None:
     unused, mend = unmeasured((*scene.budget.hard, *scene.budget.soft), known)
     problem = "nothing in this scene measures it, so that it cannot be kept"
     if unused:
-        raise GroupedError(SceneError(problem, file=path, place=f"budget.{one}", mend=mend) for one in unused)
+        raise GroupedError(
+            SceneError(problem, file=path, place=f"budget.{metric}", mend=mend) for metric in unused
+        )
 
 
 def derive(

@@ -41,7 +41,7 @@ def views_of_job(scene: Scene, job: BakeJob) -> dict[str, Any]:
     users = [item for item in scene.objects if item.name in job.objects]
     if users:
         views["views"] = [item.views for item in users]
-        views["instance"] = [one for item in users for one in stands(item)]
+        views["instance"] = [stand for item in users for stand in stands(item)]
     plain: dict[str, Any] = json.loads(json.dumps(views))
     return plain
 

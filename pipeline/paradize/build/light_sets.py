@@ -90,13 +90,16 @@ def add_light_sets(manifest: dict[str, Any], glow: dict[str, list[int]]) -> list
         spheres = _instance_spheres(item)
         own = glow.get(item["name"])
         found = _reaching(lights, *spheres, f"the object {item['name']}", warnings)
-        indices = [sets.index(one, own[k] if own else None) for k, one in enumerate(found)]
+        indices = [
+            sets.index(lights_of_instance, own[k] if own else None)
+            for k, lights_of_instance in enumerate(found)
+        ]
         if any(indices):
             item["light_sets"] = indices
     if terrain:
         patches = terrain["patches"]
         found = _reaching(lights, patches["center"], patches["radius_m"], "a terrain patch", warnings)
-        indices = [sets.index(one) for one in found]
+        indices = [sets.index(lights_of_patch) for lights_of_patch in found]
         if any(indices):
             terrain["light_sets"] = indices
     if water:

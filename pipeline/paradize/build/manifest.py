@@ -111,17 +111,19 @@ def build_manifest(
     published. terrain_tables: the terrain's tables and when each of its tiles is first needed, from
     registry.make_terrain."""
     sounds = sound_files(scene.sounds, scene.music)
-    begins_s = _tiles(terrain_tables) | {one.artifact: one.first_s for one in sounds.values()}
+    begins_s = _tiles(terrain_tables) | {sound.artifact: sound.first_s for sound in sounds.values()}
     begins_s |= {sky.name: sky.first_s for sky in key_skies(scene)}
     standing = standing_light(scene)
     entries = {}
-    for name, one in artifacts.items():
-        users = [user for each in (name, *one.also) for user in owners.get(each, ())]
+    for name, artifact in artifacts.items():
+        users = [user for each in (name, *artifact.also) for user in owners.get(each, ())]
         first_s = min((sightings[user].first_s for user in users), default=begins_s.get(name, 0.0))
         seen = [user for user in users if name in facts and user in pixels]
-        levels = _with_pixel_errors(one.levels, facts[name], pixels[seen[0]]) if seen else one.levels
-        entries[name] = replace(one, first_needed_s=first_s, levels=levels).to_json(PUBLISHED)
-    named = {each: name for name, one in artifacts.items() for each in (name, *one.also)}
+        levels = (
+            _with_pixel_errors(artifact.levels, facts[name], pixels[seen[0]]) if seen else artifact.levels
+        )
+        entries[name] = replace(artifact, first_needed_s=first_s, levels=levels).to_json(PUBLISHED)
+    named = {each: name for name, artifact in artifacts.items() for each in (name, *artifact.also)}
     head = scene.head
     lights, glow = light_entries(scene)
     optional: dict[str, Any] = {} if head.vram_mb is None else {"vram_mb": head.vram_mb}
@@ -141,7 +143,7 @@ def build_manifest(
         "streaming": sorted(entries, key=lambda name: _rank(name, entries)),
         "budget": _plain(scene.budget),
         "check": {"severity": scene.check, "waivers": [_waiver(item, named) for item in scene.waivers]}
-        | {"tried": {name: one.tried for name, one in artifacts.items() if one.tried}},
+        | {"tried": {name: artifact.tried for name, artifact in artifacts.items() if artifact.tried}},
         "sun": {
             "direction": sun_direction(standing.sun.azimuth_deg, standing.sun.elevation_deg),
             "color": list(standing.sun.color),
@@ -163,7 +165,7 @@ def build_manifest(
             for item in scene.objects
         ],
         "particles": [_plain(item) for item in scene.particles],
-        "sounds": [_sound(one, sounds[one.file].artifact) for one in scene.sounds],
+        "sounds": [_sound(sound, sounds[sound.file].artifact) for sound in scene.sounds],
         "music": _music(scene.music, sounds) if scene.music else None,
         "flight": flight.as_json() | {"errors": flight_errors},
     }
@@ -339,16 +341,16 @@ def _wind(scene: Scene) -> dict[str, Any] | None:
     return {"direction": [-x, -z], "speed_m_per_s": wind.speed_m_per_s, "gust_m": wind.gust_m}
 
 
-def _sound(one: Sound, artifact: str) -> dict[str, Any]:
-    hours = {"on_s": one.on_s, "off_s": one.off_s, "fade_s": one.fade_s}
+def _sound(sound: Sound, artifact: str) -> dict[str, Any]:
+    hours = {"on_s": sound.on_s, "off_s": sound.off_s, "fade_s": sound.fade_s}
     return {
-        "name": one.name,
+        "name": sound.name,
         "artifact": artifact,
-        "volume": one.volume,
-        "places": [list(place) for place in one.places],
-        "radius_m": one.radius_m,
-        "falloff": one.falloff,
-        "hours": None if one.on_s is None else hours,
+        "volume": sound.volume,
+        "places": [list(place) for place in sound.places],
+        "radius_m": sound.radius_m,
+        "falloff": sound.falloff,
+        "hours": None if sound.on_s is None else hours,
     }
 
 
@@ -365,11 +367,11 @@ def _material(
     gutters: dict[tuple[str, str], dict[str, Any]],
     constants: dict[str, list[float]],
 ) -> dict[str, Any]:
-    one = known.sets.get(name)
-    measured = gutters.get((item.name, one.name)) if one else None
+    map_set = known.sets.get(name)
+    measured = gutters.get((item.name, map_set.name)) if map_set else None
     drawn = known.drawn.get(name, DrawnMaterial())
     other = known.second.get(name)
-    for made in filter(None, (one, other)):
+    for made in filter(None, (map_set, other)):
         drawn = _with_constants(drawn, {key: constants.get(f"{made.name}_{key}") for key in MATERIAL_MAPS})
     second: dict[str, Any] = {}
     if other and other.wrap:
@@ -379,17 +381,17 @@ def _material(
         _plain(drawn)
         | second
         | {
-            "maps": {key: named.get(f"{one.name}_{key}") if one else None for key in MATERIAL_MAPS},
-            "wrap": _wrap(one, measured),
+            "maps": {key: named.get(f"{map_set.name}_{key}") if map_set else None for key in MATERIAL_MAPS},
+            "wrap": _wrap(map_set, measured),
             "parallax_limit": measured["limits"][name] if measured else None,
         }
     )
 
 
-def _wrap(one: MapSet | None, gutters: dict[str, Any] | None) -> list[str] | None:
+def _wrap(map_set: MapSet | None, gutters: dict[str, Any] | None) -> list[str] | None:
     """Returns a material's `wrap`. gutters: of the maps that follow a UV layout."""
-    if one and one.wrap:
-        return list(one.wrap)
+    if map_set and map_set.wrap:
+        return list(map_set.wrap)
     return list(REPEATED) if gutters and gutters.get("repeat") else None
 
 

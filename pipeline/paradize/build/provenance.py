@@ -46,12 +46,12 @@ class BakeReport:
 
     def count(self, status: str) -> int:
         """Returns how many artifacts have this status: baked, reused or failed."""
-        return sum(one.status == status for one in self.artifacts)
+        return sum(artifact.status == status for artifact in self.artifacts)
 
     @property
     def rows(self) -> list[dict[str, Any]]:
         """The artifacts as `bake --json` prints them."""
-        return [one.to_json(REPORTED) for one in self.artifacts]
+        return [artifact.to_json(REPORTED) for artifact in self.artifacts]
 
     def as_json(self) -> dict[str, Any]:
         """The object that `bake --json` prints."""
@@ -106,7 +106,7 @@ def unchanged_bake(store: Store, name: str, url: str | None = None) -> BakeRepor
     rows = [Artifact.from_json(row | {"status": "reused", "seconds": 0.0}) for row in record["artifacts"]]
     report = BakeReport(Path(record["out"]), rows, list(record["warnings"]), budget=dict(record["budget"]))
     try:
-        if strays(report.out, {str(one.file) for one in rows}):
+        if strays(report.out, {str(row.file) for row in rows}):
             return None  # the next bake deletes them
     except OSError:
         return None
@@ -164,7 +164,7 @@ def remember(
 ) -> None:
     """Records what a finished bake read, ran and wrote. absent: files that it looked for but that do not
     exist."""
-    outputs = [report.out / SCENE_FILE, *(report.out / str(one.file) for one in report.artifacts)]
+    outputs = [report.out / SCENE_FILE, *(report.out / str(artifact.file) for artifact in report.artifacts)]
     files = list(dict.fromkeys([*inputs, *code_files("paradize.build.bake"), *outputs]))
     record = {
         "out": str(report.out),

@@ -60,12 +60,14 @@ class _Baked:
 
     @property
     def hashes(self) -> dict[str, str]:
-        return {name: str(one.sha256) for name, one in self.artifacts.items()}
+        return {name: str(artifact.sha256) for name, artifact in self.artifacts.items()}
 
     @property
     def tiles(self) -> set[str]:
         """The terrain's meshes, which together may not fit into memory."""
-        return {name for name, one in self.artifacts.items() if one.kind == "mesh"} - self.meshes.keys()
+        return {
+            name for name, artifact in self.artifacts.items() if artifact.kind == "mesh"
+        } - self.meshes.keys()
 
 
 def report_of(context: BuildContext, tasks: list[Task], tried: TriedTiers) -> BakeReport:
@@ -81,11 +83,13 @@ def report_of(context: BuildContext, tasks: list[Task], tried: TriedTiers) -> Ba
             report.warnings += product.warnings
             if output.kind and product.constant is None:
                 size = task.data[output.product].stat().st_size if product.sha256 else 0
-                one = replace(product, name=output.artifact, kind=output.kind, bytes=size, status=task.status)
-                one = replace(one, seconds=round(task.seconds, 3), tried=tried.get(output.artifact))
-                one = _with_excesses(context.scene, one)
-                report.warnings += [f"{one.name}: {text}" for text in one.over]
-                report.artifacts.append(one)
+                artifact = replace(
+                    product, name=output.artifact, kind=output.kind, bytes=size, status=task.status
+                )
+                artifact = replace(artifact, seconds=round(task.seconds, 3), tried=tried.get(output.artifact))
+                artifact = _with_excesses(context.scene, artifact)
+                report.warnings += [f"{artifact.name}: {text}" for text in artifact.over]
+                report.artifacts.append(artifact)
     report.warnings = list(dict.fromkeys(report.warnings))
     return report
 
@@ -96,7 +100,7 @@ def publish(
     """Publishes what the tasks baked, with a scene.json. Errors are added to the report; nothing is then
     published. Returns whether `auto` must choose again, and publishes nothing then: errors that change its
     choice were measured, and are added to `late_errors`."""
-    baked = _Baked({one.name: one for one in report.artifacts})
+    baked = _Baked({artifact.name: artifact for artifact in report.artifacts})
     try:
         _collect(baked, tasks)
         report.errors += _missing_materials(context, baked)
@@ -142,7 +146,10 @@ def publish(
         )
         report.warnings += warnings
         report.warnings += _add_ripples(context, baked, manifest)
-        files = {str(one.file): (baked.data[name], one.sha256) for name, one in baked.artifacts.items()}
+        files = {
+            str(artifact.file): (baked.data[name], artifact.sha256)
+            for name, artifact in baked.artifacts.items()
+        }
         report.warnings += _write(context.out, files, encode_scene(manifest))
     except ParadizeError as error:
         report.errors.append(error)
@@ -159,9 +166,9 @@ def _add_ripples(context: BuildContext, baked: _Baked, manifest: dict[str, Any])
     return add_ripples(manifest, water.ripple_height_m, baked.data, baked.hashes, context.store, force=force)
 
 
-def _with_excesses(scene: Scene, one: Artifact) -> Artifact:
+def _with_excesses(scene: Scene, artifact: Artifact) -> Artifact:
     """Returns the artifact with the metrics that exceed the scene's budget."""
-    return replace(one, over=[str(excess) for excess in excesses(scene.budget, one.errors)])
+    return replace(artifact, over=[str(excess) for excess in excesses(scene.budget, artifact.errors)])
 
 
 def _collect(baked: _Baked, tasks: list[Task]) -> None:
@@ -295,13 +302,17 @@ def _note_late_errors(scene: Scene, baked: _Baked, meshes: list[str], late_error
     maps, which were not known when it chose. Returns whether there are any."""
     is_new = False
     for name in meshes:
-        one = baked.artifacts[name]
-        if not one.tried or one.tried["requested"] != AUTO or one.tried["taken"] in late_errors.get(name, {}):
+        artifact = baked.artifacts[name]
+        if (
+            not artifact.tried
+            or artifact.tried["requested"] != AUTO
+            or artifact.tried["taken"] in late_errors.get(name, {})
+        ):
             continue
         late = ("lod_mapped_", "lod_seen_")
-        errors = {metric: value for metric, value in one.errors.items() if metric.startswith(late)}
+        errors = {metric: value for metric, value in artifact.errors.items() if metric.startswith(late)}
         if excesses(scene.budget, errors):
-            late_errors.setdefault(name, {})[one.tried["taken"]] = errors
+            late_errors.setdefault(name, {})[artifact.tried["taken"]] = errors
             is_new = True
     return is_new
 
@@ -329,14 +340,14 @@ def _trim(
     )
     detail = with_equal_detail(needed, baked.palettes, equal)
     for name, required in detail.items():
-        one = baked.artifacts[name]
-        if one.kind == "mesh" and name not in baked.meshes:
+        artifact = baked.artifacts[name]
+        if artifact.kind == "mesh" and name not in baked.meshes:
             continue
         coarser = 0
         if name in baked.meshes:
             pixel_m = sightings[name.removesuffix("_mesh")].pixel_m
             coarser = levels_never_drawn(context.scene, baked.meshes[name], pixel_m)
-        baked.artifacts[name], rest = trimmed(one, required, baked.data[name], coarser)
+        baked.artifacts[name], rest = trimmed(artifact, required, baked.data[name], coarser)
         if rest is None:
             continue
         if baked.artifacts[name].left_out > needed[name]["level"]:  # views see the loss
@@ -363,19 +374,19 @@ def _check_totals(context: BuildContext, baked: _Baked, report: BakeReport) -> N
     budget = context.scene.budget
     sums = {}
     if "folder_mb" in budget.aim:
-        sums["folder_mb"] = sum(one.bytes for one in baked.artifacts.values()) / 1e6
+        sums["folder_mb"] = sum(artifact.bytes for artifact in baked.artifacts.values()) / 1e6
     if "gpu_mb" in budget.aim:
         sums["gpu_mb"] = sum(device_bytes(read_artifact(data)) for data in baked.data.values()) / 1e6
     over = excesses(budget, sums)
     if (context.options.tier or context.scene.head.tier) == AUTO:
         mend = "take something out, or allow more"
         report.errors += [
-            SceneError(str(one), file=context.scene_path, place=f"budget.{one.metric}", mend=mend)
-            for one in over
-            if one.hard
+            SceneError(str(excess), file=context.scene_path, place=f"budget.{excess.metric}", mend=mend)
+            for excess in over
+            if excess.hard
         ]
     if not report.errors:
-        report.warnings += [f"scene: {one}" for one in over]
+        report.warnings += [f"scene: {excess}" for excess in over]
 
 
 def _write(out: Path, files: dict[str, tuple[Path, str | None]], manifest: bytes) -> list[str]:

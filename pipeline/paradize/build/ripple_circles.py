@@ -43,7 +43,9 @@ def add_ripples(
     standing: dict[str, list[dict[str, Any]]] = {}
     for item in manifest["objects"]:
         if "camera" in item["views"] and item["motion"] is None and item["sway"] is None:
-            some = [one for one in item["instances"] if _may_cross(item, one, water["level_m"])]
+            some = [
+                instance for instance in item["instances"] if _may_cross(item, instance, water["level_m"])
+            ]
             if some:
                 standing[item["mesh"]] = standing.get(item["mesh"], []) + some
     meshes = {name: sha256[name] for name in standing}
@@ -57,9 +59,9 @@ def add_ripples(
         store.put_product(key, stored)
     floor = manifest["terrain"].get("floor") if manifest["terrain"] else None
     wet = [
-        one
-        for one in stored["circles"]
-        if not floor or _is_wet(one, floor, manifest["terrain"]["size_m"], water["level_m"])
+        circle
+        for circle in stored["circles"]
+        if not floor or _is_wet(circle, floor, manifest["terrain"]["size_m"], water["level_m"])
     ]
     kept = wet[:MOST_RIPPLES]
     if kept:
@@ -138,7 +140,7 @@ def _circles(points: npt.NDArray[np.float64], triangles: npt.NDArray[np.int64]) 
 def merged(circles: Sequence[Circle]) -> list[Circle]:
     """Returns the circles without those in or close beside larger ones, the largest first."""
     kept: list[Circle] = []
-    for x, z, radius in sorted(circles, key=lambda one: (-one[2], one[0], one[1])):
+    for x, z, radius in sorted(circles, key=lambda circle: (-circle[2], circle[0], circle[1])):
         if all(
             (x - u) * (x - u) + (z - v) * (z - v) > (around + _ASIDE_M) * (around + _ASIDE_M)
             for u, v, around in kept

@@ -151,7 +151,9 @@ def _require_measured(kind: str, budget: Iterable[str], known: Collection[str], 
     idle, mend = unmeasured(budget, known)
     what = f"nothing that this `paradize {kind}` bakes measures it, so that it cannot be kept"
     if idle:
-        raise GroupedError(BakeError(what, file=path, place=f"--budget {one}", mend=mend) for one in idle)
+        raise GroupedError(
+            BakeError(what, file=path, place=f"--budget {metric}", mend=mend) for metric in idle
+        )
 
 
 def mesh_files(path: Path, settings: MeshSettings, *, tier: str) -> BakedFiles:

@@ -122,7 +122,7 @@ def stored_products(store: Store, task: Task) -> dict[str, Artifact] | None:
     entry = store.get_product(task.key)
     if not fits(entry, PRODUCTS) or {output.product for output in task.job.outputs} - entry.keys():
         return None
-    products = {name: Artifact.from_json(one, name=name) for name, one in entry.items()}
+    products = {name: Artifact.from_json(product, name=name) for name, product in entry.items()}
     return _reworded(products, {mark: path for path, mark in _path_marks(task.job)})
 
 
@@ -191,7 +191,7 @@ def run_tasks(
                 sha256, task.data[name] = keep_artifact(store, product.data)
                 task.products[name] = replace(product.artifact, sha256=sha256)
             portable = _reworded(task.products, dict(_path_marks(task.job)))
-            store.put_product(task.key, {name: one.to_json(KEPT) for name, one in portable.items()})
+            store.put_product(task.key, {name: product.to_json(KEPT) for name, product in portable.items()})
 
     pool_jobs = [
         Job(

@@ -79,19 +79,19 @@ def find_required_detail(
     *of_objects, of_scene = _stored_or_run(store, keyed_jobs, REQUIRED_DETAIL, options)
     measured, keyed_jobs = [], []
     for item, detail in zip(scene.objects, of_objects, strict=True):
-        for one, materials in maps.of_object(item.name):
-            names = {key: f"{one.name}_{key}" for key in maps_of("object")}
+        for map_set, materials in maps.of_object(item.name):
+            names = {key: f"{map_set.name}_{key}" for key in maps_of("object")}
             names = {key: name for key, name in names.items() if "others" in detail.get(name, {})}
             if not names:
                 continue
             levels = {key: detail[name]["others"]["level"] for key, name in names.items()}
-            settings = {"name": one.name, "levels": levels, "wrap": one.wrap, "materials": materials}
+            settings = {"name": map_set.name, "levels": levels, "wrap": map_set.wrap, "materials": materials}
             mesh = f"{item.name}_mesh"
             hashes = {name: sha256[name] for name in (mesh, *names.values())}
             textures = {key: data[name] for key, name in names.items()}
             arguments = settings | {"glb": data[mesh], "textures": textures}
             job = Job(
-                f"flat colors of {item.name} {one.name}", flat_colors_job, arguments, code=code_of(_FLAT)
+                f"flat colors of {item.name} {map_set.name}", flat_colors_job, arguments, code=code_of(_FLAT)
             )
             keyed_jobs.append((key_of("flat", code_digest(_FLAT), hashes, settings), job))
             measured.append((detail, names))
@@ -108,14 +108,16 @@ def find_required_detail(
 def finest_of(details: Sequence[dict[str, Any]]) -> dict[str, Any]:
     """Returns the required detail of a texture with several users: the most that any of them needs."""
     most = min(details, key=_fineness)
-    for one in details:
-        most = most | {"levels_s": _earlier(most["levels_s"], one["levels_s"])}
+    for detail in details:
+        most = most | {"levels_s": _earlier(most["levels_s"], detail["levels_s"])}
     return most
 
 
 def _earlier(a: Sequence[float | None], b: Sequence[float | None]) -> list[float | None]:
     """Returns of each level the earlier of two seconds; None: never."""
-    return [min((one for one in pair if one is not None), default=None) for pair in zip(a, b, strict=True)]
+    return [
+        min((value for value in pair if value is not None), default=None) for pair in zip(a, b, strict=True)
+    ]
 
 
 def _fineness(detail: Mapping[str, Any]) -> tuple[int, float]:
@@ -187,7 +189,7 @@ def _queries(
         repeat_m = scene.terrain.size_m[0] / scene.terrain.sand_repeat
         decides["terrain"] = {"textures": _sizes(names, data), "repeat_m": repeat_m}
         tiles_data = [data[name] for name in tiles]
-        files = [one if isinstance(one, bytes) else str(one) for one in tiles_data]
+        files = [tile if isinstance(tile, bytes) else str(tile) for tile in tiles_data]
         with_data["terrain"] = decides["terrain"] | {"tiles": files}
     if scene.water:
         water = scene.water
@@ -205,18 +207,20 @@ def _seen_object(
 ) -> dict[str, Any]:
     """Returns the fields of required_detail.SeenObject, without the GLB."""
     textures: dict[str, dict[str, Any]] = {}
-    for one, materials in maps.of_object(item.name):
+    for map_set, materials in maps.of_object(item.name):
         drawn = [maps.objects[item.name].drawn[name] for name in materials]
-        sizes = _sizes([f"{one.name}_{key}" for key in maps_of("object")], data)
-        deep = max(material.parallax_scale for material in drawn) if f"{one.name}_height" in sizes else 0.0
+        sizes = _sizes([f"{map_set.name}_{key}" for key in maps_of("object")], data)
+        deep = (
+            max(material.parallax_scale for material in drawn) if f"{map_set.name}_height" in sizes else 0.0
+        )
         leaves = any(material.alpha_mode != "opaque" for material in drawn)
         textures |= {
             name: {
                 "size": size,
                 "materials": materials,
                 "spread": max(deep, 0.0),
-                "lit": leaves and name == f"{one.name}_color",
-                "second": one.second,
+                "lit": leaves and name == f"{map_set.name}_color",
+                "second": map_set.second,
             }
             for name, size in sizes.items()
         }
@@ -233,10 +237,10 @@ def _seen_object(
 def _smoothest(scene: Scene, maps: SceneMaps) -> float | None:
     """Returns the largest smoothness of anything that mirrors the sky; None if nothing does."""
     values = [
-        one.smoothness
+        material.smoothness
         for known in maps.objects.values()
-        for one in known.drawn.values()
-        if one.specular > 0.0 or one.metalness > 0.0
+        for material in known.drawn.values()
+        if material.specular > 0.0 or material.metalness > 0.0
     ]
     if scene.terrain:
         values += [scene.terrain.smoothness, scene.terrain.wet_smoothness]
@@ -285,46 +289,46 @@ def levels_never_drawn(scene: Scene, facts: MeshFacts, pixel_m: float | None) ->
 
 
 def trimmed(
-    one: Artifact, detail: Mapping[str, Any], path: Path, coarser: int = 0
+    artifact: Artifact, detail: Mapping[str, Any], path: Path, coarser: int = 0
 ) -> tuple[Artifact, bytes | None]:
     """Returns an artifact without the levels that no view needs, at most as many as its gutters allow; and
     its new bytes, None if nothing is left out. Errors are then those of the published levels, of a texture
     those of its finest. detail: as find_required_detail returns it. path: of its bytes. coarser: coarsest
     levels of a mesh that may go; one level stays."""
-    left_out = detail["level"] if one.max_level is None else min(detail["level"], one.max_level)
-    if one.kind == "mesh":
-        coarser = max(0, min(coarser, len(one.levels) - 1 - left_out))
+    left_out = detail["level"] if artifact.max_level is None else min(detail["level"], artifact.max_level)
+    if artifact.kind == "mesh":
+        coarser = max(0, min(coarser, len(artifact.levels) - 1 - left_out))
     data = read_artifact(path) if left_out or coarser else b""
-    if left_out and one.kind != "mesh":
+    if left_out and artifact.kind != "mesh":
         from paradize.formats.ktx2.cut import can_cut
 
         width, height, levels = ktx2_size(data)
         left_out = min(left_out, levels - 1)
-        fmt = one.format or ""
+        fmt = artifact.format or ""
         while left_out and not can_cut(width, height, fmt, left_out):
             left_out -= 1
-    rest = without_levels(data, str(one.file), left_out, coarser) if left_out or coarser else None
+    rest = without_levels(data, str(artifact.file), left_out, coarser) if left_out or coarser else None
     saved = 0 if rest is None else len(data) - len(rest)
     record = {"left_out": left_out, "saved_bytes": saved}
     record |= {key: detail[key] for key in ("texels", "second_s", "view")}
     record["levels_s"] = detail["levels_s"][left_out : len(detail["levels_s"]) - coarser]
     record |= {"coarser_left_out": coarser} if coarser else {}
-    one = replace(one, left_out=left_out, coarser_left_out=coarser, required_detail=record)
+    artifact = replace(artifact, left_out=left_out, coarser_left_out=coarser, required_detail=record)
     if rest is None:
-        return one, None
-    finest, errors = one.levels[left_out : len(one.levels) - coarser], dict(one.errors)
+        return artifact, None
+    finest, errors = artifact.levels[left_out : len(artifact.levels) - coarser], dict(artifact.errors)
     if coarser:
         errors |= {metric: value for metric, value in _of_levels(finest).items() if metric in errors}
-    if one.suffix == "ktx2" and finest:
-        flat = flat_errors(one.name.rpartition("_")[2], finest[0])
+    if artifact.suffix == "ktx2" and finest:
+        flat = flat_errors(artifact.name.rpartition("_")[2], finest[0])
         errors |= {metric: value for metric, value in flat.items() if metric in errors}
-    if one.gutter is not None:
-        gutter = gutter_without_finest(one.gutter | {"max_level": one.max_level}, left_out)
-        one = replace(one, max_level=gutter.pop("max_level"), gutter=gutter)
-    elif one.max_level is not None:
-        one = replace(one, max_level=one.max_level - left_out)
+    if artifact.gutter is not None:
+        gutter = gutter_without_finest(artifact.gutter | {"max_level": artifact.max_level}, left_out)
+        artifact = replace(artifact, max_level=gutter.pop("max_level"), gutter=gutter)
+    elif artifact.max_level is not None:
+        artifact = replace(artifact, max_level=artifact.max_level - left_out)
     sha256 = hashlib.sha256(rest).hexdigest()
-    return replace(one, sha256=sha256, bytes=len(rest), levels=finest, errors=errors), rest
+    return replace(artifact, sha256=sha256, bytes=len(rest), levels=finest, errors=errors), rest
 
 
 def _of_levels(levels: Sequence[Mapping[str, float]]) -> dict[str, float]:

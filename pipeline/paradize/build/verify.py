@@ -30,9 +30,9 @@ def verify(
 ) -> tuple[list[str], list[ParadizeError]]:
     """Returns the artifacts that were checked, and an error for each that could not be derived or whose
     published bytes differ. percent: above 0, up to 100."""
-    files = {one.name: str(one.file) for one in report.artifacts}
+    files = {artifact.name: str(artifact.file) for artifact in report.artifacts}
     chosen = sample(list(files), percent)
-    labels = {one.name: one.tried["taken"] for one in report.artifacts if one.tried}
+    labels = {artifact.name: artifact.tried["taken"] for artifact in report.artifacts if artifact.tried}
     taken = {
         name: label if split_label(label)[1] else label.partition(",")[0] for name, label in labels.items()
     }
@@ -40,11 +40,11 @@ def verify(
     with tempfile.TemporaryDirectory(prefix="paradize-verify-") as folder:
         store = Store(Path(folder))
         derived, errors = derive(store, scene_path, set(chosen), options)
-        for one in report.artifacts:
-            if one.name in derived and (one.left_out or one.coarser_left_out):
-                whole = store.get(derived[one.name])
-                derived[one.name] = sha256_without_levels(
-                    whole or b"", str(one.file), one.left_out, one.coarser_left_out
+        for artifact in report.artifacts:
+            if artifact.name in derived and (artifact.left_out or artifact.coarser_left_out):
+                whole = store.get(derived[artifact.name])
+                derived[artifact.name] = sha256_without_levels(
+                    whole or b"", str(artifact.file), artifact.left_out, artifact.coarser_left_out
                 )
     for name in chosen:
         path = report.out / files[name]

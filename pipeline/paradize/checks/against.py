@@ -58,7 +58,11 @@ def check_against(manifest: dict[str, Any], path: Path, file: str, worse_by: flo
 
 def _named(manifest: Mapping[str, Any]) -> dict[str, Any]:
     """The artifacts by each name for which one stands."""
-    return {each: one for name, one in manifest["artifacts"].items() for each in (name, *one["also"])}
+    return {
+        each: artifact
+        for name, artifact in manifest["artifacts"].items()
+        for each in (name, *artifact["also"])
+    }
 
 
 def _grown(

@@ -35,7 +35,7 @@ def check_layouts(manifest: dict[str, Any], folder: Path) -> Iterator[Finding]:
     """The findings in the layouts of the objects whose UVs are said to stay inside their maps. Another rule
     reports meshes that cannot be read."""
     for item in manifest["objects"]:
-        sets = [one for one in map_sets(item) if one[0]["wrap"] is None and one[0]["maps"]["color"]]
+        sets = [entry for entry in map_sets(item) if entry[0]["wrap"] is None and entry[0]["maps"]["color"]]
         if not sets:
             continue
         entry = manifest["artifacts"][item["mesh"]]

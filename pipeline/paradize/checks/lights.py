@@ -19,7 +19,7 @@ F64 = npt.NDArray[np.float64]
 def check_lights(manifest: dict[str, Any], file: str) -> Iterator[Finding]:
     """The findings about the lights of a scene.json."""
     lights = manifest.get("lights", [])
-    sets = [set(one["lights"]) for one in manifest.get("light_sets", [])]
+    sets = [set(light_set["lights"]) for light_set in manifest.get("light_sets", [])]
     reached: set[int] = set()
     for place, indices, gaps_m in _drawn(manifest, lights):
         of_place = [sets[index] for index in indices]

@@ -108,10 +108,14 @@ def _read(files: Mapping[str, tuple[Path, int]]) -> dict[str, Map]:
 def check_maps(maps: Mapping[str, Map], *, green_up: bool = False) -> Iterator[Finding]:
     """The findings in the maps of one surface, by kind (of paradize.map_table), all made from one source.
     green_up: whether normals are known to be green up; files alone do not say."""
-    for kind, one in maps.items():
-        srgb = one.texture.format.endswith("_SRGB")  # another rule reports a wrong colour space
-        if one.texture.faces == 1 and "F" not in one.texture.format and srgb == (MAPS[kind].kind == "color"):
-            yield from _levels(one, kind)
+    for kind, texture_map in maps.items():
+        srgb = texture_map.texture.format.endswith("_SRGB")  # another rule reports a wrong colour space
+        if (
+            texture_map.texture.faces == 1
+            and "F" not in texture_map.texture.format
+            and srgb == (MAPS[kind].kind == "color")
+        ):
+            yield from _levels(texture_map, kind)
     normal, dudv, gloss, height = (maps.get(kind) for kind in ("normal", "dudv", "gloss", "height"))
     if dudv is not None:
         yield from _drift(dudv)
@@ -200,18 +204,18 @@ def _means(values: F32 | F64) -> Iterator[F32 | F64]:
         yield values
 
 
-def _content(one: Map, level: int, kind: str) -> F32 | F64:
+def _content(texture_map: Map, level: int, kind: str) -> F32 | F64:
     """The values by which levels are compared: those whose area mean every level keeps. The last channel is
     the weight of the others."""
-    values = one.texels(level)
+    values = texture_map.texels(level)
     weight = np.ones((*values.shape[:2], 1), np.float32)
     if kind == "normal":
         return np.dstack([rebuilt(values[:, :, :2]), weight])
     if kind == "dudv":  # clipped values are not known
         weight[np.abs(values[:, :, :2]).max(axis=2) >= _CUT] = 0.0
         return np.dstack([values[:, :, :2], weight])
-    if one.texture.format.endswith("_SRGB"):
-        if one.texture.format != "BC1_RGB_SRGB":
+    if texture_map.texture.format.endswith("_SRGB"):
+        if texture_map.texture.format != "BC1_RGB_SRGB":
             weight = values[:, :, 3:]
         light = _light()[np.rint(values[:, :, :3] * np.float32(_STEPS)).astype(np.uint16)]
         return np.dstack([light * weight, weight])
@@ -228,29 +232,29 @@ def _light() -> F32:
     return light.astype(np.float32)
 
 
-def _levels(one: Map, kind: str) -> Iterator[Finding]:
+def _levels(texture_map: Map, kind: str) -> Iterator[Finding]:
     """Each level has, over areas of about 4 texels, the mean of level 0; or that of level 1, whose blocks
     hold fewer colours: in dithered pictures those of level 0 lie on no line, so that its mean moves."""
-    wanted = list(_means(_content(one, 0, kind)))
+    wanted = list(_means(_content(texture_map, 0, kind)))
     second: list[F32 | F64] = []
-    for level in range(1, len(one.texture.levels)):
-        apart = _beyond(one, level, kind, wanted)
+    for level in range(1, len(texture_map.texture.levels)):
+        apart = _beyond(texture_map, level, kind, wanted)
         if apart is None:
             continue
-        if level > 1 and one.texture.format.startswith(("BC1", "BC3")):
-            second = second or [wanted[0], *_means(_content(one, 1, kind))]
-            if _beyond(one, level, kind, second) is None:
+        if level > 1 and texture_map.texture.format.startswith(("BC1", "BC3")):
+            second = second or [wanted[0], *_means(_content(texture_map, 1, kind))]
+            if _beyond(texture_map, level, kind, second) is None:
                 continue
         what = f"differs from level 0 by {apart:.3f} (root mean square, linear)"
-        yield Finding("PZ213", one.file, what, f"level {level}")
+        yield Finding("PZ213", texture_map.file, what, f"level {level}")
         return
 
 
-def _beyond(one: Map, level: int, kind: str, wanted: list[F32 | F64]) -> float | None:
+def _beyond(texture_map: Map, level: int, kind: str, wanted: list[F32 | F64]) -> float | None:
     """How far a level differs from the wanted means, by level, where that is more than a format leaves; else
     None."""
     coarse = min(level + 1, len(wanted) - 1)
-    here = _content(one, level, kind)
+    here = _content(texture_map, level, kind)
     if kind == "normal":  # weight each normal by how well the normals of level 0 below it agree
         here[:, :, :3] *= np.sqrt(np.square(wanted[level][:, :, :3]).sum(axis=2, keepdims=True))
     means = [*islice(_means(here), 2)][-1]
@@ -263,7 +267,7 @@ def _beyond(one: Map, level: int, kind: str, wanted: list[F32 | F64]) -> float |
     truth, shown = (_shown(values[seen], kind) for values in (wanted[coarse], means))
     contrast = float(np.sqrt(np.square(truth - truth.mean(axis=0)).mean()))
     apart = float(np.sqrt(np.square(truth - shown).mean()))
-    limit = _APART + _CONTRAST * contrast + _block_error(wanted[level], one.texture.format)
+    limit = _APART + _CONTRAST * contrast + _block_error(wanted[level], texture_map.texture.format)
     return apart if apart > limit else None
 
 

@@ -84,7 +84,7 @@ def _findings(manifest: dict[str, Any], path: Path, options: CheckOptions) -> It
     colors = _colors(manifest)
     tiles = manifest["terrain"]["tiles"] if manifest["terrain"] else []
     folder = path.parent
-    placed = {one["artifact"] for one in manifest["sounds"] if one["places"]}
+    placed = {sound["artifact"] for sound in manifest["sounds"] if sound["places"]}
     searches = {"budget": check_budget(manifest, folder, file)}
     if options.against:
         earlier = earlier_scene(options.against, folder)
@@ -119,7 +119,7 @@ def _mend(error: OSError) -> str:
 
 def _colors(manifest: dict[str, Any]) -> dict[str, bool]:
     """Which textures hold colours, from the fields that name them."""
-    srgb = tuple(name for name, one in MAPS.items() if one.kind == "color")
+    srgb = tuple(name for name, material_map in MAPS.items() if material_map.kind == "color")
     return {
         name: place.endswith(srgb) for place, name, kinds in references(manifest) if kinds == ("texture",)
     }

@@ -16,12 +16,12 @@ def _files(settings: object) -> Iterator[Path]:
     if isinstance(settings, Path):
         yield settings
     elif isinstance(settings, tuple):
-        for one in settings:
-            yield from _files(one)
+        for setting in settings:
+            yield from _files(setting)
     elif isinstance(settings, Mapping):
         yield from _files(tuple(settings.values()))
     elif is_dataclass(settings):
-        yield from _files(tuple(getattr(settings, one.name) for one in fields(settings)))
+        yield from _files(tuple(getattr(settings, field.name) for field in fields(settings)))
 
 
 def check_settings(path: Path, scenes: dict[str, int | None]) -> Iterator[Finding]:

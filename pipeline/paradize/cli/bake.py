@@ -151,22 +151,22 @@ def show_bake(report: Any, stream: Any) -> None:
 
     listed = report.artifacts
     if len(listed) > MANY:
-        listed = [one for one in listed if one.status != "reused" or one.over]
+        listed = [artifact for artifact in listed if artifact.status != "reused" or artifact.over]
         show(f"{len(report.artifacts) - len(listed)} artifacts did not change", stream)
     rows = [
         (
-            one.name,
-            one.status,
-            one.tier or "-",
-            errors_text(one.errors, report.budget),
-            str(one.bytes),
-            f"{one.seconds:.2f}",
+            artifact.name,
+            artifact.status,
+            artifact.tier or "-",
+            errors_text(artifact.errors, report.budget),
+            str(artifact.bytes),
+            f"{artifact.seconds:.2f}",
         )
-        for one in listed
+        for artifact in listed
     ]
     if rows:
         show(table(rows, head_of(report.budget)), stream)
-    equal = [f"{name} is {one.name}" for one in report.artifacts for name in one.also]
+    equal = [f"{name} is {artifact.name}" for artifact in report.artifacts for name in artifact.also]
     if equal:
         more = f" and {len(equal) - SHOWN} more" if len(equal) > SHOWN else ""
         show(f"equal textures are published once: {', '.join(equal[:SHOWN])}{more}", stream)

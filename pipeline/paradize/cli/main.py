@@ -55,7 +55,7 @@ class _Parser(argparse.ArgumentParser):
         """Advice on what to write instead: the number of values that an option takes, or a name that is
         near."""
         known = self._option_string_actions
-        for sub in (one for action in self._actions for one in _choices(action).values()):
+        for sub in (command for action in self._actions for command in _choices(action).values()):
             known = known | sub._option_string_actions  # unknown options are reported by the top parser
         if found := re.match(r"argument (?:.*/)?(-\S+): expected ", message):
             action = known[found[1]]

@@ -14,7 +14,7 @@ from paradize.tiers import TIER_OPTIONS
 
 def help_of(table: type, name: str) -> str:
     """The meaning of a field of a scene, and its default, as the help of an option. table: its dataclass."""
-    (field,) = (one for one in fields(table) if one.name == name)
+    (field,) = (field for field in fields(table) if field.name == name)
     text = str(field.metadata["meaning"])
     if field.default is not None and field.default is not False:
         value = f"{field.default:g}" if isinstance(field.default, float) else str(field.default)

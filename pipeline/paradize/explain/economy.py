@@ -80,7 +80,9 @@ def _limit(manifest: dict[str, Any], artifact: str) -> str:
     ]
     if not materials:
         return "the camera may come as near as it likes"
-    if any(one["maps"]["height"] is not None and one["parallax_scale"] > 0.0 for one in materials):
+    if any(
+        material["maps"]["height"] is not None and material["parallax_scale"] > 0.0 for material in materials
+    ):
         return "parallax may bring two pixels to one texel"
     return "triangles that show a single point of it would change their colour in a coarser one"
 

@@ -83,8 +83,8 @@ def explain(scene_path: Path, artifact: str | None = None, out: Path | None = No
     names = [artifact] if artifact is not None else list(required)
     known = _Known(manifest, folder, inputs_of(folder)) if manifest else None
     facts = [_facts(scene, *required[name], known, folder) for name in names]
-    for one in facts:
-        one["sources"] = {role: renamed(path, found.inside) for role, path in one["sources"].items()}
+    for fact in facts:
+        fact["sources"] = {role: renamed(path, found.inside) for role, path in fact["sources"].items()}
     saved = saved_bytes(facts) if manifest and artifact is None else None
     pictures = [(str(renamed(str(file), found.inside)), why) for file, why in unread_pictures(scene, maps)]
     unread = [{"file": name, "reason": why} for name, why in pictures]

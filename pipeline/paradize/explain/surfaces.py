@@ -74,7 +74,7 @@ def mesh_bound(
             if (moved := camera.most_moved(_standing(item, at, errors_m, camera, accepted_px))) is not None
         ]
         if movements:
-            at, most = max(movements, key=lambda one: one[1].px)
+            at, most = max(movements, key=lambda movement: movement[1].px)
             terms.append(_term(name.format(f"level {at}", accepted_px), most))
     return bound(_largest(terms), "px", "a pixel", terms, unbounded)
 
@@ -108,8 +108,10 @@ def _standing(
     item: dict[str, Any], at: int, errors_m: Sequence[float], camera: Camera, accepted_px: float = 1.0
 ) -> Surfaces:
     """A level of a mesh at each instance. accepted_px: the error that the player accepts of coarser ones."""
-    center = np.array([_placed(np.array(item["center"]), one) for one in item["instances"]]).reshape(-1, 3)
-    scale = np.array([largest_scale(one) for one in item["instances"]], np.float64)
+    center = np.array(
+        [_placed(np.array(item["center"]), instance) for instance in item["instances"]]
+    ).reshape(-1, 3)
+    scale = np.array([largest_scale(instance) for instance in item["instances"]], np.float64)
     core = item["radius_m"] * SIX * scale
     # The published sphere belongs to the finest level; source and level exceed it by at most this.
     beyond = (errors_m[at] + errors_m[0]) * scale

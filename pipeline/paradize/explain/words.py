@@ -37,7 +37,7 @@ def overview(explanation: Explanation) -> list[Sequence[str]]:
 
 def unread(explanation: Explanation) -> list[str]:
     """A line for each picture of a material that is not baked, because no pass reads it."""
-    return [f"not baked: {one['file']}: {one['reason']}" for one in explanation.unread]
+    return [f"not baked: {picture['file']}: {picture['reason']}" for picture in explanation.unread]
 
 
 def _values(facts: dict[str, Any]) -> str:

@@ -255,7 +255,9 @@ class _Export:
         if (motion := item["motion"]) is not None:
             share = self.manifest["poster_s"] / self.manifest["flight"]["duration_s"]
             item = item | {
-                "instances": [moved(one, motion, k, share) for k, one in enumerate(item["instances"])]
+                "instances": [
+                    moved(instance, motion, k, share) for k, instance in enumerate(item["instances"])
+                ]
             }
             self.notes.append(
                 f"{item['name']}: stands where it is at the poster's moment, its wings or legs at rest"

@@ -47,7 +47,7 @@ def why_not(matrices: Sequence[Sequence[float]]) -> str | None:
     found = [instance_of(matrix) for matrix in matrices]
     if None in found:
         return f"{found.count(None)} of them are sheared or flat"
-    sizes = sizes_of(one for one in found if one)
+    sizes = sizes_of(instance for instance in found if instance)
     if sizes and min(sizes) < _RANGE * max(sizes):
         return f"they are {min(sizes):g} to {max(sizes):g} times as large as their mesh"
     return None
@@ -55,7 +55,9 @@ def why_not(matrices: Sequence[Sequence[float]]) -> str | None:
 
 def sizes_of(instances: Iterable[Instance]) -> list[float]:
     """Returns the sizes along all axes."""
-    return [abs(value) for one in instances if isinstance(one.scale, tuple) for value in one.scale]
+    return [
+        abs(value) for instance in instances if isinstance(instance.scale, tuple) for value in instance.scale
+    ]
 
 
 def moved(matrix: Sequence[float], scale: float, position: Sequence[float]) -> list[float]:
@@ -69,9 +71,15 @@ def moved(matrix: Sequence[float], scale: float, position: Sequence[float]) -> l
 def table_text(instances: Iterable[Instance]) -> str:
     """Returns the file of instances, eleven digits of each number."""
     lines = [",".join(_COLUMNS)]
-    for one in instances:
-        assert isinstance(one.scale, tuple)
-        numbers = (*one.position, one.yaw_deg, one.pitch_deg, one.roll_deg, *one.scale)
+    for instance in instances:
+        assert isinstance(instance.scale, tuple)
+        numbers = (
+            *instance.position,
+            instance.yaw_deg,
+            instance.pitch_deg,
+            instance.roll_deg,
+            *instance.scale,
+        )
         lines.append(",".join(f"{value + 0.0:.11g}" for value in numbers))
     return "\n".join(lines) + "\n"
 

@@ -83,12 +83,12 @@ class Model:
     def write_instances(self, folder: Path) -> None:
         """Writes the meshes that stand at many places, and where. A mesh is as large as its largest copy, so
         that no scale leaves its range."""
-        for one in self._copies:
-            places = [moved(matrix, self.scale, self.position) for matrix in one.mesh.matrices]
+        for copy in self._copies:
+            places = [moved(matrix, self.scale, self.position) for matrix in copy.mesh.matrices]
             size = max(sizes_of(found for place in places if (found := instance_of(place))))
-            (folder / one.part.mesh).write_bytes(gltf_text(one.document, one.binary, size))
+            (folder / copy.part.mesh).write_bytes(gltf_text(copy.document, copy.binary, size))
             text = table_text(found for place in places if (found := instance_of(place, size)))
-            (folder / one.part.table).write_text(text, encoding="utf-8")
+            (folder / copy.part.table).write_text(text, encoding="utf-8")
 
 
 @dataclass(frozen=True)
@@ -124,12 +124,12 @@ def copy_model(source: Path, aside: Path) -> Model:
     model = Model()
     own = resolved(source).parent
     reads = _parts(source, model, root_of(source))
-    split = any(one.mesh for one in reads)
+    split = any(entry.mesh for entry in reads)
     files = set() if split else {resolved(source)}
-    for one in reads:
-        _refuse_udim(source, one.model)
-        maps = {path for material in one.model.materials.values() for path in _pictures_of(material)}
-        files |= {resolved(path) for path in (*one.model.libraries, *one.model.unread, *maps)}
+    for entry in reads:
+        _refuse_udim(source, entry.model)
+        maps = {path for material in entry.model.materials.values() for path in _pictures_of(material)}
+        files |= {resolved(path) for path in (*entry.model.libraries, *entry.model.unread, *maps)}
     root = own if all(path.is_relative_to(own) for path in files) else own.parent
     folder, place = aside / "model", own.relative_to(root)
     if root != own:
@@ -152,7 +152,7 @@ def copy_model(source: Path, aside: Path) -> Model:
 
 def _measure(model: Model, source: Path, reads: Sequence[_Read]) -> None:
     """Fills in the size, the sun and the notes. Raises SourceError for what a scene cannot show."""
-    shapes = [Shape.of(one.model.mesh, *([one.mesh.matrices] if one.mesh else [])) for one in reads]
+    shapes = [Shape.of(entry.model.mesh, *([entry.mesh.matrices] if entry.mesh else [])) for entry in reads]
     low, high = (ends.tolist() for ends in bounds(shapes))
     half = [0.5 * (b - a) for a, b in zip(low, high, strict=True)]
     model.center = (low[0] + half[0], low[1] + half[1], low[2] + half[2])
@@ -192,11 +192,11 @@ def _parts(source: Path, model: Model, root: Path) -> list[_Read]:
         rest = document_without(document, chosen) if chosen else document
         found: list[_Read] = []
         notes = [*document.warnings]
-        of_all = [(rest, None), *((document_of(document, one), one) for one in chosen)]
+        of_all = [(rest, None), *((document_of(document, mesh), mesh) for mesh in chosen)]
         for part, mesh in of_all:
-            one = read_document(part, root)
+            shown = read_document(part, root)
             notes += part.warnings
-            found += [_Read(one, part, mesh)] if one else []
+            found += [_Read(shown, part, mesh)] if shown else []
         if not found:
             raise nothing_shown(rest)
         nodes = Nodes(document)
@@ -208,16 +208,16 @@ def _parts(source: Path, model: Model, root: Path) -> list[_Read]:
 def _chosen(meshes: Iterable[InstancedMesh], model: Model, source: Path) -> list[InstancedMesh]:
     """Returns the meshes whose copies can be instances; notes why others cannot."""
     chosen: list[InstancedMesh] = []
-    for one in meshes:
-        why = why_not(one.matrices)
-        if not one.matrices:
+    for mesh in meshes:
+        why = why_not(mesh.matrices)
+        if not mesh.matrices:
             why = f"a scene has at most {player_limits.MOST_INSTANCES} instances"
         elif len(chosen) == _MOST_SPLIT:
             why = f"at most {_MOST_SPLIT} meshes become objects of their own"
         if why is None:
-            chosen.append(one)
+            chosen.append(mesh)
         else:
-            what = f"the {one.count} copies of {one} are no instances: {why}"
+            what = f"the {mesh.count} copies of {mesh} are no instances: {why}"
             model.notes.append(f"{source}: {what}")
     return chosen
 
@@ -227,29 +227,31 @@ def _add_parts(model: Model, source: Path, reads: Sequence[_Read], aside: Path, 
     share, into `folder`."""
     place, binary = folder.relative_to(aside).as_posix(), ""
     names: set[str] = set()
-    for one in reads:
-        assert one.document
-        if one.document.binary is not None and not binary:
+    for entry in reads:
+        assert entry.document
+        if entry.document.binary is not None and not binary:
             binary = _free(folder, source.stem, ".bin")
-            (folder / binary).write_bytes(one.document.binary)
-        if one.mesh is None:
+            (folder / binary).write_bytes(entry.document.binary)
+        if entry.mesh is None:
             file = _free(folder, source.stem, ".gltf")
-            (folder / file).write_bytes(gltf_text(one.document, binary))
-            model.parts.append(_part(_object_name(source.stem), file, one.model, place))
+            (folder / file).write_bytes(gltf_text(entry.document, binary))
+            model.parts.append(_part(_object_name(source.stem), file, entry.model, place))
         else:
-            name = _object_name(one.mesh.name or f"{source.stem} copies", names)
+            name = _object_name(entry.mesh.name or f"{source.stem} copies", names)
             (mesh, table) = (_free(folder, name, suffix) for suffix in (".gltf", ".csv"))
-            part = replace(_part(name, mesh, one.model, place), table=f"{place}/{table}")
+            part = replace(_part(name, mesh, entry.model, place), table=f"{place}/{table}")
             model.parts.append(part)
-            model._copies.append(_Copies(part, one.mesh, one.document, binary))
-            what = f"{len(one.mesh.matrices)} copies of {one.mesh}"
+            model._copies.append(_Copies(part, entry.mesh, entry.document, binary))
+            what = f"{len(entry.mesh.matrices)} copies of {entry.mesh}"
             model.taken.append(f"{what} are instances of the object {name}, listed in {part.table}")
         names.add(model.parts[-1].name)
 
 
 def _part(name: str, file: str, read: ReadModel, place: str = "model") -> Part:
     used = dict.fromkeys(group.material for group in read.mesh.groups)
-    return Part(name, f"{place}/{file}", tuple(one for one in used if _is_cut(read.materials.get(one))))
+    return Part(
+        name, f"{place}/{file}", tuple(material for material in used if _is_cut(read.materials.get(material)))
+    )
 
 
 def _object_name(text: str, taken: Iterable[str] = ()) -> str:

@@ -127,7 +127,7 @@ def _toml(name: str, model: Model, folder: Path) -> str:
     cameras, notes = waypoints_of(model.views, lens, model.center, model.radius, farthest, placed)
     model.notes += [f"{model.parts[0].mesh}: {note}" for note in notes]
     if cameras:
-        names = ", ".join(_shown(one.camera) for one in cameras)
+        names = ", ".join(_shown(camera.camera) for camera in cameras)
         model.taken.append(f"the flight begins with the cameras of the model: {names}")
     if model.sun.light:
         model.taken.append(f"the sun is the light {_shown(model.sun.light)}")
@@ -200,18 +200,18 @@ def _waypoints(cameras: list[Waypoint], middle: float, r: float, away: float) ->
     """The lines of the flight's eyes and targets: those of the model's cameras, then a turn round the model,
     whose middle is so high. r: its radius, away: how far the eye is, in metres."""
     lines = []
-    for one in cameras:
-        lines += ["", f"# the camera {_shown(one.camera)}", "[[flight.eye]]"]
-        lines += [f"position = {_vector(one.eye)}"]
-        lines += [f"roll_deg = {_text(one.roll_deg)}"] if abs(one.roll_deg) > 0.01 else []
+    for camera in cameras:
+        lines += ["", f"# the camera {_shown(camera.camera)}", "[[flight.eye]]"]
+        lines += [f"position = {_vector(camera.eye)}"]
+        lines += [f"roll_deg = {_text(camera.roll_deg)}"] if abs(camera.roll_deg) > 0.01 else []
     for i in range(WAYPOINTS):
         turn = 2.0 * pi * i / WAYPOINTS
         d = away * (1.0 - 0.15 * (1.0 - cos(turn)) / 2.0)
         height = middle + r * (0.35 + 0.3 * (1.0 - cos(turn)))
         eye = (_snapped(d * sin(turn), d), height, _snapped(d * cos(turn), d))
         lines += ["", "[[flight.eye]]", f"position = [{', '.join(_text(x) for x in eye)}]"]
-    for one in cameras:
-        lines += ["", "[[flight.target]]", f"position = {_vector(one.target)}"]
+    for camera in cameras:
+        lines += ["", "[[flight.target]]", f"position = {_vector(camera.target)}"]
     for _ in range(WAYPOINTS):
         lines += ["", "[[flight.target]]", f"position = [0.0, {_text(middle)}, 0.0]"]
     return lines

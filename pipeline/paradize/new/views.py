@@ -125,7 +125,7 @@ def waypoints_of(
         why = _fault(camera, center, farthest, place)
         if why is None and len(found) == _MOST:
             why = f"a flight takes {_MOST}"
-        if why is None and any(_apart(place(camera.eye), one.eye) < 1e-6 * radius for one in found):
+        if why is None and any(_apart(place(camera.eye), other.eye) < 1e-6 * radius for other in found):
             why = "it stands where another one does"
         if why is not None:
             left_out.setdefault(why, []).append(camera.name)

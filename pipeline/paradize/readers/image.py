@@ -193,7 +193,7 @@ def _read_open(source: Any, path: Path, color_space: str | None, finite: bool) -
             values = np.ascontiguousarray(values[:, :, channels])
     else:  # read one by one: OpenImageIO would convert mixed types to one
         each = [_decode(source, spec, types[k], path, k, k + 1) for k in channels]
-        values = np.concatenate([Image(one, "data", 32).pixels for one in each], axis=2)
+        values = np.concatenate([Image(channel, "data", 32).pixels for channel in each], axis=2)
     top = None if name in _PLAIN_NUMBERS else round(_TYPES[name][2])
     if kind == "pnm" and top is not None:
         values, top = exact_shares(path, values)

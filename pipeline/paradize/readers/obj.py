@@ -222,8 +222,8 @@ def _bounds_of(parsed: ParsedObj, groups: Sequence[Group]) -> Callable[[str], Bo
         if not own or not len(parsed.uvs):
             return None
         used = [parsed.uvs[parsed.triangles[g.first : g.first + g.count].reshape(-1)] for g in own]
-        low = np.min([one.min(axis=0) for one in used], axis=0).tolist()
-        high = np.max([one.max(axis=0) for one in used], axis=0).tolist()
+        low = np.min([uvs.min(axis=0) for uvs in used], axis=0).tolist()
+        high = np.max([uvs.max(axis=0) for uvs in used], axis=0).tolist()
         return (*low, *high)
 
     return bounds

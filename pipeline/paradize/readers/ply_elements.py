@@ -107,7 +107,7 @@ def _text(body: bytes, elements: list[Element], comments: list[str], path: Path)
 def _all_rows(source: _Text | _Binary, elements: list[Element], comments: list[str], path: Path) -> Ply:
     ply = Ply({}, {}, {}, comments)
     for element in elements:
-        ply.kinds[element.name] = {one.name: one.kind for one in element.properties}
+        ply.kinds[element.name] = {declared.name: declared.kind for declared in element.properties}
         try:
             ply.columns[element.name], ply.lists[element.name] = _rows(source, element)
         except (ValueError, OverflowError):
@@ -169,8 +169,8 @@ def _numbers_of_lines(body: bytes, elements: list[Element]) -> tuple[F64, int]:
     for element, line in zip(owners, lines[: len(owners)], strict=True):
         row = np.fromiter(map(float, line.split()), np.float64)
         named = 0
-        for one in element.properties:
-            named += 1 if one.length is None else 1 + _length(row[named : named + 1])
+        for declared in element.properties:
+            named += 1 if declared.length is None else 1 + _length(row[named : named + 1])
         if named > len(row):
             raise ValueError
         longer += named < len(row)
@@ -238,18 +238,18 @@ class _Binary:
 
 def _rows(source: _Text | _Binary, element: Element) -> tuple[dict[str, npt.NDArray[Any]], dict[str, Lists]]:
     """Takes the rows of an element. Raises ValueError where they are not there."""
-    least = sum(source.size(one.length or one.kind) for one in element.properties)
+    least = sum(source.size(declared.length or declared.kind) for declared in element.properties)
     if least * element.count > source.left():
         raise ValueError
     if not element.properties or not element.count:
-        return {one.name: np.zeros(0) for one in element.properties if one.length is None}, {}
+        return {declared.name: np.zeros(0) for declared in element.properties if declared.length is None}, {}
     start = source.at
     lengths = []
-    for one in element.properties:  # of the first row
+    for declared in element.properties:  # of the first row
         length = 1
-        if one.length is not None:
-            length = _length(source.take(one.length, 1))
-        source.take(one.kind, length)
+        if declared.length is not None:
+            length = _length(source.take(declared.length, 1))
+        source.take(declared.kind, length)
         lengths.append(length)
     source.at = start
     equal = _equal_rows(source, element, lengths)
@@ -271,42 +271,42 @@ def _equal_rows(
 ) -> tuple[dict[str, npt.NDArray[Any]], dict[str, Lists]] | None:
     """Takes the rows at once if the lists of all are as long as those of the first; else None."""
     fields: list[tuple[str, str, int]] = []
-    for k, (one, length) in enumerate(zip(element.properties, lengths, strict=True)):
-        fields += [(f"length {k}", one.length, 1)] if one.length is not None else []
-        fields += [(f"value {k}", one.kind, length)]
+    for k, (declared, length) in enumerate(zip(element.properties, lengths, strict=True)):
+        fields += [(f"length {k}", declared.length, 1)] if declared.length is not None else []
+        fields += [(f"value {k}", declared.kind, length)]
     try:
         table = source.table(fields, element.count)
     except ValueError:
         return None
     columns: dict[str, npt.NDArray[Any]] = {}
     lists: dict[str, Lists] = {}
-    for k, (one, length) in enumerate(zip(element.properties, lengths, strict=True)):
+    for k, (declared, length) in enumerate(zip(element.properties, lengths, strict=True)):
         values = table[f"value {k}"]
-        if one.length is None:
-            columns[one.name] = values[:, 0]
+        if declared.length is None:
+            columns[declared.name] = values[:, 0]
         elif (table[f"length {k}"] != length).any():
             return None
         else:
             counts = np.full(element.count, length, np.int64)
-            lists[one.name] = Lists(counts, np.ascontiguousarray(values).reshape(-1))
+            lists[declared.name] = Lists(counts, np.ascontiguousarray(values).reshape(-1))
     return columns, lists
 
 
 def _rows_one_by_one(
     source: _Text | _Binary, element: Element
 ) -> tuple[dict[str, npt.NDArray[Any]], dict[str, Lists]]:
-    found: dict[str, list[npt.NDArray[Any]]] = {one.name: [] for one in element.properties}
+    found: dict[str, list[npt.NDArray[Any]]] = {declared.name: [] for declared in element.properties}
     for _ in range(element.count):
-        for one in element.properties:
-            length = 1 if one.length is None else _length(source.take(one.length, 1))
-            found[one.name].append(source.take(one.kind, length))
+        for declared in element.properties:
+            length = 1 if declared.length is None else _length(source.take(declared.length, 1))
+            found[declared.name].append(source.take(declared.kind, length))
     columns: dict[str, npt.NDArray[Any]] = {}
     lists: dict[str, Lists] = {}
-    for one in element.properties:
-        values = np.concatenate(found[one.name])
-        if one.length is None:
-            columns[one.name] = values
+    for declared in element.properties:
+        values = np.concatenate(found[declared.name])
+        if declared.length is None:
+            columns[declared.name] = values
         else:
-            counts = np.fromiter((len(row) for row in found[one.name]), np.int64, element.count)
-            lists[one.name] = Lists(counts, values)
+            counts = np.fromiter((len(row) for row in found[declared.name]), np.int64, element.count)
+            lists[declared.name] = Lists(counts, values)
     return columns, lists

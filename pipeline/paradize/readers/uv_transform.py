@@ -48,7 +48,7 @@ def transformed_uvs(
     place[order] = np.arange(len(order), dtype=np.uint32)
     vertices, transform = found[order] % count, found[order] // count
     uvs = mesh.uvs[vertices].astype(np.float64)
-    uvs1 = np.zeros_like(uvs) if any(one.second for one in used) else None
+    uvs1 = np.zeros_like(uvs) if any(pair.second for pair in used) else None
     for index, (of_first, of_second) in enumerate(used, 1):
         here = transform == index
         if uvs1 is not None and of_second is not None:

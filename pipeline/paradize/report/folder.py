@@ -190,7 +190,7 @@ def _materials(scene: dict[str, Any]) -> dict[str, dict[str, dict[str, Any]]]:
     order = (*SHEET_ORDER, "cubemap")
     materials = {name: {k: maps[k] for k in order if k in maps} for name, maps in found.items()}
     for item in scene.get("objects", ()):
-        names = sorted({one["maps"]["color"] for one in item["materials"].values()} - {None})
+        names = sorted({material["maps"]["color"] for material in item["materials"].values()} - {None})
         color = {f"color {name}": scene["artifacts"][name] for name in names}
         materials[item["mesh"]] = {"mesh": scene["artifacts"][item["mesh"]], **color}
     return materials

@@ -21,7 +21,7 @@ class BakerSettings:
     """The base of all settings of bakers. An unknown name raises ArgumentError."""
 
     def __new__(cls, *given: Any, **named: Any) -> Self:
-        known = [one.name for one in fields(cls)]
+        known = [field.name for field in fields(cls)]
         for name in named:
             if name not in known:
                 raise ArgumentError(f"has no {name[:80]!r}", place=cls.__name__, mend=suggestion(name, known))
@@ -31,7 +31,7 @@ class BakerSettings:
     def of(cls, given: object, /, **more: Any) -> Self:
         """The settings with the values that `given` has under the same names: a part of a scene, or the
         arguments of a command line. more: those that it does not tell, or tells otherwise."""
-        names = [one.name for one in fields(cls) if hasattr(given, one.name)]
+        names = [field.name for field in fields(cls) if hasattr(given, field.name)]
         return cls(**{name: getattr(given, name) for name in names} | more)
 
 

@@ -94,9 +94,11 @@ METRICS = {
     "dudv_mean_deg": Limit("degrees", True, 180.0, "mean angle between baked and true du/dv"),
     "dudv_max_deg": Limit("degrees", True, 180.0, "largest angle between baked and true du/dv"),
     **{
-        f"{name}_psnr_db": Limit("dB", False, 1000.0, f"PSNR of the {one.label} map against its source")
-        for name, one in MAPS.items()
-        if not one.is_direction
+        f"{name}_psnr_db": Limit(
+            "dB", False, 1000.0, f"PSNR of the {material_map.label} map against its source"
+        )
+        for name, material_map in MAPS.items()
+        if not material_map.is_direction
     },
     "occlusion_cast_mean": Limit(
         "of the range", True, 1.0, "mean error of occlusion that is cast from the mesh, before it is stored"
@@ -127,9 +129,12 @@ METRICS = {
 # Metrics that are measured and reported but that a budget cannot limit: name -> unit and meaning.
 REPORTED = {
     **{
-        f"{name}_max": ("of the range", f"largest error of a channel of a texel of the {one.label} map")
-        for name, one in MAPS.items()
-        if not one.is_direction
+        f"{name}_max": (
+            "of the range",
+            f"largest error of a channel of a texel of the {material_map.label} map",
+        )
+        for name, material_map in MAPS.items()
+        if not material_map.is_direction
     },
     "occlusion_cast_max": (
         "of the range",

@@ -113,6 +113,6 @@ class SceneMaps:
 
     def of_object(self, name: str) -> Iterator[tuple[MapSet, tuple[str, ...]]]:
         """The map sets that an object uses, each with the materials that use it."""
-        for one in self.sets:
-            if name in one.materials:
-                yield one, one.materials[name]
+        for map_set in self.sets:
+            if name in map_set.materials:
+                yield map_set, map_set.materials[name]

@@ -31,8 +31,8 @@ def add_object(
     name = item.name
     sets = list(maps.of_object(name))
     read: dict[bool, list[str]] = {False: [], True: []}  # by MapSet.second
-    for one, names in sets:
-        read[one.second] += map_inputs(one, {name: names}, maps, {name: views})
+    for map_set, names in sets:
+        read[map_set.second] += map_inputs(map_set, {name: names}, maps, {name: views})
     inputs = mesh_inputs(item, maps.objects[name], views, read[False], read[True])
     required.add(
         f"{name} mesh",
@@ -53,8 +53,8 @@ def add_object(
                 base_colors=_base_colors(maps.objects[name]),
                 second_frames=[
                     material
-                    for material, one in maps.objects[name].second.items()
-                    if "normal" in one.pictures
+                    for material, map_set in maps.objects[name].second.items()
+                    if "normal" in map_set.pictures
                 ],
             )
         ),

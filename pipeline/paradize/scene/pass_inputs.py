@@ -50,7 +50,10 @@ def views_of_objects(scene: Scene) -> dict[str, tuple[str, ...]]:
 
 
 def map_inputs(
-    one: MapSet, users: Mapping[str, Sequence[str]], maps: SceneMaps, drawn_in: Mapping[str, tuple[str, ...]]
+    map_set: MapSet,
+    users: Mapping[str, Sequence[str]],
+    maps: SceneMaps,
+    drawn_in: Mapping[str, tuple[str, ...]],
 ) -> dict[str, str]:
     """Returns the maps of a set that the player reads, and why. users: materials that use it, by object name.
     drawn_in: the views that draw an object, by its name.
@@ -64,11 +67,11 @@ def map_inputs(
         for name, names in users.items()
         if (left := [key for key in names if maps.objects[name].drawn[key].alpha_mode != "opaque"])
     }
-    of = _owners(one, shaded or users)
+    of = _owners(map_set, shaded or users)
     inputs: dict[str, str] = {}
-    has = one.pictures.keys()
-    if ("color" in has or ("alpha" in has and not one.opaque)) and (shaded or cut):
-        shown = f"the swatches of a palette on {of}" if one.palette else f"the object {of}"
+    has = map_set.pictures.keys()
+    if ("color" in has or ("alpha" in has and not map_set.opaque)) and (shaded or cut):
+        shown = f"the swatches of a palette on {of}" if map_set.palette else f"the object {of}"
         inputs["color"] = shown if shaded else f"the shape of {of}'s shadow"
     if not shaded:
         return inputs
@@ -86,15 +89,15 @@ def map_inputs(
         owners = (f"{name}'s {_few(keys)}" for name, keys in found.items() if keys)
         return listed(*owners, most=_NAMED)
 
-    derived = one.derived if "color" in has else ()
-    if {"normal", "height"} & has or ("normal" in derived and one.strength > 0.0):
+    derived = map_set.derived if "color" in has else ()
+    if {"normal", "height"} & has or ("normal" in derived and map_set.strength > 0.0):
         inputs["normal"] = f"bumps on {of}"
     if ("height" in has or "height" in derived) and (deep := having("parallax_scale")):
         inputs["height"] = f"parallax of {deep}"
     if (set(GLOSS_ROLES) & has or "gloss" in derived) and (shiny := having("specular", "metalness")):
         inputs["gloss"] = f"highlights on {shiny}"
     metal = "metalness" in has and having("metalness")
-    if one.casts_occlusion and having("occlusion_strength"):
+    if map_set.casts_occlusion and having("occlusion_strength"):
         beside = " and metal" if metal else ""
         inputs["occlusion"] = f"light from around{beside} on {of}; the occlusion is cast from the mesh"
     elif ("occlusion" in has and having("occlusion_strength")) or metal:
@@ -119,13 +122,13 @@ def unread_pictures(scene: Scene, maps: SceneMaps) -> list[tuple[Path, str]]:
     """Returns the pictures of materials that no pass reads, so that they are not baked, and why."""
     drawn_in = views_of_objects(scene)
     found: list[tuple[Path, str]] = []
-    for one in maps.sets:
-        inputs = map_inputs(one, one.materials, maps, drawn_in)
+    for map_set in maps.sets:
+        inputs = map_inputs(map_set, map_set.materials, maps, drawn_in)
         read = {role for key in inputs for role in MADE_OF[key]}
-        read -= {"height"} if "normal" in one.pictures and "height" not in inputs else set()
-        read -= {"alpha"} if one.opaque else set()
-        of = _owners(one, one.materials)
-        for role, path in one.pictures.items():
+        read -= {"height"} if "normal" in map_set.pictures and "height" not in inputs else set()
+        read -= {"alpha"} if map_set.opaque else set()
+        of = _owners(map_set, map_set.materials)
+        for role, path in map_set.pictures.items():
             if role not in read:
                 found.append((path, f"{role} of {of}: {_UNREAD.get(role, 'its factor is 0')}"))
     return found
@@ -143,11 +146,11 @@ def _shades(views: Sequence[str]) -> bool:
     return any(view != "shadow" for view in views)
 
 
-def _owners(one: MapSet, users: Iterable[str]) -> str:
+def _owners(map_set: MapSet, users: Iterable[str]) -> str:
     """The objects that use a set, in words; with the materials where an object has other sets."""
-    whole = one.name in one.materials
+    whole = map_set.name in map_set.materials
     return listed(
-        *(name if whole else f"{name} ({_few(one.materials[name])})" for name in users), most=_NAMED
+        *(name if whole else f"{name} ({_few(map_set.materials[name])})" for name in users), most=_NAMED
     )
 
 

@@ -101,9 +101,9 @@ def fields_page() -> str:
             parts.append(f"\nEach line: `{field.metadata['allowed']}`.\n")
         if path == "budget":
             parts.append("\n| metric | unit | limits | meaning |\n| --- | --- | --- | --- |\n")
-            for name, one in METRICS.items():
-                limits = "at most" if one.less_is_better else "at least"
-                parts.append(f"| `{name}` | {one.unit} | {limits} | {one.meaning} |\n")
+            for name, limit in METRICS.items():
+                limits = "at most" if limit.less_is_better else "at least"
+                parts.append(f"| `{name}` | {limit.unit} | {limits} | {limit.meaning} |\n")
         parts.append(f"\n```toml\n{EXAMPLES[path]}\n```\n")
     return "".join(parts)
 

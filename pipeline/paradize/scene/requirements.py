@@ -49,9 +49,9 @@ def require(scene: Scene, maps: SceneMaps) -> Requirements:
             size=size,
             quantise_limits=quantise_limits,
         )
-        for one in [one for one in left if item.name in one.materials]:
-            left.remove(one)  # a shared set comes with its first object
-            add_map_set(required, one, maps, drawn_in)
+        for map_set in [map_set for map_set in left if item.name in map_set.materials]:
+            left.remove(map_set)  # a shared set comes with its first object
+            add_map_set(required, map_set, maps, drawn_in)
     for file, needed in sound_files(scene.sounds, scene.music).items():
         output = Output(needed.artifact, "sound", "sound", needed.reason)
         settings = asdict(SoundSettings(needed.placed))

@@ -104,7 +104,7 @@ def names(among: Collection[str] = (), *, least: int = 0) -> Rule:
         lambda v: (
             _is_sequence(v)
             and len(v) >= least
-            and all(isinstance(one, str) and (not among or one in among) for one in v)
+            and all(isinstance(name, str) and (not among or name in among) for name in v)
         ),
     )
 
@@ -116,7 +116,7 @@ def several(rule: Rule, count: int | None, what: str, *, rising: bool = False) -
         if not _is_sequence(value) or (count is not None and len(value) != count):
             return False
         listed = list(value)
-        right = all(not rule.fault(one) for one in listed)
+        right = all(not rule.fault(item) for item in listed)
         return right and (not rising or all(a <= b for a, b in pairwise(listed)))
 
     return _where(what, is_right)
@@ -129,13 +129,13 @@ def mapping(keys: Mapping[str, Rule] | None, value: Rule, what: str, required: C
     def fault(found: Any) -> str:
         if not isinstance(found, Mapping):
             return f"is {shown(found)}"
-        for key, one in found.items():
+        for key, entry in found.items():
             if not isinstance(key, str):
                 return f"has the key {shown(key)}"
             if keys is not None and key not in keys:
                 return f"has no {key[:80]!r}, {suggestion(key, keys)}"
             rule = value if keys is None else keys[key]
-            if wrong := rule.fault(one):
+            if wrong := rule.fault(entry):
                 return f"{key[:80]} {wrong}, allowed: {rule.allowed}"
         missing = [key for key in required if key not in found]
         return f"lacks {missing[0]!r}" if missing else ""
@@ -245,10 +245,10 @@ def require_right(settings: Any, function: str) -> None:
     rules = RULES[type(settings).__name__]
     errors = [
         ArgumentError(
-            f"{wrong}; allowed: {rules[one.name].allowed}", place=f"{function}: settings.{one.name}"
+            f"{wrong}; allowed: {rules[field.name].allowed}", place=f"{function}: settings.{field.name}"
         )
-        for one in fields(settings)
-        if (wrong := rules[one.name].fault(getattr(settings, one.name)))
+        for field in fields(settings)
+        if (wrong := rules[field.name].fault(getattr(settings, field.name)))
     ]
     if errors:
         raise errors[0] if len(errors) == 1 else GroupedError(errors)

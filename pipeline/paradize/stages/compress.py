@@ -41,8 +41,14 @@ def formats_of(
     """Returns the formats that a map of this size may take, the tier's first. Without block formats if the
     sides do not divide by four, or a colour picture has at most SMALL texels. narrow: only the first channel
     is read."""
-    one = MAPS[name]
-    known = one.alpha_formats if alpha else one.narrow_formats if narrow else one.formats
+    material_map = MAPS[name]
+    known = (
+        material_map.alpha_formats
+        if alpha
+        else material_map.narrow_formats
+        if narrow
+        else material_map.formats
+    )
     if tier == "exact" and "BC7_SRGB" in known:
         known = known[known.index("BC7_SRGB") :]
     small = known[-1].endswith("_SRGB") and height * width <= SMALL

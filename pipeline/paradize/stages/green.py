@@ -33,7 +33,7 @@ def guess_green(normals: F32) -> Literal["up", "down"] | None:
     the map does not say so surely: it is flat, has slopes along one direction only, or does not come from
     heights."""
     found = [_correlations(normals, scale) for scale in _SCALES]
-    best = max(found, key=lambda one: abs(_whole(one)))
+    best = max(found, key=lambda correlations: abs(_whole(correlations)))
     whole = _whole(best)
     twist = np.abs(best[:, 0])
     agree = float(twist[np.sign(best[:, 0]) == np.sign(whole)].sum())

@@ -243,5 +243,5 @@ def _is_valid(product: Any) -> bool:
     so they are checked."""
     if not isinstance(product, dict) or not all(map(_SHA256.fullmatch, hashes_in(product))):
         return False
-    files = [one for one in product.values() if isinstance(one, dict) and "suffix" in one]
-    return all(_SUFFIX.fullmatch(str(one["suffix"])) for one in files)
+    files = [record for record in product.values() if isinstance(record, dict) and "suffix" in record]
+    return all(_SUFFIX.fullmatch(str(record["suffix"])) for record in files)

@@ -63,7 +63,11 @@ def tree_tier(path: Path, settings: dict[str, Any], tier: str, runs: int | None)
     finally:
         shutil.rmtree(scratch, ignore_errors=True)
     known = [tile.errors for tile in made.tiles if "terrain_max_m" in tile.errors]
-    errors = {metric: max(one[metric] for one in known) for metric in _METRICS} if known else {}
+    errors = (
+        {metric: max(errors_of_tile[metric] for errors_of_tile in known) for metric in _METRICS}
+        if known
+        else {}
+    )
     patches = len(made.tables["patches"]["tile"])
     return TrialResult(seconds, [errors], size, f"{patches} patches in {len(made.tiles)} tiles")
 

@@ -63,11 +63,13 @@ def authored_groups(job: BakeJob) -> list[TrialGroup]:
     made = _drawn(job.sources, job.settings, tier=TIERS[0], measure=False)
     groups = []
     for output in job.outputs:
-        name, one = output.product, made[output.product]
-        if one.constant is not None:
+        name, texture = output.product, made[output.product]
+        if texture.constant is not None:
             continue
-        narrow = one.format in MAPS[name].narrow_formats
-        own = {tier: formats_of(name, one.height, one.width, tier=tier, narrow=narrow) for tier in TIERS}
+        narrow = texture.format in MAPS[name].narrow_formats
+        own = {
+            tier: formats_of(name, texture.height, texture.width, tier=tier, narrow=narrow) for tier in TIERS
+        }
         arguments = {"sources": job.sources, "settings": job.settings, "name": name}
         trials = _format_trials(own, authored_tier, arguments)
         note = "The time includes reading the pictures, and the mips."

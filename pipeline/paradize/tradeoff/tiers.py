@@ -103,7 +103,7 @@ def run_groups(
                 else:
                     results.append((trial, outcome.value))
             if results:
-                for at, most in _uneven([one for _, one in results]).items():
+                for at, most in _uneven([result for _, result in results]).items():
                     trial = results[at][0]
                     trial = replace(trial, arguments=trial.arguments | {"most_levels": most})
                     outcome = _run(pool, group, trial, runs)
@@ -129,11 +129,11 @@ def _run(pool: WorkerPool, group: TrialGroup, trial: Trial, runs: int | None) ->
 def _uneven(results: list[TrialResult]) -> dict[int, int]:
     """Which results hold coarser levels of detail than all reach, and how many levels each of these may have
     to be compared: a finer last level would look more exact, one level less quicker and smaller."""
-    made = [one.triangles for one in results if len(one.triangles) > 1]
+    made = [result.triangles for result in results if len(result.triangles) > 1]
     if not made:
         return {}
     reached = max(triangles[-1] for triangles in made) / _SAME_COUNT
-    counts = [max(2, sum(count >= reached for count in one.triangles)) for one in results]
+    counts = [max(2, sum(count >= reached for count in result.triangles)) for result in results]
     return {at: most for at, most in enumerate(counts) if most < len(results[at].triangles)}
 
 
@@ -145,7 +145,7 @@ def _group(
 ) -> Group:
     """A group of tradeoff.json, without conclusions."""
     errors = [_worst(result.levels) for _, result in results]
-    known = [metric for metric in planned.metrics if all(metric in one for one in errors)]
+    known = [metric for metric in planned.metrics if all(metric in measured for measured in errors)]
     if not known:
         raise BakeError(f"{planned.name}: none of {', '.join(planned.metrics)} was measured")
     metric = next((name for name in known if name in budget), known[0])

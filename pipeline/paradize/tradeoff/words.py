@@ -234,7 +234,7 @@ def advice(group: Group) -> dict[str, Any] | None:
 def _flat(group: Group) -> dict[str, Any] | None:
     """The first of the quickest tiers, of a series whose tiers all have the same error."""
     front = main_front(group["points"], group["less_is_better"])
-    chain = next((one for one in chains(group) if front and front[0].point in one), [])
+    chain = next((chain for chain in chains(group) if front and front[0].point in chain), [])
     pairs = [compare(a, b, group) for a in chain for b in chain]
     if len(chain) < 2 or any(pair.error for pair in pairs):
         return None

@@ -195,7 +195,7 @@ class Watch:
     def _look_at(self, reads: dict[Path, Stamp | None], *, keep: bool = False) -> None:
         """Watches these files and the code from here on. A file whose stamp differs has changed already.
         keep: also watch the files of before."""
-        paths = {one for path in reads for one in (path, resolved(path))}
+        paths = {each for path in reads for each in (path, resolved(path))}
         parents = {folder for path in paths for folder in path.parents}
         self._reads = frozenset(paths | parents | (self._reads if keep else set()))
         clear_caches()

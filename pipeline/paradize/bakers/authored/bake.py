@@ -282,7 +282,7 @@ class _Maps:
 def _beyond(channels: list[Channel]) -> list[str]:
     """Says which float values a map cannot hold."""
     found = []
-    for picture in (one.picture for one in channels if one.picture is not None):
+    for picture in (channel.picture for channel in channels if channel.picture is not None):
         if picture.values.dtype != np.float32:
             continue
         least, most = float(picture.values.min()), float(picture.values.max())
@@ -295,10 +295,10 @@ def _beyond(channels: list[Channel]) -> list[str]:
 def _enlarged(channels: list[Channel], size: tuple[int, int]) -> list[str]:
     """The pictures that are smaller than their map."""
     return [
-        f"{one.picture.path}: {one.picture.size[1]} x {one.picture.size[0]} texels are enlarged to "
-        f"{size[1]} x {size[0]}, the size of the picture beside it in the same map"
-        for one in channels
-        if one.picture is not None and not one.picture.cast and one.picture.size != size
+        f"{channel.picture.path}: {channel.picture.size[1]} x {channel.picture.size[0]} texels are enlarged "
+        f"to {size[1]} x {size[0]}, the size of the picture beside it in the same map"
+        for channel in channels
+        if channel.picture is not None and not channel.picture.cast and channel.picture.size != size
     ]
 
 
@@ -321,8 +321,8 @@ def _product(name: str, maps: _Maps, used: AuthoredSettings, tier: str, fmt: str
         report_step(f"measuring {name}")
         return texture, made.errors(texture)
 
-    def errors_of(one: tuple[Texture, Any]) -> dict[str, float]:
-        return flat_errors(name, one[1][0]) if one[1] else {}
+    def errors_of(encoded: tuple[Texture, Any]) -> dict[str, float]:
+        return flat_errors(name, encoded[1][0]) if encoded[1] else {}
 
     kept = formats[-1 if used.uncompressed else 0 :] if fmt is None else (fmt,)
     (texture, levels), reason = within_budget(kept, make, errors_of, used.budget)

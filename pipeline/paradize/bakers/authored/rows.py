@@ -55,17 +55,17 @@ class ValueRows:
     """Rows of a map of values: "height", "gloss" without its spread, "occlusion"."""
 
     def __init__(self, channels: Sequence[Channel], layouts: Layouts, wrap: Wrap) -> None:
-        sizes = [one.picture.size for one in channels if one.picture is not None]
+        sizes = [channel.picture.size for channel in channels if channel.picture is not None]
         self.size = max(size[0] for size in sizes), max(size[1] for size in sizes)
         self.layout = layouts(self.size)
         self.channels, self._wrap = channels, wrap
-        self._planes = [self._plane(one, layouts) for one in channels]
+        self._planes = [self._plane(channel, layouts) for channel in channels]
 
-    def _plane(self, one: Channel, layouts: Layouts) -> Values | None:
+    def _plane(self, channel: Channel, layouts: Layouts) -> Values | None:
         """The picture's values (h, w) at the map's size."""
-        if one.picture is None or one.picture.size == self.size:
-            return None if one.picture is None else one.picture.values
-        return resized(shares(self._whole(one.picture, layouts), gain=1.0), *self.size, self._wrap)
+        if channel.picture is None or channel.picture.size == self.size:
+            return None if channel.picture is None else channel.picture.values
+        return resized(shares(self._whole(channel.picture, layouts), gain=1.0), *self.size, self._wrap)
 
     @staticmethod
     def _whole(picture: RolePicture, layouts: Layouts) -> Values:
@@ -75,26 +75,26 @@ class ValueRows:
     def rows(self, first: int, last: int) -> F32:
         """Rows (n, w, c), 0..1, gutters filled."""
         made = [
-            np.full((last - first, self.size[1]), one.offset, np.float32)
+            np.full((last - first, self.size[1]), channel.offset, np.float32)
             if plane is None
-            else shares(_filled(plane, self.layout, first, last), gain=one.gain, offset=one.offset)
-            for one, plane in zip(self.channels, self._planes, strict=True)
+            else shares(_filled(plane, self.layout, first, last), gain=channel.gain, offset=channel.offset)
+            for channel, plane in zip(self.channels, self._planes, strict=True)
         ]
         return np.stack(made, axis=2)
 
     def truth(self, layouts: Layouts) -> F32:
         """The reference (h, w, c)."""
         out = np.empty((*self.size, len(self.channels)), np.float32)
-        for k, one in enumerate(self.channels):
-            if one.picture is None:
-                out[:, :, k] = one.offset
+        for k, channel in enumerate(self.channels):
+            if channel.picture is None:
+                out[:, :, k] = channel.offset
                 continue
-            plane: Values = one.picture.values
-            if one.picture.size != self.size:
-                own = np.clip(true_shares(self._whole(one.picture, layouts)), 0.0, 1.0)
+            plane: Values = channel.picture.values
+            if channel.picture.size != self.size:
+                own = np.clip(true_shares(self._whole(channel.picture, layouts)), 0.0, 1.0)
                 plane = true_resized(own, *self.size, self._wrap).astype(np.float32)
             for first, last in bands_of(*self.size):
-                found = one.truth(true_shares(_filled(plane, self.layout, first, last)))
+                found = channel.truth(true_shares(_filled(plane, self.layout, first, last)))
                 out[first:last, :, k] = np.clip(found, 0.0, 1.0)  # a map holds no more of floats
         return out
 

@@ -63,7 +63,10 @@ def bake_maps(
         maps = png_maps(rows, tier=tier, warnings=picture.warnings, measure=measure)
     else:
         maps = ktx2_maps(rows, used, tier=tier, warnings=picture.warnings, measure=measure)
-    return {name: replace(one, source=picture.source, guess=picture.guess) for name, one in maps.items()}
+    return {
+        name: replace(baked_map, source=picture.source, guess=picture.guess)
+        for name, baked_map in maps.items()
+    }
 
 
 @dataclass(frozen=True)

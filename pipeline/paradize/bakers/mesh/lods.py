@@ -81,7 +81,7 @@ class Plan:
             limit = max(DEFAULT_MAX_ERROR, *errors, 0.0)
         size = None
         if settings.screen_size is not None:
-            two_sided = tuple(name for name, one in (materials or {}).items() if one.two_sided)
+            two_sided = tuple(name for name, material in (materials or {}).items() if material.two_sided)
             size = ScreenSize(**{"two_sided": two_sided, **settings.screen_size})
         return Plan(settings.lods, limit, settings.lod_ratio, errors, size, simplifier=settings.simplifier)
 

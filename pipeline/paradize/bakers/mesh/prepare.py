@@ -86,7 +86,7 @@ def prepare_mesh(
     mesh = _by_material(complete_normals(mesh, smoothing, crease_deg=settings.crease_deg)[0])
     framed = settings.second_frames
     if framed is None:
-        framed = [name for name, one in materials.items() if "normal" in one.second]
+        framed = [name for name, material in materials.items() if "normal" in material.second]
     mesh = replace(mesh, second_frames=frozenset(framed))
     mesh, strange = _without_tangents(mesh)
     warnings += [f"{path}: {text}" for text in strange]

@@ -57,12 +57,12 @@ class RefinedLevel:
         errors_found |= uv_shift(reference, mesh, samples)
         if not self._inside(errors_found):
             return False
-        for one in (*(fitted() if fitted else ()), mesh):
+        for fitted_mesh in (*(fitted() if fitted else ()), mesh):
             errors = errors_found | normal_error(
-                reference, one, samples, surface_error=errors_found["error_max"]
+                reference, fitted_mesh, samples, surface_error=errors_found["error_max"]
             )
             if self._inside(errors) and self._score(errors) < self._score(self.errors):
-                self.mesh, self.errors = one, errors
+                self.mesh, self.errors = fitted_mesh, errors
                 return True
         return False
 

@@ -93,8 +93,8 @@ def measure_palette(
         found = [(np.inf, np.inf, 1)]
         if all(own is not None for own in owners):
             found = [_changed(chain, level, own, wrap or _INSIDE) for own in owners if own is not None]
-        squares, number = sum(one[1] for one in found), sum(one[2] for one in found)
-        if max(one[0] for one in found) <= SAME:
+        squares, number = sum(change[1] for change in found), sum(change[2] for change in found)
+        if max(change[0] for change in found) <= SAME:
             break
         level, squares = level - 1, 0.0
     return {"level": level, "max_level": last, "level_psnr_db": psnr(squares, number)}

@@ -94,7 +94,9 @@ def find_map_sets(
             beside[item.mesh] = read.facts.libraries[1:]
             found.missing += read.facts.missing
             pictures = [
-                by.picture for one in read.facts.materials.values() for by in one.material.maps.values()
+                by.picture
+                for material in read.facts.materials.values()
+                for by in material.material.maps.values()
             ]
             for picture in pictures:
                 if picture.model:
@@ -123,9 +125,9 @@ def _kits(models: Iterable[tuple[SceneObject, ModelFacts | None]], hash_cache: F
     swatches."""
     users: dict[str, set[Path]] = {}
     for item, facts in models:
-        for name, one in facts.materials.items() if facts else ():
-            picture = joined(item, name, one).picture("color")
-            if picture is not None and one.palette >= KIT:
+        for name, material in facts.materials.items() if facts else ():
+            picture = joined(item, name, material).picture("color")
+            if picture is not None and material.palette >= KIT:
                 users.setdefault(hash_cache.sha256(picture), set()).add(item.mesh)
     return {sha256 for sha256, meshes in users.items() if len(meshes) > 1}
 
@@ -147,7 +149,7 @@ class _Finder:
     def add(self, index: int, item: SceneObject, facts: ModelFacts | None) -> None:
         """Adds an object's materials and map sets. facts: of its model; None where it cannot be read, which
         the job of the mesh says."""
-        replaced = item.color is not None or any(one.color for one in item.materials.values())
+        replaced = item.color is not None or any(material.color for material in item.materials.values())
         if what := udim_fault({}, (), facts.missing if facts and not replaced else ()):
             what = f"{item.mesh.name}: {what}"
             raise SceneError(what, file=self.scene_path, place=f"object[{index}].mesh", mend=MEND)
@@ -155,27 +157,27 @@ class _Finder:
         names = list(known) or list(item.materials) or [""]
         materials = {name: joined(item, name, known.get(name)) for name in names}
         # a glTF file says by its maps what is bumpy
-        authored = is_gltf(item.mesh) or any(is_authored(one) for one in materials.values())
+        authored = is_gltf(item.mesh) or any(is_authored(material) for material in materials.values())
         drawn_materials: dict[str, DrawnMaterial] = {}
         keys: dict[str, Any] = {}
         second: dict[str, Any] = {}
         for name, material in materials.items():
             table = item.materials.get(name, ObjectMaterial())
             gloss = bool(material.maps.keys() & set(GLOSS_ROLES))
-            one = drawn(material, table, known.get(name), gloss=gloss)
-            one = replace(one, vertex_colors=facts is not None and facts.colors)
-            drawn_materials[name] = one
+            drawn_material = drawn(material, table, known.get(name), gloss=gloss)
+            drawn_material = replace(drawn_material, vertex_colors=facts is not None and facts.colors)
+            drawn_materials[name] = drawn_material
             if material.maps and is_guessed(material, table):
                 hidden = name in known and known[name].alpha == HIDDEN
-                if hidden or one.alpha_mode != "opaque":
-                    self._warn_of_alpha(item, name, one, hidden=hidden)
-            if one.translucency > 0.0 and table.translucency is None:
+                if hidden or drawn_material.alpha_mode != "opaque":
+                    self._warn_of_alpha(item, name, drawn_material, hidden=hidden)
+            if drawn_material.translucency > 0.0 and table.translucency is None:
                 self.warnings.append(
                     f"{item.mesh}: material {name!r}: two-sided, mostly green and with holes, so that it is "
-                    f"taken as leaves: {one.translucency:g} of the light from behind passes through "
-                    f"([object.material.{toml_key(name)}] translucency = 0 for a fence)"
+                    f"taken as leaves: {drawn_material.translucency:g} of the light from behind passes "
+                    f"through ([object.material.{toml_key(name)}] translucency = 0 for a fence)"
                 )
-        see_through = tuple(name for name, one in drawn_materials.items() if one.alpha_mode != "opaque")
+        see_through = tuple(name for name, of in drawn_materials.items() if of.alpha_mode != "opaque")
         for name, material in materials.items():
             table = item.materials.get(name, ObjectMaterial())
             cast = cast_fields(item, material, known.get(name), see_through)
@@ -211,26 +213,28 @@ class _Finder:
 
     def finished(self, key: Any) -> MapSet:
         """Returns a set with its name, and with what follows from the materials that use it."""
-        one = self.sets[key]
-        users = [self.objects[name][0][material] for name, own in one.materials.items() for material in own]
+        map_set = self.sets[key]
+        users = [
+            self.objects[name][0][material] for name, own in map_set.materials.items() for material in own
+        ]
         # of the picture's alpha, which the material's opacity multiplies before it is compared
         cutoffs = [
             by.alpha_cutoff / max(by.opacity, by.alpha_cutoff) for by in users if by.alpha_cutoff > 0.0
         ]
         blended = any(by.alpha_mode == "blend" for by in users)
-        ((first, own),) = list(one.materials.items())[:1]
+        ((first, own),) = list(map_set.materials.items())[:1]
         whole = len(own) == len(self.objects[first][0])
         return replace(
-            one,
+            map_set,
             name=self.names[key],
-            layout_materials=own if one.layout and not whole else (),
-            tiny=one.palette and self.shrinks[key] >= _WORTH,
+            layout_materials=own if map_set.layout and not whole else (),
+            tiny=map_set.palette and self.shrinks[key] >= _WORTH,
             opaque=all(by.alpha_mode == "opaque" for by in users),
-            alpha_cutoff=min(cutoffs, default=0.0 if blended else one.alpha_cutoff),
+            alpha_cutoff=min(cutoffs, default=0.0 if blended else map_set.alpha_cutoff),
         )
 
-    def _warn_of_alpha(self, item: SceneObject, name: str, one: DrawnMaterial, *, hidden: bool) -> None:
-        how = f"a mask with cutoff {one.alpha_cutoff:g}" if one.alpha_mode == "mask" else one.alpha_mode
+    def _warn_of_alpha(self, item: SceneObject, name: str, of: DrawnMaterial, *, hidden: bool) -> None:
+        how = f"a mask with cutoff {of.alpha_cutoff:g}" if of.alpha_mode == "mask" else of.alpha_mode
         how = "blended" if how == "blend" else "opaque, since it would hide everything" if hidden else how
         self.warnings.append(
             f"{item.mesh}: material {name!r}: nothing says what its alpha does; taken as {how} "
@@ -322,7 +326,7 @@ class _Finder:
         if palette or material.unlit:
             derived = []
         bump_m, width_m = material.bump_m, facts.width_m if facts else None
-        one = MapSet(
+        map_set = MapSet(
             name="",
             materials={},
             pictures={role: source.picture.file for role, source in material.maps.items()},
@@ -337,7 +341,7 @@ class _Finder:
             bleed=item.bleed,
             authored=authored_fields(material) + (tuple(cast.items()) if layout else ()),
         )
-        return one, self._key(one, material, item.name if layout else "")
+        return map_set, self._key(map_set, material, item.name if layout else "")
 
     def _is_palette(self, material: Material, facts: MaterialFacts) -> bool:
         picture = material.picture("color")
@@ -348,7 +352,7 @@ class _Finder:
     def _second_set(self, material: Material) -> tuple[MapSet, Any]:
         """Returns the set of a material's maps on second texture coordinates, as _set does. They follow no
         layout: their gutters stay as they were drawn."""
-        one = MapSet(
+        map_set = MapSet(
             name="",
             materials={},
             pictures={role: source.picture.file for role, source in material.maps.items()},
@@ -358,16 +362,16 @@ class _Finder:
             authored=authored_fields(material),
             second=True,
         )
-        return one, self._key(one, material, "")
+        return map_set, self._key(map_set, material, "")
 
-    def _key(self, one: MapSet, material: Material, owner: str) -> Any:
+    def _key(self, map_set: MapSet, material: Material, owner: str) -> Any:
         """The key of a material's map set: equal sets have equal keys. owner: the object whose layout it
         follows."""
         content = tuple(
             (role, self.hash_cache.sha256(source.picture.file), source.channel, source.inverted)
             for role, source in sorted(material.maps.items())
         )
-        return owner, content, tuple(getattr(one, key) for key in _COMPARED)
+        return owner, content, tuple(getattr(map_set, key) for key in _COMPARED)
 
 
 _FLAT = {"color", "alpha"}

@@ -172,13 +172,13 @@ def _uv_tiles(mesh: Mesh) -> tuple[Any, float | None, tuple[tuple[int, int], ...
 def to_json(facts: ModelFacts) -> dict[str, Any]:
     """The facts as the store keeps them."""
     materials = {}
-    for name, one in facts.materials.items():
+    for name, material in facts.materials.items():
         maps = {
             role: asdict(source) | {"picture": _picture_to_json(source.picture)}
-            for role, source in one.material.maps.items()
+            for role, source in material.material.maps.items()
         }
-        fields = asdict(replace(one.material, maps={})) | {"maps": maps}
-        materials[name] = asdict(replace(one, material=Material(name))) | {"material": fields}
+        fields = asdict(replace(material.material, maps={})) | {"maps": maps}
+        materials[name] = asdict(replace(material, material=Material(name))) | {"material": fields}
     return {
         "materials": materials,
         "colors": facts.colors,

@@ -92,20 +92,20 @@ class ModelReader:
             sha256 = self.store.put(data)
             inside.append(sha256)
             path = self.store.find(sha256)
-            one = materials[name]
-            source = one.material.maps[role]
+            material = materials[name]
+            source = material.material.maps[role]
             if path is None:
                 continue
             picture = Picture(path, name=source.picture.name, model=source.picture.file)
-            maps = {**one.material.maps, role: replace(source, picture=picture)}
-            materials[name] = replace(one, material=replace(one.material, maps=maps))
+            maps = {**material.material.maps, role: replace(source, picture=picture)}
+            materials[name] = replace(material, material=replace(material.material, maps=maps))
         facts = replace(facts, materials=materials)
         files = {str(path): self.hash_cache.sha256(path) for path in facts.libraries}
         missing = [str(path) for path in facts.missing]
         maps_read = {
             str(source.picture.file): self.hash_cache.sha256(source.picture.file)
-            for one in materials.values()
-            for source in one.material.maps.values()
+            for material in materials.values()
+            for source in material.material.maps.values()
         }
         self.store.put_product(key, to_json(facts) | {"files": files | maps_read, "missing": missing})
         return ReadModel(facts, tried=list(facts.libraries))

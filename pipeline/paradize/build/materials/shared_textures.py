@@ -23,9 +23,9 @@ def equal_textures(maps: SceneMaps, artifacts: Mapping[str, Artifact]) -> list[l
     """Returns the names of object textures with equal bytes that are sampled alike, a list for each such
     file, in the order of the scene. Those with other gutters or another coarsest level stay apart."""
     alike: dict[Any, list[str]] = {}
-    for one in maps.sets:
+    for map_set in maps.sets:
         for key in maps_of("object"):
-            name = f"{one.name}_{key}"
+            name = f"{map_set.name}_{key}"
             if name in artifacts:
                 made = artifacts[name]
                 bound = made.gutter["bound"] if made.gutter else None
@@ -39,7 +39,10 @@ def with_equal_detail(
 ) -> RequiredDetail:
     """Returns the required detail in which equal textures ask for the same: the most that any user needs.
     palettes: the level to which a palette is trimmed at least, by artifact."""
-    detail = {name: one | {"level": max(one["level"], palettes.get(name, 0))} for name, one in detail.items()}
+    detail = {
+        name: required | {"level": max(required["level"], palettes.get(name, 0))}
+        for name, required in detail.items()
+    }
     for names in equal:
         if all(name in detail for name in names):
             most = finest_of([detail[name] for name in names])
@@ -56,20 +59,20 @@ def shared(artifacts: Mapping[str, Artifact], equal: Iterable[Sequence[str]]) ->
         kept[first] = replace(
             same[0],
             also=others,
-            errors=_worst([one.errors for one in same]),
-            levels=[_worst(levels) for levels in zip(*(one.levels for one in same), strict=True)],
-            gutter=_worst_gutter([one.gutter for one in same if one.gutter]),
-            over=list(dict.fromkeys(text for one in same for text in one.over)),
-            status="baked" if any(one.status == "baked" for one in same) else same[0].status,
-            seconds=round(sum(one.seconds for one in same), 3),
+            errors=_worst([artifact.errors for artifact in same]),
+            levels=[_worst(levels) for levels in zip(*(artifact.levels for artifact in same), strict=True)],
+            gutter=_worst_gutter([artifact.gutter for artifact in same if artifact.gutter]),
+            over=list(dict.fromkeys(text for artifact in same for text in artifact.over)),
+            status="baked" if any(artifact.status == "baked" for artifact in same) else same[0].status,
+            seconds=round(sum(artifact.seconds for artifact in same), 3),
         )
     return kept
 
 
 def _worst(errors: Sequence[Mapping[str, float]]) -> dict[str, float]:
     found: dict[str, float] = {}
-    for one in errors:
-        for metric, value in one.items():
+    for measured in errors:
+        for metric, value in measured.items():
             found[metric] = worst(metric, (value, found.get(metric, value)))
     return found
 
@@ -77,9 +80,9 @@ def _worst(errors: Sequence[Mapping[str, float]]) -> dict[str, float]:
 def _worst_gutter(gutters: Sequence[Mapping[str, Any]]) -> dict[str, Any] | None:
     if not gutters:
         return None
-    widths = [one["width_texels"] for one in gutters if one["width_texels"] is not None]
+    widths = [gutter["width_texels"] for gutter in gutters if gutter["width_texels"] is not None]
     worst: dict[str, Any] = dict(gutters[0]) | {"width_texels": min(widths, default=None)}
-    worst |= {key: pick(one[key] for one in gutters) for key, pick in _WORST.items()}
+    worst |= {key: pick(gutter[key] for gutter in gutters) for key, pick in _WORST.items()}
     for key in ("bleed_p99", "bleed_max"):
-        worst[key] = [max(values) for values in zip(*(one[key] for one in gutters), strict=True)]
+        worst[key] = [max(values) for values in zip(*(gutter[key] for gutter in gutters), strict=True)]
     return worst

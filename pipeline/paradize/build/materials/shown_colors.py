@@ -146,13 +146,15 @@ def _off_gradient(
 ) -> npt.NDArray[np.float64]:
     """How far the colours (places, triangles, channels) of each triangle lie from those that change evenly
     across it and fit them best. weights: barycentric, of each place; they are symmetric about the middle."""
-    away = [one - 1.0 / 3.0 for one in weights]
-    scale = 0.5 * sum(float((one * one).sum()) for one in away)
+    away = [weight - 1.0 / 3.0 for weight in weights]
+    scale = 0.5 * sum(float((offset * offset).sum()) for offset in away)
     mean = sum(colors) / len(colors)
-    slopes = [sum(one[k] * color for one, color in zip(away, colors, strict=True)) / scale for k in range(3)]
+    slopes = [
+        sum(offset[k] * color for offset, color in zip(away, colors, strict=True)) / scale for k in range(3)
+    ]
     off = np.zeros(colors.shape[1:])
-    for one, color in zip(away, colors, strict=True):
-        even = mean + sum(one[k] * slopes[k] for k in range(3))
+    for offset, color in zip(away, colors, strict=True):
+        even = mean + sum(offset[k] * slopes[k] for k in range(3))
         off = np.maximum(off, np.abs(color - even))
     return np.asarray(off.max(axis=1))
 

@@ -33,7 +33,7 @@ def udim_fault(
         name = _name(source)
         if _TOKEN.search(name):
             return f"the {role} map {name!r} is a set of UDIM tiles, which are not read"
-        if any(not _missing(source, one, numbers) for one in _own(name, numbers)):
+        if any(not _missing(source, number, numbers) for number in _own(name, numbers)):
             what = f"the {role} map {name!r} is one of several UDIM tiles, which are not read"
             return f"{what}; UVs lie in {_shown(numbers)}"
     return None
@@ -68,7 +68,11 @@ def _own(name: str, numbers: list[str]) -> list[re.Match[str]]:
 def _missing(source: MapSource, own: re.Match[str], numbers: list[str]) -> list[str]:
     """The numbers of which no picture is beside a map's, whose name has its number at `own`."""
     folder, before, after = source.picture.file.parent, own.string[: own.start()], own.string[own.end() :]
-    return [one for one in numbers if one != own[0] and not (folder / f"{before}{one}{after}").exists()]
+    return [
+        number
+        for number in numbers
+        if number != own[0] and not (folder / f"{before}{number}{after}").exists()
+    ]
 
 
 def _name(source: MapSource) -> str:

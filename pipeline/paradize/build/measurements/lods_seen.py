@@ -67,23 +67,32 @@ def measure_lods_seen(
     """
     finest, *coarser = [lod.mesh for lod in decode_glb(glb, name)]
     decoded = {key: decode_ktx2(data, key) for key, data in textures.items()}
-    normals = {one["normal"]: _normals(decoded[one["normal"]]) for one in materials.values() if one["normal"]}
-    alphas = {one["alpha"]: _alphas(decoded[one["alpha"]]) for one in materials.values() if one["alpha"]}
+    normals = {
+        material["normal"]: _normals(decoded[material["normal"]])
+        for material in materials.values()
+        if material["normal"]
+    }
+    alphas = {
+        material["alpha"]: _alphas(decoded[material["alpha"]])
+        for material in materials.values()
+        if material["alpha"]
+    }
     lights = {
         key: _linear_colors(decoded[key])
-        for key in {one[role] for one in materials.values() for role in ("color", "emission")} - {None}
+        for key in {material[role] for material in materials.values() for role in ("color", "emission")}
+        - {None}
     }
     drawn = {
         material: SeenMaterial(
-            normals=normals.get(one["normal"], ()),
-            alpha=alphas.get(one["alpha"], ()),
-            cutoff=_BLENDED if one["cutoff"] is None else one["cutoff"],
-            wrap=one["wrap"] or ("clamp", "clamp"),
-            two_sided=one["two_sided"],
-            colors=_times(lights.get(one["color"]), one["color_factor"]),
-            glow=_times(lights.get(one["emission"]), one["emission_factor"]),
+            normals=normals.get(maps["normal"], ()),
+            alpha=alphas.get(maps["alpha"], ()),
+            cutoff=_BLENDED if maps["cutoff"] is None else maps["cutoff"],
+            wrap=maps["wrap"] or ("clamp", "clamp"),
+            two_sided=maps["two_sided"],
+            colors=_times(lights.get(maps["color"]), maps["color_factor"]),
+            glow=_times(lights.get(maps["emission"]), maps["emission_factor"]),
         )
-        for material, one in materials.items()
+        for material, maps in materials.items()
     }
     allowed = Limits(**limits)
     reference = seen_mesh(finest, drawn)

@@ -134,9 +134,9 @@ def stored_pixels(
         key = key_of(common, sha256[name], stands(item))
         stored = None if force else store.get_product(key)
         if not fits(stored, PIXELS):
-            one = replace(scene, objects=(item,))
+            alone = replace(scene, objects=(item,))
             pixels = nearest_pixel_m(
-                one, flight, {item.name: sample_points(read_artifact(meshes[name]), name)}
+                alone, flight, {item.name: sample_points(read_artifact(meshes[name]), name)}
             )
             stored = {"pixel_m": pixels.get(item.name)}
             store.put_product(key, stored)
@@ -156,9 +156,9 @@ def stored_sightings(
     stored = None if force else store.get_product(key)
     if not fits(stored, SIGHTINGS) or stored.keys() != bounds.keys():
         found = object_sightings(scene, flight, bounds)
-        stored = {name: asdict(one) for name, one in found.items()}
+        stored = {name: asdict(sighting) for name, sighting in found.items()}
         store.put_product(key, stored)
-    return {name: ObjectSighting(**one) for name, one in stored.items()}
+    return {name: ObjectSighting(**sighting) for name, sighting in stored.items()}
 
 
 class _Cone:
@@ -185,9 +185,9 @@ class _Cone:
         found: list[float] = []
         for first in range(0, len(instances), _AT_ONCE):
             some = instances[first : first + _AT_ONCE]
-            columns = {key: np.array([one[key] for one in some]).T[..., None] for key in some[0]}
+            columns = {key: np.array([instance[key] for instance in some]).T[..., None] for key in some[0]}
             x, y, z = (c - e for c, e in zip(to_world(middle, columns), self.eyes, strict=True))
-            reach = radius * np.array([largest_scale(one) for one in some])[:, None]
+            reach = radius * np.array([largest_scale(instance) for instance in some])[:, None]
             away = np.sqrt(x * x + y * y + z * z)
             along = x * self.ahead[0] + y * self.ahead[1] + z * self.ahead[2]
             aside = np.sqrt(np.maximum(0.0, away * away - along * along))

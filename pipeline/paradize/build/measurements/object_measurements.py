@@ -103,26 +103,34 @@ def measure_objects(
     measurements: list[_Measurement] = []
     found: dict[str, dict[tuple[str, str], dict[str, Any]]] = {kind: {} for kind in _SHAPES}
     for item in scene.objects:
-        for one, materials in maps.of_object(item.name):
-            textures = {key: f"{one.name}_{key}" for key in maps_of("object") if f"{one.name}_{key}" in data}
+        for map_set, materials in maps.of_object(item.name):
+            textures = {
+                key: f"{map_set.name}_{key}" for key in maps_of("object") if f"{map_set.name}_{key}" in data
+            }
             drawn = {name: maps.objects[item.name].drawn[name] for name in materials}
             parallax = {name: (by.parallax_scale, by.parallax_bias) for name, by in drawn.items()}
             kinds: dict[str, tuple[dict[str, Any], dict[str, str]]] = {}
-            if textures and one.layout is None:  # maps that tile have no borders to look at
+            if textures and map_set.layout is None:  # maps that tile have no borders to look at
                 free = {"limits": dict.fromkeys(sorted(parallax)), "maps": dict.fromkeys(textures)}
-                found["gutters"][item.name, one.name] = free
+                found["gutters"][item.name, map_set.name] = free
             elif textures:
-                settings = {"parallax": parallax, "bleed": one.bleed, "repeat": False}
+                settings = {"parallax": parallax, "bleed": map_set.bleed, "repeat": False}
                 kinds["gutters"] = settings | {"pixel_m": sightings[item.name].pixel_m}, textures
-            if "normal" in textures and not one.second:
-                settings = {"wrap": one.wrap, "materials": materials}
+            if "normal" in textures and not map_set.second:
+                settings = {"wrap": map_set.wrap, "materials": materials}
                 kinds["lod_normal_error"] = settings, {"normal": textures["normal"]}
-            if one.palette and textures:
-                settings = {"wrap": one.wrap, "materials": materials}
+            if map_set.palette and textures:
+                settings = {"wrap": map_set.wrap, "materials": materials}
                 kinds["palettes"] = settings, textures
             measurements += [
                 _measurement(
-                    kind, item, map_set=one.name, settings=settings, data=data, sha256=sha256, textures=names
+                    kind,
+                    item,
+                    map_set=map_set.name,
+                    settings=settings,
+                    data=data,
+                    sha256=sha256,
+                    textures=names,
                 )
                 for kind, (settings, names) in kinds.items()
             ]
@@ -142,7 +150,7 @@ def measure_objects(
             )
     missing = []
     if not options.force:
-        store.expect(one.key for one in measurements)
+        store.expect(measurement.key for measurement in measurements)
     for measured in measurements:
         stored = None if options.force else store.get_product(measured.key)
         if fits(stored, _SHAPES[measured.kind]):
@@ -150,7 +158,7 @@ def measure_objects(
         else:
             missing.append(measured)
     errors = []
-    outcomes = run_build_jobs(options, [one.job for one in missing])
+    outcomes = run_build_jobs(options, [measurement.job for measurement in missing])
     for measured, outcome in zip(missing, outcomes, strict=True):
         if outcome.error:
             errors.append(outcome.error)
@@ -166,11 +174,11 @@ def _as_seen(
     """Returns the settings of measure_lods_seen, and the artifacts of its textures."""
     materials: dict[str, dict[str, Any]] = {}
     names: dict[str, str] = {}
-    for one, of_set in maps.of_object(item.name):
-        if one.second:  # of normals that lie elsewhere only the surface's are compared
+    for map_set, of_set in maps.of_object(item.name):
+        if map_set.second:  # of normals that lie elsewhere only the surface's are compared
             continue
         kinds = ("normal", "color", "emission")
-        known = {key: f"{one.name}_{key}" for key in kinds if f"{one.name}_{key}" in data}
+        known = {key: f"{map_set.name}_{key}" for key in kinds if f"{map_set.name}_{key}" in data}
         for material in of_set:
             drawn = maps.objects[item.name].drawn[material]
             names |= {name: name for name in known.values()}
@@ -182,7 +190,7 @@ def _as_seen(
                 "emission": known.get("emission"),
                 "emission_factor": list(drawn.emission),
                 "cutoff": None if drawn.alpha_mode == "blend" else drawn.alpha_cutoff,
-                "wrap": one.wrap or ("clamp", "clamp"),
+                "wrap": map_set.wrap or ("clamp", "clamp"),
                 "two_sided": drawn.two_sided,
             }
     for material, drawn in maps.objects[item.name].drawn.items():

@@ -118,7 +118,7 @@ def _object_detail(
 ) -> dict[str, dict[str, Any]]:
     levels = [lod.mesh for lod in decode_glb(seen_object.glb, name)]
     views = views_of(flight_views, seen_object.drawn, light_m)
-    places = [Placement(one) for one in seen_object.instances]
+    places = [Placement(instance) for instance in seen_object.instances]
     level, second, view, levels_s = finest_lod(
         views, seen_object.center, seen_object.radius_m, seen_object.errors_m, places
     )

@@ -24,8 +24,13 @@ def with_levels_seen(
     """Returns a mesh with what lods_seen.measure_lods_seen found of its levels. A level that differs too
     much at any size is drawn where the whole mesh is a pixel wide, and its differences do not count."""
     pixel_m = 2.0 * facts.radius_m * scene.head.lod_error_px
-    switch_m = accumulate((pixel_m if one["switch_m"] is None else one["switch_m"] for one in seen), max)
-    levels = [level | {key: one[key] for key in SEEN} for level, one in zip(mesh.levels, seen, strict=True)]
-    drawn = [one for one in seen if one["switch_m"] is not None]
-    worst = {f"lod_{key}": max(one[key] for one in drawn) for key in SEEN_OF_LEVELS}
+    switch_m = accumulate(
+        (pixel_m if level["switch_m"] is None else level["switch_m"] for level in seen), max
+    )
+    levels = [
+        level | {key: difference[key] for key in SEEN}
+        for level, difference in zip(mesh.levels, seen, strict=True)
+    ]
+    drawn = [level for level in seen if level["switch_m"] is not None]
+    worst = {f"lod_{key}": max(level[key] for level in drawn) for key in SEEN_OF_LEVELS}
     return replace(mesh, levels=levels, errors=mesh.errors | worst), replace(facts, switch_m=tuple(switch_m))

@@ -168,7 +168,7 @@ def _tried_tiers(choices: list[_Choice], tasks: list[Task]) -> TriedTiers:
     for choice, task in zip(choices, tasks, strict=True):
         if choice.requested != AUTO and len(choice.tasks) == 1:
             continue
-        taken = next(tier for tier, one in choice.tasks.items() if one is task)
+        taken = next(tier for tier, tried in choice.tasks.items() if tried is task)
         for output in task.outputs:
             if output.kind:
                 errors = {tier: errors.get(output.product, {}) for tier, errors in choice.measured.items()}

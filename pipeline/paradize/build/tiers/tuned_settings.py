@@ -65,7 +65,11 @@ def next_label(
     tuned = TUNED_SETTINGS.get(baker)
     if tuned and given is not None and not tried.get(tuned.tier, True):
         settings = {label: split_label(label)[1] for label in tried}
-        values = {one[tuned.setting]: tried[label] for label, one in settings.items() if one}
+        values = {
+            values_of_trial[tuned.setting]: tried[label]
+            for label, values_of_trial in settings.items()
+            if values_of_trial
+        }
         value = next_value(given, values)
         if value is not None:
             return tuned_label(tuned, value)

@@ -24,33 +24,35 @@ def plain_material(name: str, base_color: Sequence[float] | None) -> dict[str, A
     return {"name": name, "pbrMetallicRoughness": {"baseColorFactor": [*factor, 1.0], "metallicFactor": 0.0}}
 
 
-def material_entry(name: str, one: Material) -> dict[str, Any]:
+def material_entry(name: str, material: Material) -> dict[str, Any]:
     """The entry of a material without its pictures. Where a picture says which parts give off light or are
     metal, none are."""
-    color = one.emission if one.unlit else one.color
-    look: dict[str, Any] = {"baseColorFactor": [*(_share(value) for value in color), _share(one.opacity)]}
+    color = material.emission if material.unlit else material.color
+    look: dict[str, Any] = {
+        "baseColorFactor": [*(_share(value) for value in color), _share(material.opacity)]
+    }
     entry: dict[str, Any] = {"name": name, "pbrMetallicRoughness": look}
     extensions: dict[str, Any] = {}
-    look["metallicFactor"] = 0.0 if "metalness" in one.maps else _share(one.metalness or 0.0)
-    if one.roughness is not None:
-        look["roughnessFactor"] = _share(one.roughness)
-    if one.unlit:
+    look["metallicFactor"] = 0.0 if "metalness" in material.maps else _share(material.metalness or 0.0)
+    if material.roughness is not None:
+        look["roughnessFactor"] = _share(material.roughness)
+    if material.unlit:
         extensions[UNLIT] = {}
     else:
-        if one.specular is not None and one.specular < 1.0:
-            extensions[SPECULAR] = {"specularFactor": _share(one.specular)}
-        strongest = 0.0 if "emission" in one.maps else max(one.emission)
+        if material.specular is not None and material.specular < 1.0:
+            extensions[SPECULAR] = {"specularFactor": _share(material.specular)}
+        strongest = 0.0 if "emission" in material.maps else max(material.emission)
         if strongest > 0.0:
-            entry["emissiveFactor"] = [value / max(1.0, strongest) for value in one.emission]
+            entry["emissiveFactor"] = [value / max(1.0, strongest) for value in material.emission]
         if strongest > 1.0:
             extensions[STRENGTH] = {"emissiveStrength": strongest}
     if extensions:
         entry["extensions"] = extensions
-    if one.alpha_mode in _MODES:
-        entry["alphaMode"] = _MODES[one.alpha_mode]
-    if one.alpha_mode == "mask":
-        entry["alphaCutoff"] = one.alpha_cutoff
-    if one.two_sided:
+    if material.alpha_mode in _MODES:
+        entry["alphaMode"] = _MODES[material.alpha_mode]
+    if material.alpha_mode == "mask":
+        entry["alphaCutoff"] = material.alpha_cutoff
+    if material.two_sided:
         entry["doubleSided"] = True
     return entry
 

@@ -49,8 +49,8 @@ def references(manifest: dict[str, Any]) -> list[tuple[str, str, tuple[str, ...]
                 for key, name in maps.items():
                     at = f"objects[{i}].materials.{material}.{place}.{key}"
                     entries.append((at, name, ("texture",)))
-    for i, one in enumerate(manifest["sounds"]):
-        entries.append((f"sounds[{i}].artifact", one["artifact"], ("sound",)))
+    for i, sound in enumerate(manifest["sounds"]):
+        entries.append((f"sounds[{i}].artifact", sound["artifact"], ("sound",)))
     for i, name in enumerate(manifest["music"]["artifacts"] if manifest["music"] else ()):
         entries.append((f"music.artifacts[{i}]", name, ("sound",)))
     return [(place, name, kinds) for place, name, kinds in entries if name is not None]
@@ -95,10 +95,12 @@ _NO_LIGHT: dict[str, Any] = {"lights": [], "glow": None}  # the first of `light_
 def _check_light_sets(manifest: dict[str, Any]) -> None:
     """Raises Wrong for a light or a set that is not there, and for a list of the wrong length."""
     lights, sets = len(manifest.get("lights", ())), manifest.get("light_sets", [_NO_LIGHT])
-    for i, one in enumerate(sets):
-        named = [*one["lights"], *([] if one["glow"] is None else [one["glow"]])]
-        if max(named, default=-1) >= lights or one["lights"] != sorted(set(one["lights"])):
-            raise Wrong(f"light_sets[{i}]", f"is {one!r:.60}; there are {lights} lights, and they must rise")
+    for i, light_set in enumerate(sets):
+        named = [*light_set["lights"], *([] if light_set["glow"] is None else [light_set["glow"]])]
+        if max(named, default=-1) >= lights or light_set["lights"] != sorted(set(light_set["lights"])):
+            raise Wrong(
+                f"light_sets[{i}]", f"is {light_set!r:.60}; there are {lights} lights, and they must rise"
+            )
     if sets[0] != _NO_LIGHT:
         raise Wrong("light_sets[0]", "must be empty: no light")
     terrain, water = manifest["terrain"], manifest["water"]

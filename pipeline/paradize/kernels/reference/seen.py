@@ -103,14 +103,14 @@ class SeenMesh:
         columns = _rows(normals, 3, count), _rows(tangents, 4, count), _rows(uvs, 2, count)
         painted = _rows(colors, 4, count)
         native, chains = [], []
-        for one in materials:
-            if not 0.0 <= one.cutoff < float("inf"):
-                raise ValueError(f"an alpha cutoff of {one.cutoff}")
-            vectors, alpha = _chain(one.normals, 3), _chain(one.alpha, 1)
-            maps = [vectors, alpha, _chain(one.colors, 3), _chain(one.glow, 3)]
+        for material in materials:
+            if not 0.0 <= material.cutoff < float("inf"):
+                raise ValueError(f"an alpha cutoff of {material.cutoff}")
+            vectors, alpha = _chain(material.normals, 3), _chain(material.alpha, 1)
+            maps = [vectors, alpha, _chain(material.colors, 3), _chain(material.glow, 3)]
             chains += maps
-            ways = (WRAPS.index(way) for way in one.wrap)
-            native.append(_reference.seen_material(*maps, one.cutoff, *ways, one.two_sided))
+            ways = (WRAPS.index(way) for way in material.wrap)
+            native.append(_reference.seen_material(*maps, material.cutoff, *ways, material.two_sided))
         self._held = (points, faces, columns, rows, painted, chains)  # the native mesh looks at them
         self.native = _reference.seen_mesh(points, faces, *columns, rows, native, painted)
 
@@ -154,7 +154,7 @@ def seen_differences(
     )
     if not found:
         return None
-    *each, together = (SeenDifference(*map(float, one)) for one in found)
+    *each, together = (SeenDifference(*map(float, sums)) for sums in found)
     return each, together
 
 

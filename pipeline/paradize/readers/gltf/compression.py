@@ -84,7 +84,7 @@ def draco_mesh(
     try:
         mesh = DracoPy.decode(data)
         triangles = np.asarray(mesh.faces, np.uint32).reshape(-1, 3)
-        by_id = {one["unique_id"]: np.asarray(one["data"]) for one in mesh.attributes}
+        by_id = {attribute["unique_id"]: np.asarray(attribute["data"]) for attribute in mesh.attributes}
     except (DracoPy.FileTypeException, ValueError, RuntimeError, AttributeError, MemoryError) as error:
         raise document.fault(f"Draco cannot unpack it: {error}", place) from None
     missing = [name for name, number in ids.items() if number not in by_id]

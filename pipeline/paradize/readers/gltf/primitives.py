@@ -144,11 +144,11 @@ def _draco(
         if name not in found:
             values[name] = accessors.floats(number, where, *_ALLOWED[name.partition("_")[0]])
             continue
-        one = accessors.entry(number, where, *_ALLOWED[name.partition("_")[0]])
+        accessor = accessors.entry(number, where, *_ALLOWED[name.partition("_")[0]])
         document.spend(found[name].size, where)
-        normalized = document.get(one, f"/accessors/{number}", "normalized", bool, False)
+        normalized = document.get(accessor, f"/accessors/{number}", "normalized", bool, False)
         kinds = {BYTE: np.int8, UBYTE: np.uint8, SHORT: np.int16, USHORT: np.uint16}
-        kind = kinds.get(one["componentType"])
+        kind = kinds.get(accessor["componentType"])
         values[name] = shares(found[name] if kind is None else found[name].astype(kind), normalized)
     return Primitive(triangles.astype(np.int64), values, None)
 

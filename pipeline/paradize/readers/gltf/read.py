@@ -64,7 +64,7 @@ def read_document(document: Document, root: Path, on_library: list[Path] | None 
         "positions_in_file": sum(len(part.positions) for part in parts),
         "positions_unused": 0,
     }
-    materials = {one.material.name: one.material for one in reader.materials}
+    materials = {material.material.name: material.material for material in reader.materials}
     if DEFAULT_NAME in used:
         materials[DEFAULT_NAME] = default_material().material
     return Model(
@@ -135,11 +135,11 @@ class _Reader:
             where = f"{place}/primitives/{k}"
             key = (mesh, k, weights)
             if key not in self._primitives:
-                one = read_primitive(document, self.accessors, primitive, where, len(weights))
-                if one is not None and "targets" in primitive:
+                mesh_part = read_primitive(document, self.accessors, primitive, where, len(weights))
+                if mesh_part is not None and "targets" in primitive:
                     document.warn("morph targets are read at their default weights")
-                    one = morphed(one, weights)
-                self._primitives[key] = one
+                    mesh_part = morphed(mesh_part, weights)
+                self._primitives[key] = mesh_part
             found = self._primitives[key]
             if found is not None and len(found.triangles):
                 read.append((found, self._material(found.material, where), where))
@@ -161,13 +161,13 @@ class _Reader:
         """Whether two sets of texture coordinates are the same wherever a material is, as exporters write
         them that fill both."""
         equal = False
-        for one in self._users().get(material, ()):
-            attributes = one.get("attributes")
+        for primitive in self._users().get(material, ()):
+            attributes = primitive.get("attributes")
             sets = attributes if isinstance(attributes, dict) else {}
             first, second = (sets.get(f"TEXCOORD_{k}") for k in (a, b))
             if not (isinstance(first, int) and isinstance(second, int)):
                 return False
-            equal = first == second or ("extensions" not in one and self._are_equal(first, second))
+            equal = first == second or ("extensions" not in primitive and self._are_equal(first, second))
             if not equal:
                 return False
         return equal
@@ -178,9 +178,9 @@ class _Reader:
             self._used = {}
             for mesh in self.document.table("meshes"):
                 primitives = mesh.get("primitives") if isinstance(mesh, dict) else None
-                for one in primitives if isinstance(primitives, list) else ():
-                    if isinstance(one, dict) and isinstance(number := one.get("material"), int):
-                        self._used.setdefault(number, []).append(one)
+                for primitive in primitives if isinstance(primitives, list) else ():
+                    if isinstance(primitive, dict) and isinstance(number := primitive.get("material"), int):
+                        self._used.setdefault(number, []).append(primitive)
         return self._used
 
     def _are_equal(self, a: int, b: int) -> bool:

@@ -63,7 +63,7 @@ def instanced_meshes(document: Document, root: Path, most: int) -> list[Instance
             *(document.item("nodes", index, "") for index in shown),
             document.item("meshes", mesh, f"/nodes/{shown[0]}/mesh"),
         ]
-        names = [one.get("name") for one in owners]
+        names = [owner.get("name") for owner in owners]
         name = next((one_line(n)[:_MAX_NAME] for n in names if isinstance(n, str) and n), "")
         seen = tuple(m for m in matrices if any((*m[0:3], *m[4:7], *m[8:11])))
         if seen or not matrices:
@@ -78,17 +78,17 @@ def _is_instanced(node: object) -> bool:
 
 def document_without(document: Document, meshes: Sequence[InstancedMesh]) -> Document:
     """Returns the document without these meshes. It may show nothing."""
-    gone = {index for one in meshes for index in one.nodes}
+    gone = {index for mesh in meshes for index in mesh.nodes}
     nodes = [_bare(node) if k in gone else node for k, node in enumerate(document.table("nodes"))]
     return document.with_tree(_unused(document.tree | {"nodes": nodes}))
 
 
-def document_of(document: Document, one: InstancedMesh) -> Document:
+def document_of(document: Document, instanced: InstancedMesh) -> Document:
     """Returns a document that shows a mesh once, in its own space."""
     tree = {key: value for key, value in document.tree.items() if key not in _LEFT_OUT}
-    shown = document.item("nodes", one.nodes[0], "")
+    shown = document.item("nodes", instanced.nodes[0], "")
     node = {key: shown[key] for key in ("name", "weights") if key in shown} | {"mesh": 0}
-    meshes = [document.item("meshes", one.mesh, f"/nodes/{one.nodes[0]}/mesh")]
+    meshes = [document.item("meshes", instanced.mesh, f"/nodes/{instanced.nodes[0]}/mesh")]
     return document.with_tree(_unused(tree | {"nodes": [node], "meshes": meshes, "scenes": [{"nodes": [0]}]}))
 
 

@@ -91,7 +91,9 @@ def material_of(
     if metalness is None and blender and illum in (3.0, 6.0):
         metalness = number("ka")
     clear = _clear(statements, warn)
-    gains = {role: gain for role, one in roles.items() if (gain := _gain(role, one, warn)) is not None}
+    gains = {
+        role: gain for role, statement in roles.items() if (gain := _gain(role, statement, warn)) is not None
+    }
     opacity = gains.get("alpha", 1.0) if "alpha" in roles else 1.0 - clear
     transforms, second, placed = transforms_of(name, roles, bounds, warn)
     normal, height = roles.get("normal"), roles.get("height")
@@ -108,7 +110,7 @@ def material_of(
         emission=(1.0, 1.0, 1.0) if "emission" in roles else statements.color("ke", 0.0),
         normal_scale=1.0 if steepness is None else steepness,
         bump_m=None if bump is None else abs(bump),
-        maps={role: _source(role, one, roles, placed.get(role)) for role, one in roles.items()},
+        maps={role: _source(role, statement, roles, placed.get(role)) for role, statement in roles.items()},
         occlusion_strength=gains.get("occlusion", 1.0),
         second=second,
     )
@@ -140,27 +142,31 @@ def _clear(statements: Statements, warn: Warn) -> float:
     return clear
 
 
-def _gain(role: str, one: MapStatement, warn: Warn) -> float | None:
+def _gain(role: str, statement: MapStatement, warn: Warn) -> float | None:
     """The factor that stands for -mm of a map; None without one."""
-    if one.gain is None or role == "height":  # a base moves all heights alike, which no light shows
+    if statement.gain is None or role == "height":  # a base moves all heights alike, which no light shows
         return None
-    in_range = 0.0 <= one.gain <= 1.0
-    if role == "occlusion" and in_range and one.base == 1.0 - one.gain:
-        return one.gain  # the strength: 1 stays 1
-    if role in _SCALED and in_range and one.base == 0.0:
-        return one.gain
-    if (one.base, one.gain) != (0.0, 1.0):
-        warn(one.line, f"{one.keyword}: -mm {one.base:g} {one.gain:g} of a map of {role} has no effect")
+    in_range = 0.0 <= statement.gain <= 1.0
+    if role == "occlusion" and in_range and statement.base == 1.0 - statement.gain:
+        return statement.gain  # the strength: 1 stays 1
+    if role in _SCALED and in_range and statement.base == 0.0:
+        return statement.gain
+    if (statement.base, statement.gain) != (0.0, 1.0):
+        warn(
+            statement.line,
+            f"{statement.keyword}: -mm {statement.base:g} {statement.gain:g} of a map of {role} "
+            "has no effect",
+        )
     return None
 
 
-def _limited(one: MapStatement | None, value: float | None, limit: float, warn: Warn) -> float | None:
+def _limited(statement: MapStatement | None, value: float | None, limit: float, warn: Warn) -> float | None:
     """A factor of a map, at most `limit` either way, with a warning beyond; None where there is none."""
-    if one is None or value is None:
+    if statement is None or value is None:
         return None
     (found,) = within((value,), -limit, limit)
     if found != value:
-        warn(one.line, f"{one.keyword}: -bm {beyond((value,), -limit, limit, (found,))}")
+        warn(statement.line, f"{statement.keyword}: -bm {beyond((value,), -limit, limit, (found,))}")
     return found
 
 
@@ -179,52 +185,67 @@ def _roles(statements: Statements, warn: Warn) -> dict[str, MapStatement]:
     """The map statement of each role."""
     roles: dict[str, MapStatement] = {}
     for key, role in (BLENDER_ROLES if statements.blender else ROLES).items():
-        one = statements.maps.get(key)
-        if one is None:
+        statement = statements.maps.get(key)
+        if statement is None:
             continue
         if key in _BUMPS:
-            role = _role_of_bump(one, statements.blender, warn)
+            role = _role_of_bump(statement, statements.blender, warn)
         elif role == "smoothness" and "roughness" in roles:
             role = "roughness"  # the same property
-        _take(role, one, roles, warn)
+        _take(role, statement, roles, warn)
     for key, packed in PACKED.items():
-        if (one := statements.maps.get(key)) is not None:
+        if (statement := statements.maps.get(key)) is not None:
             for role, channel in zip(packed, _RGB, strict=True):
-                _take(role, replace(one, channel=channel), roles, warn)
+                _take(role, replace(statement, channel=channel), roles, warn)
     return roles
 
 
-def _take(role: str, one: MapStatement, roles: dict[str, MapStatement], warn: Warn) -> None:
+def _take(role: str, statement: MapStatement, roles: dict[str, MapStatement], warn: Warn) -> None:
     """Makes a statement that of a role, unless another one is."""
-    before = roles.setdefault(role, one) if role else one
-    if (before.file, before.channel) != (one.file, one.channel) and before.keyword != one.keyword:
-        warn(one.line, f"{one.keyword}: line {before.line} names this material's {role} already; ignored")
+    before = roles.setdefault(role, statement) if role else statement
+    is_same = (before.file, before.channel) == (statement.file, statement.channel)
+    if not is_same and before.keyword != statement.keyword:
+        warn(
+            statement.line,
+            f"{statement.keyword}: line {before.line} names this material's {role} already; ignored",
+        )
 
 
-def _role_of_bump(one: MapStatement, blender: bool, warn: Warn) -> str:
+def _role_of_bump(statement: MapStatement, blender: bool, warn: Warn) -> str:
     """Normal or height; empty where the picture is neither."""
     if blender:
         return "normal"
-    held = "height" if one.channel else bump_of_file(one.file)
-    named_normal = one.file.stem.lower().endswith(_NORMAL_NAMES)
+    held = "height" if statement.channel else bump_of_file(statement.file)
+    named_normal = statement.file.stem.lower().endswith(_NORMAL_NAMES)
     if held == "unreadable":
         return "normal" if named_normal else "height"
     if held == "unclear" and named_normal:
         what = "is named like a normal map, but few of its texels are directions out of the surface; ignored"
-        warn(one.line, f"bump map {one.file.name!r} {what}")
+        warn(statement.line, f"bump map {statement.file.name!r} {what}")
         return ""
     if held == "unclear":
-        warn(one.line, f"bump map {one.file.name!r} is coloured; its luminance is read as heights")
+        warn(
+            statement.line, f"bump map {statement.file.name!r} is coloured; its luminance is read as heights"
+        )
     return "normal" if held == "normal" else "height"
 
 
 def _source(
-    role: str, one: MapStatement, roles: Mapping[str, MapStatement], placed: Placed | None
+    role: str, statement: MapStatement, roles: Mapping[str, MapStatement], placed: Placed | None
 ) -> MapSource:
-    channel: Channel = one.channel or ("luminance" if role in _SCALARS else "rgb")
-    if role == "alpha" and not one.channel and "color" in roles and roles["color"].file == one.file:
+    channel: Channel = statement.channel or ("luminance" if role in _SCALARS else "rgb")
+    if (
+        role == "alpha"
+        and not statement.channel
+        and "color" in roles
+        and roles["color"].file == statement.file
+    ):
         channel = "a"
-    inverted = one.keyword == "map_tr" or (role == "height" and (one.height or 0.0) < 0.0)
+    inverted = statement.keyword == "map_tr" or (role == "height" and (statement.height or 0.0) < 0.0)
     return MapSource(
-        Picture(one.file, name=one.file.name), channel, one.wrap, inverted=inverted, placed=placed
+        Picture(statement.file, name=statement.file.name),
+        channel,
+        statement.wrap,
+        inverted=inverted,
+        placed=placed,
     )

@@ -24,7 +24,7 @@ def transforms_of(
     if not roles:
         return None, (), {}
     leading = roles.get("color") or next(iter(roles.values()))
-    others = [role for role, one in roles.items() if _placed(one) != _placed(leading)]
+    others = [role for role, statement in roles.items() if _placed(statement) != _placed(leading)]
     able = [role for role in others if _may_lie_elsewhere(role, roles, others)]
     first = _transform(leading, warn)
     anew = {
@@ -47,11 +47,15 @@ def transforms_of(
 
 
 def _drawn_anew(
-    role: str, one: MapStatement, first: UvTransform, bounds: Bounds | None, wrap: tuple[Wrap, Wrap] | None
+    role: str,
+    statement: MapStatement,
+    first: UvTransform,
+    bounds: Bounds | None,
+    wrap: tuple[Wrap, Wrap] | None,
 ) -> Placed | None:
     """How a map is drawn anew for texture coordinates that move as `first` and samplers that wrap as `wrap`;
     None where it cannot be."""
-    (su, _, ou), (_, sv, ov) = _transform(one, lambda *_: None)
+    (su, _, ou), (_, sv, ov) = _transform(statement, lambda *_: None)
     (tu, _, pu), (_, tv, pv) = first
     if tu == 0.0 or tv == 0.0:
         return None
@@ -64,11 +68,11 @@ def _drawn_anew(
         us = sorted(tu * bounds[k] + pu for k in (0, 2))
         vs = sorted(tv * bounds[k] + pv for k in (1, 3))
         moved = us[0], vs[0], us[1], vs[1]
-    return placed_on(scale, offset, moved, (one.wrap or REPEATED, wrap or REPEATED))
+    return placed_on(scale, offset, moved, (statement.wrap or REPEATED, wrap or REPEATED))
 
 
-def _placed(one: MapStatement) -> tuple[tuple[float, float], tuple[float, float]]:
-    return one.scale, one.offset
+def _placed(statement: MapStatement) -> tuple[tuple[float, float], tuple[float, float]]:
+    return statement.scale, statement.offset
 
 
 def _may_lie_elsewhere(role: str, roles: Mapping[str, MapStatement], others: Collection[str]) -> bool:
@@ -77,11 +81,14 @@ def _may_lie_elsewhere(role: str, roles: Mapping[str, MapStatement], others: Col
     return role in SECOND_ROLES and not split
 
 
-def _transform(one: MapStatement, warn: Warn) -> UvTransform:
+def _transform(statement: MapStatement, warn: Warn) -> UvTransform:
     """How a map's -s and -o move texture coordinates."""
-    said = (*one.scale, *one.offset)
+    said = (*statement.scale, *statement.offset)
     sx, sy, ox, oy = within(said, -_FARTHEST, _FARTHEST)
     if (sx, sy, ox, oy) != said:
-        warn(one.line, f"{one.keyword}: -s and -o {beyond(said, -_FARTHEST, _FARTHEST, (sx, sy, ox, oy))}")
+        warn(
+            statement.line,
+            f"{statement.keyword}: -s and -o {beyond(said, -_FARTHEST, _FARTHEST, (sx, sy, ox, oy))}",
+        )
     # v' = sy v + oy upwards; w = 1 - v downwards: w' = 1 - sy (1 - w) - oy
     return ((sx, 0.0, ox), (0.0, sy, 1.0 - sy - oy))

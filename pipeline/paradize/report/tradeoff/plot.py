@@ -216,7 +216,7 @@ def _budget_box(
             box = (right - wide, bottom - 13.0, right, bottom)
             taken = sum(_common(box, (px - 9.0, p - 9.0, px + 9.0, p + 9.0)) for px, p in at)
             boxes.append((taken + (1e3 if box[1] < TOP - 2.0 else 0.0), box))
-    return [min(boxes, key=lambda one: one[0])[1]]
+    return [min(boxes, key=lambda taken_box: taken_box[0])[1]]
 
 
 def _fronts(points: Sequence[Mapping[str, Any]], at: Sequence[tuple[float, float]]) -> list[str]:
@@ -285,7 +285,7 @@ def _labels(
             outside = max(0.0, LEFT - box[0]) + max(0.0, box[2] - WIDTH + 2.0) + max(0.0, TOP - box[1])
             outside += max(0.0, box[3] - (HEIGHT - BOTTOM))
             places.append((outside * 20.0 + sum(_common(box, other) for other in taken), dx, dy, anchor, box))
-        _, dx, dy, anchor, box = min(places, key=lambda one: one[0])
+        _, dx, dy, anchor, box = min(places, key=lambda choice: choice[0])
         taken.append(box)
         kind = "name used" if points[k]["in_use"] else "name"
         parts.append(

@@ -69,10 +69,10 @@ def limits(known: dict[str, Limit], *, meaning: str = "") -> Any:
 
 def _json(known: dict[str, Limit]) -> dict[str, Any]:
     metrics = {}
-    for name, one in known.items():
-        limit = {"type": "number", "minimum": 0, "maximum": one.high}
+    for name, limit_of_metric in known.items():
+        limit = {"type": "number", "minimum": 0, "maximum": limit_of_metric.high}
         parts = dict.fromkeys(("soft", "hard"), limit)
         both = {"type": "object", "properties": parts, "additionalProperties": False}
-        unit = f", {one.unit}" if one.unit else ""
-        metrics[name] = {"description": f"{one.meaning}{unit}", "anyOf": [limit, both]}
+        unit = f", {limit_of_metric.unit}" if limit_of_metric.unit else ""
+        metrics[name] = {"description": f"{limit_of_metric.meaning}{unit}", "anyOf": [limit, both]}
     return {"type": "object", "properties": metrics, "additionalProperties": False}

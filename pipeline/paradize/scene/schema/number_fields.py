@@ -88,8 +88,8 @@ def scale(default: Any = MISSING, *, low: float, high: float, meaning: str = "")
             return None
         return tuple(found) if listed else found[0]
 
-    one = {"anyOf": [_json("number", low, high), _json("number", -high, -low)]}
-    json = {"anyOf": [*one["anyOf"], {"type": "array", "items": one, "minItems": 3, "maxItems": 3}]}
+    factor = {"anyOf": [_json("number", low, high), _json("number", -high, -low)]}
+    json = {"anyOf": [*factor["anyOf"], {"type": "array", "items": factor, "minItems": 3, "maxItems": 3}]}
     allowed = f"{_range(low, high)}, or negative; or three such numbers"
     return declare(rule, default, allowed, json=json, meaning=meaning)
 
@@ -189,8 +189,8 @@ def points(default: Any = MISSING, *, least: int, most: int, meaning: str = "") 
             found.append(tuple(real for real in reals if real is not None))
         return tuple(found)
 
-    one = {"type": "array", "items": _json("number", -FARTHEST, FARTHEST), "minItems": 3, "maxItems": 3}
-    json = {"type": "array", "items": one, "minItems": least, "maxItems": most}
+    point = {"type": "array", "items": _json("number", -FARTHEST, FARTHEST), "minItems": 3, "maxItems": 3}
+    json = {"type": "array", "items": point, "minItems": least, "maxItems": most}
     return declare(rule, default, f"{least} to {most} points", json=json, meaning=meaning, unit="m")
 
 

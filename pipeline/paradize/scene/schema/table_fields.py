@@ -35,8 +35,8 @@ def tables(
 
     def rule(value: object, place: str, faults: Faults) -> tuple[T, ...] | None:
         if lone and isinstance(value, dict):
-            one = read_table(of, value, place, faults)
-            return () if one is None else (one,)
+            table = read_table(of, value, place, faults)
+            return () if table is None else (table,)
         if not isinstance(value, list):
             faults.add(place, f"is {show(value)}, not an array of tables", f"write [[{header(place)}]]")
             return None

@@ -44,7 +44,7 @@ def read_instances(path: Path) -> tuple[Instance, ...]:
     if not instances and not faults.errors:
         faults.add("its rows", "there are none", "write one for each instance below the header")
     faults.raise_if_any()
-    return tuple(one for one in instances if one is not None)
+    return tuple(instance for instance in instances if instance is not None)
 
 
 def _rows(path: Path, faults: Faults) -> Iterator[tuple[int, list[str]]]:

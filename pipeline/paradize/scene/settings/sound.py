@@ -74,10 +74,10 @@ class NeededSound:
 def sound_files(sounds: tuple[Sound, ...], music: Music | None) -> dict[Path, NeededSound]:
     """Returns the files of all sounds and of the music. Sounds with the same file share an artifact."""
     found: dict[Path, NeededSound] = {}
-    for one in sounds:
-        known = found.get(one.file, NeededSound(one.artifact, _reason(one), False, _DAY_S))
-        placed, first_s = known.placed or bool(one.places), min(known.first_s, _first_s(one))
-        found[one.file] = NeededSound(known.artifact, known.reason, placed, first_s)
+    for sound in sounds:
+        known = found.get(sound.file, NeededSound(sound.artifact, _reason(sound), False, _DAY_S))
+        placed, first_s = known.placed or bool(sound.places), min(known.first_s, _first_s(sound))
+        found[sound.file] = NeededSound(known.artifact, known.reason, placed, first_s)
     for k, path in enumerate(music.files if music else (), 1):
         known = found.get(path, NeededSound(f"music_{k}", f"piece {k} of the music", False, 0.0))
         found[path] = NeededSound(known.artifact, known.reason, known.placed, 0.0)
@@ -87,38 +87,38 @@ def sound_files(sounds: tuple[Sound, ...], music: Music | None) -> dict[Path, Ne
 def check_sounds(sounds: tuple[Sound, ...], music: Music | None, duration_s: float, faults: Faults) -> None:
     """Adds the faults that concern more than one field. duration_s: of the flight."""
     first: dict[str | None, int] = {}
-    for i, one in enumerate(sounds):
+    for i, sound in enumerate(sounds):
         place = f"sound[{i}]" if len(sounds) > 1 else "sound"
-        if first.setdefault(one.name, i) != i:
-            what = f"{one.name!r} is already sound[{first[one.name]}]" if one.name else "is missing"
+        if first.setdefault(sound.name, i) != i:
+            what = f"{sound.name!r} is already sound[{first[sound.name]}]" if sound.name else "is missing"
             faults.add(f"{place}.name", what, "give each of several sounds a name of its own")
-        if one.position and one.line:
+        if sound.position and sound.line:
             faults.add(f"{place}.line", "stands beside a position", "leave one of them out")
-        if (one.on_s is None) != (one.off_s is None):
-            given, other = ("off_s", "on_s") if one.on_s is None else ("on_s", "off_s")
+        if (sound.on_s is None) != (sound.off_s is None):
+            given, other = ("off_s", "on_s") if sound.on_s is None else ("on_s", "off_s")
             faults.add(f"{place}.{given}", f"stands without {other}", "write both or none")
         for key in ("on_s", "off_s"):
-            second = getattr(one, key)
+            second = getattr(sound, key)
             if second is not None and second > duration_s:
                 faults.add(f"{place}.{key}", f"is {second:g}", f"the flight lasts {duration_s:g} s")
-        if one.on_s is not None and one.on_s == one.off_s:
-            faults.add(f"{place}.off_s", f"is {one.off_s:g}, as on_s", "write different seconds, or none")
+        if sound.on_s is not None and sound.on_s == sound.off_s:
+            faults.add(f"{place}.off_s", f"is {sound.off_s:g}, as on_s", "write different seconds, or none")
     if music and music.playing > len(music.files):
         mend = f"there are {len(music.files)} pieces; 0: none plays"
         faults.add("music.playing", f"is {music.playing}", mend)
 
 
-def _reason(one: Sound) -> str:
+def _reason(sound: Sound) -> str:
     where = "everywhere"
-    if one.places:
-        where = f"along a line of {len(one.places)} points" if len(one.places) > 1 else "at its place"
-    named = f" {one.name}" if one.name else ""
-    hours = f", from second {one.on_s:g} to {one.off_s:g}" if one.on_s is not None else ""
+    if sound.places:
+        where = f"along a line of {len(sound.places)} points" if len(sound.places) > 1 else "at its place"
+    named = f" {sound.name}" if sound.name else ""
+    hours = f", from second {sound.on_s:g} to {sound.off_s:g}" if sound.on_s is not None else ""
     return f"the sound{named}, heard {where}{hours}"
 
 
-def _first_s(one: Sound) -> float:
+def _first_s(sound: Sound) -> float:
     """When it is first heard: at 0 also where its hours go on past the end of the flight."""
-    if one.on_s is None or one.off_s is None or one.off_s < one.on_s:
+    if sound.on_s is None or sound.off_s is None or sound.off_s < sound.on_s:
         return 0.0
-    return one.on_s
+    return sound.on_s
