@@ -17,7 +17,12 @@ from paradize.scene.settings import Relief
 Vec3 = tuple[float, float, float]
 PALETTE = 0.99  # of the surface shows swatches, where the picture is a palette
 KIT = 0.95  # the same where several models show one picture: the sheet of a kit, with something drawn on it
-HIDDEN = "hidden"  # alpha of a colour map, where it would leave nothing to see
+# What a colour map's alpha is where it is no coverage, so that its material is opaque, and why.
+HIDDEN, PAINTED = "hidden", "painted"
+NO_COVERAGE = {
+    HIDDEN: "it would hide everything",
+    PAINTED: "the colours where it is 0 have more detail than the others",
+}
 # The sources of the gloss map and the occlusion map.
 GLOSS_ROLES = ("roughness", "smoothness", "specular")
 OCCLUSION_ROLES = ("occlusion", "metalness")

@@ -472,6 +472,17 @@ def test_a_bump_map_is_what_its_texels_say(tmp_path: Path) -> None:
     assert material.maps["height"].channel == "r"
 
 
+def test_a_bump_map_that_blender_named_and_that_holds_no_normals_gives_heights(tmp_path: Path) -> None:
+    """Versions before 2.8 wrote any picture of bumps so; as a normal map the model would be refused."""
+    rng = np.random.default_rng(4)
+    (tmp_path / "rock.png").write_bytes(encode_png(rng.integers(0, 256, (64, 64, 3), dtype=np.uint8)))
+    material, warnings = one(tmp_path, "# Blender MTL File: 'a.blend'\nnewmtl a\nmap_Bump rock.png")
+    assert [*material.maps] == ["height"] and "its luminance is read as heights" in warnings[0]
+    (tmp_path / "wall.png").write_bytes(encode_png(vectors(rng, 0.5)))
+    material, warnings = one(tmp_path, "# Blender 4.2.0 MTL File: 'None'\nnewmtl a\nmap_Bump wall.png")
+    assert ([*material.maps], warnings) == (["normal"], [])
+
+
 QUADS = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 2 0 0\nv 2 1 0\n"
 QUADS += "vt 0.25 0.5\nvt 0.5 0.5\nvt 0.5 0.75\nvt 0.25 0.75\n"
 QUADS += "usemtl a\nf 1/1 2/2 3/3 4/4\nusemtl b\nf 2/2 5/1 6/4 3/3\n"

@@ -9,7 +9,7 @@ from typing import Any
 from paradize.build.materials.model_facts import MaterialFacts
 from paradize.material import MapSource, Material, Picture, Wrap
 from paradize.scene.baker_settings import CastSettings
-from paradize.scene.map_sets import GLOSS_ROLES, HIDDEN, DrawnMaterial
+from paradize.scene.map_sets import GLOSS_ROLES, NO_COVERAGE, DrawnMaterial
 from paradize.scene.settings import ObjectMaterial, SceneObject
 
 # Fields of a scene's material that name pictures, by role.
@@ -142,7 +142,7 @@ def alpha_of(material: Material, table: ObjectMaterial, facts: MaterialFacts | N
         mode = material.alpha_mode
     if mode is None:
         mode = facts.alpha if facts and {"color", "alpha"} & material.maps.keys() else "opaque"
-        mode = "opaque" if mode == HIDDEN else mode
+        mode = "opaque" if mode in NO_COVERAGE else mode
         mode = "blend" if mode == "opaque" and material.opacity < 1.0 else mode
     cutoff = material.alpha_cutoff if table.alpha_cutoff is None else table.alpha_cutoff
     return mode, cutoff if mode == "mask" else 0.0

@@ -33,9 +33,9 @@ from paradize.kinds import is_gltf
 from paradize.material import REPEATED, Material, Wrap, repeating, uv_width
 from paradize.scene.map_sets import (
     GLOSS_ROLES,
-    HIDDEN,
     KIT,
     MADE_OF_COLOR,
+    NO_COVERAGE,
     PALETTE,
     DrawnMaterial,
     MapSet,
@@ -168,9 +168,9 @@ class _Finder:
             drawn_material = replace(drawn_material, vertex_colors=facts is not None and facts.colors)
             drawn_materials[name] = drawn_material
             if material.maps and is_guessed(material, table):
-                hidden = name in known and known[name].alpha == HIDDEN
-                if hidden or drawn_material.alpha_mode != "opaque":
-                    self._warn_of_alpha(item, name, drawn_material, hidden=hidden)
+                why_not = NO_COVERAGE.get(known[name].alpha if name in known else "")
+                if why_not or drawn_material.alpha_mode != "opaque":
+                    self._warn_of_alpha(item, name, drawn_material, why_not)
             if drawn_material.translucency > 0.0 and table.translucency is None:
                 self.warnings.append(
                     f"{item.mesh}: material {name!r}: two-sided, mostly green and with holes, so that it is "
@@ -233,9 +233,9 @@ class _Finder:
             alpha_cutoff=min(cutoffs, default=0.0 if blended else map_set.alpha_cutoff),
         )
 
-    def _warn_of_alpha(self, item: SceneObject, name: str, of: DrawnMaterial, *, hidden: bool) -> None:
+    def _warn_of_alpha(self, item: SceneObject, name: str, of: DrawnMaterial, why_not: str | None) -> None:
         how = f"a mask with cutoff {of.alpha_cutoff:g}" if of.alpha_mode == "mask" else of.alpha_mode
-        how = "blended" if how == "blend" else "opaque, since it would hide everything" if hidden else how
+        how = f"opaque, since {why_not}" if why_not else "blended" if how == "blend" else how
         self.warnings.append(
             f"{item.mesh}: material {name!r}: nothing says what its alpha does; taken as {how} "
             f"([object.material.{toml_key(name)}] alpha_mode says otherwise)"

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from paradize.errors import ParadizeError
 from paradize.material import OVERHANG, REPEATED, MapSource, Material, Picture, uv_width
-from paradize.scene.map_sets import HIDDEN
+from paradize.scene.map_sets import NO_COVERAGE
 
 if TYPE_CHECKING:
     import numpy as np
@@ -31,8 +31,8 @@ class MaterialFacts:
     those of its triangles, if each lies in one; else none. palette: the share of its surface that shows
     swatches of the colour map, 0 below scene.map_sets.KIT; shrink: how often that can be halved without a
     change of their colours. alpha: "mask" or "blend", guessed of the alpha that its triangles show; "opaque"
-    where they show none, "hidden" where the colour map's own would hide all of them. green: whether they
-    show alpha and mostly green."""
+    where they show none, a word of scene.map_sets.NO_COVERAGE where the colour map's own is no
+    coverage. green: whether they show alpha and mostly green."""
 
     material: Material
     uvs: tuple[float, float, float, float] | None
@@ -116,7 +116,7 @@ def read_model_facts(
             if "alpha" in material.maps and "alpha" not in given:
                 source = material.maps["alpha"]
             alpha = shown_colors(mesh, own["alpha"], decoded, wrap, alpha_map=source)[2]
-        masked = alpha not in ("opaque", HIDDEN) or material.alpha_mode == "mask"
+        masked = alpha not in ("opaque", *NO_COVERAGE) or material.alpha_mode == "mask"
         green = masked and "color" in own and is_green(mesh, own["color"], decoded, wrap)
         sources = {}
         for role, by in material.maps.items():

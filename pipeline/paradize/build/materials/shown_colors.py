@@ -18,12 +18,14 @@ from paradize.errors import ParadizeError
 from paradize.kernels.reference.atlas import layout_raster
 from paradize.material import MapSource, Picture, Wrap, texels_within
 from paradize.readers.image import read_image
-from paradize.scene.map_sets import HIDDEN, KIT, PALETTE
+from paradize.scene.map_sets import HIDDEN, KIT, PAINTED, PALETTE
 
 _SHARED = 0.1  # of the texels shows on several places, where gradients are a palette's
 _SIDE = 1024  # texels a side of the raster in which these are counted
 _SAME = 1.0 / 255.0
 _HALF = (0.05, 0.95)  # alpha between these is neither a hole nor opaque
+_DETAIL = 0.5 / 255.0  # mean change of colour from texel to texel of a painted surface, at least
+_PAINTED = 1.1  # times as much as where alpha is 1: a photograph cut out may have as much around the shape
 _GREEN = 0.02  # of the range by which the mean green of a leaf exceeds red and blue
 
 
@@ -97,7 +99,27 @@ def shown_colors(
         return palette, shrink, "opaque"
     if holes == 1.0 and alpha_map is None:  # a channel that the program that wrote it left empty
         return palette, shrink, HIDDEN
+    if alpha_map is None and _is_painted_below(pixels, owners_of(mesh, pixels.shape, wrap)):
+        return palette, shrink, PAINTED
     return palette, shrink, "mask" if between <= holes else "blend"
+
+
+def _is_painted_below(pixels: npt.NDArray[np.float32], owners: npt.NDArray[np.int32] | None) -> bool:
+    """Whether colours change more from texel to texel where alpha is 0 than where it is 1. Alpha is another
+    quantity then, such as gloss: who cuts shapes out leaves a plain colour around them, or one that bleeds.
+    pixels (h, w, 2 or 4); owners (h, w): -1 where no triangle shows a texel; None: all are shown."""
+    colors, alpha = pixels[:, :, :-1], pixels[:, :, -1]
+    shown = np.ones(alpha.shape, np.bool_) if owners is None else owners >= 0
+    parts = (shown & (alpha <= _HALF[0]), shown & (alpha >= _HALF[1]))
+    totals, numbers = np.zeros(2), np.zeros(2)
+    for axis in (0, 1):
+        change = np.abs(np.diff(colors, axis=axis)).max(axis=2)
+        for k, part in enumerate(parts):
+            pairs = np.delete(part, 0, axis) & np.delete(part, -1, axis)
+            totals[k] += change[pairs].sum(dtype=np.float64)
+            numbers[k] += pairs.sum()
+    below, above = totals / np.maximum(numbers, 1)
+    return bool(below >= max(_PAINTED * above, _DETAIL))
 
 
 def is_green(mesh: Mesh, color: Picture, decoded: dict[Any, Any], wrap: tuple[Wrap, Wrap]) -> bool:

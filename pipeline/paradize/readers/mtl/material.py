@@ -212,21 +212,19 @@ def _take(role: str, statement: MapStatement, roles: dict[str, MapStatement], wa
 
 
 def _role_of_bump(statement: MapStatement, blender: bool, warn: Warn) -> str:
-    """Normal or height; empty where the picture is neither."""
-    if blender:
-        return "normal"
+    """Normal or height; empty where the picture is neither. blender: Blender wrote the statement, whose newer
+    versions mean a normal map."""
     held = "height" if statement.channel else bump_of_file(statement.file)
     named_normal = statement.file.stem.lower().endswith(_NORMAL_NAMES)
     if held == "unreadable":
-        return "normal" if named_normal else "height"
+        return "normal" if named_normal or blender else "height"
     if held == "unclear" and named_normal:
         what = "is named like a normal map, but few of its texels are directions out of the surface; ignored"
         warn(statement.line, f"bump map {statement.file.name!r} {what}")
         return ""
     if held == "unclear":
-        warn(
-            statement.line, f"bump map {statement.file.name!r} is coloured; its luminance is read as heights"
-        )
+        what = "is coloured; its luminance is read as heights"
+        warn(statement.line, f"bump map {statement.file.name!r} {what}")
     return "normal" if held == "normal" else "height"
 
 

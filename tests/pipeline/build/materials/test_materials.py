@@ -518,6 +518,32 @@ def test_a_colour_map_whose_alpha_would_hide_all_is_drawn_opaque_and_said(tmp_pa
     assert any(words in text for text in report.warnings)
 
 
+@pytest.mark.parametrize(
+    ("below", "mode"), [("plain", "mask"), ("bled", "mask"), ("as detailed", "mask"), ("detailed", "opaque")]
+)
+def test_alpha_of_a_colour_map_that_goes_on_below_the_holes_is_no_coverage(
+    tmp_path: Path, below: str, mode: str
+) -> None:
+    """Characters of games keep gloss or a mask of paint in the alpha of their colour map."""
+    rng = np.random.default_rng(5)
+    scene = make_panels(tmp_path / "s")
+    picture = np.full((64, 64, 4), (90, 120, 60, 255), np.uint8)
+    picture[:, :, :3] += rng.integers(0, 12, (64, 64, 1), dtype=np.uint8)
+    hole = picture[16:48, 16:48]
+    hole[:, :, 3] = 0
+    if below == "plain":
+        hole[:, :, :3] = 200
+    elif below == "bled":
+        hole[:, :, :3] = picture[15, 16:48, :3]
+    elif below == "detailed":
+        hole[:, :, :3] += rng.integers(0, 60, (32, 32, 1), dtype=np.uint8)
+    write_image(tmp_path / "s/leaf.png", picture)
+    report, manifest = baked(scene, tmp_path / "out")
+    assert manifest["objects"][0]["materials"]["leaf"]["alpha_mode"] == mode
+    said = "taken as opaque, since the colours where it is 0 have more detail than the others"
+    assert any(said in text for text in report.warnings) == (mode == "opaque")
+
+
 def test_a_picture_of_alpha_that_cannot_be_read_is_refused(tmp_path: Path) -> None:
     """Beside a plain colour nothing read it, and the material was opaque without a word."""
     scene = make_panels(tmp_path / "s")
