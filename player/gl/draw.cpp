@@ -49,6 +49,21 @@ void draw_vertices(unsigned mode, int vertices, int instances) {
     glDrawArraysInstanced(mode, 0, vertices, instances);
 }
 
+LateDepthTest::LateDepthTest(bool on) : on_(on) {
+    if (on_) {
+        glEnable(GL_SAMPLE_ALPHA_TO_COVERAGE);
+        glEnable(GL_STENCIL_TEST);
+        glStencilOp(GL_KEEP, GL_KEEP, GL_REPLACE);
+    }
+}
+
+LateDepthTest::~LateDepthTest() {
+    if (on_) {
+        glDisable(GL_STENCIL_TEST);
+        glDisable(GL_SAMPLE_ALPHA_TO_COVERAGE);
+    }
+}
+
 std::uint64_t draw_calls() {
     return calls;
 }

@@ -30,6 +30,22 @@ void draw_triangle_ranges(std::span<const int> index_counts, unsigned index_type
 /// Draws vertices without indices. `mode` is GL_TRIANGLES, GL_TRIANGLE_STRIP and so on.
 void draw_vertices(unsigned mode, int vertices, int instances = 1);
 
+/// While it lives and `on`, depth is tested after the fragment shader, whose alpha must be 1 or mean
+/// coverage. The framebuffer has a stencil, whose values are lost. For llvmpipe: where pixels have several
+/// samples it shades all 4 x 4 pixels of a block that a triangle touches, hidden or not; with a late test it
+/// leaves out the half that the triangle does not touch (Mesa 22.3, generate_fs_loop of lp_state_fs.c). It
+/// tests late where alpha becomes coverage and a stencil is written. The picture is the same.
+class LateDepthTest {
+  public:
+    explicit LateDepthTest(bool on);
+    ~LateDepthTest();
+    LateDepthTest(const LateDepthTest &) = delete;
+    LateDepthTest &operator=(const LateDepthTest &) = delete;
+
+  private:
+    bool on_;
+};
+
 /// Returns the number of draw calls of this process so far.
 std::uint64_t draw_calls();
 

@@ -10,10 +10,11 @@ namespace paradize::gl {
 Framebuffer make_framebuffer(const Texture &color, const Texture &depth);
 /// Creates a framebuffer that draws into one layer of an array of depth textures.
 Framebuffer make_layer_framebuffer(const Texture &depth_layers, int layer);
-/// Creates a framebuffer with renderbuffers, which may be multisampled.
+/// Creates a framebuffer with renderbuffers, which may be multisampled: colour, and depth with stencil.
 Framebuffer make_framebuffer(const Renderbuffer &color, const Renderbuffer &depth);
 
-/// Creates a framebuffer with a multisampled texture and a renderbuffer of as many samples.
+/// Creates a framebuffer with a multisampled texture and a renderbuffer of as many samples, depth with
+/// stencil.
 Framebuffer make_multisample_framebuffer(const Texture &samples, const Renderbuffer &depth);
 
 /// Binds the framebuffer for drawing and sets the viewport to its whole size. Name 0 is the window.

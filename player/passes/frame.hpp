@@ -69,6 +69,8 @@ class Frame {
     float water_m() const;
     /// True if nothing under the water is seen in this view but through the refraction texture.
     bool hides_under_water(const View &view) const;
+    /// True if the opaque surfaces of this view are drawn within a gl::LateDepthTest.
+    bool tests_depth_late(const View &view) const { return settings.late_depth_test && view.samples > 1; }
     /// Returns the visible instances of this view, with their level of detail.
     std::span<const DrawItem> visible(ViewKind kind) const {
         return visible_[static_cast<std::size_t>(kind)];

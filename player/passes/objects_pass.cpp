@@ -460,7 +460,8 @@ void ObjectsPass::draw(const Frame &frame, const View &view) {
     }
     forget_state();
     const bool blended = drawn_ == DrawnMaterials::blended;
-    const bool covers = !blended && view.kind == ViewKind::main && frame.settings.samples > 1;
+    const bool covers = !blended && view.kind == ViewKind::main && view.samples > 1;
+    const gl::LateDepthTest late(!blended && frame.tests_depth_late(view));
     if (covers) {
         glEnable(GL_SAMPLE_ALPHA_TO_COVERAGE);
     }

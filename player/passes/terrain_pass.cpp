@@ -1,5 +1,6 @@
 #include "passes/terrain_pass.hpp"
 
+#include "gl/draw.hpp"
 #include "gl/texture.hpp"
 
 #include <algorithm>
@@ -144,6 +145,7 @@ void TerrainPass::draw(const Frame &frame, const View &view) {
     if (view.kind == ViewKind::refraction && file.water) {
         plane = glm::vec4(0.0F, -1.0F, 0.0F, frame.water_m() + 1.0F);
     }
+    const gl::LateDepthTest late(frame.tests_depth_late(view));
     const PointLights &lights = frame.point_lights;
     for (const Lit &lit : lit_) {
         const bool above = hides_floor && has_above_[static_cast<std::size_t>(lit.kind)];

@@ -19,10 +19,11 @@ void WaterView::resize(const Frame &frame) {
     framebuffer_ = gl::make_framebuffer(color_, depth_);
 }
 
-void WaterView::draw_into(Frame &frame, unsigned framebuffer) {
+void WaterView::draw_into(Frame &frame, unsigned framebuffer, int samples) {
     View view = frame.view(kind_);
     view.width_px = width_px_;
     view.height_px = height_px_;
+    view.samples = samples;
     frame.draw_view(view, framebuffer != 0 ? framebuffer : framebuffer_.name());
 }
 
@@ -46,7 +47,7 @@ void ReflectionPass::resize(const Frame &frame) {
     glGetIntegerv(GL_MAX_SAMPLES, &most);
     if (const int samples = std::min(samples_, most); samples > 1) {
         sampled_color_ = gl::make_renderbuffer(GL_RGBA16F, width_px_, height_px_, samples);
-        sampled_depth_ = gl::make_renderbuffer(GL_DEPTH_COMPONENT24, width_px_, height_px_, samples);
+        sampled_depth_ = gl::make_renderbuffer(GL_DEPTH24_STENCIL8, width_px_, height_px_, samples);
         sampled_ = gl::make_framebuffer(sampled_color_, sampled_depth_);
     }
 }
@@ -59,7 +60,7 @@ void ReflectionPass::prepare(Frame &frame) {
     const bool lamps_on =
         std::ranges::any_of(frame.point_lights.strengths(), [](float s) { return s > 0.0F; });
     if (sampled_ && lamps_on) {
-        draw_into(frame, sampled_.name());
+        draw_into(frame, sampled_.name(), samples_);
         gl::blit_color(sampled_.name(), width_px_, height_px_, framebuffer_.name(), width_px_, height_px_);
     } else {
         draw_into(frame);

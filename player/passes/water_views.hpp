@@ -14,8 +14,8 @@ class WaterView : public Pass {
     void resize(const Frame &frame) override;
 
   protected:
-    /// Draws into the texture, or into another framebuffer of its size.
-    void draw_into(Frame &frame, unsigned framebuffer = 0);
+    /// Draws into the texture, or into another framebuffer of its size, with samples.
+    void draw_into(Frame &frame, unsigned framebuffer = 0, int samples = 0);
 
     gl::Texture color_; // linear HDR
     gl::Texture depth_; // window depth

@@ -37,7 +37,7 @@ void MainTarget::make(int width_px, int height_px, int samples, bool tone_mapped
     } else {
         color_ = gl::make_renderbuffer(GL_RGBA16F, width_px, height_px, samples);
     }
-    depth_ = gl::make_renderbuffer(GL_DEPTH_COMPONENT24, width_px, height_px, samples);
+    depth_ = gl::make_renderbuffer(GL_DEPTH24_STENCIL8, width_px, height_px, samples);
     framebuffer_ =
         samples_ ? gl::make_multisample_framebuffer(samples_, depth_) : gl::make_framebuffer(color_, depth_);
 }

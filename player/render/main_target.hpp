@@ -15,8 +15,9 @@ class MainTarget {
   public:
     explicit MainTarget(const gl::ShaderLibrary &shaders) : shaders_(&shaders) {}
 
-    /// Creates RGBA16F with depth. `samples` is limited to what the device has; 0: no multisampling.
-    /// `tone_mapped`: samples are resolved after a tone map. Else the driver takes their mean. Throws Error.
+    /// Creates RGBA16F with depth and stencil. `samples` is limited to what the device has; 0: no
+    /// multisampling. `tone_mapped`: samples are resolved after a tone map. Else the driver takes their mean.
+    /// Throws Error.
     void make(int width_px, int height_px, int samples, bool tone_mapped);
     unsigned framebuffer() const { return framebuffer_.name(); }
 

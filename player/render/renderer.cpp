@@ -64,7 +64,7 @@ void Renderer::make_filter_targets() {
         return;
     }
     pictures_[1] = make_picture();
-    resolved_depth_ = gl::make_target(GL_DEPTH_COMPONENT24, frame_.width_px, frame_.height_px);
+    resolved_depth_ = gl::make_target(GL_DEPTH24_STENCIL8, frame_.width_px, frame_.height_px);
     depth_framebuffer_ = gl::make_framebuffer({}, resolved_depth_);
 }
 

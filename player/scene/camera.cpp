@@ -133,9 +133,10 @@ std::array<View, view_kinds> frame_views(const assets::SceneFile &file, const Re
     resize(main, settings.render_scale);
     jitter(main, pixel);
     const double level_m = file.water ? file.water->level_m : 0.0;
-    set(main);
     set(mirror_view(main, level_m, settings.reflection_scale));
     set(refraction_view(main, level_m, settings.refraction_scale));
+    main.samples = settings.samples;
+    set(main);
     assets::Shadow shadow = file.shadow.value_or(assets::Shadow());
     shadow.size_px = settings.shadow_size_px;
     View light = light_view(shadow, to_sun, main.anchor);

@@ -88,6 +88,7 @@ RenderSettings render_settings(const assets::SceneFile &file, const Quality &qua
     out.fine_edges = pick(quality, QualityFeature::lod, false, true, true);
     out.render_scale = pick(quality, QualityFeature::resolution, fast_render_scale, 1.0F, 1.0F);
     out.samples = pick(quality, QualityFeature::resolution, 0, out.samples, out.samples);
+    out.late_depth_test = device.software;
     return out;
 }
 

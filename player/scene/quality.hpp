@@ -55,11 +55,12 @@ struct RenderSettings {
     float lod_error_px = 1.0F; // of the drawn picture; 0: always the finest level
     // alpha is looked up at four places of a pixel, and samples are resolved after a tone map
     bool fine_edges = true;
-    bool near_waves = false;     // waves lift the sea near the eye
-    bool vertex_lighting = true; // of materials that ask for it (assets::Material::vertex_lit)
-    int samples = 4;             // multisampling; 0: off
-    float mip_bias = 0.0F;       // mip levels added when maps are sampled by distance
-    float footprint = 1.0F;      // edge length of the area that one shaded sample represents, in pixels
+    bool near_waves = false;      // waves lift the sea near the eye
+    bool vertex_lighting = true;  // of materials that ask for it (assets::Material::vertex_lit)
+    int samples = 4;              // multisampling; 0: off
+    bool late_depth_test = false; // where pixels have samples: gl::LateDepthTest
+    float mip_bias = 0.0F;        // mip levels added when maps are sampled by distance
+    float footprint = 1.0F;       // edge length of the area that one shaded sample represents, in pixels
 
     bool operator==(const RenderSettings &) const = default;
 };

@@ -26,6 +26,7 @@ struct View {
     bool mirrored = false;                        // triangle winding is reversed
     int width_px = 0;
     int height_px = 0;
+    int samples = 0; // of a pixel; 0 or 1: no multisampling
     float near_m = 0.0F;
     float far_m = 0.0F;
     float pixels_at_1m = 1.0F;         // pixels per metre at a distance of one metre; 0 for the light

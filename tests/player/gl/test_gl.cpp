@@ -92,7 +92,7 @@ TEST_CASE("framebuffer: a multisampled picture resolves into a texture") {
         return;
     }
     const gl::Renderbuffer color = gl::make_renderbuffer(GL_RGBA16F, 8, 4, 4);
-    const gl::Renderbuffer depth = gl::make_renderbuffer(GL_DEPTH_COMPONENT24, 8, 4, 4);
+    const gl::Renderbuffer depth = gl::make_renderbuffer(GL_DEPTH24_STENCIL8, 8, 4, 4);
     const gl::Framebuffer drawn = gl::make_framebuffer(color, depth);
     const gl::Texture texture = gl::make_target(GL_RGBA16F, 8, 4);
     const gl::Framebuffer resolved = gl::make_framebuffer(texture, {});
@@ -114,13 +114,13 @@ TEST_CASE("framebuffer: multisampled depth resolves into a texture") {
     }
     constexpr int side_px = 8;
     const gl::Renderbuffer color = gl::make_renderbuffer(GL_RGBA16F, side_px, side_px, 4);
-    const gl::Renderbuffer depth = gl::make_renderbuffer(GL_DEPTH_COMPONENT24, side_px, side_px, 4);
+    const gl::Renderbuffer depth = gl::make_renderbuffer(GL_DEPTH24_STENCIL8, side_px, side_px, 4);
     const gl::Framebuffer drawn = gl::make_framebuffer(color, depth);
     gl::bind_framebuffer(drawn.name(), side_px, side_px);
     glClearDepth(0.25);
     glClear(GL_DEPTH_BUFFER_BIT);
     glClearDepth(1.0);
-    const gl::Texture resolved = gl::make_target(GL_DEPTH_COMPONENT24, side_px, side_px);
+    const gl::Texture resolved = gl::make_target(GL_DEPTH24_STENCIL8, side_px, side_px);
     const gl::Framebuffer target = gl::make_framebuffer({}, resolved);
     gl::blit_depth(drawn.name(), target.name(), side_px, side_px);
     std::vector<float> values(side_px * side_px);
@@ -340,5 +340,59 @@ TEST_CASE("gl: on a software rasteriser a texture takes the memory of one that w
         gl::Texture second = gl::make_target(GL_RGBA8, 2048, 1500);
     }
     CHECK(faults() - before < 15000); // of 18,000 pages; how many, other memory in the heap decides
+    test::throw_on_error();
+}
+
+TEST_CASE("gl: depth tested late hides what lies behind, sample by sample, as depth tested early does") {
+    if (!test::have_context()) {
+        return;
+    }
+    const test::Folder folder;
+    // A near triangle over half of the picture, then a far one over all of it.
+    folder.write("a.vert",
+                 "flat out float v_far;\nvoid main() { v_far = gl_VertexID < 3 ? 0.0 : 1.0;\n"
+                 "vec2 p = vec2(gl_VertexID % 3 == 1 ? 3.0 : -1.0, gl_VertexID % 3 == 2 ? 3.0 : -1.0);\n"
+                 "gl_Position = vec4(v_far > 0.5 ? p : p - vec2(1.1, 1.2), 0.5 * v_far, 1.0); }\n");
+    folder.write("a.frag", "flat in float v_far;\nout vec4 color;\n"
+                           "void main() { color = vec4(v_far, 1.0 - v_far, 0.0, 1.0); }\n");
+    const gl::Program program(gl::ShaderLibrary(folder.path()), "a.vert", "a.frag");
+    const gl::Renderbuffer color = gl::make_renderbuffer(GL_RGBA8, 8, 8, 4);
+    const gl::Renderbuffer depth = gl::make_renderbuffer(GL_DEPTH24_STENCIL8, 8, 8, 4);
+    const gl::Framebuffer samples = gl::make_framebuffer(color, depth);
+    const gl::Texture target = gl::make_target(GL_RGBA8, 8, 8);
+    const gl::Framebuffer resolved = gl::make_framebuffer(target, {});
+    const gl::VertexArray empty = gl::VertexArray::create();
+    const auto draw = [&](bool on) {
+        gl::bind_framebuffer(samples.name(), 8, 8);
+        glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
+        glBindVertexArray(empty.name());
+        program.use();
+        {
+            const gl::LateDepthTest late(on);
+            CHECK(glIsEnabled(GL_STENCIL_TEST) == (on ? GL_TRUE : GL_FALSE));
+            gl::draw_vertices(GL_TRIANGLES, 6);
+        }
+        CHECK_FALSE(glIsEnabled(GL_STENCIL_TEST));
+        CHECK_FALSE(glIsEnabled(GL_SAMPLE_ALPHA_TO_COVERAGE));
+        gl::blit_color(samples.name(), 8, 8, resolved.name(), 8, 8);
+        std::vector<unsigned char> pixels(8UL * 8 * 4);
+        glBindFramebuffer(GL_READ_FRAMEBUFFER, resolved.name());
+        glReadPixels(0, 0, 8, 8, GL_RGBA, GL_UNSIGNED_BYTE, pixels.data());
+        return pixels;
+    };
+    glEnable(GL_DEPTH_TEST);
+    const std::vector<unsigned char> early = draw(false);
+    CHECK(early == draw(true));
+    const auto has = [&](unsigned char red, unsigned char green) {
+        for (std::size_t i = 0; i < early.size(); i += 4) {
+            if (early[i] == red && early[i + 1] == green) {
+                return true;
+            }
+        }
+        return false;
+    };
+    CHECK(has(255, 0));                                                                       // the far one
+    CHECK(has(0, 255));                                                                       // the near one
+    CHECK((has(64, 191) || has(128, 128) || has(191, 64) || has(128, 127) || has(127, 128))); // their edge
     test::throw_on_error();
 }

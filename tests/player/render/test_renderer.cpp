@@ -6,6 +6,7 @@
 #include "small_scene.hpp"
 
 #include <doctest/doctest.h>
+#include <epoxy/gl.h>
 
 #include <cstdint>
 #include <vector>
@@ -23,6 +24,24 @@ std::vector<std::uint8_t> picture(Renderer &renderer, const assets::Flight &flig
 }
 
 } // namespace
+
+TEST_CASE("renderer: depth tested late gives the same picture, and leaves the state as it was") {
+    if (!test::have_context()) {
+        return;
+    }
+    const SmallScene small;
+    Streamer streamer = small.streamer();
+    Scene scene(small.file, streamer);
+    const gl::ShaderLibrary shaders(gl::ShaderLibrary::find());
+    RenderSettings settings = render_settings(small.file, all_at(Tier::balanced), Device());
+    Renderer early(scene, shaders, {64, 36, settings, {}});
+    settings.late_depth_test = true;
+    Renderer late(scene, shaders, {64, 36, settings, {}});
+    CHECK(picture(late, small.file.flight) == picture(early, small.file.flight));
+    CHECK_FALSE(glIsEnabled(GL_STENCIL_TEST));
+    CHECK_FALSE(glIsEnabled(GL_SAMPLE_ALPHA_TO_COVERAGE));
+    test::throw_on_error();
+}
 
 TEST_CASE("renderer: after other sizes and qualities a picture is that of a new renderer") {
     if (!test::have_context()) {

@@ -107,6 +107,8 @@ TEST_CASE("quality: device limits hold, and a scene need not have every feature"
     CHECK_FALSE(has_feature(island(), QualityFeature::parallax, small)); // no object has parallax
     CHECK_FALSE(has_feature(assets::SceneFile(), QualityFeature::shadow, small));
     CHECK_FALSE(has_feature(assets::SceneFile(), QualityFeature::lod, small));
+    CHECK(render_settings(island(), all_at(Tier::balanced), small).late_depth_test);
+    CHECK_FALSE(render_settings(island(), all_at(Tier::balanced), Device()).late_depth_test);
     CHECK(has_feature(assets::SceneFile(), QualityFeature::resolution, small));
 }
 
