@@ -1,8 +1,10 @@
-"""Samples the published maps along the borders of every UV island, at every level in use, straight on and at
-the largest parallax offset: no sample may read texels of another island (uv_borders.py)."""
+"""Tells maps whose mips end too early, and samples the published maps along the borders of every UV island,
+at every level in use, straight on and at the largest parallax offset: no sample may read texels of another
+island (uv_borders.py)."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -11,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from paradize.checks.rules import Finding, isolated
-from paradize.checks.uv_borders import Borders, compared_levels, find_borders, is_safe, parallax_shift
+from paradize.checks.uv_borders import WORST, Borders, compared_levels, find_borders, is_safe, parallax_shift
 from paradize.data import Mesh, Texture
 from paradize.documents import SCENE_FILE
 from paradize.errors import ParadizeError
@@ -28,8 +30,25 @@ _DIGITS = 1e-5  # scene.json holds six
 def check_gutters(manifest: dict[str, Any], folder: Path) -> Iterator[Finding]:
     """The findings in the objects of a manifest, whose files lie in `folder`. Another rule reports files that
     cannot be read."""
+    for name, artifact in manifest["artifacts"].items():
+        yield from _early_end(name, artifact, folder)
     for item in manifest["objects"]:
         yield from isolated(_object(manifest, folder, item), str(folder / SCENE_FILE))
+
+
+def _early_end(name: str, artifact: dict[str, Any], folder: Path) -> Iterator[Finding]:
+    gutter, last = artifact["gutter"], artifact["max_level"]
+    if not gutter or last is None or last >= gutter["level_in_use"]:
+        return
+    used = gutter["level_in_use"]
+    needed = max(
+        gutter["bleed_p99"][: used + 1] + [worst / WORST for worst in gutter["bleed_max"][: used + 1]]
+    )
+    what = (
+        f"level {last} is the last that is sampled, but the flight would use level {used}; the object's "
+        f"bleed of {gutter['bound']:g} would have to be {math.ceil(1000.0 * needed) / 1000.0:g}"
+    )
+    yield Finding("PZ223", str(folder / artifact["file"]), what, name)
 
 
 def _object(manifest: dict[str, Any], folder: Path, item: dict[str, Any]) -> Iterator[Finding]:

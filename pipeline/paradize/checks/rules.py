@@ -113,6 +113,14 @@ RULES: dict[str, Rule] = {
         "the steepest look moves a sample out of its UV island's gutter",
         "bake again, or make the material's parallax_scale smaller",
     ),
+    "PZ223": Rule(
+        "warning",
+        "mips end early",
+        "from afar the flight would use coarser levels, where islands of the map bleed into each other: it "
+        "may shimmer without them",
+        "accept more with the object's bleed, paint neighbouring islands alike, or move them apart; if "
+        'nothing shimmers, write PZ223 = "off" under [check]',
+    ),
     "PZ231": Rule(
         "error",
         "texture coordinates out of range",

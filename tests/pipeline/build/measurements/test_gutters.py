@@ -425,11 +425,24 @@ def test_check_sees_what_the_bakes_own_measuring_misses(scene: Path, monkeypatch
     assert "PZ221" in {finding.code for finding in check_paths([scene])}
 
 
+def end_at(last: int | None) -> Callable[[Path], Any]:
+    """Plants a map that the flight uses down to level 4, and whose last level that is sampled is `last`."""
+
+    def edit(tree: dict[str, Any]) -> None:
+        entry = tree["artifacts"]["post_color"]
+        bleed = [0.0, 0.01, 0.1, 0.15, 0.2002] + [0.9] * (len(entry["levels"]) - 5)
+        facts = {"level_in_use": 4, "bound": 0.125, "bleed_p99": bleed, "bleed_max": [2.0 * b for b in bleed]}
+        entry.update(max_level=last, gutter=entry["gutter"] | facts)
+
+    return lambda scene: change(scene, edit)
+
+
 GUTTER_FAULTS: list[tuple[str, str, Callable[[Path], Any]]] = [
     ("PZ221", "a black gutter", unfilled),
     ("PZ221", "a single black block beside a border", paint(0, 6, 7, slice(8, 9))),
     ("PZ221", "a gutter that is black in one mip", paint(2, 2, 3, slice(0, 1))),
     ("PZ222", "a parallax beyond the gutter", far_parallax),
+    ("PZ223", "a map that ends two levels too early", end_at(2)),
 ]
 
 
@@ -443,7 +456,7 @@ def test_the_rule_fires_and_no_other_error_does(
 ) -> None:
     plant(scene)
     findings = check_paths([scene])
-    assert {finding.code for finding in findings if finding.severity == "error"} == {code}, findings
+    assert {one.code for one in findings if one.severity == "error" or one.code == code} == {code}, findings
 
 
 def test_a_black_gutter_is_found_at_its_place(scene: Path) -> None:
@@ -489,6 +502,18 @@ def test_parallax_is_held_to_its_limit_whatever_is_asked(scene: Path) -> None:
     wood = {"parallax_scale": 0.6, "parallax_limit": 0.025}
     change(scene, lambda m: m["objects"][0]["materials"]["wood"].update(wood))
     assert check_paths([scene]) == []
+
+
+def test_mips_that_end_before_the_flight_stops_using_them_are_told(scene: Path) -> None:
+    def told(last: int | None) -> list[str]:
+        end_at(last)(scene)
+        return [finding.what for finding in check_paths([scene]) if finding.code == "PZ223"]
+
+    (what,) = told(2)
+    assert "level 2 is the last" in what and "level 4" in what
+    assert "bleed of 0.125 would have to be 0.201" in what
+    assert len(told(3)) == 1
+    assert told(4) == told(5) == told(None) == []
 
 
 def test_what_lies_far_from_every_border_is_no_bleeding(scene: Path) -> None:
