@@ -42,11 +42,15 @@ def own_store(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("PARADIZE_REPORT", "")
 
 
-def checker(shade: int = 200, edge: int = 16) -> bytes:
-    """A PNG of edge x edge texels."""
+def checker(shade: int = 200, edge: int = 16, *, alpha: int | None = None) -> bytes:
+    """A PNG of edge x edge texels. alpha: of one of them."""
     texels = np.indices((edge, edge)).sum(axis=0) % 2 * shade
+    texels = np.repeat(texels[:, :, None], 3, axis=2).astype(np.uint8)
+    if alpha is not None:
+        texels = np.dstack([texels, np.full((edge, edge), 255, np.uint8)])
+        texels[3, 3, 3] = alpha
     file = io.BytesIO()
-    Image.fromarray(np.repeat(texels[:, :, None], 3, axis=2).astype(np.uint8)).save(file, "png")
+    Image.fromarray(texels).save(file, "png")
     return file.getvalue()
 
 
@@ -142,10 +146,33 @@ def test_mips_keep_the_holes_of_a_mask_whose_opacity_lowers_its_alpha(
     made = panel()
     paint = made.tree["materials"][0]
     paint |= {"alphaMode": "MASK", "alphaCutoff": cutoff}
+    made.tree["images"][0]["bufferView"] = made.view(checker(alpha=40))
     paint["pbrMetallicRoughness"]["baseColorFactor"] = [1, 1, 1, opacity]
     scene = new_scene(tmp_path / "s", made.glb(tmp_path / "panel.glb")).scene
     (one,) = find_map_sets(load_scene(scene), scene).maps.sets
     assert one.alpha_cutoff == pytest.approx(of_the_picture)
+
+
+@pytest.mark.parametrize("said", ["MASK", "BLEND"])
+@pytest.mark.parametrize("see_through", ["nothing", "a texel", "the factor", "a vertex"])
+def test_a_material_that_shows_nothing_behind_it_is_opaque_whatever_the_file_says(
+    said: str, see_through: str, tmp_path: Path
+) -> None:
+    """Exporters call all materials of a model blended that has one of glass; blended walls hide each other in
+    the order of their triangles."""
+    made = panel()
+    paint = made.tree["materials"][0]
+    paint["alphaMode"] = said
+    if see_through == "a texel":
+        made.tree["images"][0]["bufferView"] = made.view(checker(alpha=40))
+    elif see_through == "the factor":
+        paint["pbrMetallicRoughness"]["baseColorFactor"] = [1, 1, 1, 0.9]
+    elif see_through == "a vertex":
+        colors = made.array(np.float32([[1, 1, 1, 1]] * 3 + [[1, 1, 1, 0.5]]))
+        made.tree["meshes"][0]["primitives"][0]["attributes"]["COLOR_0"] = colors
+    scene = new_scene(tmp_path / "s", made.glb(tmp_path / "panel.glb")).scene
+    (drawn,) = find_map_sets(load_scene(scene), scene).maps.objects["panel"].drawn.values()
+    assert drawn.alpha_mode == ("opaque" if see_through == "nothing" else said.lower())
 
 
 def test_a_map_that_is_clamped_is_not_filtered_over_its_edge(tmp_path: Path) -> None:

@@ -140,6 +140,8 @@ def alpha_of(material: Material, table: ObjectMaterial, facts: MaterialFacts | N
         mode = "mask" if table.alpha_cutoff > 0.0 else "opaque"
     elif material.alpha_mode is not None:
         mode = material.alpha_mode
+        if facts and facts.solid and material.opacity == 1.0 and material.alpha_cutoff <= 1.0:
+            mode = "opaque"  # exporters call all materials of a model blended that has one of glass
     if mode is None:
         mode = facts.alpha if facts and {"color", "alpha"} & material.maps.keys() else "opaque"
         mode = "opaque" if mode in NO_COVERAGE else mode

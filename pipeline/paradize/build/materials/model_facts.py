@@ -32,7 +32,8 @@ class MaterialFacts:
     swatches of the colour map, 0 below scene.map_sets.KIT; shrink: how often that can be halved without a
     change of their colours. alpha: "mask" or "blend", guessed of the alpha that its triangles show; "opaque"
     where they show none, a word of scene.map_sets.NO_COVERAGE where the colour map's own is no
-    coverage. green: whether they show alpha and mostly green."""
+    coverage. green: whether they show alpha and mostly green. solid: whether nothing in its maps, nor in
+    its vertices' colours, has an alpha below 1."""
 
     material: Material
     uvs: tuple[float, float, float, float] | None
@@ -42,6 +43,7 @@ class MaterialFacts:
     shrink: int
     alpha: str
     green: bool = False
+    solid: bool = False
 
     @property
     def tiled(self) -> bool:
@@ -82,7 +84,7 @@ def read_model_facts(
     {"error", "tried"}: the error of a model that cannot be read, and the files beside it that were read.
     """
     from paradize.build.materials.placed_pictures import with_placed_pictures
-    from paradize.build.materials.shown_colors import is_green, shown_colors
+    from paradize.build.materials.shown_colors import is_green, is_solid, shown_colors
     from paradize.readers.model import read_model
 
     tried: list[Path] = []
@@ -116,6 +118,11 @@ def read_model_facts(
             if "alpha" in material.maps and "alpha" not in given:
                 source = material.maps["alpha"]
             alpha = shown_colors(mesh, own["alpha"], decoded, wrap, alpha_map=source)[2]
+        solid = mesh.colors is None or bool((mesh.colors[:, 3] >= 1.0).all())
+        if "alpha" in own:
+            solid = solid and is_solid(own["alpha"], decoded, source)
+        elif "color" in own:
+            solid = solid and is_solid(own["color"], decoded)
         masked = alpha not in ("opaque", *NO_COVERAGE) or material.alpha_mode == "mask"
         green = masked and "color" in own and is_green(mesh, own["color"], decoded, wrap)
         sources = {}
@@ -133,6 +140,7 @@ def read_model_facts(
             shrink=shrink,
             alpha=alpha,
             green=green,
+            solid=solid,
         )
     libraries = tuple(dict.fromkeys([path, *read.libraries, *redrawn]))
     colors = read.mesh.colors is not None and bool((read.mesh.colors != 1.0).any())
@@ -218,6 +226,7 @@ def from_json(tree: Mapping[str, Any]) -> ModelFacts:
             shrink=fields["shrink"],
             alpha=fields["alpha"],
             green=fields["green"],
+            solid=fields["solid"],
         )
     return ModelFacts(
         materials,

@@ -45,7 +45,7 @@ def shown_colors(
         return 0.0, 0, "mask"
     if pixels is None or mesh.uvs is None or not len(mesh.triangles):
         return 0.0, 0, "opaque"
-    rows, columns, channels = pixels.shape
+    rows, columns, _ = pixels.shape
     corners = mesh.uvs[mesh.triangles].astype(np.float64)
     seen, middle, weights, texels = [], [], [], []
     for i in range(5):
@@ -81,14 +81,9 @@ def shown_colors(
         if area[kept].sum() >= share:
             palette = float(area[kept | (plain & flat)].sum() / area.sum())
     shrink = _shrink(mesh, pixels[:, :, :3], places, wrap) if palette else 0
-    own = channels in (2, 4) and bool((pixels[:, :, -1] < 1.0).any())
-    if alpha_map is None and not own:
+    if is_solid(color, decoded, alpha_map):
         return palette, shrink, "opaque"
-    channel = "a" if alpha_map is None else alpha_map.channel
-    if channel == "a" and channels not in (2, 4):
-        return palette, shrink, "opaque"
-    at = {"r": 0, "g": 1, "b": 2}.get(channel, -1 if own or channel == "a" else 0)
-    alpha = colors[:, :, min(at, 0) if channels < 3 else at]
+    alpha = colors[:, :, _alpha_channel(pixels, alpha_map)]
     if alpha_map is not None and alpha_map.inverted:
         alpha = 1.0 - alpha
     holes, between = (
@@ -120,6 +115,29 @@ def _is_painted_below(pixels: npt.NDArray[np.float32], owners: npt.NDArray[np.in
             numbers[k] += pairs.sum()
     below, above = totals / np.maximum(numbers, 1)
     return bool(below >= max(_PAINTED * above, _DETAIL))
+
+
+def is_solid(picture: Picture, decoded: dict[Any, Any], alpha_map: MapSource | None = None) -> bool:
+    """Whether alpha is 1 in all of a picture that can be read. decoded, alpha_map: as of shown_colors."""
+    pixels = _decoded(picture, decoded)
+    if pixels is None:
+        return False
+    channel = _alpha_channel(pixels, alpha_map)
+    if channel is None:
+        return True
+    transparent = 1.0 if alpha_map is not None and alpha_map.inverted else 0.0
+    return bool((np.abs(pixels[:, :, channel] - transparent) >= 1.0).all())
+
+
+def _alpha_channel(pixels: npt.NDArray[np.float32], alpha_map: MapSource | None) -> int | None:
+    """The channel that holds alpha; None where none does."""
+    channels = pixels.shape[2]
+    channel = "a" if alpha_map is None else alpha_map.channel
+    if channel == "a":
+        return -1 if channels in (2, 4) else None
+    own = channels in (2, 4) and bool((pixels[:, :, -1] < 1.0).any())
+    at = {"r": 0, "g": 1, "b": 2}.get(channel, -1 if own else 0)
+    return min(at, 0) if channels < 3 else at
 
 
 def is_green(mesh: Mesh, color: Picture, decoded: dict[Any, Any], wrap: tuple[Wrap, Wrap]) -> bool:
