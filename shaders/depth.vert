@@ -21,25 +21,23 @@ out float v_alpha;
 layout(location = 5) in vec4 color;
 #endif
 
+#if INSTANCED
+#include "lib/model.glsl"
+#else
+uniform mat4 u_model; // world from mesh
+vec3 from_mesh(vec3 p) { return (u_model * vec4(p, 1.0)).xyz; }
+#endif
+
 #ifndef BEAT
 #define BEAT 0
 #endif
 #if BEAT
 #include "lib/material.glsl"
 #include "lib/beat.glsl"
-#elif SWAY
-layout(location = 10) in vec4 instance_wind; // material.wind_reach, so that one draw takes many materials
 #endif
 #if SWAY
 #include "lib/wind.glsl"
 layout(location = 6) in vec2 sway;
-#endif
-
-#if INSTANCED
-#include "lib/model.glsl"
-#else
-uniform mat4 u_model; // world from mesh
-vec3 from_mesh(vec3 p) { return (u_model * vec4(p, 1.0)).xyz; }
 #endif
 
 void main() {
@@ -58,7 +56,7 @@ void main() {
 #if SWAY && BEAT
     world = in_wind(world, sway, material.wind_reach);
 #elif SWAY
-    world = in_wind(world, sway, instance_wind.xy);
+    world = in_wind(world, sway, instance_state.xy);
 #endif
     gl_Position = view_projection * vec4(world, 1.0);
 }

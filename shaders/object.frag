@@ -41,6 +41,9 @@ in vec3 v_position;
 in vec3 v_normal;
 in vec4 v_tangent;
 flat in vec3 v_zenith;
+#if POINT_LIGHTS
+flat in int v_light_set;
+#endif
 #endif
 in vec2 v_uv;
 #if SECOND_UV
@@ -110,6 +113,9 @@ vec4 tapped_color(vec2 uv, out vec4 alphas) {
 void main() {
     apply_clip();
     vec2 uv = v_uv;
+#if POINT_LIGHTS && !VERTEX_LIT
+    light_set = v_light_set;
+#endif
 #if !VERTEX_LIT
     vec3 to_eye = eye.xyz - v_position;
     float facing = gl_FrontFacing ? 1.0 : -1.0;
@@ -167,7 +173,7 @@ void main() {
     emission *= clamp(v_color.rgb, 0.0, 1.0);
 #endif
 #if POINT_LIGHTS
-    emission *= light_state.y;
+    emission *= light_sets[light_set].state.y;
 #endif
 #if SECOND_UV
     // A map on second coordinates multiplies the one on first; normals lie on one of them.

@@ -21,8 +21,14 @@
 #ifndef VERTEX_LIT
 #define VERTEX_LIT 0
 #endif
+#ifndef POINT_LIGHTS
+#define POINT_LIGHTS 0
+#endif
 #if SWAY || BEAT || VERTEX_LIT
 #include "lib/material.glsl"
+#endif
+#if POINT_LIGHTS
+#include "lib/point_lights.glsl"
 #endif
 #if VERTEX_LIT
 #include "lib/fog.glsl"
@@ -50,6 +56,9 @@ out vec3 v_position;
 out vec3 v_normal;
 out vec4 v_tangent;
 flat out vec3 v_zenith;
+#if POINT_LIGHTS
+flat out int v_light_set;
+#endif
 #endif
 out vec2 v_uv;
 #if SECOND_UV
@@ -84,6 +93,9 @@ void main() {
     world = in_wind(world, sway, material.wind_reach);
 #endif
     vec3 world_normal = side * safe_normalize(cofactors * upright, vec3(0.0, 1.0, 0.0));
+#if POINT_LIGHTS
+    light_set = int(instance_state.w) % LIGHT_SETS;
+#endif
 #if VERTEX_LIT
     Surface s = matte_surface(world, world_normal, world_normal, vec3(1.0), sky_zenith());
     s.translucency = material.translucency;
@@ -94,6 +106,9 @@ void main() {
     v_front = min(front * passes, vec3(60000.0)); // the target's half floats end at 65504
     v_back = min(shade(s) * passes, vec3(60000.0));
 #else
+#if POINT_LIGHTS
+    v_light_set = light_set;
+#endif
     v_position = world;
     v_normal = world_normal;
     v_zenith = sky_zenith();

@@ -31,6 +31,9 @@ uniform vec3 u_deep_color;
 uniform vec3 u_shallow_color;
 uniform vec2 u_specular_smoothness; // specular, smoothness
 uniform vec3 u_wave_length_m;       // per layer
+#if POINT_LIGHTS
+uniform int u_light_set;              // in the bound block
+#endif
 uniform float u_fade_distance_m;    // distance at which the sea disappears in haze
 
 in vec3 v_position;
@@ -149,7 +152,8 @@ void main() {
     vec3 light = sun_radiance.rgb * max(sun_direction.y, 0.0) * (0.35 + 0.65 * visibility) * (1.0 / PI) +
                  sky_ambient_up();
 #if POINT_LIGHTS
-    int lights = int(light_state.x);
+    light_set = u_light_set;
+    int lights = light_count();
     for (int i = 0; i < lights; ++i) {
         Arriving one = light_at(i, v_position);
         light += one.light * (max(one.direction.y, 0.0) * (1.0 / PI));

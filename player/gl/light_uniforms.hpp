@@ -1,6 +1,6 @@
 #pragma once
-// The uniform block of the lights that reach what is drawn: std140, one copy for each light set.
-// shaders/lib/point_lights.glsl declares the same members in the same order. Program checks their offsets
+// The uniform block of the lights that reach what is drawn: std140, an array of light sets.
+// shaders/lib/point_lights.glsl declares their members in the same order. Program checks their offsets
 // when it links.
 
 #include <glm/vec4.hpp>

@@ -115,9 +115,9 @@ constexpr std::array<Member, 20> material_members{{
 }};
 
 constexpr std::array<Member, 3> light_members{{
-    {"light_state", offsetof(LightUniforms, state)},
-    {"light_place[0]", offsetof(LightUniforms, place)},
-    {"light_color[0]", offsetof(LightUniforms, color)},
+    {"light_sets[0].state", offsetof(LightUniforms, state)},
+    {"light_sets[0].place[0]", offsetof(LightUniforms, place)},
+    {"light_sets[0].color[0]", offsetof(LightUniforms, color)},
 }};
 
 struct Block {
@@ -126,6 +126,7 @@ struct Block {
     std::span<const Member> members;
     std::size_t bytes;           // of the struct
     const char *shader, *header; // where shaders and player declare it
+    bool repeats = false;        // an array of the struct
 };
 
 const std::array<Block, 3> blocks{{
@@ -134,7 +135,7 @@ const std::array<Block, 3> blocks{{
     {"MaterialUniforms", material_uniforms_binding, material_members, sizeof(MaterialUniforms),
      "lib/material.glsl", "gl/material_uniforms.hpp"},
     {"LightUniforms", light_uniforms_binding, light_members, sizeof(LightUniforms), "lib/point_lights.glsl",
-     "gl/light_uniforms.hpp"},
+     "gl/light_uniforms.hpp", true},
 }};
 
 /// Checks that the shader's block has the same members and offsets as the struct, and binds it.
@@ -165,8 +166,10 @@ void bind_block(unsigned program, std::string_view file, const Block &block) {
     GLint bytes = 0;
     glGetActiveUniformBlockiv(program, at, GL_UNIFORM_BLOCK_ACTIVE_UNIFORMS, &members);
     glGetActiveUniformBlockiv(program, at, GL_UNIFORM_BLOCK_DATA_SIZE, &bytes);
-    if (static_cast<std::size_t>(members) != block.members.size() ||
-        static_cast<std::size_t>(bytes) > block.bytes) {
+    const std::size_t entries =
+        block.repeats ? static_cast<std::size_t>(members) / block.members.size() : std::size_t{1};
+    if (static_cast<std::size_t>(members) != entries * block.members.size() ||
+        static_cast<std::size_t>(bytes) > entries * block.bytes) {
         throw Error("shader " + std::string(file) + ": " + block.name + " has " + std::to_string(members) +
                     " members in " + std::to_string(bytes) + " bytes, the player writes " +
                     std::to_string(block.members.size()) + " in " + std::to_string(block.bytes) + advice());

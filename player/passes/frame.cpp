@@ -32,6 +32,9 @@ Frame::Frame(Scene &drawn_scene, std::span<const std::unique_ptr<Pass>> passes)
     glBufferData(GL_UNIFORM_BUFFER, static_cast<GLsizeiptr>(slot_bytes_ * uniform_slots), nullptr,
                  GL_DYNAMIC_DRAW);
     empty_vertex_array_ = gl::VertexArray::create();
+    if (gl::has_indirect_draws()) {
+        instances_ = gl::make_buffer(GL_ARRAY_BUFFER, sizeof(InstanceRows), gl::Usage::streamed);
+    }
     if (const assets::SceneFile &file = scene.file(); file.terrain) {
         terrain_ = std::make_unique<TerrainTiles>(*file.terrain, scene.streamer());
         if (file.water) {
@@ -58,7 +61,22 @@ bool Frame::hides_under_water(const View &view) const {
 
 void Frame::move_to(double elapsed_s) {
     moving_.move(flight_second(elapsed_s, scene.file().flight.duration_s));
-    transforms_.update(view(ViewKind::main).anchor);
+    const bool all = transforms_.update(view(ViewKind::main).anchor);
+    if (!instances_) {
+        return;
+    }
+    const std::span<const InstanceRows> rows = transforms_.rows();
+    if (all) {
+        gl::replace_buffer(GL_ARRAY_BUFFER, instances_, std::as_bytes(rows));
+        return;
+    }
+    for (const Object &object : scene.objects()) {
+        if (object.moves()) {
+            const std::uint32_t first = transforms_.first_of(object);
+            gl::write_buffer(GL_ARRAY_BUFFER, instances_, first * sizeof(InstanceRows),
+                             std::as_bytes(rows.subspan(first, object.instances.size())));
+        }
+    }
 }
 
 void Frame::cull_casters(const View &light) {

@@ -78,6 +78,8 @@ class Frame {
 
     /// The transforms of all instances in this frame's views.
     const InstanceTransforms &transforms() const { return transforms_; }
+    /// The same on the device, where it has indirect calls (gl/draw.hpp).
+    const gl::Buffer &instances() const { return instances_; }
 
     /// Places what moves where it is at a second since the start.
     void move_to(double elapsed_s);
@@ -104,6 +106,7 @@ class Frame {
     std::array<View, view_kinds> views_;
     std::array<std::vector<DrawItem>, view_kinds> visible_;
     InstanceTransforms transforms_;
+    gl::Buffer instances_;
     std::unique_ptr<TerrainTiles> terrain_;
     std::span<const std::unique_ptr<Pass>> passes_;
     gl::Buffer uniforms_;

@@ -120,6 +120,15 @@ std::size_t most_primitives(std::span<const Object> objects) {
     return most;
 }
 
+/// Draws of a list whose ranges are single instances.
+std::size_t most_draws(std::span<const Object> objects) {
+    std::size_t most = 0;
+    for (const Object &object : objects) {
+        most += object.instances.size() * most_primitives({&object, 1});
+    }
+    return most;
+}
+
 /// True if `draw` goes on where the other one ends, with the same instances.
 bool follows(const gl::IndirectDraw &before, const gl::IndirectDraw &draw) {
     return before.first_index + before.index_count == draw.first_index &&
@@ -176,23 +185,25 @@ ObjectsPass::Depth::Depth(const PassSetup &setup, const std::string &defines)
 }
 
 ObjectsPass::ObjectsPass(const PassSetup &setup, DrawnMaterials drawn)
-    : drawn_(drawn), list_(setup.scene.objects(), drawn), has_indirect_(gl::has_indirect_draws()),
-      samplers_of_(setup.scene.material_count()),
-      instances_(gl::make_buffer(GL_ARRAY_BUFFER, sizeof(InstanceRows), gl::Usage::streamed)),
+    : drawn_(drawn), list_(setup.scene.objects(), drawn, light_sets_per_block()),
+      has_indirect_(gl::has_indirect_draws()), samplers_of_(setup.scene.material_count()),
       uniform_bytes_(gl::aligned_uniform_bytes(sizeof(gl::MaterialUniforms))),
       written_(setup.scene.material_count(), not_written()) {
     uniforms_ = gl::make_buffer(GL_UNIFORM_BUFFER, std::max<std::size_t>(written_.size(), 1) * uniform_bytes_,
                                 gl::Usage::streamed);
     const bool draws_light = drawn == DrawnMaterials::solid;
     if (draws_light) {
-        casters_.emplace(setup.scene.objects(), DrawnMaterials::all);
+        casters_.emplace(setup.scene.objects(), DrawnMaterials::all, light_sets_per_block());
     }
     const std::size_t most_commands =
         std::max(list_.most_commands(), casters_ ? casters_->most_commands() : 0);
     batches_.reserve(most_commands);
-    draws_.reserve(most_commands * most_primitives(setup.scene.objects()));
     if (has_indirect_) {
         indirect_ = gl::make_buffer(GL_DRAW_INDIRECT_BUFFER, sizeof(gl::IndirectDraw), gl::Usage::streamed);
+        draws_.reserve(most_draws(setup.scene.objects()));
+    } else {
+        instances_ = gl::make_buffer(GL_ARRAY_BUFFER, sizeof(InstanceRows), gl::Usage::streamed);
+        draws_.reserve(most_commands * most_primitives(setup.scene.objects()));
     }
     std::vector<std::string> lit_known;
     std::vector<std::string> depth_known;
@@ -259,7 +270,7 @@ unsigned ObjectsPass::sampler(gl::Wraps wraps, bool nearest, std::optional<int> 
 void ObjectsPass::forget_state() {
     program_.reset();
     material_.reset();
-    light_set_ = 0;
+    light_block_.reset();
     two_sided_.reset();
     mirrored_.reset();
     maps_ = {};
@@ -291,11 +302,11 @@ void ObjectsPass::use_lit(const Frame &frame, const View &view, const DrawComman
     const Programs::ViewPrograms &programs = view.kind == ViewKind::main
                                                  ? (above ? all.covered_above_water : all.covered_whole)
                                                  : (above ? all.above_water : all.whole);
-    const std::uint32_t number = command.light_set != 0 ? programs.by_lights : programs.lit;
+    const std::uint32_t number = command.by_lights ? programs.by_lights : programs.lit;
     const Lit &lit = lit_[number];
-    if (command.light_set != 0 && light_set_ != command.light_set) {
-        light_set_ = command.light_set;
-        frame.point_lights.bind(light_set_);
+    if (command.by_lights && light_block_ != command.light_block) {
+        light_block_ = command.light_block;
+        frame.point_lights.bind_block(command.light_block);
     }
     if (program_ != number) {
         program_ = number;
@@ -333,14 +344,14 @@ void ObjectsPass::use_depth(const DrawCommand &command) {
     }
 }
 
-void ObjectsPass::bind_instances(const GeometryPage &page, std::size_t first) {
+void ObjectsPass::bind_instances(const GeometryPage &page, const gl::Buffer &instances, std::size_t first) {
     if (const BoundInstances wanted{&page, first}; bound_ != wanted) {
         bound_ = wanted;
-        bind_page(page, instances_, first);
+        bind_page(page, instances, first);
     }
 }
 
-void ObjectsPass::draw_batch(const Batch &batch, const View &view) {
+void ObjectsPass::draw_batch(const Frame &frame, const Batch &batch, const View &view) {
     const DrawCommand &command = *batch.command;
     if (const bool mirrored = command.mirrored != view.mirrored; mirrored_ != mirrored) {
         mirrored_ = mirrored;
@@ -349,12 +360,12 @@ void ObjectsPass::draw_batch(const Batch &batch, const View &view) {
     const GeometryPage &page = command.object->mesh->page(command.lod);
     const auto draw = [&] {
         if (has_indirect_ && batch.count != 0) {
-            bind_instances(page, 0);
+            bind_instances(page, frame.instances(), 0);
             gl::draw_indirect(page.layout.index_type(), batch.first, batch.count);
             return;
         }
         for (const gl::IndirectDraw &one : std::span(draws_).subspan(batch.first, batch.count)) {
-            bind_instances(page, one.first_instance);
+            bind_instances(page, instances_, one.first_instance);
             gl::draw_triangles(one, page.layout.index_type());
         }
     };
@@ -379,7 +390,7 @@ void ObjectsPass::draw_batch(const Batch &batch, const View &view) {
 bool ObjectsPass::is_alike(const DrawCommand &a, const DrawCommand &b, ViewKind view) const {
     const Material &first = a.object->materials[a.material];
     const Material &second = b.object->materials[b.material];
-    if (a.mirrored != b.mirrored || a.light_set != b.light_set ||
+    if (a.mirrored != b.mirrored || a.by_lights != b.by_lights || a.light_block != b.light_block ||
         &a.object->mesh->page(a.lod) != &b.object->mesh->page(b.lod)) {
         return false;
     }
@@ -391,6 +402,29 @@ bool ObjectsPass::is_alike(const DrawCommand &a, const DrawCommand &b, ViewKind 
     return first.id == second.id && programs_of(a) == programs_of(b) && !each_twice;
 }
 
+void ObjectsPass::add_draws(const DrawList &list, const DrawCommand &command) {
+    Batch &batch = batches_.back();
+    const RowRange copied{command.first, command.count};
+    const std::span<const RowRange> ranges = has_indirect_ ? list.ranges_of(command) : std::span(&copied, 1);
+    command.object->mesh->for_each_draw(command.lod, command.material, [&](gl::IndirectDraw draw) {
+        draw.instances = ranges.front().count;
+        draw.first_instance = ranges.front().first;
+        // Commands of an object at a level have the same ranges.
+        if (batch.count >= ranges.size() && follows(draws_[draws_.size() - ranges.size()], draw)) {
+            for (gl::IndirectDraw &before : std::span(draws_).last(ranges.size())) {
+                before.index_count += draw.index_count;
+            }
+            return;
+        }
+        for (const RowRange &range : ranges) {
+            draw.instances = range.count;
+            draw.first_instance = range.first;
+            draws_.push_back(draw);
+        }
+        batch.count += ranges.size();
+    });
+}
+
 void ObjectsPass::make_batches(const DrawList &list, ViewKind view) {
     batches_.clear();
     draws_.clear();
@@ -398,17 +432,7 @@ void ObjectsPass::make_batches(const DrawList &list, ViewKind view) {
         if (batches_.empty() || !is_alike(*(&command - 1), command, view)) {
             batches_.push_back({&command, draws_.size(), 0});
         }
-        Batch &batch = batches_.back();
-        command.object->mesh->for_each_draw(command.lod, command.material, [&](gl::IndirectDraw draw) {
-            draw.instances = command.count;
-            draw.first_instance = command.first;
-            if (batch.count != 0 && follows(draws_.back(), draw)) {
-                draws_.back().index_count += draw.index_count;
-            } else {
-                draws_.push_back(draw);
-                ++batch.count;
-            }
-        });
+        add_draws(list, command);
     }
     if (has_indirect_ && !draws_.empty()) {
         gl::replace_buffer(GL_DRAW_INDIRECT_BUFFER, indirect_, std::as_bytes(std::span(draws_)));
@@ -419,13 +443,14 @@ bool ObjectsPass::fill(DrawList &list, const Frame &frame, const View &view) {
     const CpuTimer timer(frame.scene_ms);
     const bool shaded = view.kind != ViewKind::light && frame.point_lights.any_lit();
     list.fill(frame.visible(view.kind), view, frame.transforms(),
-              shaded ? frame.point_lights.lit() : std::span<const std::uint32_t>());
+              shaded ? frame.point_lights.lit() : std::span<const std::uint8_t>());
     if (list.commands().empty()) {
         return false;
     }
     const std::size_t count = list.instance_count();
-    if (!gl::refill_buffer(GL_ARRAY_BUFFER, instances_, count * sizeof(InstanceRows), [&](std::byte *rows) {
-            list.write_instances({reinterpret_cast<InstanceRows *>(rows), count});
+    if (!has_indirect_ &&
+        !gl::refill_buffer(GL_ARRAY_BUFFER, instances_, count * sizeof(InstanceRows), [&](std::byte *rows) {
+            list.write_instances(frame.transforms().rows(), {reinterpret_cast<InstanceRows *>(rows), count});
         })) {
         return false;
     }
@@ -441,7 +466,7 @@ void ObjectsPass::draw_depth(const Frame &frame, const View &light) {
     depth_bias(true);
     for (const Batch &batch : batches_) {
         use_depth(*batch.command);
-        draw_batch(batch, light);
+        draw_batch(frame, batch, light);
     }
     depth_bias(false);
     glEnable(GL_CULL_FACE);
@@ -473,7 +498,7 @@ void ObjectsPass::draw(const Frame &frame, const View &view) {
     }
     for (const Batch &batch : batches_) {
         use_lit(frame, view, *batch.command);
-        draw_batch(batch, view);
+        draw_batch(frame, batch, view);
     }
     if (blended) {
         glDisable(GL_BLEND);

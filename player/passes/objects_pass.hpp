@@ -62,8 +62,10 @@ class ObjectsPass : public Pass {
     };
     const Programs &programs_of(const DrawCommand &command) const;
 
-    /// Lists what the view draws and uploads its instances. False if it draws nothing.
+    /// Lists what the view draws. False if it draws nothing.
     bool fill(DrawList &list, const Frame &frame, const View &view);
+    /// Adds the draws of a command to the last batch.
+    void add_draws(const DrawList &list, const DrawCommand &command);
     /// True if neither program nor material nor buffers differ.
     bool is_alike(const DrawCommand &a, const DrawCommand &b, ViewKind view) const;
     void make_batches(const DrawList &list, ViewKind view);
@@ -74,8 +76,8 @@ class ObjectsPass : public Pass {
     /// Binds the uniforms of a material. Writes them if other maps are resident than before.
     void bind_uniforms(const Material &material);
     void bind_map(const Material &material, assets::ObjectMap map);
-    void draw_batch(const Batch &batch, const View &view);
-    void bind_instances(const GeometryPage &page, std::size_t first);
+    void draw_batch(const Frame &frame, const Batch &batch, const View &view);
+    void bind_instances(const GeometryPage &page, const gl::Buffer &instances, std::size_t first);
     /// Forgets what is bound, because other passes bind too.
     void forget_state();
     unsigned sampler(gl::Wraps wraps, bool nearest, std::optional<int> max_level,
@@ -109,14 +111,15 @@ class ObjectsPass : public Pass {
     std::vector<std::vector<Programs>> programs_; // by object and material
     std::vector<CachedSampler> samplers_;
     std::vector<assets::PerMap<unsigned>> samplers_of_; // by Material::id
-    gl::Buffer instances_, indirect_;
-    gl::Buffer uniforms_;           // gl::MaterialUniforms by Material::id
-    std::size_t uniform_bytes_ = 0; // of each, aligned
+    gl::Buffer indirect_;                               // where the device has indirect calls
+    gl::Buffer instances_;                              // of the list that is drawn, where it has none
+    gl::Buffer uniforms_;                               // gl::MaterialUniforms by Material::id
+    std::size_t uniform_bytes_ = 0;                     // of each, aligned
     std::vector<gl::MaterialUniforms> written_;
     // what is bound
     std::optional<std::uint32_t> program_;
     std::optional<std::uint32_t> material_;
-    std::uint32_t light_set_ = 0;
+    std::optional<std::uint32_t> light_block_;
     std::optional<bool> two_sided_, mirrored_;
     assets::PerMap<BoundMap> maps_;
     BoundInstances bound_;

@@ -7,33 +7,39 @@
 
 #include <algorithm>
 #include <cstring>
+#include <limits>
 
 namespace paradize {
 
 static_assert(gl::LightUniforms::most == assets::max_lights_of_a_set);
 
+std::uint32_t light_sets_per_block() {
+    constexpr GLint enough = 1 << 16; // what most devices have
+    GLint bytes = 0;
+    glGetIntegerv(GL_MAX_UNIFORM_BLOCK_SIZE, &bytes);
+    return static_cast<std::uint32_t>(std::min(bytes, enough)) / sizeof(gl::LightUniforms);
+}
+
 PointLights::PointLights(const assets::SceneFile &file)
     : file_(file), strengths_(file.lights.size()), lit_(file.light_sets.size()),
-      set_bytes_(gl::aligned_uniform_bytes(sizeof(gl::LightUniforms))) {
+      anchor_(std::numeric_limits<double>::quiet_NaN()), sets_per_block_(light_sets_per_block()),
+      block_bytes_(gl::aligned_uniform_bytes(sets_per_block_ * sizeof(gl::LightUniforms))) {
     if (!file.lights.empty()) {
-        written_.resize(file.light_sets.size() * set_bytes_);
-        next_.resize(written_.size());
-        uniforms_ = gl::make_buffer(GL_UNIFORM_BUFFER, written_.size(), gl::Usage::streamed);
+        blocks_.resize((file.light_sets.size() + sets_per_block_ - 1) / sets_per_block_ * block_bytes_);
+        uniforms_ = gl::make_buffer(GL_UNIFORM_BUFFER, blocks_.size(), gl::Usage::streamed);
     }
 }
 
 void PointLights::update(const Moment &moment, const glm::dvec3 &anchor) {
-    if (file_.lights.empty()) {
-        return;
-    }
-    const auto state_of = [&](std::uint32_t set) {
-        glm::vec4 state;
-        std::memcpy(&state, next_.data() + set * set_bytes_ + offsetof(gl::LightUniforms, state),
-                    sizeof state);
-        return state;
-    };
+    bool changed = anchor != anchor_;
+    anchor_ = anchor;
     for (std::size_t i = 0; i < strengths_.size(); ++i) {
-        strengths_[i] = light_strength(file_.lights[i], i, moment, file_.flight.duration_s);
+        const float now = light_strength(file_.lights[i], i, moment, file_.flight.duration_s);
+        changed = changed || now != strengths_[i];
+        strengths_[i] = now;
+    }
+    if (file_.lights.empty() || !changed) {
+        return;
     }
     any_shines_ = false;
     for (std::uint32_t s = 0; s < lit_.size(); ++s) {
@@ -51,29 +57,32 @@ void PointLights::update(const Moment &moment, const glm::dvec3 &anchor) {
         }
         block.state =
             glm::vec4(static_cast<float>(count), set.glow ? strengths_[*set.glow] : 1.0F, 0.0F, 0.0F);
-        lit_[s] = count > 0 || set.glow ? s : 0;
+        lit_[s] = count > 0 || set.glow ? 1 : 0;
         any_shines_ = any_shines_ || count > 0;
-        for (std::uint32_t first = 1; count == 0 && first < lit_[s]; ++first) {
-            if (lit_[first] == first && state_of(first) == block.state) {
-                lit_[s] = first;
-            }
-        }
-        std::memcpy(next_.data() + s * set_bytes_, &block, sizeof block);
+        std::memcpy(blocks_.data() + s / sets_per_block_ * block_bytes_ +
+                        s % sets_per_block_ * sizeof(gl::LightUniforms),
+                    &block, sizeof block);
     }
-    any_lit_ = std::ranges::any_of(lit_, [](std::uint32_t lit) { return lit != 0; });
-    if (any_lit_ && written_ != next_) {
-        gl::replace_buffer(GL_UNIFORM_BUFFER, uniforms_, next_);
-        written_ = next_;
+    any_lit_ = std::ranges::find(lit_, 1) != lit_.end();
+    if (any_lit_) {
+        gl::replace_buffer(GL_UNIFORM_BUFFER, uniforms_, blocks_);
     }
 }
 
-void PointLights::bind(std::uint32_t set) const {
+void PointLights::bind_block(std::uint32_t block) const {
     glBindBufferRange(GL_UNIFORM_BUFFER, gl::light_uniforms_binding, uniforms_.name(),
-                      static_cast<GLintptr>(set * set_bytes_), sizeof(gl::LightUniforms));
+                      static_cast<GLintptr>(block * block_bytes_),
+                      static_cast<GLsizeiptr>(sets_per_block_ * sizeof(gl::LightUniforms)));
+}
+
+int PointLights::bind(std::uint32_t set) const {
+    bind_block(set / sets_per_block_);
+    return static_cast<int>(set % sets_per_block_);
 }
 
 std::string point_lights_define(bool on) {
-    return on ? "POINT_LIGHTS 1" : "POINT_LIGHTS 0";
+    return on ? "POINT_LIGHTS 1\n#define LIGHT_SETS " + std::to_string(light_sets_per_block())
+              : "POINT_LIGHTS 0";
 }
 
 } // namespace paradize

@@ -51,7 +51,8 @@ WaterPass::Lit::Lit(const PassSetup &setup, bool point_lights, bool in_water)
       shine(program.location("u_specular_smoothness")), wave_length(program.location("u_wave_length_m")),
       fade_distance(program.location("u_fade_distance_m")), center(program.location("u_center")),
       near_waves(program.location("u_near_waves")), share_of_xz(program.location("u_share_of_xz")),
-      rings(program.location("u_rings")), ripple_state(program.location("u_ripple_state")) {
+      light_set(program.location("u_light_set")), rings(program.location("u_rings")),
+      ripple_state(program.location("u_ripple_state")) {
     program.set_unit("u_reflection", unit_reflection);
     program.set_unit("u_refraction", unit_refraction);
     program.set_unit("u_wave_shares", unit_wave_shares);
@@ -93,7 +94,7 @@ void WaterPass::draw(const Frame &frame, const View &view) {
     lit.program.use();
     lit.environment.apply(frame, view);
     if (is_lit) {
-        frame.point_lights.bind(water.light_set);
+        gl::Program::set(lit.light_set, frame.point_lights.bind(water.light_set));
     }
     const gl::Texture *reflection = frame.shared.reflection;
     const gl::Texture *refraction = frame.shared.refraction;

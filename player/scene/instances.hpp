@@ -23,12 +23,12 @@ struct Instance {
     bool mirrored = false;    // triangle winding is reversed
     std::uint32_t light = 0;  // index into Object::light_sets
     std::uint32_t number = 0; // in the order of scene.json
-    // Moved::beat, where nothing beats the material's wind_reach
+    // xyz of Moved::beat, where nothing beats the material's wind_reach; w its set of SceneFile::light_sets
     glm::vec4 beat{0.0F};
 };
 
 /// Rows of the matrix from the mesh to the view's coordinates, as shaders/lib/model.glsl reads them; then
-/// Instance::beat, which shaders/lib/beat.glsl and shaders/depth.vert read.
+/// Instance::beat, which shaders/lib/beat.glsl, shaders/depth.vert and shaders/object.vert read.
 using InstanceRows = std::array<glm::vec4, 4>;
 static_assert(sizeof(InstanceRows) == 64);
 

@@ -98,6 +98,7 @@ void Scene::add_instances(Object &object) {
             if (known == object.light_sets.end()) {
                 object.light_sets.push_back(set);
             }
+            instance.beat.w = static_cast<float>(set);
         }
         const glm::dvec3 &scale = placement.scale;
         glm::dmat4 stand = glm::translate(glm::dmat4(1.0), placement.position);
@@ -105,7 +106,7 @@ void Scene::add_instances(Object &object) {
         place(instance, stand, object);
         for (const Material &material : object.materials) {
             if (material.values.sways()) {
-                instance.beat = glm::vec4(material.values.wind_reach, 0.0F, 0.0F);
+                instance.beat = glm::vec4(material.values.wind_reach, 0.0F, instance.beat.w);
             }
         }
         instance.scale =
@@ -134,7 +135,7 @@ void Scene::move(double flight_s) {
             const Moved moved = moved_at(*object.file->motion, placement, instance.number, share);
             place(instance, moved.stand, object);
             if (object.file->motion->beat.per_lap != 0) {
-                instance.beat = moved.beat;
+                instance.beat = glm::vec4(glm::vec3(moved.beat), instance.beat.w);
             }
         }
         object.tree.refit(object.instances);

@@ -208,7 +208,7 @@ void TerrainTiles::draw(const View &view, const TerrainUniforms &uniforms, const
             glBindVertexArray(page.vertex_array.name());
         }
         if (first.light_set != 0 && (before == nullptr || before->light_set != first.light_set)) {
-            lights->bind(first.light_set);
+            gl::Program::set(uniforms.light_set, lights->bind(first.light_set));
         }
         std::size_t count = 0;
         for (; begin < seen_.size() && joined(first, seen_[begin]); ++begin, ++count) {

@@ -33,6 +33,7 @@ struct TerrainUniforms {
     int model = -1;   // mat4, world from mesh
     int normals = -1; // mat3, transforms normals
     int fade = -1;    // vec2, PatchFade
+    int light_set = -1;
 };
 
 /// The data that the lighting of a patch needs. Fading patches may be of any height.
@@ -52,9 +53,9 @@ std::vector<PatchKind> patch_heights(const assets::Terrain &terrain, const Strea
 /// The patches to draw, by the lights that reach them. `lit`: by light set, as in PointLights. Draws those
 /// whose set is lit, or the others. `bind` is called with each set that is lit before its patches.
 struct PatchLights {
-    std::span<const std::uint32_t> lit; // PointLights::lit()
+    std::span<const std::uint8_t> lit; // PointLights::lit()
     bool draws_lit = false;
-    std::function<void(std::uint32_t)> bind;
+    std::function<int(std::uint32_t)> bind; // PointLights::bind()
 };
 
 /// Says of each diamond whether a patch of it, or of its split, meets the height of the water. Where such a

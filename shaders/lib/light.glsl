@@ -82,7 +82,7 @@ Surface matte_surface(vec3 position, vec3 normal, vec3 geometric, vec3 albedo, v
 // share of its specular reflection that is left.
 vec3 shade_by_point_lights(Surface s, vec3 v, vec3 transmitted, float depth, float above_water) {
     vec3 color = vec3(0.0);
-    int count = int(light_state.x);
+    int count = light_count();
     for (int i = 0; i < count; ++i) {
         Arriving one = light_at(i, s.position);
         vec3 light = one.light;

@@ -46,9 +46,19 @@ std::vector<std::string> words(const DrawList &list, const std::vector<Object> &
     return out;
 }
 
-std::vector<InstanceRows> instances_of(DrawList &list) {
+/// The instances' transforms: copied, and by ranges of each command.
+std::vector<InstanceRows> instances_of(const DrawList &list, const InstanceTransforms &transforms) {
     std::vector<InstanceRows> rows(list.instance_count());
-    list.write_instances(rows);
+    list.write_instances(transforms.rows(), rows);
+    for (const DrawCommand &command : list.commands()) {
+        std::uint32_t at = command.first;
+        for (const RowRange &range : list.ranges_of(command)) {
+            for (std::uint32_t i = 0; i < range.count; ++i, ++at) {
+                CHECK(transforms.rows()[range.first + i] == rows[at]);
+            }
+        }
+        CHECK(at == command.first + command.count);
+    }
     return rows;
 }
 
@@ -58,7 +68,7 @@ std::vector<InstanceRows> fill(DrawList &list, std::span<const DrawItem> items,
     InstanceTransforms transforms(objects);
     transforms.update(view.anchor);
     list.fill(items, view, transforms);
-    return instances_of(list);
+    return instances_of(list, transforms);
 }
 
 /// Gives each object one instance, and returns them.
@@ -95,24 +105,27 @@ TEST_CASE("draw list: instances of a level are one command, mirrored ones anothe
     CHECK(rows[coarse.first + 1][2].w == 4.0F);
 }
 
-TEST_CASE("draw list: instances that other lights reach are other commands, while those are on") {
-    std::vector<Object> objects(1);
-    objects[0].materials = {material(0)};
-    objects[0].light_sets = {0, 4, 7};
-    objects[0].instances = {standing(1.0), standing(2.0), standing(3.0), standing(4.0), standing(5.0)};
-    for (std::uint32_t i = 0; i < 5; ++i) {
-        objects[0].instances[i].light = std::array<std::uint32_t, 5>{0, 1, 2, 1, 0}[i];
+TEST_CASE("draw list: instances of all light sets are one command, those of other blocks another") {
+    std::vector<Object> objects(2);
+    for (Object &object : objects) {
+        object.materials = {material(0)};
+        object.light_sets = {0, 4, 7};
+        object.instances = {standing(1.0), standing(2.0), standing(3.0), standing(4.0), standing(5.0)};
+        for (std::uint32_t i = 0; i < 5; ++i) {
+            object.instances[i].light = std::array<std::uint32_t, 5>{0, 1, 2, 1, 0}[i];
+        }
     }
-    const std::vector<DrawItem> items{{&objects[0], 0, 5, 0}};
+    objects[1].light_sets = {0, 5, 6};
+    const std::vector<DrawItem> items{{&objects[0], 0, 3, 0}, {&objects[0], 3, 2, 0}};
     InstanceTransforms transforms(objects);
     transforms.update(glm::dvec3(0.0));
-    DrawList list(objects, DrawnMaterials::solid);
-    const auto filled = [&](std::vector<std::uint32_t> lit) {
+    const auto filled = [&](DrawList &list, std::vector<std::uint8_t> lit) {
         list.fill(items, eye_at(0.0F), transforms, lit);
-        const auto rows = instances_of(list);
+        const auto rows = instances_of(list, transforms);
         std::vector<std::string> out;
         for (const DrawCommand &command : list.commands()) {
-            std::string text = std::to_string(command.light_set) + ":";
+            std::string text =
+                command.by_lights ? "lit " + std::to_string(command.light_block) + ":" : "dark:";
             for (std::uint32_t i = 0; i < command.count; ++i) {
                 text += " " + std::to_string(static_cast<int>(rows[command.first + i][2].w));
             }
@@ -120,11 +133,13 @@ TEST_CASE("draw list: instances that other lights reach are other commands, whil
         }
         return out;
     };
-    CHECK(filled({}) == Words{"0: 1 2 3 4 5"});
-    CHECK(filled({0, 0, 0, 0, 0, 0, 0, 0}) == Words{"0: 1 2 3 4 5"});
-    CHECK(filled({0, 0, 0, 0, 4, 0, 0, 0}) == Words{"0: 1 3 5", "4: 2 4"});
-    CHECK(filled({0, 0, 0, 0, 4, 0, 0, 7}) == Words{"0: 1 5", "4: 2 4", "7: 3"});
-    CHECK(filled({0, 0, 0, 0, 4, 0, 0, 4}) == Words{"0: 1 5", "4: 2 3 4"}); // drawn alike
+    DrawList one(objects, DrawnMaterials::solid, 8);
+    CHECK(filled(one, {}) == Words{"dark: 1 2 3 4 5"});
+    CHECK(filled(one, {0, 0, 0, 0, 0, 1, 1, 0}) == Words{"dark: 1 2 3 4 5"}); // not its sets
+    CHECK(filled(one, {0, 0, 0, 0, 0, 0, 0, 1}) == Words{"lit 0: 1 2 3 4 5"});
+    DrawList more(objects, DrawnMaterials::solid, 3);
+    CHECK(filled(more, {0, 0, 0, 0, 1, 0, 0, 1}) == Words{"lit 0: 1 5", "lit 1: 2 4", "lit 2: 3"});
+    CHECK(filled(more, {0, 0, 0, 0, 0, 0, 0, 0}) == Words{"dark: 1 2 3 4 5"});
 }
 
 TEST_CASE("draw list: programs change least, then materials, then meshes") {

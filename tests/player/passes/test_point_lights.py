@@ -111,13 +111,16 @@ def test_an_instance_glows_as_bright_as_its_light_and_is_dark_when_that_is_off(r
     assert seen[6.0] == 0.0
 
 
-def test_each_instance_is_lit_by_its_own_set(render: Render) -> None:
-    """Three walls side by side, two lights: the set of each says which it sees, whatever reaches it."""
+@pytest.mark.parametrize("between", [0, 200])
+def test_each_instance_is_lit_by_its_own_set(render: Render, between: int) -> None:
+    """Three walls side by side, two lights: the set of each says which it sees, whatever reaches it. With
+    many sets between theirs they lie in two blocks of uniforms."""
     stands = [instance([x, 0.0, 0.0], scale=0.5) for x in (-1.5, 0.0, 1.5)]
-    walls = thing("wall", {"m": material(None, **WHITE)}, *stands, light_sets=[1, 0, 2])
+    walls = thing("wall", {"m": material(None, **WHITE)}, *stands, light_sets=[1, 0, 2 + between])
     red, green = ([1.0, 0.0, 0.0], [0.0, 1.0, 0.0])
     lights = [lamp([0.0, 0.0, 3.0], color=color, intensity=12.0) for color in (red, green)]
-    sets = [ONE_SET[0], *({"lights": [i], "glow": None} for i in (0, 1))]
+    first, second = ({"lights": [i], "glow": None} for i in (0, 1))
+    sets = [ONE_SET[0], first, *[ONE_SET[0]] * between, second]
     picture = render([walls], {"wall": quad()}, lights=lights, light_sets=sets)
     row = picture[HEIGHT_OF_MIDDLE]
     columns = [round(48 + 1.5 * side * 54 / (2.0 * np.tan(0.45) * AWAY_M)) for side in (-1, 0, 1)]
