@@ -37,7 +37,7 @@ uniform float u_sand_reference_m; // up to this distance the sand repeats at its
 uniform vec4 u_sand_mix;          // low height m, high height m, specular, smoothness
 uniform vec2 u_grain_offset_uv;   // displacement of the effect map by grains, UV
 #if POINT_LIGHTS
-uniform int u_light_set; // in the bound block
+flat in int v_light_set;
 #endif
 #if FADE
 uniform vec2 u_fade;              // shown where the pixel's dither value is at least x and below y
@@ -206,7 +206,7 @@ void main() {
     s.reflector = dielectric_reflector(mix(0.04 * u_sand_mix.z, 0.02, wet));
     s.alpha = filtered_alpha(s.normal, alpha_of_smoothness(mix(u_sand_mix.w, wet_smoothness, wet)));
 #if POINT_LIGHTS
-    light_set = u_light_set;
+    light_set = v_light_set;
 #endif
     vec3 color = shade(s);
 #if WAVES_RUN_UP

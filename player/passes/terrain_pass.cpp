@@ -64,8 +64,7 @@ TerrainPass::Lit::Lit(const PassSetup &setup, PatchKind drawn_kind, bool point_l
       wet(program.location("u_wet")), has_reflection(program.location("u_has_reflection")),
       clip(program.location("u_clip_plane")), uniforms{program.location("u_model"),
                                                        program.location("u_normal_matrix"),
-                                                       program.location("u_fade"),
-                                                       program.location("u_light_set")} {
+                                                       program.location("u_fade")} {
     program.set_unit("u_sand_color", unit_sand_color);
     program.set_unit("u_sand_normal", unit_sand_normal);
     program.set_unit("u_effect_color", unit_effect_color);
@@ -158,8 +157,8 @@ void TerrainPass::draw(const Frame &frame, const View &view) {
         set_uniforms(lit, terrain);
         gl::Program::set(lit.has_reflection, reflection != nullptr ? 1.0F : 0.0F);
         gl::Program::set(lit.clip, plane);
-        const PatchLights chosen{lights.lit(), lit.by_lights,
-                                 [&lights](std::uint32_t set) { return lights.bind(set); }};
+        const PatchLights chosen{lights.lit(), lit.by_lights, light_sets_per_block(),
+                                 [&lights](std::uint32_t block) { lights.bind_block(block); }};
         const PatchLights *const by_lights = lights.any_shines() ? &chosen : nullptr;
         choose(frame, view, plane, static_cast<PatchKinds>(1U << static_cast<unsigned>(lit.kind)), by_lights);
         frame.terrain()->draw(view, lit.uniforms, by_lights);

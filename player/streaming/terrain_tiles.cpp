@@ -1,6 +1,6 @@
 #include "streaming/terrain_tiles.hpp"
 
-#include "gl/draw.hpp"
+#include "gl/buffer.hpp"
 #include "gl/program.hpp"
 
 #include <epoxy/gl.h>
@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <numeric>
 #include <tuple>
 
 namespace paradize {
@@ -109,6 +110,14 @@ TerrainTiles::TerrainTiles(const assets::Terrain &terrain, const Streamer &strea
     counts_.resize(terrain.patches.size());
     base_vertices_.resize(terrain.patches.size());
     offsets_.resize(terrain.patches.size());
+    if (!terrain.light_sets.empty() && gl::has_indirect_draws()) {
+        std::vector<float> numbers(std::ranges::max(terrain.light_sets) + std::size_t{1});
+        std::iota(numbers.begin(), numbers.end(), 0.0F);
+        set_numbers_ = gl::make_buffer(GL_ARRAY_BUFFER, numbers.size() * sizeof(float), gl::Usage::fixed);
+        gl::write_buffer(GL_ARRAY_BUFFER, set_numbers_, 0, std::as_bytes(std::span(numbers)));
+        indirect_ = gl::make_buffer(GL_DRAW_INDIRECT_BUFFER, sizeof(gl::IndirectDraw), gl::Usage::streamed);
+        draws_.resize(terrain.patches.size());
+    }
 }
 
 void TerrainTiles::set_water(const assets::Water &water) {
@@ -169,6 +178,7 @@ bool TerrainTiles::is_of(PatchKinds kinds, const View &view, std::uint32_t patch
 void TerrainTiles::choose(const View &view, const glm::vec4 &plane, PatchKinds kinds,
                           const PatchLights *lights) {
     seen_.clear();
+    const std::uint32_t per_block = lights != nullptr && lights->draws_lit ? lights->sets_per_block : 0;
     for (const std::uint32_t patch : cut_.patches()) {
         const std::uint32_t set = light_set(patch);
         if (is_of(kinds, view, patch) &&
@@ -176,28 +186,47 @@ void TerrainTiles::choose(const View &view, const glm::vec4 &plane, PatchKinds k
             const std::uint32_t tile_index = terrain_.patches.tile[patch];
             const StreamedTile &tile = streamer_.tile(tile_index);
             const PatchRange &range = tile.range(patch - first_patch_[tile_index]);
-            seen_.push_back({patch, same_model_[tile_index], lights != nullptr && lights->draws_lit ? set : 0,
-                             fade_in(view, patch), &tile.blocks()[range.block].slot, &range});
+            seen_.push_back({patch, same_model_[tile_index], per_block != 0 ? set / per_block : 0,
+                             per_block != 0 ? set % per_block : 0, fade_in(view, patch),
+                             &tile.blocks()[range.block].slot, &range});
         }
     }
     // Those that one call draws lie together. Of them the last patch is the first: fine patches are near and
     // hide coarse ones behind them.
-    std::ranges::sort(seen_, [](const VisiblePatch &a, const VisiblePatch &b) {
-        return std::tuple(a.slot->page->id, a.model, a.light_set, a.fade.from, -a.fade.to, b.patch) <
-               std::tuple(b.slot->page->id, b.model, b.light_set, b.fade.from, -b.fade.to, a.patch);
+    std::ranges::sort(seen_, [&](const VisiblePatch &a, const VisiblePatch &b) {
+        const auto set = [&](const VisiblePatch &one) { return indirect_ ? 0 : one.light_set; };
+        return std::tuple(a.slot->page->id, a.model, a.light_block, set(a), a.fade.from, -a.fade.to,
+                          b.patch) <
+               std::tuple(b.slot->page->id, b.model, b.light_block, set(b), b.fade.from, -b.fade.to, a.patch);
     });
 }
 
-bool TerrainTiles::joined(const VisiblePatch &a, const VisiblePatch &b) {
-    return a.slot->page == b.slot->page && a.model == b.model && a.light_set == b.light_set &&
-           a.fade == b.fade;
+bool TerrainTiles::joined(const VisiblePatch &a, const VisiblePatch &b) const {
+    return a.slot->page == b.slot->page && a.model == b.model && a.light_block == b.light_block &&
+           (indirect_ || a.light_set == b.light_set) && a.fade == b.fade;
+}
+
+void TerrainTiles::draw_by_lights(std::span<const VisiblePatch> patches) {
+    const GeometryPage &page = *patches.front().slot->page;
+    gl::attribute_floats(gl::attribute_free, 1, set_numbers_, sizeof(float), 0, 1);
+    std::ranges::transform(patches, draws_.begin(), [](const VisiblePatch &one) {
+        return gl::IndirectDraw{static_cast<std::uint32_t>(one.range->index_count), 1,
+                                static_cast<std::uint32_t>(one.slot->first_index + one.range->first_index),
+                                static_cast<std::int32_t>(one.slot->first_vertex + one.range->first_vertex),
+                                one.light_set};
+    });
+    gl::replace_buffer(GL_DRAW_INDIRECT_BUFFER, indirect_,
+                       std::as_bytes(std::span(draws_).first(patches.size())));
+    gl::draw_indirect(page.layout.index_type(), 0, patches.size());
 }
 
 void TerrainTiles::draw(const View &view, const TerrainUniforms &uniforms, const PatchLights *lights) {
+    const bool lit = lights != nullptr && lights->draws_lit;
     std::uint64_t triangles = 0;
     const VisiblePatch *before = nullptr; // of the last draw call
     for (std::size_t begin = 0; begin < seen_.size();) {
         const VisiblePatch &first = seen_[begin];
+        const std::size_t from = begin;
         const GeometryPage &page = *first.slot->page;
         if (before == nullptr || before->model != first.model) {
             const glm::dmat4 &model = streamer_.tile(first.model).model();
@@ -207,8 +236,8 @@ void TerrainTiles::draw(const View &view, const TerrainUniforms &uniforms, const
         if (before == nullptr || before->slot->page != &page) {
             glBindVertexArray(page.vertex_array.name());
         }
-        if (first.light_set != 0 && (before == nullptr || before->light_set != first.light_set)) {
-            gl::Program::set(uniforms.light_set, lights->bind(first.light_set));
+        if (lit && (before == nullptr || before->light_block != first.light_block)) {
+            lights->bind_block(first.light_block);
         }
         std::size_t count = 0;
         for (; begin < seen_.size() && joined(first, seen_[begin]); ++begin, ++count) {
@@ -220,8 +249,14 @@ void TerrainTiles::draw(const View &view, const TerrainUniforms &uniforms, const
             triangles += static_cast<std::uint64_t>(seen.range->index_count) / 3;
         }
         gl::Program::set(uniforms.fade, glm::vec2(first.fade.from, first.fade.to));
-        gl::draw_triangle_ranges(std::span(counts_).first(count), page.layout.index_type(),
-                                 std::span(offsets_).first(count), std::span(base_vertices_).first(count));
+        if (lit && indirect_) {
+            draw_by_lights(std::span(seen_).subspan(from, count));
+        } else {
+            glVertexAttrib1f(gl::attribute_free, static_cast<float>(first.light_set));
+            gl::draw_triangle_ranges(std::span(counts_).first(count), page.layout.index_type(),
+                                     std::span(offsets_).first(count),
+                                     std::span(base_vertices_).first(count));
+        }
         before = &first;
     }
     if (view.kind == ViewKind::main) {

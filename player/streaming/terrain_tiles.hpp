@@ -1,6 +1,8 @@
 #pragma once
 // The terrain of a scene: its tiles, the cut of the frame, and the drawing of patches in a view.
 
+#include "gl/draw.hpp"
+#include "gl/handle.hpp"
 #include "scene/view.hpp"
 #include "streaming/streamer.hpp"
 #include "streaming/terrain_cut.hpp"
@@ -33,7 +35,6 @@ struct TerrainUniforms {
     int model = -1;   // mat4, world from mesh
     int normals = -1; // mat3, transforms normals
     int fade = -1;    // vec2, PatchFade
-    int light_set = -1;
 };
 
 /// The data that the lighting of a patch needs. Fading patches may be of any height.
@@ -51,11 +52,12 @@ std::vector<PatchKind> patch_heights(const assets::Terrain &terrain, const Strea
                                      const assets::Water &water);
 
 /// The patches to draw, by the lights that reach them. `lit`: by light set, as in PointLights. Draws those
-/// whose set is lit, or the others. `bind` is called with each set that is lit before its patches.
+/// whose set is lit, or the others. `bind_block` is called with each block of lit sets before its patches.
 struct PatchLights {
     std::span<const std::uint8_t> lit; // PointLights::lit()
     bool draws_lit = false;
-    std::function<int(std::uint32_t)> bind; // PointLights::bind()
+    std::uint32_t sets_per_block = 1;
+    std::function<void(std::uint32_t)> bind_block; // PointLights::bind_block()
 };
 
 /// Says of each diamond whether a patch of it, or of its split, meets the height of the water. Where such a
@@ -111,17 +113,24 @@ class TerrainTiles {
     std::vector<std::uint32_t> same_model_;         // per tile: the first one with the same model
     /// A patch to draw.
     struct VisiblePatch {
-        std::uint32_t patch = 0, model = 0, light_set = 0; // model: a tile
+        std::uint32_t patch = 0, model = 0; // model: a tile
+        std::uint32_t light_block = 0;
+        std::uint32_t light_set = 0; // in the block
         PatchFade fade;
         const GeometrySlot *slot = nullptr;
         const PatchRange *range = nullptr;
     };
     /// True if one draw call may draw both.
-    static bool joined(const VisiblePatch &a, const VisiblePatch &b);
+    bool joined(const VisiblePatch &a, const VisiblePatch &b) const;
+    /// Draws patches that are joined, by the lights of each.
+    void draw_by_lights(std::span<const VisiblePatch> patches);
     std::vector<VisiblePatch> seen_;
     // Arguments of glMultiDrawElementsBaseVertex.
     std::vector<int> counts_, base_vertices_;
     std::vector<const void *> offsets_;
+    // Arguments of glMultiDrawElementsIndirect, where the device has it: an instance for each set of a block.
+    gl::Buffer set_numbers_, indirect_;
+    std::vector<gl::IndirectDraw> draws_;
     std::uint32_t main_patches_ = 0; // drawn since update()
     std::uint64_t main_triangles_ = 0;
 };
