@@ -1,7 +1,7 @@
 // The transform of an instance from its mesh to the view's coordinates: scale along each axis, rotation,
 // translation.
-// What else an instance has: xyz what BEAT reads, or xy the material's wind_reach, so that one draw of shadows takes many
-// materials; w its set of lights.
+// instance_state: xyz the inputs of BEAT, or xy the material's wind_reach, so that one draw of shadows takes many materials;
+// w its set of lights.
 layout(location = 7) in vec4 model_x; // rows of the matrix
 layout(location = 8) in vec4 model_y;
 layout(location = 9) in vec4 model_z;
