@@ -80,6 +80,11 @@ layout(location = 0) out vec4 fragment;
 #define EMISSION_MAP 1
 #endif
 
+#if ALPHA_MODE == 2
+uniform float u_solid; // 1: draws what hides all behind it, into the depth buffer too; 0: the rest
+const float SOLID = 254.5 / 255.0;
+#endif
+
 #if ALPHA_MODE == 1
 // Sharpens alpha to an edge at any distance. edge: how much alpha changes from pixel to pixel. B. Golus, "Anti-aliased
 // Alpha Test", 2017.
@@ -212,6 +217,9 @@ void main() {
 #endif
 #elif ALPHA_MODE == 2
     coverage = base.a;
+    if ((coverage > SOLID) != (u_solid > 0.5)) {
+        discard;
+    }
 #endif
 
 #if VERTEX_LIT

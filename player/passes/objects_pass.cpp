@@ -173,7 +173,8 @@ gl::MaterialUniforms uniforms_of(const Material &material) {
 } // namespace
 
 ObjectsPass::Lit::Lit(const PassSetup &setup, const std::string &defines)
-    : program(setup.shaders, "object.vert", "object.frag", {defines}), environment(setup, program) {
+    : program(setup.shaders, "object.vert", "object.frag", {defines}), environment(setup, program),
+      solid(program.location("u_solid")) {
     assets::for_each_map([&](ObjectMap map, std::string_view name) {
         program.set_unit(("u_" + std::string(name)).c_str(), static_cast<int>(unit_of(map)));
     });
@@ -369,20 +370,35 @@ void ObjectsPass::draw_batch(const Frame &frame, const Batch &batch, const View 
             gl::draw_triangles(one, page.layout.index_type());
         }
     };
-    const bool two_sided = command.object->materials[command.material].values.two_sided;
-    if (two_sided && drawn_ == DrawnMaterials::blended) {
+    const assets::Material &values = command.object->materials[command.material].values;
+    const bool two_sided = values.two_sided;
+    const auto cull = [&](bool both_sides) {
+        if (two_sided_ != both_sides) {
+            two_sided_ = both_sides;
+            (both_sides ? glDisable : glEnable)(GL_CULL_FACE);
+        }
+    };
+    if (drawn_ != DrawnMaterials::blended) {
+        cull(two_sided);
+        draw();
+        return;
+    }
+    const int solid = lit_[*program_].solid;
+    if (values.opacity == 1.0F) {
+        // What hides all behind it first, whatever the order of its triangles.
+        cull(two_sided);
+        glUniform1f(solid, 1.0F);
+        glDepthMask(GL_TRUE);
+        draw();
+        glDepthMask(GL_FALSE);
+    }
+    cull(false);
+    glUniform1f(solid, 0.0F);
+    if (two_sided) {
         // Back faces first, which is the right order for convex shapes.
-        glEnable(GL_CULL_FACE);
         glCullFace(GL_FRONT);
         draw();
         glCullFace(GL_BACK);
-        draw();
-        two_sided_ = false;
-        return;
-    }
-    if (two_sided_ != two_sided) {
-        two_sided_ = two_sided;
-        (two_sided ? glDisable : glEnable)(GL_CULL_FACE);
     }
     draw();
 }

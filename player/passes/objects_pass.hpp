@@ -36,6 +36,7 @@ class ObjectsPass : public Pass {
 
         gl::Program program;
         EnvironmentBindings environment;
+        int solid; // location of u_solid; -1: the material is not blended
     };
     struct Depth {
         Depth(const PassSetup &setup, const std::string &defines);

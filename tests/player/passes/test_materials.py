@@ -309,6 +309,31 @@ def test_blended_materials_of_one_mesh_mix_back_to_front(render: Render, front_f
     assert middle(render([thing("a", materials)], {"a": mesh})) == pytest.approx(BLENDED, abs=STEP)
 
 
+@pytest.mark.parametrize("front_first", [True, False])
+@pytest.mark.parametrize("alpha", [255, 102])
+def test_what_is_solid_of_a_blended_material_hides_what_lies_behind_whatever_the_order_of_triangles(
+    render: Render, alpha: int, front_first: bool
+) -> None:
+    """As hair and skin that share a picture: nothing sorts the triangles of one material."""
+    quads = [
+        replace(at_depth(quad(), z), uvs=np.full((4, 2), [u, 0.5], np.float32))
+        for z, u in ((1.0, 0.25), (-1.0, 0.75))
+    ]
+    quads = quads if front_first else quads[::-1]
+    mesh = Mesh(
+        np.concatenate([part.positions for part in quads]),
+        np.concatenate([part.triangles + np.uint32(4 * k) for k, part in enumerate(quads)]),
+        np.concatenate([part.normals for part in quads if part.normals is not None]),
+        uvs=np.concatenate([part.uvs for part in quads if part.uvs is not None]),
+        groups=(Group("m", "m", 0, 4),),
+    )
+    colors = np.array([[[0, 255, 0, alpha], [255, 0, 0, 255]]] * 2, np.uint8)
+    one = glow(1.0, 1.0, 1.0, alpha_mode="blend", emission_map="colors", nearest=True)
+    one["maps"]["color"] = "colors"
+    seen = middle(render([thing("a", {"m": one})], {"a": mesh}, {"colors": texture("RGBA8_UNORM", colors)}))
+    assert seen == pytest.approx(over([0.0, 1.0, 0.0], alpha / 255, np.array([1.0, 0.0, 0.0])), abs=STEP)
+
+
 def test_blended_instances_mix_back_to_front(render: Render) -> None:
     stands = [instance([0.0, 0.0, z]) for z in (0.5, -1.0, 0.0)]
     one = thing("a", {"m": glow(0.8, 0.4, 0.2, alpha_mode="blend", opacity=0.5)}, *stands)
