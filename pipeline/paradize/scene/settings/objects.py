@@ -109,7 +109,7 @@ class ObjectMaterial:
         "auto",
         among=("auto", "opaque", "mask", "blend"),
         meaning="what alpha does: nothing, holes, or mixing with what lies behind; auto: as the model says, "
-        "or as the alpha of its colour map looks",
+        "or as the alpha of its colour map looks; nothing where no alpha is below 1",
     )
     alpha_cutoff: float | None = number(
         None, low=0.0, high=1.0, meaning="texels with less alpha are holes; 0: none"
