@@ -385,7 +385,7 @@ void ObjectsPass::draw_batch(const Frame &frame, const Batch &batch, const View 
     }
     const int solid = lit_[*program_].solid;
     if (values.opacity == 1.0F) {
-        // What hides all behind it first, whatever the order of its triangles.
+        // Texels of alpha 1 come first: they hide all behind them, whatever the order of triangles.
         cull(two_sided);
         glUniform1f(solid, 1.0F);
         glDepthMask(GL_TRUE);

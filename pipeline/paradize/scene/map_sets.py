@@ -17,7 +17,7 @@ from paradize.scene.settings import Relief
 Vec3 = tuple[float, float, float]
 PALETTE = 0.99  # of the surface shows swatches, where the picture is a palette
 KIT = 0.95  # the same where several models show one picture: the sheet of a kit, with something drawn on it
-# What a colour map's alpha is where it is no coverage, so that its material is opaque, and why.
+# Words for alpha of a colour map that is no coverage, and why. The material is opaque then.
 HIDDEN, PAINTED = "hidden", "painted"
 NO_COVERAGE = {
     HIDDEN: "it would hide everything",
