@@ -74,7 +74,7 @@ test: setup-test check cpp-tests compiled-tests ## every check and every test th
 extremes: setup-test ## what every stage and metric does with zero, NaN, 1e30 ...: stage, extreme, error, verdict
 	@$(bin)/python -m tests.extremes
 
-bench: setup-test $(stamps)/python-bench ## speed and error as ratios beside peers, measured in one run; topics=maps for some
+bench: setup-test $(stamps)/python-bench ## speed and error as ratios beside peers, measured in one run; topics=maps,lods for some
 	@$(bin)/python tests/bench/bench.py $(topics)
 
 sheets: setup-test ## build/sheets: models as three.js and as the player show them, the worst first; models=FOLDER

@@ -1,6 +1,6 @@
 """Speed and error as ratios beside peers, all measured in this run; prints one table.
 
-usage: bench.py [--runs N] [TOPIC ...]
+usage: bench.py [--runs N] [TOPIC ...], topics parted by spaces or commas
 
 A topic is a file of topics/. A row: the work, our median time, the peer and its median
 time, the ratio (above 1: we are faster) beside the one promised and whether it was kept, our error and the
@@ -29,13 +29,14 @@ def main() -> None:
     parser.add_argument("--runs", type=int, default=9, help="timed runs of each work (default 9)")
     parser.add_argument("topics", nargs="*", metavar="TOPIC", help=f"some of: {', '.join(TOPICS)}")
     arguments = parser.parse_args()
-    unknown = sorted(set(arguments.topics) - set(TOPICS))
+    topics = [topic for word in arguments.topics for topic in word.split(",")]
+    unknown = sorted(set(topics) - set(TOPICS))
     if unknown:
         parser.error(f"no topic {', '.join(unknown)}; there are {', '.join(TOPICS)}")
     print(f"{machine()}\n")
     done: list[Row] = []
     with tempfile.TemporaryDirectory() as name:
-        for topic in arguments.topics or TOPICS:
+        for topic in topics or TOPICS:
             for row in importlib.import_module(f"topics.{topic}").rows(arguments.runs, Path(name)):
                 done.append(row)
                 ratio = row.peer_ms / row.ours_ms
