@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from typing import Any
 
@@ -34,8 +34,16 @@ def show(text: str, stream: Any = None) -> None:
             raise OutputLost(error.strerror if not isinstance(error, BrokenPipeError) else "") from None
 
 
-def show_json(tree: Any) -> None:
-    show(json.dumps(tree, indent=1, allow_nan=False))
+def show_json(tree: Mapping[str, Any]) -> None:
+    """Prints a JSON object: a line for each of its values, and for each entry of those that are lists."""
+    encode = json.JSONEncoder(allow_nan=False).encode
+
+    def lines(value: Any) -> str:
+        if not isinstance(value, list | tuple) or not value:
+            return encode(value)
+        return "[\n" + ",\n".join(f"  {encode(entry)}" for entry in value) + "\n ]"
+
+    show("{\n" + ",\n".join(f" {encode(key)}: {lines(value)}" for key, value in tree.items()) + "\n}")
 
 
 def warn(warnings: Iterable[str]) -> None:
