@@ -23,16 +23,22 @@ std::vector<std::uint8_t> picture(Renderer &renderer, const assets::Flight &flig
     return pixels;
 }
 
+/// Of one scene.
+struct SharedByRenderers {
+    SmallScene small;
+    Streamer streamer = small.streamer();
+    Scene scene{small.file, streamer};
+    gl::ShaderLibrary shaders{gl::ShaderLibrary::find()};
+};
+
 } // namespace
 
 TEST_CASE("renderer: depth tested late gives the same picture, and leaves the state as it was") {
     if (!test::have_context()) {
         return;
     }
-    const SmallScene small;
-    Streamer streamer = small.streamer();
-    Scene scene(small.file, streamer);
-    const gl::ShaderLibrary shaders(gl::ShaderLibrary::find());
+    SharedByRenderers shared;
+    auto &[small, streamer, scene, shaders] = shared;
     RenderSettings settings = render_settings(small.file, all_at(Tier::balanced), Device());
     Renderer early(scene, shaders, {64, 36, settings, {}});
     settings.late_depth_test = true;
@@ -47,10 +53,8 @@ TEST_CASE("renderer: after other sizes and qualities a picture is that of a new 
     if (!test::have_context()) {
         return;
     }
-    const SmallScene small;
-    Streamer streamer = small.streamer();
-    Scene scene(small.file, streamer);
-    const gl::ShaderLibrary shaders(gl::ShaderLibrary::find());
+    SharedByRenderers shared;
+    auto &[small, streamer, scene, shaders] = shared;
     Quality quality = all_at(Tier::balanced);
     const RenderSettings whole = render_settings(small.file, quality, Device());
     quality[static_cast<std::size_t>(QualityFeature::resolution)] = Tier::fast;
