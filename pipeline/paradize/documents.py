@@ -1,4 +1,4 @@
-"""Reads JSON and TOML from untrusted files in time proportional to their size.
+"""Reads JSON and TOML from untrusted files in time proportional to their size; writes JSON for people.
 
 Input that would take a parser longer is refused before it starts, with the place and the limit. JSON follows
 RFC 8259 strictly: no NaN, no duplicate keys. Integers must fit into 64 bits, other numbers into float64,
@@ -12,6 +12,7 @@ import json
 import math
 import re
 import tomllib
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, NoReturn
 
 from paradize.errors import FormatError, ParadizeError
@@ -49,6 +50,19 @@ def toml_text(text: str) -> str:
 def toml_key(name: str) -> str:
     """Returns a name as a key of TOML, in quotes where it needs them."""
     return name if re.fullmatch(r"[A-Za-z0-9_-]+", name) else toml_text(name)
+
+
+def json_text(tree: Mapping[str, Any]) -> str:
+    """Returns a JSON object with a line for each of its values, and for each entry of those that are lists.
+    Raises ValueError for a number that is not finite."""
+    encode = json.JSONEncoder(allow_nan=False).encode
+
+    def lines(value: Any) -> str:
+        if not isinstance(value, list | tuple) or not value:
+            return encode(value)
+        return "[\n" + ",\n".join(f"  {encode(entry)}" for entry in value) + "\n ]"
+
+    return "{\n" + ",\n".join(f" {encode(key)}: {lines(value)}" for key, value in tree.items()) + "\n}"
 
 
 def parse_json(data: bytes | memoryview, file: object = None, *, limit: int = JSON_BYTES) -> Any:

@@ -16,7 +16,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from paradize.documents import DEPTH, KEY_PARTS, TOML_BYTES, parse_json, parse_toml
+from paradize.documents import DEPTH, KEY_PARTS, TOML_BYTES, json_text, parse_json, parse_toml
 from paradize.errors import FormatError, GroupedError, SceneError
 from paradize.scene.schema import MOST_FAULTS, table_fields
 from paradize.scene.settings import load_scene
@@ -111,6 +111,21 @@ def test_the_line_of_a_long_key_is_told() -> None:
 @pytest.mark.parametrize("text", FINE, ids=lambda text: text[:30])
 def test_dots_that_are_in_no_key_are_no_parts_of_one(text: str) -> None:
     assert parse_toml(text.encode(), "f") == tomllib.loads(text)
+
+
+@given(st.dictionaries(st.text(), PLAIN))
+def test_what_is_written_for_people_is_read_again(tree: dict[str, Any]) -> None:
+    assert parse_json(json_text(tree).encode()) == tree
+
+
+def test_json_for_people_has_a_line_for_each_entry_and_none_for_each_number() -> None:
+    rows = [{"name": "a", "levels": [1.0, 2.0]}, {"name": "b", "levels": []}]
+    text = json_text({"rows": rows, "none": [], "baked": 2})
+    assert [line.strip(" ,") for line in text.splitlines()] == [
+        "{", '"rows": [', *map(json.dumps, rows), "]", '"none": []', '"baked": 2', "}",
+    ]  # fmt: skip
+    with pytest.raises(ValueError, match="JSON compliant"):
+        json_text({"a": float("nan")})
 
 
 @given(st.text(alphabet="a.\"'#\\\n =[]{},1", max_size=60))

@@ -13,6 +13,7 @@ from xml.sax.saxutils import escape, quoteattr
 
 from paradize import __version__
 from paradize.checks.rules import RULES, Finding
+from paradize.documents import json_text
 from paradize.errors import one_line
 
 
@@ -95,8 +96,7 @@ def _json(findings: Sequence[Finding]) -> str:
         }
         for finding in findings
     ]
-    tree = {"findings": rows, "errors": errors, "warnings": warnings, "waived": waived}
-    return json.dumps(tree, indent=1)
+    return json_text({"findings": rows, "errors": errors, "warnings": warnings, "waived": waived})
 
 
 def _junit(findings: Sequence[Finding]) -> str:

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import argparse
-import json
 from pathlib import Path
 from typing import Any
 
 from paradize.cli import options
 from paradize.cli.output import say, show, show_json, warn
 from paradize.cli.values import whole
+from paradize.documents import json_text
 from paradize.errors import one_line
 from paradize.jobs.progress import OnProgress
 from paradize.tiers import TIER_OPTIONS
@@ -71,7 +71,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _json(tree: dict[str, Any]) -> bytes:
-    return (json.dumps(tree, indent=1, allow_nan=False) + "\n").encode()
+    return (json_text(tree) + "\n").encode()
 
 
 def _write_frames(tradeoff: dict[str, Any]) -> Path | None:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import json
 import sys
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from typing import Any
 
+from paradize.documents import json_text
 from paradize.errors import ParadizeError, bounded, merged
 
 MOST_LINE = 8000  # characters: a path of 4096 and every part of a message
@@ -35,15 +35,7 @@ def show(text: str, stream: Any = None) -> None:
 
 
 def show_json(tree: Mapping[str, Any]) -> None:
-    """Prints a JSON object: a line for each of its values, and for each entry of those that are lists."""
-    encode = json.JSONEncoder(allow_nan=False).encode
-
-    def lines(value: Any) -> str:
-        if not isinstance(value, list | tuple) or not value:
-            return encode(value)
-        return "[\n" + ",\n".join(f"  {encode(entry)}" for entry in value) + "\n ]"
-
-    show("{\n" + ",\n".join(f" {encode(key)}: {lines(value)}" for key, value in tree.items()) + "\n}")
+    show(json_text(tree))
 
 
 def warn(warnings: Iterable[str]) -> None:
