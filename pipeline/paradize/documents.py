@@ -53,12 +53,12 @@ def toml_key(name: str) -> str:
 
 
 def json_text(tree: Mapping[str, Any]) -> str:
-    """Returns a JSON object with a line for each of its values, and for each entry of those that are lists.
+    """Returns a JSON object with a line for each of its values, and for each entry of lists but of numbers.
     Raises ValueError for a number that is not finite."""
     encode = json.JSONEncoder(allow_nan=False).encode
 
     def lines(value: Any) -> str:
-        if not isinstance(value, list | tuple) or not value:
+        if not isinstance(value, list | tuple) or all(isinstance(entry, int | float) for entry in value):
             return encode(value)
         return "[\n" + ",\n".join(f"  {encode(entry)}" for entry in value) + "\n ]"
 

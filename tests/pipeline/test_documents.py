@@ -120,9 +120,9 @@ def test_what_is_written_for_people_is_read_again(tree: dict[str, Any]) -> None:
 
 def test_json_for_people_has_a_line_for_each_entry_and_none_for_each_number() -> None:
     rows = [{"name": "a", "levels": [1.0, 2.0]}, {"name": "b", "levels": []}]
-    text = json_text({"rows": rows, "none": [], "baked": 2})
+    text = json_text({"rows": rows, "none": [], "baked": 2, "at": [0.5, 1]})
     assert [line.strip(" ,") for line in text.splitlines()] == [
-        "{", '"rows": [', *map(json.dumps, rows), "]", '"none": []', '"baked": 2', "}",
+        "{", '"rows": [', *map(json.dumps, rows), "]", '"none": []', '"baked": 2', '"at": [0.5, 1]', "}",
     ]  # fmt: skip
     with pytest.raises(ValueError, match="JSON compliant"):
         json_text({"a": float("nan")})
