@@ -15,6 +15,7 @@ the decoded picture).
 from __future__ import annotations
 
 import os
+import re
 import sys
 import threading
 from contextlib import contextmanager
@@ -24,12 +25,14 @@ import numpy as np
 import OpenImageIO as oiio
 
 from paradize.data import Image
-from paradize.errors import BakeError, SourceError
+from paradize.errors import SourceError
 from paradize.files import library_path, open_file
 from paradize.kinds import PICTURE, expecting
+from paradize.readers.bitmap import read_bitmap
 from paradize.readers.damage import check_damage, damaged
 from paradize.readers.dds import DdsHead, read_dds_head
 from paradize.readers.grids import read_grid
+from paradize.readers.limits import limit, require_size
 from paradize.readers.names import require_utf8_name
 from paradize.readers.pnm import exact_shares
 
@@ -40,9 +43,6 @@ if TYPE_CHECKING:
     import numpy.typing as npt
 
     from paradize.data import F32
-
-# Variable -> default. The largest supported map is 16384 x 16384.
-LIMITS = {"PARADIZE_MAX_SIDE": 32768, "PARADIZE_MAX_TEXELS": 1 << 29, "PARADIZE_MAX_MB": 8192}
 
 # Formats with straight alpha, which OpenImageIO returns unchanged when asked.
 _STRAIGHT = {
@@ -61,6 +61,7 @@ _STRAIGHT = {
     "sgi",
 }
 _LAYERED = ("psd",)  # the first picture of these is all layers together
+_JUNK = re.compile(r"Corrupt JPEG data: (\d+) extraneous bytes before marker")  # between whole segments
 _PLAIN_NUMBERS = {"half": 16, "float": 32, "double": 32, "int8": 8, "int16": 16, "int": 32}  # bits
 _TYPES: dict[str, tuple[Any, Any, float]] = {  # type to ask for, type of the result, value of 1.0
     "uint8": (oiio.UINT8, np.uint8, 255.0),
@@ -73,17 +74,6 @@ _TYPES: dict[str, tuple[Any, Any, float]] = {  # type to ask for, type of the re
     "float": (oiio.FLOAT, np.float32, 1.0),
     "double": (oiio.DOUBLE, np.float64, 1.0),
 }
-
-
-def limit(name: str) -> int:
-    """The limit `name` of LIMITS or of the environment. Raises BakeError where the variable is not an integer
-    above 0."""
-    text = os.environ.get(name, "")
-    if not text:
-        return LIMITS[name]
-    if not (text.isascii() and text.isdigit() and len(text) <= 18 and int(text) > 0):
-        raise BakeError(f"${name} is {text!r:.40}; expected a whole number above 0", mend="set or unset it")
-    return int(text)
 
 
 def read_image(path: Path, *, color_space: str | None = None, finite: bool = True) -> Image:
@@ -104,6 +94,8 @@ def _read_image(path: Path, color_space: str | None, finite: bool) -> Image:
     if (grid := read_grid(path)) is not None:
         return grid
     _require_file(path)
+    if (bitmap := read_bitmap(path, color_space)) is not None:
+        return bitmap
     oiio.attribute("limits:imagesize_MB", limit("PARADIZE_MAX_MB"))
     oiio.attribute("limits:channels", 64)
     hints = oiio.ImageSpec()
@@ -181,6 +173,10 @@ def _message(source: Any) -> str:
 def _read_open(source: Any, path: Path, color_space: str | None, finite: bool) -> Image:
     spec = source.spec()
     kind = source.format_name()
+    said = _message(source)  # of the header
+    junk = _JUNK.search(said) if kind == "jpeg" else None
+    if said and not junk:
+        raise damaged(said, path)
     types = _types(spec)
     _require_shape(spec, types, path)
     check_damage(path, kind)
@@ -210,7 +206,8 @@ def _read_open(source: Any, path: Path, color_space: str | None, finite: bool) -
         linear = name in _PLAIN_NUMBERS or declared.startswith("lin")
         color_space = "linear" if linear else "srgb"
     bits = _PLAIN_NUMBERS.get(name) or {"uint8": 8, "uint16": 16}.get(name, 32)
-    notes = (*((dds.note,) if dds.note else ()), *_notes(source, kind))
+    skipped = f"{junk[1]} bytes of its header belong to nothing and are skipped" if junk else ""
+    notes = (*filter(None, (skipped, dds.note)), *_notes(source, kind))
     return Image(values, color_space, bits, top, notes=notes)
 
 
@@ -250,11 +247,7 @@ def _require_shape(spec: Any, types: list[str], path: Path) -> None:
         raise SourceError(
             f"{width} x {height} texels of {spec.nchannels} channels; expected at least 1 of each", file=path
         )
-    side, texels = limit("PARADIZE_MAX_SIDE"), limit("PARADIZE_MAX_TEXELS")
-    if width > side or height > side or width * height > texels:
-        what = f"{width} x {height} texels; at most {side} per side and {texels} in all are read"
-        mend = "make it smaller, or raise PARADIZE_MAX_SIDE and PARADIZE_MAX_TEXELS"
-        raise SourceError(what, file=path, mend=mend)
+    require_size(width, height, spec.pixel_bytes(True), path)
     if "double" in types and height == 1:
         raise SourceError(
             "one row of 64-bit floats is not decoded reliably", file=path, mend="save it as 32-bit float"

@@ -20,6 +20,7 @@ KINDS = {
     "photo.jpg": (3, "uint8"),
     "half.exr": (4, "half"),
     "plain.bmp": (3, "uint8"),
+    "wide.bmp": (4, "uint8"),
     "plain.ppm": (3, "uint8"),
     "alpha.tga": (4, "uint8"),
     "light.hdr": (3, "float"),
