@@ -22,6 +22,7 @@ OVERHANG = 0.1
 REPEATED: tuple[Wrap, Wrap] = ("repeat", "repeat")
 # (scale, offset) along u and v, of one tile of texture coordinates.
 Placed = tuple[tuple[float, float], tuple[float, float]]
+PLASTIC_REFLECTANCE = 0.04  # at normal incidence: what Material.specular = 1 stands for
 MAX_EMISSION = 1e7  # what the player takes
 MAX_NORMAL_SCALE = 1e6
 MAX_BUMP_M = 1e6

@@ -81,7 +81,7 @@ def drawn(
     maps = material.maps
     specular, smoothness = 0.0, ROUGH
     if gloss:
-        specular, smoothness = PLASTIC, 1.0
+        specular, smoothness = PLASTIC * max(1.0, material.specular or 0.0), 1.0  # the map holds up to 1
     elif material.roughness is not None or material.specular is not None:
         specular = PLASTIC * (1.0 if material.specular is None else material.specular)
         smoothness = ROUGH if material.roughness is None else 1.0 - material.roughness

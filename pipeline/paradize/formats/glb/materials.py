@@ -39,8 +39,11 @@ def material_entry(name: str, material: Material) -> dict[str, Any]:
     if material.unlit:
         extensions[UNLIT] = {}
     else:
-        if material.specular is not None and material.specular < 1.0:
-            extensions[SPECULAR] = {"specularFactor": _share(material.specular)}
+        specular = 1.0 if material.specular is None else material.specular
+        if specular > 1.0:
+            extensions[SPECULAR] = {"specularColorFactor": [specular] * 3}
+        elif specular < 1.0:
+            extensions[SPECULAR] = {"specularFactor": _share(specular)}
         strongest = 0.0 if "emission" in material.maps else max(material.emission)
         if strongest > 0.0:
             entry["emissiveFactor"] = [value / max(1.0, strongest) for value in material.emission]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
-from math import sqrt
+from math import inf, sqrt
 from typing import Any
 
 from paradize.angles import PI, sine_cosine
@@ -13,6 +13,7 @@ from paradize.errors import one_line
 from paradize.material import (
     MAX_EMISSION,
     MAX_NORMAL_SCALE,
+    PLASTIC_REFLECTANCE,
     REPEATED,
     SECOND_ROLES,
     AlphaMode,
@@ -30,6 +31,7 @@ from paradize.readers.record import DEFAULT_NAME
 _TRANSFORM = "KHR_texture_transform"
 _GLOSSINESS = "KHR_materials_pbrSpecularGlossiness"
 _STRENGTH = "KHR_materials_emissive_strength"
+_STRONGEST = 1e6  # colour of a reflection
 _MAX_NAME = 120
 _MODES: dict[str, AlphaMode] = {"OPAQUE": "opaque", "MASK": "mask", "BLEND": "blend"}
 # Maps in the order in which they decide the texture coordinates, and the channel of each.
@@ -137,7 +139,7 @@ class _Reader:
             normal_scale=scale,
             occlusion_strength=strength,
             emission=(r, g, b),
-            specular=self._specular(material),
+            specular=self._specular(),
         )
         if document.extension(entry, place, "KHR_materials_unlit") is not None:
             material = self._unlit(material)
@@ -201,27 +203,29 @@ class _Reader:
         """The maps that the picture of a material's colour gives."""
         return ("color",) if material.alpha_mode == "opaque" else ("color", "alpha")
 
-    def _specular(self, material: Material) -> float:
-        """Intensity of the reflection, 1: 4 % at normal incidence."""
+    def _specular(self) -> float:
+        """Intensity of the reflection, 1: 4 % at normal incidence, at most 25."""
         document, place = self.document, self.place
-        value = 1.0
+        reflected = PLASTIC_REFLECTANCE
         glass = document.extension(self.entry, place, "KHR_materials_ior")
         if glass is not None:
             inner = f"{place}/extensions/KHR_materials_ior"
-            ior = document.get(glass, inner, "ior", float, 1.5)
-            if ior != 0.0:  # 0 stands for a mirror, as converters of specular-glossiness write it
+            if document.get(glass, inner, "ior", float, 1.5) == 0.0:  # as converters write a mirror
+                reflected = 1.0
+            else:
                 ior = document.number(glass, inner, "ior", 1.5, 1.0)
-                value = ((ior - 1.0) / (ior + 1.0)) ** 2 / 0.04
-            if ior == 0.0 or value > 1.0 + 1e-6:
-                document.warn(f"an ior of {ior:g} is read as 1.5, the strongest reflection", inner)
+                reflected = ((ior - 1.0) / (ior + 1.0)) ** 2
         shine = document.extension(self.entry, place, "KHR_materials_specular")
         if shine is not None:
             inner = f"{place}/extensions/KHR_materials_specular"
-            value *= document.share(shine, inner, "specularFactor")
+            r, g, b = document.floats(shine, inner, "specularColorFactor", 3, (1.0, 1.0, 1.0))
+            r, g, b = document.within((r, g, b), f"{inner}/specularColorFactor", 0.0, inf)
+            if max(r, g, b) > min(r, g, b) or "specularColorTexture" in shine:
+                document.warn("the tint of KHR_materials_specular is left out", place)
+            reflected = min(reflected * min((r + g + b) / 3.0, _STRONGEST), 1.0)
+            reflected *= document.share(shine, inner, "specularFactor")
             self._maps(("specular",), shine, inner, "specularTexture")
-            if shine.keys() & {"specularColorFactor", "specularColorTexture"}:
-                document.warn("the colour of KHR_materials_specular is left out", place)
-        return _share(value)
+        return reflected / PLASTIC_REFLECTANCE
 
     def _maps(self, roles: tuple[str, ...], table: dict[str, Any], place: str, key: str) -> dict[str, Any]:
         """Adds the maps of the texture info at `key` of a table, if it names a texture that can be read.
@@ -309,7 +313,7 @@ def _metalness(diffuse: tuple[float, ...], specular: tuple[float, ...]) -> float
         r, g, b = color
         return sqrt(0.299 * r * r + 0.587 * g * g + 0.114 * b * b)
 
-    reflected, least = brightness(specular), 0.04
+    reflected, least = brightness(specular), PLASTIC_REFLECTANCE
     if reflected <= least:
         return 0.0
     rest = 1.0 - max(specular)

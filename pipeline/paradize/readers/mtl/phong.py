@@ -15,7 +15,8 @@ from __future__ import annotations
 
 from math import sqrt
 
-_PLASTIC = 0.04  # reflection at normal incidence that Material.specular = 1 stands for
+from paradize.material import PLASTIC_REFLECTANCE
+
 _MOST = 0.08  # of what is not a metal
 _BLACK = 0.04  # Kd up to here: a metal, whose colour is Ks
 _BLENDER_NS, _BLENDER_KS = 1000.0, 0.5
@@ -33,12 +34,12 @@ def specular_of(ks: tuple[float, float, float], exponent: float | None, *, kd: f
     """Material.specular of the mean of Ks, for Phong's light. exponent: Ns; None: none is given. kd: the
     largest part of Kd; 1 for a colour map."""
     reflected = _mean(ks) * 8.0 / (max(exponent or 0.0, 0.0) + 8.0)
-    return (reflected if kd <= _BLACK else min(reflected, _MOST)) / _PLASTIC
+    return (reflected if kd <= _BLACK else min(reflected, _MOST)) / PLASTIC_REFLECTANCE
 
 
 def specular_of_reflectance(ks: tuple[float, float, float]) -> float:
     """Material.specular where Ks is the reflection at normal incidence."""
-    return _mean(ks) / _PLASTIC
+    return _mean(ks) / PLASTIC_REFLECTANCE
 
 
 def specular_of_blender(ks: tuple[float, float, float]) -> float:

@@ -37,6 +37,10 @@ MATERIALS: dict[str, dict[str, Any]] = {
         "pbrMetallicRoughness": {"baseColorFactor": [1.0, 1.0, 1.0, 0.25], "metallicFactor": 0.0},
         "extensions": {"KHR_materials_specular": {"specularFactor": 0.5}},
     },
+    "gem": {
+        "pbrMetallicRoughness": {"metallicFactor": 0.0, "roughnessFactor": 0.0},
+        "extensions": {"KHR_materials_specular": {"specularColorFactor": [4.0, 4.0, 4.0]}},
+    },
     "lamp": {
         "emissiveFactor": [1.0, 0.5, 0.25],
         "extensions": {"KHR_materials_emissive_strength": {"emissiveStrength": 8.0}},

@@ -13,6 +13,7 @@ import pytest
 
 from paradize.bakers.maps.bake import bake_maps
 from paradize.build.bake import bake
+from paradize.build.materials.drawn_materials import authored_fields, drawn
 from paradize.build.materials.map_sets import find_map_sets
 from paradize.build.materials.model_facts import read_model_facts
 from paradize.build.options import BuildOptions
@@ -23,10 +24,12 @@ from paradize.explain.facts import explain
 from paradize.export.scene import export
 from paradize.formats.ktx2.reader import decode_ktx2
 from paradize.formats.png import decode_png
+from paradize.material import MapSource, Material, Picture
 from paradize.metrics.texels import decode_texels
 from paradize.new.scene import new_scene
 from paradize.scene.pass_inputs import unread_pictures
 from paradize.scene.settings import load_scene
+from paradize.scene.settings.objects import ObjectMaterial
 from tests.pipeline.material_scene import SCENE, make_panels, noise, squares
 from tests.pipeline.scenes import write_image
 from tests.sweeps import sample
@@ -644,3 +647,14 @@ def test_a_material_file_counts_in_every_artifact_where_it_lies_in_the_scenes_fo
     assert not bake(scene, tmp_path / "out", BuildOptions(jobs=1, force=True)).errors
     forced = json.loads((tmp_path / "out/scene.json").read_text())["artifacts"]["panel_mesh"]["sha256"]
     assert forced == found[1][0]
+
+
+@pytest.mark.parametrize("specular", [None, 0.0, 0.25, 1.0, 2.0, 25.0])
+def test_a_gloss_map_and_its_factor_reflect_together_what_the_material_does(specular: float | None) -> None:
+    maps = {"roughness": MapSource(Picture(Path("rough.png")), "g")}
+    material = Material("steel", specular=specular, maps=maps)
+    map_holds = dict(authored_fields(material))["specular"]
+    assert 0.0 <= map_holds <= 1.0
+    mapped = drawn(material, ObjectMaterial(), None, gloss=True)
+    alone = drawn(Material("steel", roughness=0.5, specular=specular), ObjectMaterial(), None, gloss=False)
+    assert mapped.specular * map_holds == pytest.approx(alone.specular)

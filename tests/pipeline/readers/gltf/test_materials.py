@@ -360,9 +360,9 @@ OUT_OF_RANGE: list[tuple[dict[str, Any], str, dict[str, Any]]] = [
         {"specular": 0.0},
     ),
     (
-        {"extensions": {"KHR_materials_ior": {"ior": 0}}},
-        "/extensions/KHR_materials_ior: an ior of 0 is read as 1.5, the strongest reflection",
-        {"specular": 1.0},
+        {"extensions": {"KHR_materials_specular": {"specularColorFactor": [-1, 0, 0]}}},
+        "/extensions/KHR_materials_specular/specularColorFactor: -1 0 0, expected 0 or more; read as 0 0 0",
+        {"specular": 0.0},
     ),
     (
         {"extensions": {"KHR_materials_specular": {"specularFactor": 5}}},
@@ -392,6 +392,29 @@ def test_a_number_out_of_its_range_is_read_as_the_nearest_in_it_and_told(
     assert {name: getattr(found, name) for name in fields} == fields
     told = [text.removesuffix(": correct it in the model") for text in model.warnings]
     assert f"{tmp_path / 'a.glb'}: /materials/0{said}" in told
+
+
+@pytest.mark.parametrize(
+    ("ior", "shine", "reflected"),
+    [
+        (1.45, {"specularColorFactor": [2.371357614441398] * 3}, 0.08),  # as Blender 4 writes it
+        (2.42, {}, (1.42 / 3.42) ** 2),  # diamond
+        (1.5, {"specularColorFactor": [2, 3, 4], "specularFactor": 0.5}, 0.06),
+        (1.5, {"specularColorFactor": [100, 100, 100], "specularFactor": 0.5}, 0.5),
+        (0, {"specularColorFactor": [0.25, 0.25, 0.25]}, 0.25),  # as converters write a mirror
+        (0, {"specularColorFactor": [1e308, 1e308, 1e308]}, 1.0),
+    ],
+)
+def test_the_reflection_is_that_of_ior_and_colour(
+    tmp_path: Path, ior: float, shine: dict[str, Any], reflected: float
+) -> None:
+    """Source: The Khronos Group, "KHR_materials_specular", 2023: f0 = min(f0 of ior * colour, 1) * factor."""
+    made, primitive = square()
+    extensions = {"KHR_materials_ior": {"ior": ior}, "KHR_materials_specular": shine}
+    found, model = read(tmp_path, made, primitive, extensions=extensions)
+    assert found.specular == pytest.approx(reflected / 0.04)
+    tinted = len(set(shine.get("specularColorFactor", [1]))) > 1
+    assert tinted == any("the tint of KHR_materials_specular is left out" in text for text in model.warnings)
 
 
 def test_a_rotation_that_is_no_unit_is_told(tmp_path: Path) -> None:
