@@ -31,7 +31,9 @@ from paradize.readers.record import DEFAULT_NAME
 _TRANSFORM = "KHR_texture_transform"
 _GLOSSINESS = "KHR_materials_pbrSpecularGlossiness"
 _STRENGTH = "KHR_materials_emissive_strength"
+_TRANSMISSION, _VOLUME = "KHR_materials_transmission", "KHR_materials_volume"
 _STRONGEST = 1e6  # colour of a reflection
+_CLEAREST = 0.92  # of the light goes through glass: its two sides reflect 4 % each
 _MAX_NAME = 120
 _MODES: dict[str, AlphaMode] = {"OPAQUE": "opaque", "MASK": "mask", "BLEND": "blend"}
 # Maps in the order in which they decide the texture coordinates, and the channel of each.
@@ -120,6 +122,7 @@ class _Reader:
             if gloss is not None:
                 document.warn(f"extension {_GLOSSINESS}: its metallic-roughness form is read instead", place)
             material = self._metallic(material, base or {})
+        material = self._transmission(material)
         normal = self._maps(("normal",), entry, place, "normalTexture")
         scale = document.number(
             normal, f"{place}/normalTexture", "scale", 1.0, -MAX_NORMAL_SCALE, MAX_NORMAL_SCALE
@@ -198,6 +201,33 @@ class _Reader:
             )  # type: ignore[assignment]
         opacity = 1.0 if material.alpha_mode == "opaque" else a
         return replace(material, color=color, opacity=opacity, metalness=metalness, roughness=1.0 - smooth)
+
+    def _transmission(self, material: Material) -> Material:
+        """A material that light goes through is blended, as dense as its colour is dark."""
+        document, place = self.document, f"{self.place}/extensions/{_TRANSMISSION}"
+        glass = document.extension(self.entry, self.place, _TRANSMISSION) or {}
+        through = document.share(glass, place, "transmissionFactor", 0.0)
+        if through == 0.0 or material.alpha_mode != "opaque":
+            return material
+        if "transmissionTexture" in glass:
+            document.warn("light that shines through is left out where a texture says how much", place)
+            return material
+        document.warn("is drawn blended: what shines through is neither bent, blurred nor tinted", place)
+        r, g, b = (c * left for c, left in zip(material.color, self._absorption(), strict=True))
+        dielectric = 1.0 if "metalness" in self.maps else 1.0 - (material.metalness or 0.0)
+        opacity = 1.0 - _CLEAREST * through * dielectric * (r + g + b) / 3.0
+        return replace(material, color=(r, g, b), alpha_mode="blend", opacity=opacity)
+
+    def _absorption(self) -> tuple[float, ...]:
+        """The share of each colour that the volume behind a surface lets through, along its thickness."""
+        document, place = self.document, f"{self.place}/extensions/{_VOLUME}"
+        volume = document.extension(self.entry, self.place, _VOLUME) or {}
+        thickness = document.number(volume, place, "thicknessFactor", 0.0)
+        distance = document.number(volume, place, "attenuationDistance", inf)
+        color = document.shares(volume, place, "attenuationColor", (1.0, 1.0, 1.0))
+        if thickness == 0.0 or distance == 0.0:
+            return (1.0, 1.0, 1.0)
+        return tuple(value ** (thickness / distance) for value in color)
 
     def _color_roles(self, material: Material) -> tuple[str, ...]:
         """The maps that the picture of a material's colour gives."""

@@ -417,6 +417,66 @@ def test_the_reflection_is_that_of_ior_and_colour(
     assert tinted == any("the tint of KHR_materials_specular is left out" in text for text in model.warnings)
 
 
+@pytest.mark.parametrize(
+    ("base", "glass", "volume", "color", "opacity"),
+    [
+        ({}, {"transmissionFactor": 1}, {}, (1.0, 1.0, 1.0), 0.08),  # what its two sides reflect
+        ({"baseColorFactor": [0.5, 0, 1, 0.25]}, {"transmissionFactor": 0.5}, {}, (0.5, 0.0, 1.0), 0.77),
+        ({"metallicFactor": 1}, {"transmissionFactor": 1}, {}, (1.0, 1.0, 1.0), 1.0),
+        (
+            {},
+            {"transmissionFactor": 1},
+            {"thicknessFactor": 2, "attenuationDistance": 1, "attenuationColor": [0.5, 1, 0]},
+            (0.25, 1.0, 0.0),
+            1.0 - 0.92 * 1.25 / 3.0,
+        ),
+        ({}, {"transmissionFactor": 1}, {"thicknessFactor": 1e300}, (1.0, 1.0, 1.0), 0.08),
+    ],
+)
+def test_glass_is_blended_as_densely_as_it_is_dark(
+    tmp_path: Path,
+    base: dict[str, Any],
+    glass: dict[str, Any],
+    volume: dict[str, Any],
+    color: tuple[float, ...],
+    opacity: float,
+) -> None:
+    made, primitive = square()
+    found, model = read(
+        tmp_path,
+        made,
+        primitive,
+        pbrMetallicRoughness={"metallicFactor": 0} | base,
+        extensions={"KHR_materials_transmission": glass, "KHR_materials_volume": volume},
+    )
+    assert found.color == pytest.approx(color)
+    assert (found.alpha_mode, found.opacity) == ("blend", pytest.approx(opacity))
+    assert any("KHR_materials_transmission: is drawn blended" in text for text in model.warnings)
+
+
+@pytest.mark.parametrize(
+    "entry",
+    [
+        {"extensions": {"KHR_materials_transmission": {}}},
+        {"extensions": {"KHR_materials_transmission": {"transmissionFactor": 0}}},
+        {"extensions": {"KHR_materials_transmission": {"transmissionFactor": 1}}, "alphaMode": "BLEND"},
+        {
+            "extensions": {
+                "KHR_materials_transmission": {"transmissionFactor": 1, "transmissionTexture": {"index": 0}}
+            }
+        },
+    ],
+)
+def test_what_is_blended_already_or_clear_by_a_texture_stays_as_it_is(
+    tmp_path: Path, entry: dict[str, Any]
+) -> None:
+    made, primitive = square(TEXCOORD_0=UVS)
+    textured(made)
+    found, _ = read(tmp_path, made, primitive, **entry)
+    assert (found.opacity, found.color) == (1.0, (1.0, 1.0, 1.0))
+    assert found.alpha_mode == entry.get("alphaMode", "OPAQUE").lower()
+
+
 def test_a_rotation_that_is_no_unit_is_told(tmp_path: Path) -> None:
     made, primitive = square()
     model = read_model(shown(primitive, made, rotation=[0, 0, 0, 2]).glb(tmp_path / "a.glb"))
