@@ -32,7 +32,7 @@ from paradize.readers.bitmap import read_bitmap
 from paradize.readers.damage import check_damage, damaged
 from paradize.readers.dds import DdsHead, read_dds_head
 from paradize.readers.grids import read_grid
-from paradize.readers.limits import limit, require_size
+from paradize.readers.limits import limit, require_size, too_many_bytes
 from paradize.readers.names import require_utf8_name
 from paradize.readers.pnm import exact_shares
 
@@ -105,7 +105,10 @@ def _read_image(path: Path, color_space: str | None, finite: bool) -> Image:
             with _silenced():
                 source = oiio.ImageInput.open(name, hints)
             if source is None:
-                what = f"is not a readable picture: {_message(oiio) or 'no reason given'}"
+                said = _message(oiio)
+                if "limits:imagesize_MB" in said:
+                    raise too_many_bytes(path)
+                what = f"is not a readable picture: {said or 'no reason given'}"
                 mend = "save it as PNG, TIFF or OpenEXR"
                 raise SourceError(what.replace(name, path.name), file=path, mend=mend)
             try:

@@ -33,5 +33,10 @@ def require_size(width: int, height: int, texel_bytes: int, path: Path) -> None:
         mend = "make it smaller, or raise PARADIZE_MAX_SIDE and PARADIZE_MAX_TEXELS"
         raise SourceError(what, file=path, mend=mend)
     if width * height * texel_bytes > megabytes << 20:
-        what = f"{width} x {height} texels of {texel_bytes} bytes; at most {megabytes} MB are read"
-        raise SourceError(what, file=path, mend="make it smaller, or raise PARADIZE_MAX_MB")
+        raise too_many_bytes(path)
+
+
+def too_many_bytes(path: Path) -> SourceError:
+    """The error for a picture of more bytes than may be decoded."""
+    what = f"its texels take more than {limit('PARADIZE_MAX_MB')} MB"
+    return SourceError(what, file=path, mend="make it smaller, or raise PARADIZE_MAX_MB")

@@ -24,9 +24,9 @@ _Quality = Literal["fast", "balanced", "exact"]
 _BLOCK_BYTES = {"BC1": 8, "BC3": 16, "BC4": 8, "BC5": 16, "BC7": 16}
 _TEXEL_BYTES = {"R8": 1, "RG8": 2, "R16": 2, "RG16": 4, "RGBA8": 4}
 
-# Texels of a colour picture up to which blocks save less than a KiB. Such a picture is drawn texel by texel
+# Texels of a colour picture up to which blocks save less than 5 KiB. Such a picture is drawn texel by texel
 # (swatches, pixel art), and a block makes up to 16 colours of two.
-SMALL = 16 * 16
+SMALL = 32 * 32
 
 
 def formats_of(

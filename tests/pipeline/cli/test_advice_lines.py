@@ -46,6 +46,7 @@ def here(tmp_path: Path, store: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     Path("void.asc").write_text("ncols 2\nnrows 2\nNODATA_value 5\n5 5\n5 5\n")
     heights = np.linspace(0, 1, 81, dtype=np.float32).reshape(9, 9, 1)
     write_image(Path("grey.png"), (heights * 65535).astype(np.uint16))
+    write_image(Path("wide.png"), np.zeros((1024, 352, 3), np.uint8))
     write_image(Path("pale.png"), (heights * 255).astype(np.uint8))
     return tmp_path / "here"
 
@@ -142,6 +143,11 @@ LINES: dict[str, tuple[str, str, Callable[[str, str], str]]] = {
         "PARADIZE_MAX_SIDE=8 maps wood.png -o m",
         "raise PARADIZE_MAX_SIDE and PARADIZE_MAX_TEXELS",
         lambda line, said: line.replace("=8", "=64"),
+    ),
+    "a picture of too many bytes": (
+        "PARADIZE_MAX_MB=1 maps wide.png -o m",
+        "raise PARADIZE_MAX_MB",
+        lambda line, said: line.replace("=1 ", "=2 "),
     ),
     "nothing to compare": (
         "check made --against gone",

@@ -462,6 +462,19 @@ def test_a_bomb_is_refused_before_it_is_decoded(tmp_path: Path, size: tuple[int,
         read_image(path)
 
 
+@pytest.mark.parametrize("name", ["a.png", "a.tif", "a.bmp", "a.exr"])
+def test_a_picture_of_more_bytes_than_the_limit_is_refused(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    kind = oiio.HALF if name == "a.exr" else oiio.UINT8
+    path = write(tmp_path / name, np.zeros((1024, 352, 3), np.float32 if name == "a.exr" else np.uint8), kind)
+    monkeypatch.setenv("PARADIZE_MAX_MB", "1")
+    with pytest.raises(SourceError, match=r"more than 1 MB.*raise PARADIZE_MAX_MB"):
+        read_image(path)
+    monkeypatch.setenv("PARADIZE_MAX_MB", "4")
+    assert read_image(path).values.shape == (1024, 352, 3)
+
+
 def test_the_limits_are_settings(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     for shape in ((8, 9, 3), (9, 8, 3)):
         path = write(tmp_path / "a.png", np.zeros(shape, np.uint8), oiio.UINT8)

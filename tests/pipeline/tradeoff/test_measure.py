@@ -371,7 +371,7 @@ def test_a_model_without_coordinates_has_an_atlas_to_be_measured(tmp_path: Path)
 
 
 def test_a_colour_map_is_measured_in_every_format_and_tier(tmp_path: Path) -> None:
-    noise = np.random.default_rng(3).integers(0, 255, (32, 32, 3), np.uint8)
+    noise = np.random.default_rng(3).integers(0, 255, (36, 36, 3), np.uint8)
     write_image(tmp_path / "rock.png", noise)
     report = measure_file(tmp_path / "rock.png", FileOptions(), runs=1, tier="exact")
     hold_to_the_form(report)

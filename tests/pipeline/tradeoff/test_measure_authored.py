@@ -48,7 +48,7 @@ def test_measure_shows_of_drawn_maps_what_the_bake_takes(tmp_path: Path, tier: s
 
 
 def test_measure_of_emission_tells_its_own_errors_and_nothing_of_a_constant(tmp_path: Path) -> None:
-    glow = write(tmp_path / "e.png", np.dstack([noise(32, 32, k) for k in range(4)]))
+    glow = write(tmp_path / "e.png", np.dstack([noise(36, 36, k) for k in range(4)]))
     settings = ColorSettings(product="emission")
     groups = color_groups(job("color", {"image": glow}, settings, ["emission"]))
     (result,), _ = run_groups(groups, file_rows(groups, "fast"), {}, 1, None)

@@ -206,7 +206,9 @@ def test_a_limit_that_the_filter_just_keeps_is_within_reach_and_none_of_the_filt
     assert within_reach(budget, filtered) == {"normal_p99_deg": 2.0, "normal_max_deg": 9.5}
 
 
-def test_colour_goes_to_bc7_and_then_to_plain_texels(rough: Path) -> None:
+def test_colour_goes_to_bc7_and_then_to_plain_texels(tmp_path: Path) -> None:
+    codes = np.random.default_rng(8).integers(0, 256, (36, 36, 3), dtype=np.uint8)
+    rough = save(tmp_path / "rough.png", codes)
     plain = bake_color(rough)
     assert (plain.format, plain.reason) == ("BC1_RGB_SRGB", None)
     better = bake_color(rough, budget={"color_psnr_db": plain.error + 1.0})
