@@ -96,10 +96,10 @@ class Artifact:
     @classmethod
     def from_json(cls, entry: Mapping[str, Any], **more: Any) -> Artifact:
         """The artifact of an object that to_json made; `more` sets fields. The shape is not checked."""
-        known = {key: entry[key] for key in _FIELDS if key in entry}
+        known = {key: value for key, value in entry.items() if key in _FIELDS}
         if entry.get("file"):
             known["suffix"] = entry["file"].rpartition(".")[2]
         return cls(**known | more)
 
 
-_FIELDS = tuple(field.name for field in fields(Artifact))
+_FIELDS = frozenset(field.name for field in fields(Artifact))

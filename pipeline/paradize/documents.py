@@ -52,15 +52,22 @@ def toml_key(name: str) -> str:
     return name if re.fullmatch(r"[A-Za-z0-9_-]+", name) else toml_text(name)
 
 
+class JsonText(str):
+    """A value that is JSON already."""
+
+    __slots__ = ()
+
+
 def json_text(tree: Mapping[str, Any]) -> str:
     """Returns a JSON object with a line for each of its values, and for each entry of lists but of numbers.
-    Raises ValueError for a number that is not finite."""
+    Entries that are JsonText are taken as they are. Raises ValueError for a number that is not finite."""
     encode = json.JSONEncoder(allow_nan=False).encode
 
     def lines(value: Any) -> str:
         if not isinstance(value, list | tuple) or all(isinstance(entry, int | float) for entry in value):
             return encode(value)
-        return "[\n" + ",\n".join(f"  {encode(entry)}" for entry in value) + "\n ]"
+        texts = (entry if isinstance(entry, JsonText) else encode(entry) for entry in value)
+        return "[\n  " + ",\n  ".join(texts) + "\n ]"
 
     return "{\n" + ",\n".join(f" {encode(key)}: {lines(value)}" for key, value in tree.items()) + "\n}"
 

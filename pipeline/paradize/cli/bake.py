@@ -71,7 +71,7 @@ def run(arguments: argparse.Namespace) -> int:
     if verified:
         show(f"{len(verified)} artifacts baked again, {len(wrong)} differ: {', '.join(verified)}", stream)
     if arguments.json:
-        result = report.as_json() | {"sheets": sheets, "verified": verified}
+        result = report.as_json(report.texts) | {"sheets": sheets, "verified": verified}
         show_json(result | {"error": [str(error) for error in wrong]} if wrong else result)
     if errors := [*report.errors, *wrong]:
         complain(errors)
@@ -149,10 +149,14 @@ def show_bake(report: Any, stream: Any) -> None:
     """Prints the table of a bake's report, and its sum."""
     from paradize.cli.table import errors_text, head_of, table
 
-    listed = report.artifacts
-    if len(listed) > MANY:
-        listed = [artifact for artifact in listed if artifact.status != "reused" or artifact.over]
-        show(f"{len(report.artifacts) - len(listed)} artifacts did not change", stream)
+    counts = {status: report.count(status) for status in ("baked", "reused", "failed")}
+    all_of = sum(counts.values())
+    told = report.told
+    if all_of > MANY:
+        listed = [artifact for artifact in told if artifact.status != "reused" or artifact.over]
+        show(f"{all_of - len(listed)} artifacts did not change", stream)
+    else:
+        listed = report.artifacts
     rows = [
         (
             artifact.name,
@@ -166,14 +170,14 @@ def show_bake(report: Any, stream: Any) -> None:
     ]
     if rows:
         show(table(rows, head_of(report.budget)), stream)
-    equal = [f"{name} is {artifact.name}" for artifact in report.artifacts for name in artifact.also]
+    equal = [f"{name} is {artifact.name}" for artifact in told for name in artifact.also]
     if equal:
         more = f" and {len(equal) - SHOWN} more" if len(equal) > SHOWN else ""
         show(f"equal textures are published once: {', '.join(equal[:SHOWN])}{more}", stream)
     fetched = f" ({report.fetched} fetched)" if report.fetched else ""
     pushed = f", {report.pushed} shared" if report.pushed else ""
-    counts = f"{report.count('baked')} baked, {report.count('reused')} reused{fetched}, "
-    counts += f"{report.count('failed')} failed{pushed}"
-    what = "nothing to bake: " if not report.count("baked") and not report.errors else ""
+    summary = f"{counts['baked']} baked, {counts['reused']} reused{fetched}, "
+    summary += f"{counts['failed']} failed{pushed}"
+    what = "nothing to bake: " if not counts["baked"] and not report.errors else ""
     where = "nothing published; the folder is as it was" if report.errors else f"in {report.out}"
-    show(one_line(f"{what}{counts} in {report.seconds:.2f} s, {where}"), stream)
+    show(one_line(f"{what}{summary} in {report.seconds:.2f} s, {where}"), stream)

@@ -8,7 +8,8 @@ locks/<id>              one bake at a time for each output folder
 scratch/<id>            scratch folder of a bake's workers, removed at its end
 locks/use               held shared by bakes, alone by `clean`
 
-Files in products, bakes and remotes are sealed: a line with the SHA-256 of the rest, then JSON.
+Files in products, bakes and remotes are sealed: a line with the SHA-256 of the rest, then a line of JSON.
+More lines may follow, which are not parsed with it.
 """
 
 from __future__ import annotations
@@ -66,21 +67,25 @@ def default_root() -> Path:
     return Path(path) if path else Path("build/store")
 
 
-def seal(tree: Any) -> bytes:
-    """The bytes of a sealed entry: SHA-256 of the JSON, a line end, the JSON."""
-    text = json.dumps(tree).encode()
+def seal(tree: Any, lines: Iterable[str] = ()) -> bytes:
+    """The bytes of a sealed entry: SHA-256 of the rest, the JSON, the lines."""
+    text = "\n".join([json.dumps(tree), *lines]).encode()
     return hashlib.sha256(text).hexdigest().encode() + b"\n" + text
 
 
 def unseal(data: bytes) -> Any | None:
     """The JSON of a sealed entry; None where it is damaged."""
+    return unseal_lines(data)[0]
+
+
+def unseal_lines(data: bytes) -> tuple[Any | None, list[str]]:
+    """The JSON of a sealed entry and the lines below it; None and no lines where it is damaged."""
     digest, _, text = data.partition(b"\n")
-    if hashlib.sha256(text).hexdigest().encode() != digest:
-        return None
-    try:
-        return parse_json(text, limit=ENTRY_BYTES)
-    except FormatError:
-        return None
+    if hashlib.sha256(text).hexdigest().encode() == digest:
+        first, *lines = text.split(b"\n")
+        with suppress(FormatError, UnicodeDecodeError):
+            return parse_json(first, limit=ENTRY_BYTES), [line.decode() for line in lines]
+    return None, []
 
 
 def hashes_in(tree: Any) -> Iterator[str]:
@@ -166,14 +171,18 @@ class Store:
 
     def get_product(self, key: str) -> Any | None:
         """The result that put_product stored; None where it is missing or unreadable. Marks it as used."""
-        return self._read_used(self._product(key))
+        return self._read_used(self._product(key))[0]
 
-    def put_bake(self, name: str, record: Any) -> None:
-        """Stores the record (JSON) of the files that a bake read and wrote."""
-        self._write(self.root / "bakes" / name, seal(record))
+    def put_bake(self, name: str, record: Any, lines: Iterable[str] = ()) -> None:
+        """Stores the record (JSON) of the files that a bake read and wrote, and lines of text."""
+        self._write(self.root / "bakes" / name, seal(record, lines))
 
     def get_bake(self, name: str) -> Any | None:
         """The record that put_bake stored; None where it is missing or unreadable. Marks it as used."""
+        return self.get_bake_lines(name)[0]
+
+    def get_bake_lines(self, name: str) -> tuple[Any | None, list[str]]:
+        """Returns a record as `get_bake` does, and the lines of text that were stored with it."""
         return self._read_used(self.root / "bakes" / name)
 
     @staticmethod
@@ -183,20 +192,24 @@ class Store:
         write_whole(path, data, durable=False, owned=True)
 
     @classmethod
-    def _read_used(cls, path: Path) -> Any | None:
-        tree = cls.read_entry(path)
+    def _read_used(cls, path: Path) -> tuple[Any | None, list[str]]:
+        tree, lines = cls._read_lines(path)
         if tree is not None:
             with suppress(OSError):  # a read-only store keeps its times
                 os.utime(path)
-        return tree
+        return tree, lines
+
+    @classmethod
+    def read_entry(cls, path: Path) -> Any | None:
+        """The JSON of a sealed file; None where it is missing, damaged or unreadable."""
+        return cls._read_lines(path)[0]
 
     @staticmethod
-    def read_entry(path: Path) -> Any | None:
-        """The JSON of a sealed file; None where it is missing, damaged or unreadable."""
+    def _read_lines(path: Path) -> tuple[Any | None, list[str]]:
         try:
-            return unseal(read_file(path, ENTRY_BYTES + 65))
+            return unseal_lines(read_file(path, ENTRY_BYTES + 65))
         except OSError:
-            return None
+            return None, []
 
     @contextmanager
     def scratch(self, name: str) -> Iterator[Path]:

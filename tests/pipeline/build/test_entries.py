@@ -4,16 +4,20 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from paradize.build import provenance
 from paradize.build.bake import bake
 from paradize.build.options import BuildOptions
-from paradize.build.provenance import is_record, record_name, unchanged_bake
+from paradize.build.provenance import BakeReport, is_record, record_name, unchanged_bake
+from paradize.documents import json_text
 from paradize.explain.facts import explain
-from paradize.store.local import Store, seal, unseal
+from paradize.store.file_hashes import FileHashCache
+from paradize.store.local import Store, seal, unseal, unseal_lines
 from tests.pipeline.scenes import make_cove
 from tests.sweeps import sweep
 
@@ -65,7 +69,8 @@ def cove(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[tuple[Path
 def spoil(folder: Path, make: Callable[[Any], Any]) -> None:
     """Changes every sealed entry; the seals hold."""
     for path in (path for path in folder.rglob("*") if path.is_file()):
-        path.write_bytes(seal(make(unseal(path.read_bytes()))))
+        tree, lines = unseal_lines(path.read_bytes())
+        path.write_bytes(seal(make(tree), lines))
 
 
 SOME = ["other kinds", "missing keys", "a path for a hash"]
@@ -116,7 +121,7 @@ def test_a_record_with_any_value_changed_is_refused_or_gives_a_report(
     scene, out, root = cove
     store = Store(root)
     name = record_name(scene, out, None)
-    record = store.get_bake(name)
+    record, lines = store.get_bake_lines(name)
     assert is_record(record)
     found = list(places(record))
     for place in found[:: max(1, len(found) // count)]:
@@ -126,7 +131,49 @@ def test_a_record_with_any_value_changed_is_refused_or_gives_a_report(
             for key in place[:-1]:
                 owner = owner[key]
             owner[place[-1]] = value
-            store.put_bake(name, changed)
+            store.put_bake(name, changed, lines)
             report = unchanged_bake(store, name)
             if report is not None:
                 json.dumps(report.as_json())
+
+
+def test_a_record_gives_the_report_of_its_bake_and_parses_no_artifact_for_its_json(
+    cove: tuple[Path, Path, Path], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scene, out, root = cove
+    store = Store(root)
+    name = record_name(scene, out, None)
+    last = unchanged_bake(store, name)
+    assert last is not None and not last.told
+    rows = list(last.artifacts)
+    rows[1], rows[3] = replace(rows[1], over=["too coarse"]), replace(rows[3], also=["twin"])
+    made = [replace(row, status="baked", seconds=2.0) for row in rows]
+    provenance.remember(store, name, BakeReport(out, made, ["a warning"]), [scene], [], FileHashCache())
+    report = unchanged_bake(store, name)
+    assert report is not None and report.artifacts == rows and report.told == [rows[1], rows[3]]
+    assert (report.count("reused"), report.count("baked")) == (len(rows), 0)
+    told = json_text(report.as_json())
+    again = unchanged_bake(store, name)
+    monkeypatch.setattr(json, "loads", None)
+    assert again is not None and json_text(again.as_json(again.texts)) == told
+
+
+def test_a_record_without_one_of_its_lines_or_of_another_installation_counts_as_missing(
+    cove: tuple[Path, Path, Path], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scene, out, root = cove
+    store = Store(root)
+    name = record_name(scene, out, None)
+    record, lines = store.get_bake_lines(name)
+    assert unchanged_bake(store, name) is not None
+    store.put_bake(name, record, lines[1:])
+    assert unchanged_bake(store, name) is None
+    store.put_bake(name, record, lines)
+    path = root / "bakes" / name
+    data = path.read_bytes()
+    path.write_bytes(data[:-9] + b"?" + data[-8:])
+    assert unchanged_bake(store, name) is None
+    path.write_bytes(data)
+    assert unchanged_bake(store, name) is not None
+    monkeypatch.setattr(provenance, "__file__", "/elsewhere/paradize/build/provenance.py")
+    assert unchanged_bake(store, record_name(scene, out, None)) is None
