@@ -21,6 +21,14 @@ static_assert(sizeof(JsonNode) == 24 && max_json_bytes <= JsonNode::most_bytes);
 constexpr std::size_t max_depth = 256;
 constexpr std::size_t few_members = 16; // up to this number members are searched one after another
 
+/// Searches members one after another. Most keys differ in their length, so that few are compared.
+const JsonNode *find_member(std::span<const JsonNode> members, std::string_view key) {
+    const auto found = std::ranges::find_if(members, [&](const JsonNode &member) {
+        return member.key_bytes == key.size() && member.key() == key;
+    });
+    return found == members.end() ? nullptr : &*found;
+}
+
 /// Sorts many members. Returns the key that two of them have.
 std::optional<std::string_view> sort_members(std::span<JsonNode> members) {
     if (members.size() > few_members) {
@@ -29,7 +37,7 @@ std::optional<std::string_view> sort_members(std::span<JsonNode> members) {
         return twice == members.end() ? std::nullopt : std::optional(twice->key());
     }
     for (std::size_t i = 1; i < members.size(); ++i) {
-        if (std::ranges::count(members.first(i), members[i].key(), &JsonNode::key) > 0) {
+        if (find_member(members.first(i), members[i].key()) != nullptr) {
             return members[i].key();
         }
     }
@@ -140,9 +148,10 @@ JsonTree::~JsonTree() = default;
 
 const JsonNode *JsonTree::find(const JsonNode &object, std::string_view key) const {
     const std::span<const JsonNode> members = children(object);
-    const auto found = members.size() > few_members
-                           ? std::ranges::lower_bound(members, key, {}, &JsonNode::key)
-                           : std::ranges::find(members, key, &JsonNode::key);
+    if (members.size() <= few_members) {
+        return find_member(members, key);
+    }
+    const auto found = std::ranges::lower_bound(members, key, {}, &JsonNode::key);
     return found == members.end() || found->key() != key ? nullptr : &*found;
 }
 
