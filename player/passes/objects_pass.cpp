@@ -296,14 +296,19 @@ void ObjectsPass::bind_uniforms(const Material &material) {
                       static_cast<GLintptr>(offset), sizeof(gl::MaterialUniforms));
 }
 
-void ObjectsPass::use_lit(const Frame &frame, const View &view, const DrawCommand &command) {
-    const Material &material = command.object->materials[command.material];
+std::uint32_t ObjectsPass::lit_program(const Frame &frame, const View &view,
+                                       const DrawCommand &command) const {
     const Programs &all = programs_of(command);
     const bool above = frame.hides_under_water(view);
     const Programs::ViewPrograms &programs = view.kind == ViewKind::main
                                                  ? (above ? all.covered_above_water : all.covered_whole)
                                                  : (above ? all.above_water : all.whole);
-    const std::uint32_t number = command.by_lights ? programs.by_lights : programs.lit;
+    return command.by_lights ? programs.by_lights : programs.lit;
+}
+
+void ObjectsPass::use_lit(const Frame &frame, const View &view, const DrawCommand &command) {
+    const Material &material = command.object->materials[command.material];
+    const std::uint32_t number = lit_program(frame, view, command);
     const Lit &lit = lit_[number];
     if (command.by_lights && light_block_ != command.light_block) {
         light_block_ = command.light_block;
@@ -403,19 +408,20 @@ void ObjectsPass::draw_batch(const Frame &frame, const Batch &batch, const View 
     draw();
 }
 
-bool ObjectsPass::is_alike(const DrawCommand &a, const DrawCommand &b, ViewKind view) const {
+bool ObjectsPass::is_alike(const Frame &frame, const View &view, const DrawCommand &a,
+                           const DrawCommand &b) const {
     const Material &first = a.object->materials[a.material];
     const Material &second = b.object->materials[b.material];
     if (a.mirrored != b.mirrored || a.by_lights != b.by_lights || a.light_block != b.light_block ||
         &a.object->mesh->page(a.lod) != &b.object->mesh->page(b.lod)) {
         return false;
     }
-    if (view == ViewKind::light) {
+    if (view.kind == ViewKind::light) {
         return first.shadow_id == second.shadow_id;
     }
     // Of a two-sided blended one the back faces come first, so that each is drawn twice.
     const bool each_twice = drawn_ == DrawnMaterials::blended && first.values.two_sided;
-    return first.id == second.id && programs_of(a) == programs_of(b) && !each_twice;
+    return first.id == second.id && lit_program(frame, view, a) == lit_program(frame, view, b) && !each_twice;
 }
 
 void ObjectsPass::add_draws(const DrawList &list, const DrawCommand &command) {
@@ -441,11 +447,11 @@ void ObjectsPass::add_draws(const DrawList &list, const DrawCommand &command) {
     });
 }
 
-void ObjectsPass::make_batches(const DrawList &list, ViewKind view) {
+void ObjectsPass::make_batches(const DrawList &list, const Frame &frame, const View &view) {
     batches_.clear();
     draws_.clear();
     for (const DrawCommand &command : list.commands()) {
-        if (batches_.empty() || !is_alike(*(&command - 1), command, view)) {
+        if (batches_.empty() || !is_alike(frame, view, *(&command - 1), command)) {
             batches_.push_back({&command, draws_.size(), 0});
         }
         add_draws(list, command);
@@ -470,7 +476,7 @@ bool ObjectsPass::fill(DrawList &list, const Frame &frame, const View &view) {
         })) {
         return false;
     }
-    make_batches(list, view.kind);
+    make_batches(list, frame, view);
     return true;
 }
 

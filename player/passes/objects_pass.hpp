@@ -47,14 +47,12 @@ class ObjectsPass : public Pass {
     struct Programs {
         struct ViewPrograms {
             std::uint32_t lit = 0, by_lights = 0;
-            bool operator==(const ViewPrograms &) const = default;
         };
         /// For views that show what is under water, and for those that do not.
         ViewPrograms whole, above_water;
         /// The same for the main view, where alpha becomes coverage of its samples.
         ViewPrograms covered_whole, covered_above_water;
         std::uint32_t depth = 0;
-        bool operator==(const Programs &) const = default;
     };
     /// Commands that one call draws: their state is that of the first.
     struct Batch {
@@ -62,14 +60,16 @@ class ObjectsPass : public Pass {
         std::size_t first = 0, count = 0; // of draws_
     };
     const Programs &programs_of(const DrawCommand &command) const;
+    /// The program that draws a command in a view that shows light; an index into lit_.
+    std::uint32_t lit_program(const Frame &frame, const View &view, const DrawCommand &command) const;
 
     /// Lists what the view draws. False if it draws nothing.
     bool fill(DrawList &list, const Frame &frame, const View &view);
     /// Adds the draws of a command to the last batch.
     void add_draws(const DrawList &list, const DrawCommand &command);
-    /// True if neither program nor material nor buffers differ.
-    bool is_alike(const DrawCommand &a, const DrawCommand &b, ViewKind view) const;
-    void make_batches(const DrawList &list, ViewKind view);
+    /// True if neither program nor material nor buffers differ in this view.
+    bool is_alike(const Frame &frame, const View &view, const DrawCommand &a, const DrawCommand &b) const;
+    void make_batches(const DrawList &list, const Frame &frame, const View &view);
     void draw_depth(const Frame &frame, const View &light);
     /// Binds the program and the material of a command, as far as they differ from the last command's.
     void use_lit(const Frame &frame, const View &view, const DrawCommand &command);

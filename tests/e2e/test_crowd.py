@@ -15,7 +15,7 @@ from tests.pictures import load
 from tests.sweeps import sweep
 
 Player = Callable[..., "subprocess.CompletedProcess[str]"]
-DAY, NIGHT = (75, 60), (214, 112)  # a second, and the most draw calls of its frames
+DAY, NIGHT = (75, 60), (214, 110)  # a second, and the most draw calls of its frames
 WITHOUT = {"MESA_EXTENSION_OVERRIDE": "-GL_ARB_multi_draw_indirect"}
 
 
