@@ -151,12 +151,21 @@ void main() {
     float visibility = sun_visibility(v_position, vec3(0.0, 1.0, 0.0), distance_m);
     vec3 light = sun_radiance.rgb * max(sun_direction.y, 0.0) * (0.35 + 0.65 * visibility) * (1.0 / PI) +
                  sky_ambient_up();
+    // Waves smaller than a pixel widen the lobe of glitter.
+    vec2 unresolved = vec2(1.0) - resolved.xy;
+    float alpha = max(alpha_of_smoothness(u_specular_smoothness.y), 0.03);
+    alpha = sqrt(clamp(alpha * alpha + 0.012 * (unresolved.x + unresolved.y), 0.0, 1.0));
+    alpha = filtered_alpha(n, alpha);
+    Reflector surface = dielectric_reflector(WATER_F0 * u_specular_smoothness.x);
+    vec3 bounces = multiple_scattering(reflectance_f0(surface), directional_albedo(n_v, alpha));
+    vec3 glitter = sun_radiance.rgb * visibility * specular_ggx(n, v, sun_direction.xyz, surface, alpha, 60.0);
 #if POINT_LIGHTS
     light_set = u_light_set;
     int lights = light_count();
     for (int i = 0; i < lights; ++i) {
         Arriving one = light_at(i, v_position);
         light += one.light * (max(one.direction.y, 0.0) * (1.0 / PI));
+        glitter += one.light * specular_ggx(n, v, one.direction, surface, widened_alpha(alpha, one.spread), 60.0);
     }
 #endif
     float optical_depth = depth * dot(water.rgb, vec3(1.0 / 3.0));
@@ -166,21 +175,7 @@ void main() {
     vec3 below_surface = floor_color.rgb * transmittance + scattered * (1.0 - transmittance);
 
     float fresnel = fresnel_schlick(WATER_F0, mix(n_v, max(n_v, 0.10), rough));
-    vec3 color = mix(below_surface, reflection, fresnel);
-
-    // The sun's glitter. Waves smaller than a pixel widen the lobe.
-    vec2 unresolved = vec2(1.0) - resolved.xy;
-    float alpha = max(alpha_of_smoothness(u_specular_smoothness.y), 0.03);
-    alpha = sqrt(clamp(alpha * alpha + 0.012 * (unresolved.x + unresolved.y), 0.0, 1.0));
-    alpha = filtered_alpha(n, alpha);
-    Reflector surface = dielectric_reflector(WATER_F0 * u_specular_smoothness.x);
-    color += sun_radiance.rgb * visibility * specular_ggx(n, v, sun_direction.xyz, surface, alpha, 60.0);
-#if POINT_LIGHTS
-    for (int i = 0; i < lights; ++i) {
-        Arriving one = light_at(i, v_position);
-        color += one.light * specular_ggx(n, v, one.direction, surface, widened_alpha(alpha, one.spread), 60.0);
-    }
-#endif
+    vec3 color = mix(below_surface, reflection, fresnel) + bounces * glitter;
 
     // Foam of waves that break at the shore. Deep water and water without a refraction texture are opaque.
     float opaque = 1.0;

@@ -59,22 +59,22 @@ float dielectric_fresnel(float f0, float cosine) { return fresnel_schlick(f0, co
 
 // Factor on the sun's light of one bounce for what bounces again between microfacets, which else is lost: rough
 // metals would be dark. E. Turquin, "Practical multiple scattering compensation for microfacet models", 2019.
-vec3 multiple_scattering(vec3 f0, float n_v, float alpha) {
-    vec2 factors = directional_albedo(n_v, alpha);
+// factors: directional_albedo(). It is the same for all lights: the width of a light's own highlight hardly changes it.
+vec3 multiple_scattering(vec3 f0, vec2 factors) {
     return 1.0 + f0 * (1.0 / max(factors.x + factors.y, 0.1) - 1.0);
 }
 
 // Reflectance of light from all around towards v, with all bounces: C. Fdez-Aguera, "A Multiple-Scattering
 // Microfacet Model for Real-Time Image-based Lighting", JCGT 8(1), 2019.
-vec3 environment_reflectance(Reflector r, float n_v, float alpha) {
+// factors: directional_albedo().
+vec3 environment_reflectance(Reflector r, vec2 factors) {
     vec3 f0 = reflectance_f0(r);
-    vec2 factors = directional_albedo(n_v, alpha);
     vec3 mean_fresnel = f0 + (1.0 - f0) / 21.0;
     vec3 once = f0 * factors.x + reflectance_f90(r) * factors.y;
     return once / max(1.0 - mean_fresnel * (1.0 - factors.x - factors.y), vec3(1e-3));
 }
 
-// Specular reflectance of light from direction l towards v, including the factor n.l, at most `limit`.
+// Specular reflectance of light from direction l towards v in one bounce, including the factor n.l, at most `limit`.
 vec3 specular_ggx(vec3 n, vec3 v, vec3 l, Reflector r, float alpha, float limit) {
     float n_l = dot(n, l);
     if (n_l <= 0.0) {
@@ -85,7 +85,6 @@ vec3 specular_ggx(vec3 n, vec3 v, vec3 l, Reflector r, float alpha, float limit)
     float n_h = clamp(dot(n, h), 0.0, 1.0);
     float v_h = dot(v, h);
     vec3 f = mix(vec3(dielectric_fresnel(r.dielectric, v_h)), fresnel_schlick(r.metal, v_h), r.metalness);
-    f *= multiple_scattering(reflectance_f0(r), n_v, alpha);
     return min(ggx_distribution(n_h, alpha) * ggx_visibility(n_l, n_v, alpha) * f * n_l, vec3(limit));
 }
 

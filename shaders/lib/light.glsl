@@ -29,9 +29,10 @@ vec3 sky_ambient(vec3 n, vec3 zenith) {
 vec3 sky_ambient_up() { return ambient.rgb; }
 
 // Specular reflection of the sky by a rough surface. Without a sky, the light from all around is reflected.
-vec3 sky_specular(vec3 n, vec3 v, Reflector reflector, float alpha, vec3 zenith) {
+// factors: directional_albedo().
+vec3 sky_specular(vec3 n, vec3 v, Reflector reflector, float alpha, vec2 factors, vec3 zenith) {
     vec3 r = reflect(-v, n);
-    vec3 share = environment_reflectance(reflector, dot(n, v), alpha);
+    vec3 share = environment_reflectance(reflector, factors);
     if (u_sky_blur < 0.0) {
         return sky_ambient(r, zenith) * share;
     }
@@ -79,8 +80,8 @@ Surface matte_surface(vec3 position, vec3 normal, vec3 geometric, vec3 albedo, v
 #include "lib/point_lights.glsl"
 
 // Linear radiance towards v of a surface in the light of the point lights. depth: under the water, metres; above_water: the
-// share of its specular reflection that is left.
-vec3 shade_by_point_lights(Surface s, vec3 v, vec3 transmitted, float depth, float above_water) {
+// share of its specular reflection that is left; bounces: multiple_scattering().
+vec3 shade_by_point_lights(Surface s, vec3 v, vec3 transmitted, float depth, float above_water, vec3 bounces) {
     vec3 color = vec3(0.0);
     int count = light_count();
     for (int i = 0; i < count; ++i) {
@@ -94,7 +95,7 @@ vec3 shade_by_point_lights(Surface s, vec3 v, vec3 transmitted, float depth, flo
 #if !MATTE
         float alpha = widened_alpha(s.alpha, one.spread);
         direct *= mix(1.0, sun_entering(s.normal, v, one.direction, s.reflector.dielectric), above_water);
-        color += above_water * light * specular_ggx(s.normal, v, one.direction, s.reflector, alpha, 16.0);
+        color += above_water * light * bounces * specular_ggx(s.normal, v, one.direction, s.reflector, alpha, 16.0);
 #endif
         color += (s.albedo * direct + transmitted * (s.translucency * max(-n_l, 0.0))) * (1.0 / PI) * light;
     }
@@ -143,10 +144,13 @@ vec3 shade(Surface s) {
     }
     // Surfaces under water have no specular reflection. It fades out over a few centimetres of depth.
     float above_water = submerged ? (1.0 - smoothstep(0.03, 0.10, depth)) * (1.0 - u_refracting) : 1.0;
+    vec3 bounces = vec3(1.0);
 #if !MATTE
     float f0 = s.reflector.dielectric;
+    vec2 factors = directional_albedo(dot(s.normal, v), s.alpha);
+    bounces = multiple_scattering(reflectance_f0(s.reflector), factors);
     if (f0 > 0.0) {
-        float reflected = environment_reflectance(dielectric_reflector(f0), dot(s.normal, v), s.alpha).r;
+        float reflected = environment_reflectance(dielectric_reflector(f0), factors).r;
         direct *= mix(1.0, sun_entering(s.normal, v, sun_direction.xyz, f0), above_water);
         sky *= 1.0 - above_water * reflected;
     }
@@ -155,13 +159,13 @@ vec3 shade(Surface s) {
                  transmitted * ambient_transmission;
 #if !MATTE
     if (max(f0, s.reflector.metalness) > 0.0 && above_water > 0.0) {
-        color += above_water * unattenuated * specular_ggx(s.normal, v, sun_direction.xyz, s.reflector, s.alpha, 16.0);
-        color += above_water * sky_specular(s.normal, v, s.reflector, s.alpha, s.zenith) *
+        color += above_water * unattenuated * bounces * specular_ggx(s.normal, v, sun_direction.xyz, s.reflector, s.alpha, 16.0);
+        color += above_water * sky_specular(s.normal, v, s.reflector, s.alpha, factors, s.zenith) *
                  specular_occlusion(dot(s.normal, v), s.occlusion, s.alpha);
     }
 #endif
 #if POINT_LIGHTS
-    color += shade_by_point_lights(s, v, transmitted, submerged ? depth : 0.0, above_water);
+    color += shade_by_point_lights(s, v, transmitted, submerged ? depth : 0.0, above_water, bounces);
 #endif
     return color;
 }
