@@ -1,8 +1,10 @@
 """Makes the plants of the dunes: a grove of palms in the east, and tufts of beach grass.
 
 Usage: python grove.py RAW_ASSETS, after palm.py
-Writes where each stands, grove/tall.csv, young.csv and grass.csv, and the model grove/grass.obj, whose blades
-are coloured by vertex. Nothing stands in the way of the flight, on the beach or in the water.
+Writes where each stands, grove/tall.csv, young.csv, grass.csv and far_grass.csv, and the models
+grove/grass.obj and far_grass.obj, whose blades are coloured by vertex. far_grass, of fewer and wider blades,
+stands where the flight sees it from afar alone. Nothing stands in the way of the flight, on the beach or in
+the water.
 """
 
 from __future__ import annotations
@@ -24,8 +26,7 @@ from terrain import height_at
 Floats = NDArray[np.float64]
 Density = Callable[[float, float], float]  # of x and z, metres: 0 to 1
 
-BLADES = 18
-SEGMENTS = 3
+FAR_M = 10.0  # from the camera's way
 ROOT_COLOR = (0.46, 0.42, 0.17)  # sRGB
 TIP_COLOR = (0.72, 0.78, 0.30)
 # x, z, radii along and across, turn of the long axis, degrees
@@ -42,12 +43,15 @@ def flight_way(island: Path) -> Floats:
 
 def distance_to_way(way: Floats, x: float, z: float) -> float:
     """Horizontal distance to the closed polyline through the way points, metres."""
-    a = way[:, (0, 2)]
-    b = np.roll(a, -1, axis=0)
-    along = b - a
-    share = ((np.array([x, z]) - a) * along).sum(axis=1) / (along * along).sum(axis=1)
-    nearest = a + np.clip(share, 0.0, 1.0)[:, None] * along
-    return float(np.sqrt(((nearest - (x, z)) ** 2).sum(axis=1)).min())
+    return distance_to_line(way[:, (0, 2)], np.array([x, z]))
+
+
+def distance_to_line(points: Floats, at: Floats) -> float:
+    """Distance to the closed polyline through the points, (n, dimensions)."""
+    along = np.roll(points, -1, axis=0) - points
+    share = ((at - points) * along).sum(axis=1) / (along * along).sum(axis=1)
+    nearest = points + np.clip(share, 0.0, 1.0)[:, None] * along
+    return float(np.sqrt(((nearest - at) ** 2).sum(axis=1)).min())
 
 
 def in_grove(x: float, z: float) -> float:
@@ -93,36 +97,48 @@ def write_places(
     path.write_text("\n".join(lines) + "\n", encoding="ascii", newline="\n")
 
 
-def write_grass(folder: Path) -> None:
-    """Writes grass.obj and grass.mtl: arched blades from one foot, darker at the root."""
+def write_tuft(path: Path, blades: int, segments: int, widen: float) -> None:
+    """Writes a tuft of beach grass: arched, pointed blades from one foot, darker at the root."""
     note = "A tuft of beach grass, made by raw_assets/make/grove.py; metres, Y up"
     text = [f"# {note}", "mtllib grass.mtl"]
     faces = []
-    for k in range(BLADES):
+    for k in range(blades):
         r = [rand(8 * k + i, 41) for i in range(6)]
-        turn, lean = 2.0 * math.pi * (k + 0.8 * r[0]) / BLADES, 0.4 + 1.0 * r[1]
-        length, width = 0.26 + 0.30 * r[2], 0.011 + 0.007 * r[3]
+        turn, lean = 2.0 * math.pi * (k + 0.8 * r[0]) / blades, 0.4 + 1.0 * r[1]
+        length, width = 0.26 + 0.30 * r[2], widen * (0.011 + 0.007 * r[3])
         out = np.array([math.cos(turn), 0.0, math.sin(turn)])
         side = np.array([-math.sin(turn), 0.0, math.cos(turn)])
         spine = 0.05 * r[4] * out - np.array([0.0, 0.04, 0.0])  # below the sand, as slopes fall away
-        for i in range(SEGMENTS + 1):
-            s = i / SEGMENTS
+        first = k * (2 * segments + 1) + 1
+        for i in range(segments + 1):
+            s = i / segments
             color = [
                 a + (b - a) * s * (0.75 + 0.5 * r[5]) for a, b in zip(ROOT_COLOR, TIP_COLOR, strict=True)
             ]
             # Lit from above as the whole tuft is, not as a mirror.
             text += ["vn {:.4f} {:.4f} {:.4f}".format(*(0.5 * out + [0.0, math.sqrt(0.75), 0.0]))]
-            for sign in (-1.0, 1.0):
+            for sign in (-1.0, 1.0) if i < segments else (0.0,):
                 x, y, z = spine + sign * width * (1.0 - 0.92 * s) * side
                 text.append(f"v {x:.5f} {y:.5f} {z:.5f} " + " ".join(f"{min(c, 1.0):.3f}" for c in color))
-            pitch = 1.45 - lean * s * 1.3
-            spine = spine + length / SEGMENTS * (math.cos(pitch) * out + [0.0, math.sin(pitch), 0.0])
-        for i in range(SEGMENTS):
-            v, n = 2 * (k * (SEGMENTS + 1) + i) + 1, k * (SEGMENTS + 1) + i + 1
+            pitch = 1.45 - lean * (s + 0.5 / segments - 1.0 / 6.0) * 1.3  # in the middle of a segment
+            spine = spine + length / segments * (math.cos(pitch) * out + [0.0, math.sin(pitch), 0.0])
+        for i in range(segments):
+            v, n = first + 2 * i, k * (segments + 1) + i + 1
             a, b, c, d = f"{v}//{n}", f"{v + 1}//{n}", f"{v + 2}//{n + 1}", f"{v + 3}//{n + 1}"
-            faces += [f"f {a} {b} {d}", f"f {a} {d} {c}"]
+            faces += [f"f {a} {b} {d}", f"f {a} {d} {c}"] if i < segments - 1 else [f"f {a} {b} {c}"]
     text += ["g blades", "usemtl blades", *faces]
-    (folder / "grass.obj").write_text("\n".join(text) + "\n", encoding="ascii", newline="\n")
+    path.write_text("\n".join(text) + "\n", encoding="ascii", newline="\n")
+
+
+def write_grass(folder: Path, way: Floats) -> None:
+    """Writes the tufts near the flight and those that it sees from afar, and their material."""
+    places = scattered(700, 0.35, 1.2, 31, way, grassy)
+    far = np.array([distance_to_line(way, place) > FAR_M for place in places])
+    for name, chosen, seed in (("grass", places[~far], 32), ("far_grass", places[far], 33)):
+        write_places(folder / f"{name}.csv", chosen, seed, scale=(0.7, 1.5), lean_deg=6.0)
+    write_tuft(folder / "grass.obj", blades=18, segments=3, widen=1.0)
+    write_tuft(folder / "far_grass.obj", blades=12, segments=2, widen=1.5)
+    note = "Beach grass, made by raw_assets/make/grove.py"
     write_mtl(folder / "grass.mtl", note, {"blades": ["Ka 0 0 0", "Kd 1 1 1", "Ks 0 0 0", "d 1", "illum 1"]})
 
 
@@ -136,9 +152,7 @@ def make(out: Path) -> None:
     near = [all(math.hypot(x - a, z - c) > 1.8 for a, _, c in tall) for x, _, z in young]
     write_places(folder / "tall.csv", tall, 12, scale=(0.64, 1.12), lean_deg=5.0)
     write_places(folder / "young.csv", young[near], 24, scale=(0.75, 1.2), lean_deg=5.0)
-    grass = scattered(700, 0.35, 1.2, 31, way, grassy)
-    write_places(folder / "grass.csv", grass, 32, scale=(0.7, 1.5), lean_deg=6.0)
-    write_grass(folder)
+    write_grass(folder, way)
 
 
 if __name__ == "__main__":

@@ -135,10 +135,16 @@ def test_the_eye_keeps_clear_of_the_jetty_and_of_all_that_grows(
 def test_sixty_palms_of_three_kinds_and_the_grass_stand_on_dry_sand(scene: Scene, ground: Any) -> None:
     palms = [item for item in scene.objects if item.mesh.parent.name == "palm"]
     assert len(palms) == 3 and sum(len(item.instances) for item in palms) >= 60
-    grown = [item for item in scene.objects if item.name in ("tall", "young", "grass", "bush", "fan")]
-    for item in grown:
+    names = ("tall", "young", "grass", "far_grass", "bush", "fan")
+    for item in (item for item in scene.objects if item.name in names):
         at = np.array([instance.position for instance in item.instances])
         assert np.abs(at[:, 1] - ground(at[:, 0], at[:, 2])).max() < 0.02 and at[:, 1].min() > 1.0
+
+
+def test_tufts_of_few_blades_stand_where_the_eye_never_comes_near(scene: Scene, moments: np.ndarray) -> None:
+    far = next(item for item in scene.objects if item.name == "far_grass")
+    away, _ = cKDTree([instance.position for instance in far.instances]).query(moments[:, 0])
+    assert len(far.instances) > 400 and away.min() > 9.0
 
 
 def test_boulders_stand_in_the_sea_with_their_feet_under_water(scene: Scene, ground: Any) -> None:

@@ -22,7 +22,7 @@ def posed(island: Path, player: Callable[..., Any], tmp_path_factory: pytest.Tem
 
 
 def grove(scene: dict[str, Any]) -> list[dict[str, Any]]:
-    return [item for item in scene["objects"] if item["name"] in ("tall", "young", "grass")]
+    return [item for item in scene["objects"] if item["name"] in ("tall", "young", "grass", "far_grass")]
 
 
 def seen(posed: Posed, scene: dict[str, Any]) -> Picture:
