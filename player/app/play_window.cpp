@@ -61,12 +61,14 @@ void play_window(Playback &playback, const Options &options, gl::DebugLog &log, 
         audio.update(options.interactive ? camera.pose() : flight_pose(playback.file().flight, elapsed_s),
                      elapsed_s, delta_s);
         paused ? audio.pause() : audio.play(elapsed_s);
+        if (window.minimised()) { // nobody sees a frame
+            window.wait();
+            continue;
+        }
         int width = 0;
         int height = 0;
         window.size(width, height);
-        if (!window.minimised()) {
-            playback.renderer().resize(width, height);
-        }
+        playback.renderer().resize(width, height);
         const double start = now_ms();
         const assets::SceneFile *shown = &playback.file();
         playback.frame(elapsed_s,

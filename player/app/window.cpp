@@ -6,8 +6,13 @@
 #include <GLFW/glfw3.h>
 
 #include <algorithm>
+#include <utility>
 
 namespace paradize {
+
+namespace {
+constexpr double longest_wait_s = 0.05;
+}
 
 struct Window::Impl {
     GLFWwindow *window = nullptr;
@@ -90,9 +95,8 @@ Window::~Window() {
 }
 
 Input Window::poll() {
-    impl_->input = Input();
     glfwPollEvents();
-    Input out = impl_->input;
+    Input out = std::exchange(impl_->input, Input());
     out.close = glfwWindowShouldClose(impl_->window) == GLFW_TRUE;
     out.right = impl_->axis(GLFW_KEY_D, GLFW_KEY_A);
     out.up = impl_->axis(GLFW_KEY_E, GLFW_KEY_Q);
@@ -110,6 +114,10 @@ void Window::size(int &width_px, int &height_px) const {
 
 bool Window::minimised() const {
     return glfwGetWindowAttrib(impl_->window, GLFW_ICONIFIED) == GLFW_TRUE;
+}
+
+void Window::wait() {
+    glfwWaitEventsTimeout(longest_wait_s);
 }
 
 void Window::set_title(const std::string &title) {

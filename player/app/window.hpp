@@ -38,6 +38,8 @@ class Window {
     /// Size of the framebuffer, at least 1 x 1.
     void size(int &width_px, int &height_px) const;
     bool minimised() const;
+    /// Until something happens to the window, or a twentieth of a second has passed.
+    void wait();
     void swap();
     void set_title(const std::string &title);
     /// Seconds since the window was created.

@@ -6,6 +6,12 @@ Starts the player, waits for its window and takes the steps in order:
   KEY        presses a key by its X name (w, Escape, Left)
   hold:KEY   presses it and releases it after a while
   mouse      moves the mouse across the window
+  unfocus    presses w and, while it is down, gives the keyboard to no window
+  size:WxH   makes the window this large
+  minimise   makes the window an icon, as a window manager does
+  restore    shows it again
+  idle       fails if the player takes more than a tenth of the processor's time for a while
+  save:FILE  writes the window's picture, as rows of BGRX
   still      waits until the window's picture stays the same
   moved      waits until the picture differs from the one of the last step `still` or `moved`
   end        waits until the player has ended with exit code 0
@@ -15,11 +21,13 @@ The exit code is 0 if every step succeeds.
 from __future__ import annotations
 
 import ctypes
+import os
 import subprocess
 import sys
 import time
 from collections.abc import Iterator
 from ctypes import POINTER, byref, c_char_p, c_int, c_long, c_uint, c_ulong, c_void_p
+from pathlib import Path
 
 PATIENCE_S = 20.0
 HOLD_S = 0.6
@@ -59,6 +67,13 @@ class Display:
         x.XStringToKeysym.argtypes = [c_char_p]
         x.XKeysymToKeycode.argtypes = [c_void_p, c_ulong]
         x.XKeysymToKeycode.restype = ctypes.c_ubyte
+        x.XInternAtom.restype = c_ulong
+        x.XInternAtom.argtypes = [c_void_p, c_char_p, c_int]
+        x.XChangeProperty.argtypes = [c_void_p, c_ulong, c_ulong, c_ulong, c_int, c_int, c_void_p, c_int]
+        for function in (x.XMapWindow, x.XUnmapWindow):
+            function.argtypes = [c_void_p, c_ulong]
+        x.XResizeWindow.argtypes = [c_void_p, c_ulong, c_uint, c_uint]
+        x.XSetInputFocus.argtypes = [c_void_p, c_ulong, c_int, c_ulong]
         x.XFetchName.argtypes = [c_void_p, c_ulong, POINTER(c_char_p)]
         x.XSendEvent.argtypes = [c_void_p, c_ulong, c_int, c_long, c_void_p]
         x.XSync.argtypes = [c_void_p, c_int]
@@ -102,6 +117,23 @@ class Display:
         self.x.XSendEvent(self.display, self.window, 1, 0, byref(event))
         self.x.XSync(self.display, 0)
 
+    def resize(self, width: int, height: int) -> None:
+        self.x.XResizeWindow(self.display, self.window, width, height)
+        self.x.XSync(self.display, 0)
+
+    def show(self, *, shown: bool) -> None:
+        """ICCCM 4.1.3.1: WM_STATE is 1 for a window that is shown, 3 for an icon."""
+        kind = self.x.XInternAtom(self.display, b"WM_STATE", 0)
+        state = (c_ulong * 2)(1 if shown else 3, 0)
+        change = self.x.XMapWindow if shown else self.x.XUnmapWindow
+        change(self.display, self.window)
+        self.x.XChangeProperty(self.display, self.window, kind, kind, 32, 0, state, 2)
+        self.x.XSync(self.display, 0)
+
+    def focus(self, window: int) -> None:
+        self.x.XSetInputFocus(self.display, window, 0, 0)
+        self.x.XSync(self.display, 0)
+
     def move_mouse(self) -> None:
         for _ in range(4):
             self.x.XWarpPointer(self.display, 0, 0, 0, 0, 0, 0, 15, 5)
@@ -120,6 +152,12 @@ class Display:
         return ctypes.string_at(head.data, head.bytes_per_line * head.height)
 
 
+def processor_s(process: int) -> float:
+    """What a process has taken of the processors, seconds."""
+    fields = Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+
 def take(step: str, display: Display, player: subprocess.Popen[bytes], seen: list[bytes]) -> None:
     if step == "end":
         if player.wait(PATIENCE_S) != 0:
@@ -127,8 +165,28 @@ def take(step: str, display: Display, player: subprocess.Popen[bytes], seen: lis
         return
     if player.poll() is not None:
         sys.exit(f"before step {step} the player ended with {player.returncode}")
+    name, _, value = step.partition(":")
     if step == "mouse":
         display.move_mouse()
+    elif step == "unfocus":
+        display.focus(display.window)
+        time.sleep(HOLD_S)
+        display.send(KEY_PRESS, "w")
+        time.sleep(HOLD_S)
+        display.focus(0)
+    elif name == "size":
+        display.resize(*map(int, value.split("x")))
+    elif name in ("minimise", "restore"):
+        display.show(shown=name == "restore")
+    elif step == "idle":
+        time.sleep(HOLD_S)  # what was begun
+        before_s, start_s = processor_s(player.pid), time.monotonic()
+        time.sleep(4 * HOLD_S)
+        share = (processor_s(player.pid) - before_s) / (time.monotonic() - start_s)
+        if share > 0.1:
+            sys.exit(f"the player takes {share:.0%} of a processor")
+    elif name == "save":
+        Path(value).write_bytes(display.picture())
     elif step in {"still", "moved"}:
         time.sleep(HOLD_S)
         before, now = seen[-1] if seen else b"", display.picture()

@@ -17,6 +17,7 @@ import pytest
 import soundfile
 
 from tests.conftest import RENDER_ENVIRONMENT, ROOT
+from tests.pictures import load
 from tests.player.app.test_sound import tone
 from tests.player.boxes import row_of_boxes
 from tests.player.synthetic import identity, sound, texture, write_scene
@@ -142,5 +143,29 @@ def test_in_interactive_mode_keys_and_mouse_move_the_camera_and_only_escape_ends
         "Escape",
         "end",
     ]
+    result = on_a_display(sys.executable, PRESS, *steps, "--", PLAYER, bare, "--interactive", "--mute")
+    assert result.returncode == 0, result.stderr
+
+
+def test_a_window_that_is_resized_shows_what_a_picture_of_its_size_does(
+    player: Player, bare: Path, tmp_path: Path
+) -> None:
+    steps = ["still", "size:416x272", "moved", f"save:{tmp_path / 'window.bgrx'}", "Escape", "end"]
+    command = [PLAYER, bare, "--interactive", "--mute", "--size", "320x180", "--debug"]
+    result = on_a_display(sys.executable, PRESS, *steps, "--", *command)
+    assert result.returncode == 0, result.stderr
+    shown = np.frombuffer((tmp_path / "window.bgrx").read_bytes(), np.uint8).reshape(272, 416, 4)
+    assert player(bare, "--size", "416x272", "--screenshot", tmp_path / "a.png").returncode == 0
+    assert np.array_equal(shown[:, :, 2::-1], np.rint(255.0 * load(tmp_path / "a.png")))
+
+
+def test_a_minimised_window_draws_nothing_and_still_takes_keys(bare: Path) -> None:
+    steps = ["still", "minimise", "idle", "restore", "still", "minimise", "idle", "Escape", "end"]
+    result = on_a_display(sys.executable, PRESS, *steps, "--", PLAYER, bare, "--interactive", "--mute")
+    assert result.returncode == 0, result.stderr
+
+
+def test_a_key_that_is_down_when_the_window_loses_the_keyboard_is_let_go(bare: Path) -> None:
+    steps = ["still", "unfocus", "moved", "still", "Escape", "end"]
     result = on_a_display(sys.executable, PRESS, *steps, "--", PLAYER, bare, "--interactive", "--mute")
     assert result.returncode == 0, result.stderr
