@@ -153,7 +153,7 @@ class Display:
 
 
 def processor_s(process: int) -> float:
-    """What a process has taken of the processors, seconds."""
+    """The processor time of a process, seconds."""
     fields = Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()
     return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 

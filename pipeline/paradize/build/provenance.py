@@ -137,6 +137,7 @@ def record_name(
 def unchanged_bake(store: Store, name: str, url: str | None = None) -> BakeReport | None:
     """Returns the report of the recorded bake if every file that it read, ran or wrote is unchanged, and
     all of it is in the shared store at the URL; else None."""
+    record: Any
     record, texts = store.get_bake_lines(name)
     if not is_record(record) or len(record["artifacts"]) != len(texts):
         return None
