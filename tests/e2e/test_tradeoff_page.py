@@ -18,7 +18,7 @@ from tests.pipeline.scenes import write_image
 @pytest.fixture(scope="module")
 def page(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("tradeoff")
-    noise = np.random.default_rng(3).integers(0, 255, (32, 32, 3), np.uint8)
+    noise = np.random.default_rng(3).integers(0, 255, (36, 36, 3), np.uint8)
     write_image(folder / "<b>rock & sand.png", noise)
     report = measure_file(folder / "<b>rock & sand.png", FileOptions(), runs=1)
     report["attribution"] = [

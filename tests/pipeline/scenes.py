@@ -98,7 +98,7 @@ def make_cove(folder: Path) -> Path:
     hill = np.clip(1.2 - 2.0 * np.hypot(x - 0.5, z - 0.5), 0.0, 1.0)
     write_image(folder / "height.png", (hill * 65535).astype(np.uint16)[:, :, None])
     write_image(folder / "sand.png", rng.integers(180, 230, (32, 32, 3), np.uint8))
-    write_image(folder / "wood.png", rng.integers(60, 120, (48, 48, 3), np.uint8))
+    write_image(folder / "wood.png", rng.integers(60, 120, (64, 64, 3), np.uint8))
     u, v = np.meshgrid(np.arange(32) / 32.0, np.arange(32) / 32.0)
     waves = 0.5 + 0.25 * np.sin(2 * np.pi * u) + 0.2 * np.cos(4 * np.pi * v)
     write_image(folder / "waves.png", (waves * 65535).astype(np.uint16)[:, :, None])

@@ -268,9 +268,9 @@ def test_no_texel_of_a_colour_and_no_mix_of_texels_is_farther_off(baked: Any) ->
     texel = result["terms"][0]["value"]
     largest, rng = 0.0, np.random.default_rng(3)
     left_out, last = entry["required_detail"]["left_out"], entry["max_level"]
-    for level in range(left_out, 6 if last is None else left_out + last + 1):
-        side = 32 >> level
-        truth = light.reshape(side, 32 // side, side, 32 // side, 3).mean(axis=(1, 3)).reshape(-1, 3)
+    for level in range(left_out, len(light).bit_length() if last is None else left_out + last + 1):
+        side, step = len(light) >> level, 1 << level
+        truth = light.reshape(side, step, side, step, 3).mean(axis=(1, 3)).reshape(-1, 3)
         shown = decode_texels(texture, level - left_out)[:, :, :3].reshape(-1, 3)
         off = np.abs(encoded(truth) - shown)
         largest = max(largest, float(255.0 * off.max()))
