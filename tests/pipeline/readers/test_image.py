@@ -260,60 +260,24 @@ UPRIGHT = [[BLUE, WHITE], [RED, GREEN]]  # the file begins with the lowest row
 WITH_ALPHA = [[(0, 0, 255, 64), (255, 255, 255, 0)], [(255, 0, 0, 255), (0, 255, 0, 128)]]
 
 
-@pytest.mark.parametrize(
-    ("data", "texels"),
-    [
-        pytest.param(
-            bitmap(32, 0, bytes.fromhex("0000ff00 00ff0000 ff000000 ffffff00")), UPRIGHT, id="unused byte"
-        ),
-        pytest.param(
-            bitmap(
-                32,
-                3,
-                bytes.fromhex("ff0000ff 00ff0080 0000ff40 ffffff00"),
-                masks=(0xFF, 0xFF00, 0xFF0000, 0xFF000000),
-            ),
-            WITH_ALPHA,
-            id="red first",
-        ),
-        pytest.param(
-            bitmap(
-                32,
-                3,
-                bytes.fromhex("ff0000ff 8000ff00 40ff0000 00ffffff"),
-                masks=(0xFF000000, 0xFF0000, 0xFF00, 0xFF),
-            ),
-            WITH_ALPHA,
-            id="alpha first",
-        ),
-        pytest.param(bitmap(16, 0, bytes.fromhex("007ce003 1f00ff7f")), UPRIGHT, id="16 bits"),
-        pytest.param(
-            bitmap(
-                8,
-                1,
-                bytes.fromhex("0100 0101 0000 0102 0103 0001"),
-                colors=bytes.fromhex("0000ff00 00ff0000 ff000000 ffffff00"),
-            ),
-            UPRIGHT,
-            id="run-length coded",
-        ),
-        pytest.param(
-            bitmap(
-                8,
-                1,
-                bytes.fromhex("0100 0101 0000 0101 0100 0001"),
-                colors=bytes.fromhex("00000000 ffffff00"),
-            ),
-            [[(255,), (0,)], [(0,), (255,)]],
-            id="two greys, run-length coded",
-        ),
-    ],
-)
-def test_a_bitmap_has_the_colours_that_its_header_says(
-    tmp_path: Path, data: bytes, texels: list[list[tuple[int, ...]]]
-) -> None:
+RED_FIRST = (0xFF, 0xFF00, 0xFF0000, 0xFF000000)
+FOUR_COLORS, TWO_GREYS = "0000ff00 00ff0000 ff000000 ffffff00", "00000000 ffffff00"
+BITMAPS: dict[str, tuple[int, int, str, tuple[int, ...], str, list[list[tuple[int, ...]]]]] = {
+    # bits, packing, rows, masks, colours of the palette, texels
+    "unused byte": (32, 0, FOUR_COLORS, (), "", UPRIGHT),
+    "red first": (32, 3, "ff0000ff 00ff0080 0000ff40 ffffff00", RED_FIRST, "", WITH_ALPHA),
+    "alpha first": (32, 3, "ff0000ff 8000ff00 40ff0000 00ffffff", RED_FIRST[::-1], "", WITH_ALPHA),
+    "16 bits": (16, 0, "007ce003 1f00ff7f", (), "", UPRIGHT),
+    "run-length coded": (8, 1, "0100 0101 0000 0102 0103 0001", (), FOUR_COLORS, UPRIGHT),
+    "two greys": (8, 1, "0100 0101 0000 0101 0100 0001", (), TWO_GREYS, [[(255,), (0,)], [(0,), (255,)]]),
+}
+
+
+@pytest.mark.parametrize("name", BITMAPS)
+def test_a_bitmap_has_the_colours_that_its_header_says(tmp_path: Path, name: str) -> None:
+    bits, packing, rows, masks, colors, texels = BITMAPS[name]
     path = tmp_path / "a.bmp"
-    path.write_bytes(data)
+    path.write_bytes(bitmap(bits, packing, bytes.fromhex(rows), masks=masks, colors=bytes.fromhex(colors)))
     assert read_image(path).values.tolist() == [[list(texel) for texel in row] for row in texels]
 
 

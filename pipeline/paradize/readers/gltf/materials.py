@@ -210,9 +210,9 @@ class _Reader:
         if through == 0.0 or material.alpha_mode != "opaque":
             return material
         if "transmissionTexture" in glass:
-            document.warn("light that shines through is left out where a texture says how much", place)
+            document.warn(f"extension {_TRANSMISSION} is left out where a texture says how much")
             return material
-        document.warn("is drawn blended: what shines through is neither bent, blurred nor tinted", place)
+        document.warn(f"extension {_TRANSMISSION}: what shines through is neither bent, blurred nor tinted")
         r, g, b = (c * left for c, left in zip(material.color, self._absorption(), strict=True))
         dielectric = 1.0 if "metalness" in self.maps else 1.0 - (material.metalness or 0.0)
         opacity = 1.0 - _CLEAREST * through * dielectric * (r + g + b) / 3.0
@@ -251,7 +251,7 @@ class _Reader:
             r, g, b = document.floats(shine, inner, "specularColorFactor", 3, (1.0, 1.0, 1.0))
             r, g, b = document.within((r, g, b), f"{inner}/specularColorFactor", 0.0, inf)
             if max(r, g, b) > min(r, g, b) or "specularColorTexture" in shine:
-                document.warn("the tint of KHR_materials_specular is left out", place)
+                document.warn("extension KHR_materials_specular: its tint is left out")
             reflected = min(reflected * min((r + g + b) / 3.0, _STRONGEST), 1.0)
             reflected *= document.share(shine, inner, "specularFactor")
             self._maps(("specular",), shine, inner, "specularTexture")

@@ -414,7 +414,7 @@ def test_the_reflection_is_that_of_ior_and_colour(
     found, model = read(tmp_path, made, primitive, extensions=extensions)
     assert found.specular == pytest.approx(reflected / 0.04)
     tinted = len(set(shine.get("specularColorFactor", [1]))) > 1
-    assert tinted == any("the tint of KHR_materials_specular is left out" in text for text in model.warnings)
+    assert tinted == any("KHR_materials_specular: its tint" in text for text in model.warnings)
 
 
 @pytest.mark.parametrize(
@@ -451,7 +451,17 @@ def test_glass_is_blended_as_densely_as_it_is_dark(
     )
     assert found.color == pytest.approx(color)
     assert (found.alpha_mode, found.opacity) == ("blend", pytest.approx(opacity))
-    assert any("KHR_materials_transmission: is drawn blended" in text for text in model.warnings)
+    assert any("neither bent, blurred nor tinted" in text for text in model.warnings)
+
+
+def test_glass_of_several_materials_is_told_once(tmp_path: Path) -> None:
+    made, primitive = square()
+    glass = {"KHR_materials_transmission": {"transmissionFactor": 1}}
+    panes = [primitive | {"material": made.add("materials", name=n, extensions=glass)} for n in "ab"]
+    made.show(made.add("nodes", mesh=made.mesh(*panes)))
+    model = read_model(made.glb(tmp_path / "a.glb"))
+    assert [material.alpha_mode for material in model.materials.values()] == ["blend", "blend"]
+    assert sum("KHR_materials_transmission" in text for text in model.warnings) == 1
 
 
 @pytest.mark.parametrize(
