@@ -59,6 +59,7 @@ MAGIC: tuple[tuple[bytes, Kind], ...] = (
     (b"\x89PNG\r\n\x1a\n", Kind("a PNG picture", _MAPS)),
     (b"\xff\xd8\xff", Kind("a JPEG picture", _MAPS)),
     (b"GIF8", Kind("a GIF picture", _MAPS)),
+    (b"qoif", Kind("a QOI picture", _MAPS)),
     (b"DDS ", Kind("a DDS picture", _MAPS)),
     (b"\x76\x2f\x31\x01", Kind("an OpenEXR picture", _MAPS)),
     (b"#?RADIANCE", Kind("a Radiance picture", _MAPS)),
@@ -103,7 +104,7 @@ PACKED: tuple[tuple[bytes, Kind], ...] = (
     (b"\x28\xb5\x2f\xfd", Kind("a file that Zstandard packed", _UNPACK)),
 )
 RIFF = {b"WEBP": Kind("a WebP picture", _MAPS), b"WAVE": Kind("a WAV sound", _TO_OGG)}  # at byte 8
-SUFFIXES = dict.fromkeys((".tga", ".bmp", ".webp", ".pgm", ".ppm", ".pnm", ".pfm", ".jp2"), PICTURE)
+SUFFIXES = dict.fromkeys((".avif", ".bmp", ".jp2", ".pfm", ".pgm", ".pnm", ".ppm", ".tga", ".webp"), PICTURE)
 SUFFIXES |= dict.fromkeys(GRID_SUFFIXES, HEIGHTS) | {".ply": PLY, ".stl": STL}
 SUFFIXES |= dict.fromkeys((".usd", ".usdc", ".usda", ".usdz"), _USD) | {".blend": _BLEND, ".fbx": _FBX}
 SUFFIXES |= {

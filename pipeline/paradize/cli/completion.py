@@ -12,6 +12,7 @@ from paradize.cli.output import show, show_json
 
 PICTURES = (
     "asc",
+    "avif",
     "bmp",
     "exr",
     "hdr",
@@ -19,12 +20,14 @@ PICTURES = (
     "jpg",
     "jpeg",
     "png",
+    "qoi",
     "r16",
     "r32",
     "raw",
     "tga",
     "tif",
     "tiff",
+    "webp",
 )  # the files that IN.png stands for
 
 

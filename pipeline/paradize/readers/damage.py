@@ -1,8 +1,9 @@
-"""Finds damage that OpenImageIO does not report: missing texels and values out of range.
+"""Finds damage that decoders do not report: missing texels and values out of range.
 
 Only contradictions inside the file can be found, not a value that was changed into another legal one.
 Sources: ITU-T T.81, "JPEG", 1992, annex B; Adobe, "TIFF 6.0", 1992; Microsoft, "Bitmap storage"; J.
-Poskanzer, the manual pages of netpbm (pbm, pgm, ppm, pam, pfm).
+Poskanzer, the manual pages of netpbm (pbm, pgm, ppm, pam, pfm); D. Szablewski, "The Quite OK Image Format",
+2022.
 """
 
 from __future__ import annotations
@@ -26,8 +27,7 @@ if TYPE_CHECKING:
 
 def check_damage(path: Path, kind: str) -> None:
     """Raises SourceError where a file lacks texels that its header promises, or holds values that its header
-    excludes. kind: OpenImageIO's name of the format. Formats whose damage OpenImageIO reports are not
-    checked."""
+    excludes. kind: OpenImageIO's name of the format. Formats whose damage decoders report are not checked."""
     check = _CHECKS.get(kind)
     if check is not None:
         check(path)
@@ -143,10 +143,20 @@ def _check_tiff(path: Path) -> None:
                 raise damaged(f"texels end at byte {offset + count} of {size}", path)
 
 
+_QOI_END = bytes(7) + b"\1"
+
+
+def _check_qoi(path: Path) -> None:
+    """The file ends with the end marker: Pillow asks only for as many bytes as there may be texels."""
+    if not read_file(path).endswith(_QOI_END):
+        raise damaged("the file ends before its picture does", path)
+
+
 _CHECKS: dict[str, Callable[[Path], None]] = {
     "targa": check_targa,
     "jpeg": _check_jpeg,
     "bmp": _check_bmp,
     "pnm": _check_pnm,
     "tiff": _check_tiff,
+    "qoi": _check_qoi,
 }

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from paradize.errors import SourceError
 from paradize.files import open_file
+from paradize.readers.notes import NARROWED
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -18,7 +19,6 @@ _HEAD, _NEWER = 128, 4  # bytes: magic and header; the format behind them where 
 # Flags: the texel has alpha, or nothing else; a code names the format; it is grey.
 _ALPHA, _CODE, _LUMINANCE = 0x3, 0x4, 0x20000
 _SHORTS = (11, 13, 35, 37, 56, 58)  # DXGI formats of 16 bits a channel that are decoded
-_NARROWED = "has channels of more than 8 bits, which are read with 8; a PNG of 16 bits keeps them"
 
 
 class DdsHead(NamedTuple):
@@ -38,7 +38,7 @@ def read_dds_head(path: Path) -> DdsHead:
     if flags & _CODE:
         newer = code == int.from_bytes(b"DX10", "little") and len(data) == _HEAD + _NEWER
         wide = newer and struct.unpack_from("<I", data, _HEAD)[0] in _SHORTS
-        return DdsHead(note=_NARROWED if wide else "")
+        return DdsHead(note=NARROWED if wide else "")
     channels = masks[: 1 if flags & _LUMINANCE else 3] + (masks[3:] if flags & _ALPHA else [])
     used = 0
     for mask in channels:
@@ -47,4 +47,4 @@ def read_dds_head(path: Path) -> DdsHead:
         what = f"a channel has bits {used:#x} of a texel of {bits} bits"
         raise SourceError(what, file=path, mend="save it as PNG")
     wide = any(mask.bit_count() > 8 for mask in channels)
-    return DdsHead(bool(flags & _LUMINANCE), _NARROWED if wide else "")
+    return DdsHead(bool(flags & _LUMINANCE), NARROWED if wide else "")

@@ -1,4 +1,4 @@
-"""Reads pictures of all formats that OpenImageIO supports, or raises one clear SourceError.
+"""Reads pictures of all formats that OpenImageIO supports, AVIF and QOI, or raises one clear SourceError.
 
 OpenImageIO reports errors through return values, sometimes with pixels beside the error, sometimes not at
 all, and multiplies colour by alpha by default. This reader asks for straight alpha, treats any error as an
@@ -28,12 +28,13 @@ from paradize.data import Image
 from paradize.errors import SourceError
 from paradize.files import library_path, open_file
 from paradize.kinds import PICTURE, expecting
-from paradize.readers.bitmap import read_bitmap
 from paradize.readers.damage import check_damage, damaged
 from paradize.readers.dds import DdsHead, read_dds_head
 from paradize.readers.grids import read_grid
 from paradize.readers.limits import limit, require_size, too_many_bytes
 from paradize.readers.names import require_utf8_name
+from paradize.readers.notes import SEVERAL, turned
+from paradize.readers.pillow import read_with_pillow
 from paradize.readers.pnm import exact_shares
 
 if TYPE_CHECKING:
@@ -94,8 +95,8 @@ def _read_image(path: Path, color_space: str | None, finite: bool) -> Image:
     if (grid := read_grid(path)) is not None:
         return grid
     _require_file(path)
-    if (bitmap := read_bitmap(path, color_space)) is not None:
-        return bitmap
+    if (picture := read_with_pillow(path, color_space)) is not None:
+        return picture
     oiio.attribute("limits:imagesize_MB", limit("PARADIZE_MAX_MB"))
     oiio.attribute("limits:channels", 64)
     hints = oiio.ImageSpec()
@@ -219,14 +220,12 @@ def _notes(source: Any, kind: str) -> tuple[str, ...]:
     notes = []
     way = source.spec().get_int_attribute("Orientation", 1)
     if way > 1:
-        notes.append(
-            f"says that it is to be turned (orientation {way}); read as its texels lie: save it upright"
-        )
+        notes.append(turned(way))
     with _silenced():
         several = kind not in _LAYERED and source.seek_subimage(1, 0)
     _message(source)  # of a seek that finds nothing
     if several:
-        notes.append("holds several pictures; the first is read")
+        notes.append(SEVERAL)
     return tuple(notes)
 
 

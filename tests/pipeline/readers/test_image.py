@@ -244,59 +244,6 @@ def test_a_jpeg_without_its_end_is_refused_wherever_it_is_cut(tmp_path: Path) ->
             read_image(path)
 
 
-def bitmap(
-    bits: int, packing: int, rows: bytes, *, masks: tuple[int, ...] = (), colors: bytes = b""
-) -> bytes:
-    """A bitmap of 2 x 2 texels. With masks the header is that of version 4, which names alpha's too."""
-    extra = struct.pack("<4I", *masks) + bytes(52) if masks else b""
-    size = 40 + len(extra)
-    head = struct.pack("<IiiHHIIiiII", size, 2, 2, 1, bits, packing, len(rows), 0, 0, len(colors) // 4, 0)
-    start = 14 + size + len(colors)
-    return b"BM" + struct.pack("<IHHI", start + len(rows), 0, 0, start) + head + extra + colors + rows
-
-
-RED, GREEN, BLUE, WHITE = (255, 0, 0), (0, 255, 0), (0, 0, 255), (255, 255, 255)
-UPRIGHT = [[BLUE, WHITE], [RED, GREEN]]  # the file begins with the lowest row
-WITH_ALPHA = [[(0, 0, 255, 64), (255, 255, 255, 0)], [(255, 0, 0, 255), (0, 255, 0, 128)]]
-
-
-RED_FIRST = (0xFF, 0xFF00, 0xFF0000, 0xFF000000)
-FOUR_COLORS, TWO_GREYS = "0000ff00 00ff0000 ff000000 ffffff00", "00000000 ffffff00"
-BITMAPS: dict[str, tuple[int, int, str, tuple[int, ...], str, list[list[tuple[int, ...]]]]] = {
-    # bits, packing, rows, masks, colours of the palette, texels
-    "unused byte": (32, 0, FOUR_COLORS, (), "", UPRIGHT),
-    "red first": (32, 3, "ff0000ff 00ff0080 0000ff40 ffffff00", RED_FIRST, "", WITH_ALPHA),
-    "alpha first": (32, 3, "ff0000ff 8000ff00 40ff0000 00ffffff", RED_FIRST[::-1], "", WITH_ALPHA),
-    "16 bits": (16, 0, "007ce003 1f00ff7f", (), "", UPRIGHT),
-    "run-length coded": (8, 1, "0100 0101 0000 0102 0103 0001", (), FOUR_COLORS, UPRIGHT),
-    "two greys": (8, 1, "0100 0101 0000 0101 0100 0001", (), TWO_GREYS, [[(255,), (0,)], [(0,), (255,)]]),
-}
-
-
-@pytest.mark.parametrize("name", BITMAPS)
-def test_a_bitmap_has_the_colours_that_its_header_says(tmp_path: Path, name: str) -> None:
-    bits, packing, rows, masks, colors, texels = BITMAPS[name]
-    path = tmp_path / "a.bmp"
-    path.write_bytes(bitmap(bits, packing, bytes.fromhex(rows), masks=masks, colors=bytes.fromhex(colors)))
-    assert read_image(path).values.tolist() == [[list(texel) for texel in row] for row in texels]
-
-
-def test_a_bitmap_of_masks_that_are_not_decoded_is_refused(tmp_path: Path) -> None:
-    path = tmp_path / "a.bmp"
-    path.write_bytes(bitmap(32, 3, bytes(16), masks=(0x7FF00000, 0xFFC00, 0x3FF, 0)))
-    with pytest.raises(SourceError, match=r"is not a readable bitmap.*; save it as PNG"):
-        read_image(path)
-
-
-def test_a_bitmap_beyond_the_limits_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    path = tmp_path / "a.bmp"
-    path.write_bytes(bitmap(24, 0, bytes(16)))
-    assert read_image(path).values.shape == (2, 2, 3)
-    monkeypatch.setenv("PARADIZE_MAX_SIDE", "1")
-    with pytest.raises(SourceError, match="2 x 2 texels; at most 1 per side"):
-        read_image(path)
-
-
 def test_bytes_between_the_segments_of_a_jpegs_header_are_skipped_and_told(tmp_path: Path) -> None:
     rng = np.random.default_rng(1)
     path = write(tmp_path / "a.jpg", rng.integers(0, 256, (48, 48, 3), dtype=np.uint8), oiio.UINT8)

@@ -7,6 +7,7 @@ from paradize.readers.gltf.document import Document
 READ = {
     "EXT_mesh_gpu_instancing",
     "EXT_meshopt_compression",
+    "EXT_texture_avif",
     "EXT_texture_webp",
     "KHR_draco_mesh_compression",
     "KHR_lights_punctual",  # views.py says what becomes of them
@@ -29,7 +30,6 @@ LEFT_OUT = {
     "EXT_lights_image_based": "light",
     "EXT_mesh_features": "metadata",
     "EXT_structural_metadata": "metadata",
-    "EXT_texture_avif": "AVIF pictures",
     "KHR_animation_pointer": "animations",
     "KHR_audio": "sounds",
     "KHR_materials_anisotropy": "anisotropic highlights",

@@ -10,11 +10,13 @@ from paradize.material import MapSource, Picture, Wrap
 from paradize.readers.gltf.buffers import Buffers, beside, data_of
 from paradize.readers.gltf.document import Document
 from paradize.readers.names import named_file, spelled_otherwise
+from paradize.readers.pillow import is_avif
 
 _WRAPS: dict[int, Wrap] = {33071: "clamp", 33648: "mirror", 10497: "repeat"}
 _LINEAR = 9729
 _FILTERS = {9728: "nearest", _LINEAR: "linear"}
 _SMALLER = dict.fromkeys((*_FILTERS, 9984, 9985, 9986, 9987), "trilinear")  # mips are always mixed
+_HEAD = 32  # bytes that tell an AVIF picture
 _MAGIC = (b"\x89PNG\r\n\x1a\n", b"\xff\xd8\xff")
 # Pictures that only an extension allows, by the extension, and how those of them begin that are read.
 SOURCES = ("EXT_texture_webp", "EXT_texture_avif", "KHR_texture_basisu", "KHR_texture_ktx")
@@ -88,7 +90,7 @@ class Pictures:
 
     def _embedded(self, data: bytes, name: str, place: str) -> Picture | None:
         webp = data[:4] == b"RIFF" and data[8:12] == b"WEBP"
-        if not (webp or data.startswith(_MAGIC)):
+        if not (webp or is_avif(data[:_HEAD]) or data.startswith(_MAGIC)):
             self.document.warn(f"{name}: {_kind(data)} is not read; left out{_mend(_kind(data))}", place)
             return None
         return Picture(self.document.file, data, name)
@@ -111,7 +113,7 @@ class Pictures:
                 return None
             path, note = other
             document.warn(note, place)
-        if path.suffix.lower() in (".ktx2", ".ktx", ".basis", ".avif"):
+        if path.suffix.lower() in (".ktx2", ".ktx", ".basis"):
             kind = path.suffix[1:].upper()
             self.unread.append(path)
             document.warn(f"picture {uri[:120]!r}: {kind} is not read; left out{_mend(kind)}", place)
@@ -127,6 +129,4 @@ def _mend(kind: str) -> str:
 
 def _kind(data: bytes) -> str:
     found = [name for magic, name in _UNREAD.items() if data.startswith(magic)]
-    if b"ftypavif" in data[:32]:
-        found = ["AVIF"]
-    return f"a {found[0]} picture" if found else "a picture that is neither PNG, JPEG nor WebP"
+    return f"a {found[0]} picture" if found else "a picture that is neither PNG, JPEG, WebP nor AVIF"

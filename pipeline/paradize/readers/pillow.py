@@ -1,0 +1,102 @@
+"""Reads with Pillow those pictures that OpenImageIO 3.2 reads wrong or not at all: AVIF, QOI, some bitmaps.
+
+Of Windows bitmaps OpenImageIO takes the unused fourth byte of a texel for alpha, ignores the masks that say
+where a channel lies, and refuses sound run-length coded ones. Plain palettes are left to it: Pillow 13 takes
+bytes for bits where there are two colours. Sources: Microsoft, "Bitmap storage"; D. Szablewski, "The Quite
+OK Image Format", 2022; Alliance for Open Media, "AV1 Image File Format", 2022.
+"""
+
+from __future__ import annotations
+
+import struct
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from paradize.data import Image
+from paradize.errors import SourceError
+from paradize.files import open_file
+from paradize.readers.damage import check_damage
+from paradize.readers.limits import require_size
+from paradize.readers.notes import NARROWED, SEVERAL, turned
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+_HEAD = 4096  # bytes: in an AVIF file the boxes before the texels
+_FORMATS = {  # name in Pillow -> our name of the picture
+    "Bmp": "bitmap",
+    "Qoi": "QOI picture",
+    "Avif": "AVIF picture",
+}
+_PLAIN = {"1": "L", "P": "RGB"}  # two greys, and palettes -> what they mean
+_HIGH_DEPTH = 0x40  # flag in the third byte of an AVIF file's box av1C
+_ORIENTATION = 0x0112  # Exif
+_HDR = {16: "PQ", 18: "HLG"}  # transfer functions of ITU-T H.273
+
+
+def is_avif(head: bytes) -> bool:
+    """Whether the file that begins with these 32 bytes or more is an AVIF picture."""
+    return head[4:8] == b"ftyp" and (b"avif" in head[8:32] or b"avis" in head[8:32])
+
+
+def read_with_pillow(path: Path, color_space: str | None) -> Image | None:
+    """The picture; None for a file that OpenImageIO reads, or nothing does.
+
+    Raises SourceError where it is damaged, beyond the limits, or of a kind that Pillow does not decode.
+    """
+    with open_file(path) as stream:
+        head = stream.read(_HEAD)
+        name = _format(head)
+        if name is None:
+            return None
+        opener = getattr(import_module(f"PIL.{name}ImagePlugin"), f"{name}ImageFile")
+        stream.seek(0)
+        try:
+            with opener(stream) as picture:
+                width, height = picture.size
+                require_size(width, height, len(picture.getbands()), path)
+                check_damage(path, name.lower())
+                if name == "Avif" and (curve := _HDR.get(_avif_curve(head))):
+                    what = f"its colours are of high dynamic range ({curve}), not sRGB"
+                    raise SourceError(what, file=path, mend="save it as OpenEXR")
+                values = np.asarray(picture.convert(_PLAIN.get(picture.mode, picture.mode)))
+                notes = _avif_notes(picture, head) if name == "Avif" else ()
+        except (OSError, ValueError, SyntaxError, RuntimeError) as error:
+            what = f"is not a readable {_FORMATS[name]}: {error}"
+            raise SourceError(what, file=path, mend="save it as PNG") from None
+    # A QOI's byte of colour space is not asked: programs (Pillow) write "linear" for any picture.
+    return Image(values.reshape(*values.shape[:2], -1), color_space or "srgb", 8, 255, notes=notes)
+
+
+def _format(head: bytes) -> str | None:
+    """The Pillow format of a picture that OpenImageIO does not read right."""
+    if head.startswith(b"qoif"):
+        return "Qoi"
+    if is_avif(head):
+        return "Avif"
+    if len(head) < 34 or not head.startswith(b"BM"):
+        return None
+    size, _, _, _, bits, packing = struct.unpack_from("<IiiHHI", head, 14)
+    return None if size < 40 or (packing == 0 and bits in (1, 4, 8)) else "Bmp"
+
+
+def _avif_curve(head: bytes) -> int:
+    """The transfer function that an AVIF file names (ITU-T H.273); 0: none, which means sRGB."""
+    at = head.find(b"colrnclx")
+    return int.from_bytes(head[at + 10 : at + 12], "big") if at >= 0 else 0
+
+
+def _avif_notes(picture: Any, head: bytes) -> tuple[str, ...]:
+    """Notes for the user about an AVIF picture."""
+    notes = []
+    at = head.find(b"av1C")
+    if at >= 0 and head[at + 6 : at + 7] and head[at + 6] & _HIGH_DEPTH:
+        notes.append(NARROWED)
+    way = picture.getexif().get(_ORIENTATION, 1)
+    if way > 1:
+        notes.append(turned(way))
+    if picture.n_frames > 1:
+        notes.append(SEVERAL)
+    return tuple(notes)

@@ -1,0 +1,155 @@
+"""Pictures that Pillow reads for us: bitmaps, QOI and AVIF have the texels that their files say."""
+
+from __future__ import annotations
+
+import struct
+from pathlib import Path
+
+import numpy as np
+import PIL.Image
+import pytest
+
+from paradize.errors import SourceError
+from paradize.readers.image import read_image
+from paradize.readers.notes import NARROWED, SEVERAL
+
+
+def bitmap(
+    bits: int, packing: int, rows: bytes, *, masks: tuple[int, ...] = (), colors: bytes = b""
+) -> bytes:
+    """A bitmap of 2 x 2 texels. With masks the header is that of version 4, which names alpha's too."""
+    extra = struct.pack("<4I", *masks) + bytes(52) if masks else b""
+    size = 40 + len(extra)
+    head = struct.pack("<IiiHHIIiiII", size, 2, 2, 1, bits, packing, len(rows), 0, 0, len(colors) // 4, 0)
+    start = 14 + size + len(colors)
+    return b"BM" + struct.pack("<IHHI", start + len(rows), 0, 0, start) + head + extra + colors + rows
+
+
+RED, GREEN, BLUE, WHITE = (255, 0, 0), (0, 255, 0), (0, 0, 255), (255, 255, 255)
+UPRIGHT = [[BLUE, WHITE], [RED, GREEN]]  # the file begins with the lowest row
+WITH_ALPHA = [[(0, 0, 255, 64), (255, 255, 255, 0)], [(255, 0, 0, 255), (0, 255, 0, 128)]]
+
+
+RED_FIRST = (0xFF, 0xFF00, 0xFF0000, 0xFF000000)
+FOUR_COLORS, TWO_GREYS = "0000ff00 00ff0000 ff000000 ffffff00", "00000000 ffffff00"
+BITMAPS: dict[str, tuple[int, int, str, tuple[int, ...], str, list[list[tuple[int, ...]]]]] = {
+    # bits, packing, rows, masks, colours of the palette, texels
+    "unused byte": (32, 0, FOUR_COLORS, (), "", UPRIGHT),
+    "red first": (32, 3, "ff0000ff 00ff0080 0000ff40 ffffff00", RED_FIRST, "", WITH_ALPHA),
+    "alpha first": (32, 3, "ff0000ff 8000ff00 40ff0000 00ffffff", RED_FIRST[::-1], "", WITH_ALPHA),
+    "16 bits": (16, 0, "007ce003 1f00ff7f", (), "", UPRIGHT),
+    "run-length coded": (8, 1, "0100 0101 0000 0102 0103 0001", (), FOUR_COLORS, UPRIGHT),
+    "two greys": (8, 1, "0100 0101 0000 0101 0100 0001", (), TWO_GREYS, [[(255,), (0,)], [(0,), (255,)]]),
+}
+
+
+@pytest.mark.parametrize("name", BITMAPS)
+def test_a_bitmap_has_the_colours_that_its_header_says(tmp_path: Path, name: str) -> None:
+    bits, packing, rows, masks, colors, texels = BITMAPS[name]
+    path = tmp_path / "a.bmp"
+    path.write_bytes(bitmap(bits, packing, bytes.fromhex(rows), masks=masks, colors=bytes.fromhex(colors)))
+    assert read_image(path).values.tolist() == [[list(texel) for texel in row] for row in texels]
+
+
+def test_a_bitmap_of_masks_that_are_not_decoded_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "a.bmp"
+    path.write_bytes(bitmap(32, 3, bytes(16), masks=(0x7FF00000, 0xFFC00, 0x3FF, 0)))
+    with pytest.raises(SourceError, match=r"is not a readable bitmap.*; save it as PNG"):
+        read_image(path)
+
+
+def test_a_bitmap_beyond_the_limits_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = tmp_path / "a.bmp"
+    path.write_bytes(bitmap(24, 0, bytes(16)))
+    assert read_image(path).values.shape == (2, 2, 3)
+    monkeypatch.setenv("PARADIZE_MAX_SIDE", "1")
+    with pytest.raises(SourceError, match="2 x 2 texels; at most 1 per side"):
+        read_image(path)
+
+
+SIZE = (5, 7)  # rows and columns of the pictures below
+
+
+def saved(path: Path, codes: np.ndarray, **how: object) -> Path:
+    """A picture as Pillow writes it."""
+    PIL.Image.fromarray(codes).save(path, **how)
+    return path
+
+
+@pytest.mark.parametrize("channels", [3, 4])
+def test_a_qoi_has_the_texels_that_were_saved(tmp_path: Path, channels: int) -> None:
+    codes = (np.arange(np.prod(SIZE) * channels) * 7919 % 256).reshape(*SIZE, channels).astype(np.uint8)
+    path = saved(tmp_path / "a.qoi", codes)
+    image = read_image(path)
+    assert np.array_equal(image.values, codes)
+    assert (image.color_space, image.source_bits, image.top) == ("srgb", 8, 255)
+    assert read_image(path, color_space="data").color_space == "data"
+
+
+@pytest.mark.parametrize("channels", [1, 3, 4])
+def test_an_avif_is_near_the_texels_that_were_saved(tmp_path: Path, channels: int) -> None:
+    ramp = np.linspace(0, 255, np.prod(SIZE) * 9).reshape(3 * SIZE[0], 3 * SIZE[1]).astype(np.uint8)
+    codes = np.stack([ramp, ramp[::-1], ramp[:, ::-1], 255 - ramp], axis=2)[:, :, :channels]
+    given = codes[:, :, 0] if channels == 1 else codes
+    path = saved(tmp_path / "a.avif", given, quality=100, subsampling="4:4:4")
+    image = read_image(path)
+    grey = np.repeat(codes, 3, axis=2) if channels == 1 else codes  # AVIF has no grey alone
+    assert image.values.shape == grey.shape
+    assert np.abs(image.values.astype(int) - grey).max() <= 4
+    assert (image.color_space, image.source_bits, image.notes) == ("srgb", 8, ())
+
+
+def test_an_avif_of_several_pictures_is_told(tmp_path: Path) -> None:
+    frames = [PIL.Image.new("RGB", (8, 8), color) for color in ("red", "blue")]
+    path = tmp_path / "a.avif"
+    frames[0].save(path, save_all=True, append_images=frames[1:], quality=100)
+    image = read_image(path)
+    assert image.notes == (SEVERAL,)
+    assert np.abs(image.values.reshape(-1, 3).astype(int) - (255, 0, 0)).max() <= 4
+
+
+def test_an_avif_of_more_bits_or_of_high_dynamic_range_is_told(tmp_path: Path) -> None:
+    path = saved(tmp_path / "a.avif", np.full((8, 8, 3), 90, np.uint8))
+    data = bytearray(path.read_bytes())
+    deep, pixi, curve = (data.find(box) for box in (b"av1C", b"pixi", b"colrnclx"))
+    data[deep + 6] |= 0x40  # 10 bits, which the box `pixi` says too
+    data[pixi + 9 : pixi + 12] = b"\x0a\x0a\x0a"
+    path.write_bytes(data)
+    assert read_image(path).notes == (NARROWED,)
+    data[curve + 11] = 16
+    path.write_bytes(data)
+    with pytest.raises(SourceError, match=r"of high dynamic range \(PQ\), not sRGB; save it as OpenEXR"):
+        read_image(path)
+
+
+@pytest.mark.parametrize("name", ["a.qoi", "a.avif"])
+def test_any_cut_is_refused_in_one_message(tmp_path: Path, name: str) -> None:
+    codes = np.random.default_rng(5).integers(0, 256, (16, 16, 3), np.uint8)
+    data = saved(tmp_path / name, codes).read_bytes()
+    for length in (len(data) - 1, len(data) - 9, len(data) // 2, 33, 20, 12, 4):
+        (tmp_path / name).write_bytes(data[:length])
+        with pytest.raises(SourceError, match=f"{name}: (is not a readable|damaged or cut)") as refusal:
+            read_image(tmp_path / name)
+        assert "\n" not in str(refusal.value) and "object at 0x" not in str(refusal.value), length
+
+
+@pytest.mark.parametrize("name", ["a.qoi", "a.avif"])
+def test_spoilt_bytes_give_a_picture_or_one_message(tmp_path: Path, name: str) -> None:
+    rng = np.random.default_rng(5)
+    data = saved(tmp_path / name, rng.integers(0, 256, (16, 16, 3), np.uint8)).read_bytes()
+    for _ in range(60):
+        spoilt = np.frombuffer(data, np.uint8).copy()
+        spoilt[rng.integers(4, len(data), 3)] = rng.integers(0, 256, 3)
+        (tmp_path / name).write_bytes(spoilt.tobytes())
+        try:
+            assert read_image(tmp_path / name).values.dtype == np.uint8
+        except SourceError as refusal:
+            assert "\n" not in str(refusal) and "object at 0x" not in str(refusal)
+
+
+@pytest.mark.parametrize("name", ["a.qoi", "a.avif"])
+def test_one_beyond_the_limits_is_refused(tmp_path: Path, name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = saved(tmp_path / name, np.zeros((8, 16, 3), np.uint8))
+    monkeypatch.setenv("PARADIZE_MAX_SIDE", "15")
+    with pytest.raises(SourceError, match="16 x 8 texels; at most 15 per side"):
+        read_image(path)
