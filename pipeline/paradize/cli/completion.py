@@ -14,6 +14,7 @@ PICTURES = (
     "asc",
     "avif",
     "bmp",
+    "dds",
     "exr",
     "hdr",
     "hgt",

@@ -29,11 +29,11 @@ from paradize.errors import SourceError
 from paradize.files import library_path, open_file
 from paradize.kinds import PICTURE, expecting
 from paradize.readers.damage import check_damage, damaged
-from paradize.readers.dds import DdsHead, read_dds_head
+from paradize.readers.dds import DdsHead, read_dds_head, read_plain_dds
 from paradize.readers.grids import read_grid
 from paradize.readers.limits import limit, require_size, too_many_bytes
 from paradize.readers.names import require_utf8_name
-from paradize.readers.notes import SEVERAL, turned
+from paradize.readers.notes import SEVERAL, six_faces, turned
 from paradize.readers.pillow import read_with_pillow
 from paradize.readers.pnm import exact_shares
 
@@ -96,6 +96,10 @@ def _read_image(path: Path, color_space: str | None, finite: bool) -> Image:
         return grid
     _require_file(path)
     if (picture := read_with_pillow(path, color_space)) is not None:
+        return picture
+    if (picture := read_plain_dds(path, color_space)) is not None:
+        if finite:
+            require_finite(picture.values, path)
         return picture
     oiio.attribute("limits:imagesize_MB", limit("PARADIZE_MAX_MB"))
     oiio.attribute("limits:channels", 64)
@@ -201,7 +205,7 @@ def _read_open(source: Any, path: Path, color_space: str | None, finite: bool) -
         require_finite(values, path)
     if values.shape[2] in (2, 4) and _is_premultiplied(spec, kind):
         values = _straighten(Image(values, "data", 32).pixels)
-    dds = read_dds_head(path) if kind == "dds" else DdsHead()
+    dds = (kind == "dds" and read_dds_head(path)) or DdsHead()
     two_channels = values.shape[2] == 2 and spec.alpha_channel != 1
     if two_channels and kind != "targa" and not dds.grey_alpha:  # red and green
         values = np.concatenate([values, np.zeros_like(values[:, :, :1])], axis=2)
@@ -243,8 +247,7 @@ def _require_shape(spec: Any, types: list[str], path: Path) -> None:
     if "LAB" in (coding := spec.get_string_attribute("tiff:ColorSpace")):
         raise SourceError(f"its colours are {coding}, not RGB", file=path, mend="save it as RGB")
     if spec.get_string_attribute("textureformat") == "CubeFace Environment":  # the faces side by side
-        mend = "save each face as a picture of its own"
-        raise SourceError("the six faces of a cube map are not one picture", file=path, mend=mend)
+        raise six_faces(path)
     if width < 1 or height < 1 or spec.nchannels < 1:
         raise SourceError(
             f"{width} x {height} texels of {spec.nchannels} channels; expected at least 1 of each", file=path

@@ -1,4 +1,4 @@
-"""DDS pictures whose texels are grey, or have channels of 16 bits."""
+"""DDS pictures: grey, channels of 16 and 32 bits, and what is no picture."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import pytest
 
 from paradize.errors import SourceError
 from paradize.readers.image import read_image
+from paradize.readers.notes import NARROWED
 
 CODES = np.arange(16, dtype=np.uint16)
 LUMINANCE, ALPHA = 0x20000, 0x1
@@ -32,14 +33,66 @@ def test_grey_beside_alpha_is_not_red_and_green(tmp_path: Path) -> None:
     assert image.notes == ()
 
 
+def newer(path: Path, form: int, texels: bytes, *, more: int = 0, dimension: int = 3) -> Path:
+    """A picture of 4 x 4 texels of a DXGI format."""
+    return dds(path, 0, 0, (0, 0, 0, 0), texels, struct.pack("<5I", form, dimension, more, 1, 0))
+
+
 def test_channels_that_are_read_with_fewer_bits_are_told(tmp_path: Path) -> None:
+    masks = (0x3FF, 0xFFC00, 0x3FF00000, 0xC0000000)  # three channels of ten bits
+    path = dds(tmp_path / "a.dds", 0x41, 32, masks, (4 * CODES).astype("<u4").tobytes())
+    assert read_image(path).notes == (NARROWED,)
+
+
+def test_grey_of_16_bits_keeps_them(tmp_path: Path) -> None:
     texels = (1000 * CODES).astype("<u2").tobytes()
     grey = dds(tmp_path / "grey.dds", LUMINANCE, 16, (0xFFFF, 0, 0, 0), texels)
-    newer = dds(tmp_path / "newer.dds", 0, 0, (0, 0, 0, 0), texels, struct.pack("<5I", 56, 3, 0, 1, 0))
-    for path in (grey, newer):
+    for path in (grey, newer(tmp_path / "newer.dds", 56, texels)):
         image = read_image(path)
-        assert np.array_equal(image.values.ravel(), (1000 * CODES) >> 8)
-        assert "read with 8" in image.notes[0]
+        assert np.array_equal(image.values.ravel(), 1000 * CODES)
+        assert (image.top, image.source_bits, image.color_space, image.notes) == (65535, 16, "srgb", ())
+
+
+FLOATS = {"<f2": {1: (111, 54), 2: (112, 34), 4: (113, 10)}, "<f4": {1: (114, 41), 2: (115, 16), 4: (116, 2)}}
+
+
+@pytest.mark.parametrize("channels", [1, 2, 4])
+@pytest.mark.parametrize("kind", FLOATS)
+def test_floats_are_linear_numbers_as_they_are(tmp_path: Path, kind: str, channels: int) -> None:
+    values = (np.arange(16 * channels) / 8 - 3).astype(kind).reshape(4, 4, channels)
+    code, form = FLOATS[kind][channels]
+    old = dds(tmp_path / "old.dds", 0x4, 0, (0, 0, 0, 0), values.tobytes())
+    data = bytearray(old.read_bytes())
+    struct.pack_into("<I", data, 84, code)
+    old.write_bytes(data)
+    for path in (old, newer(tmp_path / "newer.dds", form, values.tobytes())):
+        image = read_image(path)
+        assert np.array_equal(image.values[:, :, :channels], values.astype(np.float32))
+        assert image.values.shape[2] == (3 if channels == 2 else channels)  # 2: red, green
+        assert (image.top, image.source_bits, image.color_space) == (None, 8 * int(kind[2]), "linear")
+        path.write_bytes(path.read_bytes()[:-1])
+        with pytest.raises(SourceError, match="damaged or cut: the file ends before its picture does"):
+            read_image(path)
+
+
+def test_a_float_that_is_no_number_is_refused_with_its_place(tmp_path: Path) -> None:
+    values = np.zeros((4, 4), "<f4")
+    values[2, 3] = np.nan
+    with pytest.raises(SourceError, match=r"texel \(3, 2\): nan in channel 0"):
+        read_image(newer(tmp_path / "a.dds", 41, values.tobytes()))
+
+
+def test_volumes_cube_maps_and_what_is_too_large_are_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    texels = bytes(64 * 6)
+    with pytest.raises(SourceError, match="a volume texture is not one picture; save a slice as PNG"):
+        read_image(newer(tmp_path / "a.dds", 41, texels, dimension=4))
+    with pytest.raises(SourceError, match="the six faces of a cube map are not one picture"):
+        read_image(newer(tmp_path / "b.dds", 41, texels, more=4))
+    monkeypatch.setenv("PARADIZE_MAX_SIDE", "3")
+    with pytest.raises(SourceError, match="4 x 4 texels; at most 3 per side"):
+        read_image(newer(tmp_path / "c.dds", 41, texels))
 
 
 @pytest.mark.parametrize(
