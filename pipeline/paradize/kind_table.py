@@ -67,6 +67,7 @@ MAGIC: tuple[tuple[bytes, Kind], ...] = (
     (b"II*\0", Kind("a TIFF picture", _MAPS)),
     (b"MM\0*", Kind("a TIFF picture", _MAPS)),
     (b"8BPS", Kind("a PSD picture", _MAPS)),
+    (b"\xabKTX 20\xbb\r\n\x1a\n\0\0\0\0", Kind("a Basis Universal picture", _MAPS)),
     (b"\xabKTX 20\xbb\r\n\x1a\n", TEXTURE),
     (b"glTF", GLB),
     (b"ply\n", PLY),

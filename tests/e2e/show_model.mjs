@@ -22,6 +22,7 @@ import {
 } from "three";
 import { DRACOLoader } from "three/addons/loaders/DRACOLoader.js";
 import { GLTFLoader } from "three/addons/loaders/GLTFLoader.js";
+import { KTX2Loader } from "three/addons/loaders/KTX2Loader.js";
 import { MTLLoader } from "three/addons/loaders/MTLLoader.js";
 import { OBJLoader } from "three/addons/loaders/OBJLoader.js";
 import { MeshoptDecoder } from "three/addons/libs/meshopt_decoder.module.js";
@@ -30,6 +31,7 @@ import { sharpen, skyOf } from "./sky.mjs";
 const renderer = new WebGLRenderer();
 renderer.toneMapping = NoToneMapping;
 renderer.outputColorSpace = LinearSRGBColorSpace;
+const basis = new KTX2Loader().setTranscoderPath("/three/examples/jsm/libs/basis/").detectSupport(renderer);
 const draco = new DRACOLoader().setDecoderPath("/three/examples/jsm/libs/draco/gltf/");
 
 // As pipeline/paradize/readers/mtl reads a Wavefront material: Kd is linear, and a colour map replaces it; Pr, Pm,
@@ -137,7 +139,7 @@ async function load(path) {
     const url = `/models/${path.split("/").map(encodeURIComponent).join("/")}`;
     const folder = url.slice(0, url.lastIndexOf("/") + 1);
     if (!/\.obj$/i.test(path)) {
-        const loader = new GLTFLoader(manager).setDRACOLoader(draco).setMeshoptDecoder(MeshoptDecoder);
+        const loader = new GLTFLoader(manager).setDRACOLoader(draco).setKTX2Loader(basis).setMeshoptDecoder(MeshoptDecoder);
         const { scene } = await loader.loadAsync(url);
         if (!scene) {
             throw new Error("three.js shows no file without a scene");

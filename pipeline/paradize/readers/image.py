@@ -1,4 +1,5 @@
-"""Reads pictures of all formats that OpenImageIO supports, AVIF and QOI, or raises one clear SourceError.
+"""Reads pictures of all formats that OpenImageIO supports, AVIF, QOI and Basis Universal, or raises one
+clear SourceError.
 
 OpenImageIO reports errors through return values, sometimes with pixels beside the error, sometimes not at
 all, and multiplies colour by alpha by default. This reader asks for straight alpha, treats any error as an
@@ -28,6 +29,7 @@ from paradize.data import Image
 from paradize.errors import SourceError
 from paradize.files import library_path, open_file
 from paradize.kinds import PICTURE, expecting
+from paradize.readers.basis import read_basis
 from paradize.readers.damage import check_damage, damaged
 from paradize.readers.dds import DdsHead, read_dds_head, read_plain_dds
 from paradize.readers.grids import read_grid
@@ -95,12 +97,11 @@ def _read_image(path: Path, color_space: str | None, finite: bool) -> Image:
     if (grid := read_grid(path)) is not None:
         return grid
     _require_file(path)
-    if (picture := read_with_pillow(path, color_space)) is not None:
-        return picture
-    if (picture := read_plain_dds(path, color_space)) is not None:
-        if finite:
-            require_finite(picture.values, path)
-        return picture
+    for read in (read_with_pillow, read_plain_dds, read_basis):
+        if (picture := read(path, color_space)) is not None:
+            if finite:
+                require_finite(picture.values, path)
+            return picture
     oiio.attribute("limits:imagesize_MB", limit("PARADIZE_MAX_MB"))
     oiio.attribute("limits:channels", 64)
     hints = oiio.ImageSpec()

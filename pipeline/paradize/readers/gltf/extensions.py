@@ -20,6 +20,7 @@ READ = {
     "KHR_materials_volume",
     "KHR_mesh_quantization",
     "KHR_meshopt_compression",
+    "KHR_texture_basisu",
     "KHR_texture_transform",
     "MSFT_lod",  # its first level is what the scene shows
 }
@@ -39,7 +40,6 @@ LEFT_OUT = {
     "KHR_materials_iridescence": "iridescence",
     "KHR_materials_sheen": "sheen",
     "KHR_materials_variants": "other variants of the materials; the default one is read",
-    "KHR_texture_basisu": "KTX2 pictures",
     "KHR_texture_ktx": "KTX2 pictures",
     "KHR_xmp": "metadata",
     "KHR_xmp_json_ld": "metadata",

@@ -6,7 +6,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, TypeVar
 
+from paradize.files import open_file
 from paradize.material import MapSource, Picture, Wrap
+from paradize.readers.basis import HEAD_BYTES, has_reader, is_basis
 from paradize.readers.gltf.buffers import Buffers, beside, data_of
 from paradize.readers.gltf.document import Document
 from paradize.readers.names import named_file, spelled_otherwise
@@ -16,7 +18,6 @@ _WRAPS: dict[int, Wrap] = {33071: "clamp", 33648: "mirror", 10497: "repeat"}
 _LINEAR = 9729
 _FILTERS = {9728: "nearest", _LINEAR: "linear"}
 _SMALLER = dict.fromkeys((*_FILTERS, 9984, 9985, 9986, 9987), "trilinear")  # mips are always mixed
-_HEAD = 32  # bytes that tell an AVIF picture
 _MAGIC = (b"\x89PNG\r\n\x1a\n", b"\xff\xd8\xff")
 # Pictures that only an extension allows, by the extension, and how those of them begin that are read.
 SOURCES = ("EXT_texture_webp", "EXT_texture_avif", "KHR_texture_basisu", "KHR_texture_ktx")
@@ -90,7 +91,8 @@ class Pictures:
 
     def _embedded(self, data: bytes, name: str, place: str) -> Picture | None:
         webp = data[:4] == b"RIFF" and data[8:12] == b"WEBP"
-        if not (webp or is_avif(data[:_HEAD]) or data.startswith(_MAGIC)):
+        basis = is_basis(data[:HEAD_BYTES]) and has_reader()
+        if not (webp or basis or is_avif(data[:HEAD_BYTES]) or data.startswith(_MAGIC)):
             self.document.warn(f"{name}: {_kind(data)} is not read; left out{_mend(_kind(data))}", place)
             return None
         return Picture(self.document.file, data, name)
@@ -113,12 +115,17 @@ class Pictures:
                 return None
             path, note = other
             document.warn(note, place)
-        if path.suffix.lower() in (".ktx2", ".ktx", ".basis"):
-            kind = path.suffix[1:].upper()
+        kind = path.suffix[1:].upper()
+        if kind in ("KTX2", "KTX", "BASIS") and not (_begins_as_basis(path) and has_reader()):
             self.unread.append(path)
             document.warn(f"picture {uri[:120]!r}: {kind} is not read; left out{_mend(kind)}", place)
             return None
         return Picture(path, None, path.name)
+
+
+def _begins_as_basis(path: Path) -> bool:
+    with open_file(path) as file:
+        return is_basis(file.read(HEAD_BYTES))
 
 
 def _mend(kind: str) -> str:
