@@ -33,9 +33,17 @@ def test_grey_beside_alpha_is_not_red_and_green(tmp_path: Path) -> None:
     assert image.notes == ()
 
 
-def newer(path: Path, form: int, texels: bytes, *, more: int = 0, dimension: int = 3) -> Path:
+def newer(path: Path, form: int, texels: bytes, *, more: int = 0, dimension: int = 3, count: int = 1) -> Path:
     """A picture of 4 x 4 texels of a DXGI format."""
-    return dds(path, 0, 0, (0, 0, 0, 0), texels, struct.pack("<5I", form, dimension, more, 1, 0))
+    return dds(path, 0, 0, (0, 0, 0, 0), texels, struct.pack("<5I", form, dimension, more, count, 0))
+
+
+def older(path: Path, code: int, texels: bytes) -> Path:
+    """A picture of 4 x 4 texels of a format of Direct3D 9."""
+    data = bytearray(dds(path, 0x4, 0, (0, 0, 0, 0), texels).read_bytes())
+    struct.pack_into("<I", data, 84, code)
+    path.write_bytes(data)
+    return path
 
 
 def test_channels_that_are_read_with_fewer_bits_are_told(tmp_path: Path) -> None:
@@ -61,11 +69,11 @@ FLOATS = {"<f2": {1: (111, 54), 2: (112, 34), 4: (113, 10)}, "<f4": {1: (114, 41
 def test_floats_are_linear_numbers_as_they_are(tmp_path: Path, kind: str, channels: int) -> None:
     values = (np.arange(16 * channels) / 8 - 3).astype(kind).reshape(4, 4, channels)
     code, form = FLOATS[kind][channels]
-    old = dds(tmp_path / "old.dds", 0x4, 0, (0, 0, 0, 0), values.tobytes())
-    data = bytearray(old.read_bytes())
-    struct.pack_into("<I", data, 84, code)
-    old.write_bytes(data)
-    for path in (old, newer(tmp_path / "newer.dds", form, values.tobytes())):
+    pair = (
+        older(tmp_path / "a.dds", code, values.tobytes()),
+        newer(tmp_path / "b.dds", form, values.tobytes()),
+    )
+    for path in pair:
         image = read_image(path)
         assert np.array_equal(image.values[:, :, :channels], values.astype(np.float32))
         assert image.values.shape[2] == (3 if channels == 2 else channels)  # 2: red, green
@@ -73,6 +81,17 @@ def test_floats_are_linear_numbers_as_they_are(tmp_path: Path, kind: str, channe
         path.write_bytes(path.read_bytes()[:-1])
         with pytest.raises(SourceError, match="damaged or cut: the file ends before its picture does"):
             read_image(path)
+
+
+def test_texels_of_any_number_of_channels_keep_their_order(tmp_path: Path) -> None:
+    codes = (np.arange(64) * 1021).astype("<u2")
+    pairs = [(older(tmp_path / "36.dds", 36, codes.tobytes()), 4)]
+    pairs += [(newer(tmp_path / f"{form}.dds", form, codes.tobytes()), n) for form, n in ((11, 4), (35, 2))]
+    for path, channels in pairs:
+        found = read_image(path).values
+        assert np.array_equal(found[:, :, :channels], codes[: 16 * channels].reshape(4, 4, channels)), path
+    three = np.arange(48, dtype="<f4").reshape(4, 4, 3)
+    assert np.array_equal(read_image(newer(tmp_path / "c.dds", 6, three.tobytes())).values, three)
 
 
 def test_a_float_that_is_no_number_is_refused_with_its_place(tmp_path: Path) -> None:
@@ -88,6 +107,13 @@ def test_volumes_cube_maps_and_what_is_too_large_are_refused(
     texels = bytes(64 * 6)
     with pytest.raises(SourceError, match="a volume texture is not one picture; save a slice as PNG"):
         read_image(newer(tmp_path / "a.dds", 41, texels, dimension=4))
+    flat = bytearray(newer(tmp_path / "d.dds", 41, texels).read_bytes())
+    struct.pack_into("<I", flat, 112, 0x200000)
+    (tmp_path / "d.dds").write_bytes(flat)
+    with pytest.raises(SourceError, match="a volume texture is not one picture"):
+        read_image(tmp_path / "d.dds")
+    with pytest.raises(SourceError, match="is not a readable picture"):
+        read_image(newer(tmp_path / "e.dds", 41, texels, count=2))
     with pytest.raises(SourceError, match="the six faces of a cube map are not one picture"):
         read_image(newer(tmp_path / "b.dds", 41, texels, more=4))
     monkeypatch.setenv("PARADIZE_MAX_SIDE", "3")

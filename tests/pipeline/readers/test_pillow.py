@@ -11,7 +11,7 @@ import pytest
 
 from paradize.errors import SourceError
 from paradize.readers.image import read_image
-from paradize.readers.notes import NARROWED, SEVERAL
+from paradize.readers.notes import NARROWED, SEVERAL, turned
 
 
 def bitmap(
@@ -116,10 +116,19 @@ def test_an_avif_of_more_bits_or_of_high_dynamic_range_is_told(tmp_path: Path) -
     data[pixi + 9 : pixi + 12] = b"\x0a\x0a\x0a"
     path.write_bytes(data)
     assert read_image(path).notes == (NARROWED,)
-    data[curve + 11] = 16
-    path.write_bytes(data)
-    with pytest.raises(SourceError, match=r"of high dynamic range \(PQ\), not sRGB; save it as OpenEXR"):
-        read_image(path)
+    for code, name in ((16, "PQ"), (18, "HLG")):
+        data[curve + 11] = code
+        path.write_bytes(data)
+        message = rf"of high dynamic range \({name}\), not sRGB; save it as OpenEXR"
+        with pytest.raises(SourceError, match=message):
+            read_image(path)
+
+
+def test_an_avif_that_says_to_be_turned_is_told(tmp_path: Path) -> None:
+    exif = PIL.Image.Exif()
+    exif[0x0112] = 6
+    image = read_image(saved(tmp_path / "a.avif", np.zeros((8, 16, 3), np.uint8), exif=exif))
+    assert image.notes == (turned(6),) and image.values.shape == (8, 16, 3)
 
 
 @pytest.mark.parametrize("name", ["a.qoi", "a.avif"])

@@ -315,6 +315,15 @@ def test_pictures_of_extensions_are_read_or_left_out_by_their_name(name: str, tm
     assert any(name in text for text in model.warnings) == (not found.maps)
 
 
+def test_a_ktx2_file_for_a_gpu_is_left_out_with_advice(tmp_path: Path) -> None:
+    made, primitive = square(TEXCOORD_0=UVS)
+    (tmp_path / "a.ktx2").write_bytes(b"\xabKTX 20\xbb\r\n\x1a\n\x2b\0\0\0")
+    texture = made.add("textures", source=made.add("images", uri="a.ktx2"))
+    found, model = read(tmp_path, made, primitive, normalTexture={"index": texture})
+    assert not found.maps
+    assert any("'a.ktx2': KTX2 is not read; left out; npx" in text for text in model.warnings)
+
+
 def test_an_extension_that_is_not_read_is_named_and_refused_only_where_it_is_required(tmp_path: Path) -> None:
     made, primitive = square()
     made.tree["extensionsUsed"] = ["KHR_materials_clearcoat", "ACME_gizmo"]
