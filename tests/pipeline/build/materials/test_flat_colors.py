@@ -23,13 +23,15 @@ def kept(
     levels: list[Any],
     *,
     u: float = 0.5 / SIDE,
+    v: float = 0.5 / SIDE,
+    down: bool = False,
     share: float = 1.0,
     wrap: tuple[Wrap, Wrap] | None = None,
 ) -> int:
-    """The level up to which a triangle at (u, half a texel) keeps its colour. share: its own, of a surface
-    whose rest shows all of the texture. levels: codes of each, spread over its columns."""
+    """The level up to which a triangle at (u, v) keeps its colour. share: its own, of a surface whose rest
+    shows all of the texture. levels: codes of each, spread over its columns, or (down) over its rows."""
     area = [[0, 0, 0], [share, 0, 0], [0, 1, 0], [0, 0, 1], [1 - share, 0, 1], [0, 1, 1]]
-    uvs = [[u, 0.5 / SIDE]] * 3 + [[0, 0], [1, 0], [0, 1]]
+    uvs = [[u, v]] * 3 + [[0, 0], [1, 0], [0, 1]]
     faces = [[0, 1, 2], [3, 4, 5]][: 1 if share == 1.0 else 2]
     mesh = Mesh(np.float32(area), np.array(faces, np.uint32), uvs=np.float32(uvs))
     if share == 1.0:
@@ -38,7 +40,8 @@ def kept(
     channels = {"R8_UNORM": 1, "RG8_SNORM": 2, "RGBA8_SRGB": 4}[fmt]
     planes = [np.zeros((side, side, channels), np.uint8) for side in sides]
     for plane, values in zip(planes, levels, strict=False):
-        plane[...] = np.array(values, np.uint8).reshape(1, -1, channels)
+        codes = np.array(values, np.uint8).reshape(1, -1, channels)
+        plane[...] = codes.swapaxes(0, 1) if down else codes
     texture = Texture(fmt, SIDE, SIDE, tuple(plane.tobytes() for plane in planes))
     data = {key: encode_ktx2(texture)}
     glb = encode_glb((Lod(mesh, 0.0, 0.0),), "post")
@@ -68,6 +71,9 @@ def test_what_so_little_of_the_surface_shows_may_change(share: float, level: int
 def test_colours_are_read_between_texels_as_the_player_reads_them() -> None:
     middle = [[0, 0, 100, 0, 0, 0, 0, 0], [1, 133, 0, 0]]  # a quarter of 1 and three quarters of 133 are 100
     assert kept("height", "R8_UNORM", middle, u=2.5 / SIDE) == 1
+    assert kept("height", "R8_UNORM", middle, v=2.5 / SIDE, down=True) == 1
+    lower = [[0, 0, 0, 0, 0, 100, 0, 0], [0, 0, 137, 0]]  # three quarters of 137 are 103
+    assert kept("height", "R8_UNORM", lower, v=5.5 / SIDE, down=True) == 1
     edge = [[100, 100, 0, 0, 0, 0, 0, 0], [100, 100, 100, 100]]
     assert kept("height", "R8_UNORM", edge, u=0.0) == 1
     assert (

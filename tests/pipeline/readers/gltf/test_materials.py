@@ -435,7 +435,7 @@ def test_the_reflection_is_that_of_ior_and_colour(
         (
             {},
             {"transmissionFactor": 1},
-            {"thicknessFactor": 2, "attenuationDistance": 1, "attenuationColor": [0.5, 1, 0]},
+            {"thicknessFactor": 1, "attenuationDistance": 0.5, "attenuationColor": [0.5, 1, 0]},
             (0.25, 1.0, 0.0),
             1.0 - 0.92 * 1.25 / 3.0,
         ),
