@@ -62,16 +62,18 @@ def _entry(light: Light, position: list[float], step: int, duration_s: float) ->
 
 @dataclass
 class _Sets:
-    """The sets in the order in which they were found."""
+    """The sets in the order in which they were found. full: whether there were more than the player takes."""
 
     entries: list[dict[str, Any]] = field(default_factory=lambda: [{"lights": [], "glow": None}])
     known: dict[tuple[tuple[int, ...], int | None], int] = field(default_factory=lambda: {((), None): 0})
+    full: bool = False
 
     def index(self, lights: Sequence[int], glow: int | None = None) -> int:
         """The index of a set. Beyond the most that the player takes: 0, no light."""
         key = tuple(lights), glow
         if key not in self.known:
-            if len(self.entries) >= MOST_LIGHT_SETS:
+            self.full |= len(self.entries) == MOST_LIGHT_SETS
+            if self.full:
                 return 0
             self.known[key] = len(self.entries)
             self.entries.append({"lights": list(lights), "glow": glow})
@@ -107,7 +109,7 @@ def add_light_sets(manifest: dict[str, Any], glow: dict[str, list[int]]) -> list
         found = _strongest(lights, [away_m], "the water", warnings)
         if found[0]:
             water["light_set"] = sets.index(found[0])
-    if len(sets.entries) >= MOST_LIGHT_SETS:
+    if sets.full:
         warnings.append(f"lights: more than {MOST_LIGHT_SETS} sets of them; make range_m smaller")
     return warnings
 

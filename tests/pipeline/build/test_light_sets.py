@@ -101,6 +101,21 @@ def test_of_too_many_lights_the_strongest_stay_and_a_warning_says_so() -> None:
     assert kept == [*range(MOST_LIGHTS_OF_A_SET - 1), 19]
 
 
+def test_as_many_sets_as_the_player_takes_are_no_fault_and_one_more_is_told(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr("paradize.build.light_sets.MOST_LIGHT_SETS", 4)  # one of them without a light
+    lights = [light(9.0 * i, 1.0, 0.0) for i in range(4)]
+    places = [[9.0 * i, 0.0, 0.0] for i in range(4)]
+    scene = manifest(lights, crate(*places[:3]))
+    assert add_light_sets(scene, {}) == []
+    assert lists(scene, scene["objects"][0]["light_sets"]) == [[0], [1], [2]]
+    scene = manifest(lights, crate(*places))
+    (warning,) = add_light_sets(scene, {})
+    assert "more than 4 sets" in warning
+    assert lists(scene, scene["objects"][0]["light_sets"]) == [[0], [1], [2], []]
+
+
 def scene_with(folder: Path, lights: str) -> Scene:
     path = make_cove(folder)
     path.write_text(path.read_text() + lights)

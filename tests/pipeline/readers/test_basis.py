@@ -78,6 +78,7 @@ def test_gltf_shows_it(tmp_path: Path, beside: bool) -> None:
         (uastc(RED, faces=6), "the six faces of a cube map are not one picture"),
         (uastc(RED)[:-1], "is not a readable Basis Universal picture"),
         (uastc(RED)[:60], "is not a readable Basis Universal picture"),
+        (uastc(RED)[:30], "is not a readable picture"),
         (uastc(RED).replace(struct.pack("<2I", 4, 4), struct.pack("<2I", 4, 40000), 1), "at most 32768"),
     ],
 )
