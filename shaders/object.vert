@@ -99,12 +99,11 @@ void main() {
 #if VERTEX_LIT
     Surface s = matte_surface(world, world_normal, world_normal, vec3(1.0), sky_zenith());
     s.translucency = material.translucency;
-    vec3 front = shade(s);
-    s.normal = s.geometric = -world_normal;
+    mat2x3 sides = shade_both_sides(s);
     v_haze = apply_haze(vec3(0.0), world);
     vec3 passes = apply_haze(vec3(1.0), world) - v_haze;
-    v_front = min(front * passes, vec3(60000.0)); // the target's half floats end at 65504
-    v_back = min(shade(s) * passes, vec3(60000.0));
+    v_front = min(sides[0] * passes, vec3(60000.0)); // the target's half floats end at 65504
+    v_back = min(sides[1] * passes, vec3(60000.0));
 #else
 #if POINT_LIGHTS
     v_light_set = light_set;

@@ -42,6 +42,9 @@ vec3 sky_specular(vec3 n, vec3 v, Reflector reflector, float alpha, vec2 factors
 
 uniform float u_refracting; // 1 in the refraction view, where alpha holds the packed depth
 
+// Light that passes through a leaf is yellower than light that it reflects.
+const vec3 TRANSMITTED = vec3(1.35, 1.15, 0.35);
+
 struct Surface {
     vec3 position;       // metres, in the view's coordinates
     vec3 normal;         // unit, from the normal map
@@ -134,8 +137,7 @@ vec3 shade(Surface s) {
             sun *= mix(spread, 1.0, smoothstep(0.05, 0.8, depth));
         }
     }
-    // Light that passes through a leaf is yellower than light that it reflects.
-    vec3 transmitted = s.albedo * vec3(1.35, 1.15, 0.35);
+    vec3 transmitted = s.albedo * TRANSMITTED;
     vec3 sky = sky_ambient(s.normal, s.zenith) * s.occlusion;
     vec3 ambient_transmission =
         s.translucency > 0.0 ? sky_ambient(-s.normal, s.zenith) * s.translucency * s.occlusion * 0.5 : vec3(0.0);
@@ -168,4 +170,34 @@ vec3 shade(Surface s) {
     color += shade_by_point_lights(s, v, transmitted, submerged ? depth : 0.0, above_water, bounces);
 #endif
     return color;
+}
+
+// Adds to the radiance of both sides what light whose direction has the cosine n_l to the normal gives.
+void light_both_sides(inout mat2x3 sides, Surface s, float n_l, vec3 light) {
+    vec2 cosines = vec2(n_l, -n_l);
+    vec2 facing = max(cosines, 0.0);
+    vec2 direct = facing * smoothstep(vec2(-0.05), vec2(0.1), cosines);
+    vec2 through = s.translucency * facing.yx;
+    light *= s.albedo * (1.0 / PI);
+    sides[0] += (direct.x + TRANSMITTED * through.x) * light;
+    sides[1] += (direct.y + TRANSMITTED * through.y) * light;
+}
+
+// shade() of both sides of a surface above the water that reflects nothing and is not bumpy: [0] that of its normal, [1] the
+// other. One lookup of the shadow map and one turn of each lamp serve both.
+mat2x3 shade_both_sides(Surface s) {
+    mat2x3 sky = mat2x3(sky_ambient(s.normal, s.zenith), sky_ambient(-s.normal, s.zenith));
+    vec3 through = 0.5 * s.translucency * TRANSMITTED;
+    mat2x3 sides = mat2x3(s.albedo * (sky[0] + through * sky[1]), s.albedo * (sky[1] + through * sky[0]));
+    float n_l = dot(s.normal, sun_direction.xyz);
+    float visible = sun_visibility(s.position, s.normal * (n_l < 0.0 ? -1.0 : 1.0), distance(eye.xyz, s.position));
+    light_both_sides(sides, s, n_l, sun_radiance.rgb * visible);
+#if POINT_LIGHTS
+    int count = light_count();
+    for (int i = 0; i < count; ++i) {
+        Arriving one = light_at(i, s.position);
+        light_both_sides(sides, s, dot(s.normal, one.direction), one.light);
+    }
+#endif
+    return sides;
 }

@@ -21,7 +21,7 @@ FRONT, SIDE, BEHIND = [0.0, 0.0, 1.0], [0.6, 0.0, 0.8], [0.0, 0.6, -0.8]
 
 def both(render: Render, one: dict[str, Any], *stands: dict[str, Any], **light: Any) -> tuple[F64, F64]:
     """The pictures of a small square of a material that is lit in its pixels, and at its vertices."""
-    meshes = {"a": quad(size=0.8)}
+    meshes = {"a": replace(quad(size=0.8), normals=np.array([[0.0, 0.6, 0.8]] * 4, np.float32))}
     pixels, vertices = (
         render([thing("a", {"m": one | {"vertex_lit": lit}}, *stands)], meshes, TEXTURES, **light)
         for lit in (False, True)
@@ -41,6 +41,27 @@ def test_front_back_and_light_that_passes_through_are_those_of_light_in_the_pixe
     pixels, vertices = both(render, one, stand, sun=(direction, 2.0), ambient=0.2, fog=air)
     assert middle(pixels).min() > 0.05
     assert vertices == pytest.approx(pixels, abs=STEP)
+
+
+@pytest.mark.parametrize("place", [[0.0, 0.0, 20.0], [0.0, 12.0, -16.0]])
+def test_a_far_lamp_before_and_behind_lights_both_sides_as_in_the_pixels(
+    render: Render, place: list[float]
+) -> None:
+    one = material("leaf", **LEAF)
+    light = {"lights": [lamp(place, intensity=800.0, range_m=200.0)], "light_sets": ONE_SET}
+    for turn_rad in (0.0, pi):
+        stand = instance([0.0] * 3, turn_rad)
+        pixels, vertices = (
+            render(
+                [thing("a", {"m": one | {"vertex_lit": lit}}, stand, light_sets=[1])],
+                {"a": quad(size=0.8)},
+                TEXTURES,
+                **light,
+            )
+            for lit in (False, True)
+        )
+        assert middle(pixels).max() > 0.1
+        assert vertices == pytest.approx(pixels, abs=STEP)
 
 
 def test_a_lamp_before_the_middle_of_a_large_square_shows_only_in_quality_exact(render: Render) -> None:
