@@ -23,13 +23,12 @@ void mix(std::uint64_t &hash, std::uint64_t word) {
 // (scene/daylight.cpp), has every cascade drawn anew: they share its steps. Otherwise each cascade has its
 // own, so that few frames draw more than one, and none begins with a frame of 1/30 s, where rounding would
 // decide.
-constexpr double wind_steps_per_s = 10.0;
-
 /// Returns the second whose wind a cascade shows.
-double wind_second(double elapsed_s, std::size_t cascade, std::size_t cascades, bool light_turns) {
+double wind_second(double elapsed_s, double steps_per_s, std::size_t cascade, std::size_t cascades,
+                   bool light_turns) {
     const double ahead =
         light_turns ? 0.0 : (static_cast<double>(cascade) + 0.5) / static_cast<double>(cascades);
-    return (std::floor(elapsed_s * wind_steps_per_s + ahead) - ahead) / wind_steps_per_s;
+    return (std::floor(elapsed_s * steps_per_s + ahead) - ahead) / steps_per_s;
 }
 
 std::uint64_t fingerprint(const Frame &frame, const View &light, double wind_s) {
@@ -84,7 +83,8 @@ void ShadowPass::prepare(Frame &frame) {
         if (i > 0) {
             frame.cull_casters(view);
         }
-        const double wind_s = wind_second(frame.clock.elapsed_s, i, cascades_.size(), light_turns);
+        const double wind_s = wind_second(frame.clock.elapsed_s, frame.settings.shadow_steps_per_s, i,
+                                          cascades_.size(), light_turns);
         const std::uint64_t now = fingerprint(frame, view, wind_s);
         if (now != cascade.drawn_fingerprint) {
             const bool moves = std::ranges::any_of(frame.visible(ViewKind::light),

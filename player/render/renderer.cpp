@@ -137,7 +137,7 @@ void Renderer::continue_from(const Renderer &before) {
 void Renderer::set_views(const Pose &pose, const Sample &sample) {
     const assets::SceneFile &file = scene_.file();
     const RenderSettings &settings = frame_.settings;
-    frame_.daylight = daylight_at(file, frame_.clock.flight_s);
+    frame_.daylight = daylight_at(file, frame_.clock.flight_s, settings.shadow_steps_per_s);
     glm::vec3 &to_light = frame_.daylight.to_light;
     if (sample.sun != glm::vec2(0.0F)) {
         to_light = sun_direction(to_light, frame_.daylight.angular_radius_rad, sample.sun);

@@ -16,9 +16,6 @@ using assets::SceneFile;
 using assets::SkyLight;
 
 constexpr double turn = glm::two_pi<double>();
-// The shadow map is drawn again when its light has turned. It turns in steps: at half a degree a second each
-// is a twentieth of a degree, which moves the shadow of a thing 10 m above the ground by less than 1 cm.
-constexpr double turning_steps_per_s = 10.0;
 // Sines of the elevations between which a light rises: half a degree below the horizon, two above.
 constexpr float set_sine = -0.009F;
 constexpr float risen_sine = 0.035F;
@@ -166,7 +163,7 @@ std::size_t key_before(const SceneFile &file, double flight_s) {
     return (static_cast<std::size_t>(after) + keys.size() - 1) % keys.size();
 }
 
-Daylight daylight_at(const SceneFile &file, double flight_s) {
+Daylight daylight_at(const SceneFile &file, double flight_s, double light_steps_per_s) {
     Daylight out = standing_light(file);
     if (file.daytime.empty()) {
         return out;
@@ -183,7 +180,7 @@ Daylight daylight_at(const SceneFile &file, double flight_s) {
     }
     // No key with light of the one is beside one with light of the other, so both are dark where they change.
     out.by_moon = luminance(out.moon.radiance) > luminance(out.sun.radiance);
-    const double step_s = std::floor(flight_s * turning_steps_per_s) / turning_steps_per_s;
+    const double step_s = std::floor(flight_s * light_steps_per_s) / light_steps_per_s;
     const Angles stepped = angles_at(file, blend_of(file, step_s), lights[out.by_moon ? 1 : 0]);
     out.to_light = direction_of(stepped.azimuth, stepped.elevation);
     out.radiance = risen(out.brighter());

@@ -2,6 +2,7 @@
 // The light at one second of the flight: sun, moon, ambient light, haze, exposure and sky. Uses no GL.
 
 #include "assets/scene/file.hpp"
+#include "scene/quality.hpp"
 
 #include <glm/vec3.hpp>
 
@@ -45,8 +46,9 @@ struct Daylight {
 
 /// Returns the light at a second of the flight, in [0, duration). A scene without keys has the same light at
 /// all times. The values of keys are joined by curves that do not overshoot, and that meet at the flight's
-/// end.
-Daylight daylight_at(const assets::SceneFile &file, double flight_s);
+/// end. The light that casts the shadows turns in steps, because each has the shadow map drawn again.
+Daylight daylight_at(const assets::SceneFile &file, double flight_s,
+                     double light_steps_per_s = RenderSettings().shadow_steps_per_s);
 
 /// Returns the index of the key at or before a second, and wraps around: before the first key, the last one.
 std::size_t key_before(const assets::SceneFile &file, double flight_s);

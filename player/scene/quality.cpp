@@ -68,6 +68,8 @@ RenderSettings render_settings(const assets::SceneFile &file, const Quality &qua
     out.shadow_cascades = pick(quality, QualityFeature::shadow, 1, max_cascades, max_cascades);
     out.shadow_filter =
         pick(quality, QualityFeature::shadow, ShadowFilter::hard, ShadowFilter::disc, ShadowFilter::penumbra);
+    out.shadow_steps_per_s *=
+        pick(quality, QualityFeature::shadow, 0.5, 1.0, 1.0); // texels are twice as wide
     out.sky_light = pick(quality, QualityFeature::shadow, false, true, true);
     out.shaft_steps =
         file.light_shafts ? pick(quality, QualityFeature::shadow, 0, shaft_steps, exact_shaft_steps) : 0;

@@ -45,6 +45,9 @@ struct RenderSettings {
     int shadow_size_px = 2048; // of each cascade
     int shadow_cascades = 3;   // scene/cascades.hpp; 1: the whole square alone
     ShadowFilter shadow_filter = ShadowFilter::disc;
+    // The light turns, and what sways or moves throws its shadow, in steps: at half a degree a second one is
+    // a twentieth of a degree, which moves the shadow of a thing 10 m above the ground by less than 1 cm.
+    double shadow_steps_per_s = 10.0;
     bool sky_light = true; // light from all around differs with the direction; needs lookups of the sky
     int shaft_steps = 12;  // places that a ray through the air looks the shadow map up at; 0: no light shafts
     float reflection_scale = 1.0F; // relative to the drawn picture's size

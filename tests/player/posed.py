@@ -46,6 +46,7 @@ class Posed:
         target: Vec,
         *,
         disable: str = "",
+        quality: str = "balanced",
         time_s: float = 0.0,
         scene: dict[str, Any] | None = None,
         files: dict[str, bytes] | None = None,
@@ -67,7 +68,7 @@ class Posed:
         }
         if "waypoint_u" in manifest["flight"]:
             manifest["flight"]["waypoint_u"] = [0]
-        key = json.dumps([manifest, disable, time_s, sorted(files or {})], sort_keys=True)
+        key = json.dumps([manifest, disable, quality, time_s, sorted(files or {})], sort_keys=True)
         if key in self.kept:
             return self.kept[key]
         room = Path(tempfile.mkdtemp(dir=self.folder))
@@ -81,7 +82,7 @@ class Posed:
         (room / "scene.json").write_text(json.dumps(manifest))
         out = room / "picture.png"
         arguments: list[object] = [room, "--time", time_s, "--size", f"{WIDTH}x{HEIGHT}"]
-        arguments += ["--screenshot", out, "--check-finite", "--debug"]
+        arguments += ["--screenshot", out, "--check-finite", "--debug", "--quality", quality]
         if disable:
             arguments += ["--disable", disable]
         result = self.player(*arguments)

@@ -64,6 +64,13 @@ def test_its_shadow_moves_with_it_and_nothing_else(posed: Posed) -> None:
     eye, target = (x - 4.0, 7.0, z + 9.0), (x, 0.4, z)
     assert moved(posed, scene, eye, target).mean() > 0.004
     assert not moved(posed, scene, eye, target, off="shadow").any()
+    for quality, between in (("shadow=fast", 3.28), ("balanced", 3.18)):  # five and ten steps a second
+        begin, same, next_step = (
+            posed.render(eye, target, time_s=s, scene=scene, quality=quality) for s in (3.16, between, 3.36)
+        )
+        assert np.array_equal(begin, same)
+        assert not np.array_equal(same, next_step)
+    assert not np.array_equal(begin, posed.render(eye, target, time_s=3.28, scene=scene))
 
 
 @pytest.mark.deep

@@ -99,6 +99,24 @@ TEST_CASE("daylight: nothing jumps along the flight, nor where it closes") {
     }
 }
 
+TEST_CASE("daylight: the light that casts the shadows turns in as many steps a second as asked for, and is "
+          "never further "
+          "than one behind") {
+    const assets::SceneFile file = day_and_night();
+    for (const double steps_per_s : {5.0, 10.0}) {
+        int steps = 0;
+        glm::vec3 before(0.0F);
+        for (int i = 0; i < 400; ++i) {
+            const double second = 20.001 + 0.005 * i; // two seconds
+            const Daylight now = daylight_at(file, second, steps_per_s);
+            steps += now.to_light != before ? 1 : 0;
+            before = now.to_light;
+            CHECK(glm::distance(now.to_light, now.sun.direction) < 0.15 / steps_per_s);
+        }
+        CHECK(steps == static_cast<int>(2.0 * steps_per_s));
+    }
+}
+
 TEST_CASE("daylight: values between two keys lie between theirs") {
     const assets::SceneFile file = day_and_night();
     for (std::size_t i = 0; i + 1 < file.daytime.size(); ++i) {

@@ -61,6 +61,8 @@ TEST_CASE("quality: each feature changes its own setting only") {
                 settings.shadow_cascades = balanced.shadow_cascades;
                 CHECK((settings.shaft_steps == 0) == (tier == Tier::fast));
                 CHECK(settings.sky_light == (tier != Tier::fast));
+                CHECK(settings.shadow_steps_per_s == (tier == Tier::fast ? 5.0 : 10.0));
+                settings.shadow_steps_per_s = balanced.shadow_steps_per_s;
                 settings.sky_light = balanced.sky_light;
                 settings.shaft_steps = balanced.shaft_steps;
                 break;
