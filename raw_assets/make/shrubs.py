@@ -27,16 +27,25 @@ DARK, LEAF, TIP = "#2f4a1d", "#5c8a34", "#a9c25c"
 
 
 def leaf(
-    model: Model, foot: Floats, out: Floats, length: float, width: float, seed: int, light: float
+    model: Model,
+    foot: Floats,
+    out: Floats,
+    length: float,
+    width: float,
+    seed: int,
+    light: float,
+    *,
+    segments: int,
+    across: tuple[float, ...],
 ) -> None:
-    """A leaf that rises, arches over and ends in a point: two rows of vertices beside a folded midrib."""
+    """A leaf that rises, arches over and ends in a point. across: places of a row's vertices in shares of its
+    half width, from -1 to 1; where 0 is among them there is a fold along the midrib."""
     side = np.cross(out, [0.0, 1.0, 0.0])
     side /= math.sqrt(float((side**2).sum()))
     rise = math.asin(max(-1.0, min(1.0, float(out[1]))))
     flat = np.array([out[0], 0.0, out[2]])
     flat /= max(math.sqrt(float((flat**2).sum())), 1e-9)
     spine, rows, colors, normals = foot.copy(), [], [], []
-    segments = 4
     for i in range(segments + 1):
         s = i / segments
         half = width * (math.sin(math.pi * (0.12 + 0.86 * s)) ** 0.8) + 0.001
@@ -45,16 +54,18 @@ def leaf(
         shade = light * (0.55 + 0.45 * s)
         base = hex_color(DARK) + (hex_color(LEAF) - hex_color(DARK)) * shade
         color = base + (hex_color(TIP) - base) * 0.45 * s * light * rand(seed, 413)
-        for across in (-1.0, 0.0, 1.0):
-            rows.append(spine + across * half * side + abs(across) * 0.28 * half * over)
-            colors.append(color * (1.0 if across else 1.12))
-            normals.append(0.75 * over + 0.25 * out + 0.35 * across * side)
+        for a in across if i < segments else (0.0,):
+            rows.append(spine + a * half * side + abs(a) * 0.28 * half * over)
+            colors.append(color * (1.0 if a else 1.12))
+            normals.append(0.75 * over + 0.25 * out + 0.35 * a * side)
         spine = spine + length / segments * (
             math.cos(pitch) * flat + math.sin(pitch) * np.array([0.0, 1.0, 0.0])
         )
     lit = np.array(normals)
     lit /= np.sqrt((lit**2).sum(axis=1, keepdims=True))
-    faces = grid_triangles(segments + 1, 3)
+    tip = len(across) * segments
+    point = [(k, k + 1, tip) for k in range(tip - len(across), tip - 1)]
+    faces = np.concatenate([grid_triangles(segments, len(across)), point])
     model.add("leaves", "leaves", np.array(rows), None, faces, lit, np.clip(np.array(colors), 0.0, 1.0))
 
 
@@ -69,7 +80,7 @@ def bush() -> Model:
         out = np.array([flat * math.cos(turn), up, flat * math.sin(turn)])
         foot = out * np.array([0.26, 0.30, 0.26]) * (0.8 + 0.5 * rand(k, 403)) - np.array([0.0, 0.04, 0.0])
         size = 0.24 + 0.12 * rand(k, 405)
-        leaf(model, foot, out, size, 0.24 * size, k, 0.35 + 0.65 * up)
+        leaf(model, foot, out, size, 0.255 * size, k, 0.35 + 0.65 * up, segments=3, across=(-1.0, 0.0, 1.0))
     return model
 
 
@@ -83,7 +94,8 @@ def fan() -> Model:
         rise = math.radians(80.0 - 58.0 * age + 8.0 * (rand(k, 409) - 0.5))
         out = np.array([math.cos(rise) * math.cos(turn), math.sin(rise), math.cos(rise) * math.sin(turn)])
         foot = np.array([0.05 * out[0], -0.05, 0.05 * out[2]])
-        leaf(model, foot, out, 0.75 + 0.35 * rand(k, 415), 0.035, 100 + k, 0.9 - 0.35 * age)
+        length, light = 0.75 + 0.35 * rand(k, 415), 0.9 - 0.35 * age
+        leaf(model, foot, out, length, 0.036, 100 + k, light, segments=4, across=(-1.0, 1.0))
     return model
 
 
