@@ -33,6 +33,7 @@ uniform vec2 u_specular_smoothness; // specular, smoothness
 uniform vec3 u_wave_length_m;       // per layer
 #if POINT_LIGHTS
 uniform int u_light_set;              // in the bound block
+uniform vec4 u_lamplit;               // the rectangle that its lights reach: middle and half sides along x and z, m
 #endif
 uniform float u_fade_distance_m;    // distance at which the sea disappears in haze
 
@@ -161,7 +162,7 @@ void main() {
     vec3 glitter = sun_radiance.rgb * visibility * specular_ggx(n, v, sun_direction.xyz, surface, alpha, 60.0);
 #if POINT_LIGHTS
     light_set = u_light_set;
-    int lights = light_count();
+    int lights = all(lessThan(abs(xz - u_lamplit.xy), u_lamplit.zw)) ? light_count() : 0;
     for (int i = 0; i < lights; ++i) {
         Arriving one = light_at(i, v_position);
         light += one.light * (max(one.direction.y, 0.0) * (1.0 / PI));

@@ -6,6 +6,9 @@
 #include <glm/gtc/type_ptr.hpp>
 #include <glm/vec3.hpp>
 
+#include <cstdint>
+#include <limits>
+#include <span>
 #include <vector>
 
 namespace paradize {
@@ -25,6 +28,22 @@ std::string near_waves_define(const PassSetup &setup) {
 
 std::string ripples_define(const PassSetup &setup) {
     return setup.scene.file().water->ripples.empty() ? "RIPPLES 0" : "RIPPLES 1";
+}
+
+/// Middle and half sides of the rectangle that the lights of a set that are on reach, from the views' anchor.
+glm::vec4 lamplit(const assets::SceneFile &file, const assets::LightSet &set,
+                  std::span<const float> strengths, const glm::dvec3 &anchor) {
+    glm::dvec2 low(std::numeric_limits<double>::infinity());
+    glm::dvec2 high = -low;
+    for (const std::uint32_t index : set.lights) {
+        const assets::PointLight &light = file.lights[index];
+        if (strengths[index] > 0.0F) {
+            const glm::dvec2 at(light.position.x - anchor.x, light.position.z - anchor.z);
+            low = glm::min(low, at - static_cast<double>(light.range_m));
+            high = glm::max(high, at + static_cast<double>(light.range_m));
+        }
+    }
+    return low.x < high.x ? glm::vec4(0.5 * (low + high), 0.5 * (high - low)) : glm::vec4(0.0F);
 }
 
 /// A map of WaveShares. Half floats hold them to 0.0005.
@@ -51,8 +70,8 @@ WaterPass::Lit::Lit(const PassSetup &setup, bool point_lights, bool in_water)
       shine(program.location("u_specular_smoothness")), wave_length(program.location("u_wave_length_m")),
       fade_distance(program.location("u_fade_distance_m")), center(program.location("u_center")),
       near_waves(program.location("u_near_waves")), share_of_xz(program.location("u_share_of_xz")),
-      light_set(program.location("u_light_set")), rings(program.location("u_rings")),
-      ripple_state(program.location("u_ripple_state")) {
+      light_set(program.location("u_light_set")), lamplit(program.location("u_lamplit")),
+      rings(program.location("u_rings")), ripple_state(program.location("u_ripple_state")) {
     program.set_unit("u_reflection", unit_reflection);
     program.set_unit("u_refraction", unit_refraction);
     program.set_unit("u_wave_shares", unit_wave_shares);
@@ -95,6 +114,8 @@ void WaterPass::draw(const Frame &frame, const View &view) {
     lit.environment.apply(frame, view);
     if (is_lit) {
         gl::Program::set(lit.light_set, frame.point_lights.bind(water.light_set));
+        gl::Program::set(lit.lamplit, lamplit(file, file.light_sets[water.light_set],
+                                              frame.point_lights.strengths(), view.anchor));
     }
     const gl::Texture *reflection = frame.shared.reflection;
     const gl::Texture *refraction = frame.shared.refraction;

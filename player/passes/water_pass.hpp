@@ -26,7 +26,7 @@ class WaterPass : public Pass {
         gl::Program program;
         EnvironmentBindings environment;
         int half_size, has_textures, distortion, deep, shallow, shine, wave_length, fade_distance;
-        int center, near_waves, share_of_xz, light_set, rings, ripple_state;
+        int center, near_waves, share_of_xz, light_set, lamplit, rings, ripple_state;
     };
 
     void apply_waves(const Frame &frame, const View &view, const Lit &lit) const;

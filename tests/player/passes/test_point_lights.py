@@ -221,6 +221,30 @@ def test_the_water_itself_is_lit_by_every_lamp_above_it(night: Posed) -> None:
         assert around(lit.max(axis=2), *pixel(eye, target, (x, -0.4, z)), 4).min() > 0.1
 
 
+def test_the_water_is_lit_as_far_as_its_lamps_reach(night: Posed) -> None:
+    """Beside a lamp that is too weak to be seen, but reaches all the water, it looks the same."""
+    scene = night.scene()
+    near, weak = ([2.0, 0.5, 1.0], 3.0, 6.0), ([25.0, 0.5, -25.0], 100.0, 1e-6)
+    for one, (place, range_m, intensity) in zip(scene["lights"], (near, weak), strict=True):
+        one |= {"position": place, "range_m": range_m, "intensity": intensity, "flicker": 0.0}
+    pictures = []
+    for lights in ([], [0], [0, 1]):
+        scene["water"]["light_set"] = len(scene["light_sets"])
+        scene["light_sets"].append({"lights": lights, "glow": None})
+        pictures.append(
+            night.render(
+                (0.0, 5.0, 6.0),
+                (1.0, -0.4, 0.0),
+                time_s=4.0,
+                scene=scene | {"objects": []},
+                disable="terrain,reflection",
+            )
+        )
+    dark, lit, by_both = pictures
+    assert 0.1 < differs(lit, dark).mean() < 0.8
+    assert np.array_equal(lit, by_both)
+
+
 def test_water_above_the_ground_takes_a_lamps_light_colour_by_colour(night: Posed) -> None:
     """One metre of it, which lets less red through than blue, beside water that absorbs nothing."""
     scene = night.scene()
