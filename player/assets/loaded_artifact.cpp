@@ -160,10 +160,10 @@ class Stager {
 
 } // namespace
 
-StagedPiece stage(const LoadedArtifact &loaded, const Piece &piece, Inflater &inflater) {
+StagedPiece stage(const LoadedArtifact &loaded, const Piece &piece, Inflater &inflater, StagingRing *ring) {
     StagedPiece out;
     try {
-        out.bytes = std::make_unique_for_overwrite<std::byte[]>(piece.bytes);
+        out.bytes = ring == nullptr ? heap_bytes(piece.bytes) : ring->take(piece.bytes);
         Stager stager(loaded, inflater, {out.bytes.get(), piece.bytes});
         if (loaded.glb.levels.empty()) {
             for (std::uint32_t i = piece.first_level + piece.levels; i-- > piece.first_level;) {

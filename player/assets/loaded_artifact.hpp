@@ -7,6 +7,7 @@
 #include "assets/inflate.hpp"
 #include "assets/ktx2.hpp"
 #include "assets/scene/file.hpp"
+#include "assets/staging_ring.hpp"
 #include "assets/upload_plan.hpp"
 
 #include <cstddef>
@@ -49,15 +50,17 @@ void free_memory(LoadedArtifact &loaded);
 
 /// A piece in memory, ready for upload.
 struct StagedPiece {
-    std::unique_ptr<std::byte[]> bytes; // the piece's chunks one after the other
-    std::string error;                  // empty: no error
-    bool file_failed = false;           // the error: the file cannot be read any more, or has changed
+    StagedBytes bytes;        // the piece's chunks one after the other
+    std::string error;        // empty: no error
+    bool file_failed = false; // the error: the file cannot be read any more, or has changed
 };
 
 /// True if stage() is needed before the piece's chunks can be uploaded: they are compressed or not in memory.
 bool needs_staging(const LoadedArtifact &loaded, const Piece &piece);
-/// Reads or decompresses a piece. What is read again is checked again.
-StagedPiece stage(const LoadedArtifact &loaded, const Piece &piece, Inflater &inflater);
+/// Copies, reads or decompresses a piece into a part of `ring`; nullptr: onto the heap. What is read again is
+/// checked again.
+StagedPiece stage(const LoadedArtifact &loaded, const Piece &piece, Inflater &inflater,
+                  StagingRing *ring = nullptr);
 
 /// True if the tile's levels are the patches that scene.json lists for this tile, in the same order.
 bool fits_tile(const Glb &glb, const Terrain &terrain, std::uint32_t tile);

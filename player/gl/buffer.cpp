@@ -18,6 +18,18 @@ void write_buffer(unsigned target, const Buffer &buffer, std::size_t offset,
     glBufferSubData(target, static_cast<GLintptr>(offset), static_cast<GLsizeiptr>(data.size()), data.data());
 }
 
+void write_buffer(unsigned target, const Buffer &buffer, std::size_t offset, const Source &from,
+                  std::size_t bytes) {
+    if (from.buffer == 0) {
+        write_buffer(target, buffer, offset, {from.bytes, bytes});
+        return;
+    }
+    glBindBuffer(GL_COPY_READ_BUFFER, from.buffer);
+    glBindBuffer(target, buffer.name());
+    glCopyBufferSubData(GL_COPY_READ_BUFFER, target, static_cast<GLintptr>(from.offset),
+                        static_cast<GLintptr>(offset), static_cast<GLsizeiptr>(bytes));
+}
+
 void copy_buffer(const Buffer &from, std::size_t from_offset, const Buffer &to, std::size_t to_offset,
                  std::size_t bytes) {
     glBindBuffer(GL_COPY_READ_BUFFER, from.name());

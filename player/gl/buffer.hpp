@@ -29,6 +29,16 @@ Buffer make_buffer(unsigned target, std::size_t bytes, Usage usage);
 /// Writes into a buffer from make_buffer(). `offset` plus the size of `data` must not exceed the buffer.
 void write_buffer(unsigned target, const Buffer &buffer, std::size_t offset, std::span<const std::byte> data);
 
+/// Bytes to upload.
+struct Source {
+    const std::byte *bytes = nullptr;
+    unsigned buffer = 0; // not 0: this buffer holds them too, from `offset` on; the device copies them
+    std::size_t offset = 0;
+};
+/// The same from a source.
+void write_buffer(unsigned target, const Buffer &buffer, std::size_t offset, const Source &from,
+                  std::size_t bytes);
+
 /// Copies bytes from one buffer into another on the device.
 void copy_buffer(const Buffer &from, std::size_t from_offset, const Buffer &to, std::size_t to_offset,
                  std::size_t bytes);

@@ -57,13 +57,14 @@ void StreamItem::begin(std::uint32_t piece_index) {
     }
 }
 
-void StreamItem::upload(const assets::Piece &piece, const assets::UploadChunk &chunk, const std::byte *data) {
+void StreamItem::upload(const assets::Piece &piece, const assets::UploadChunk &chunk,
+                        const gl::Source &from) {
     if (loaded.tile) {
-        tile.upload(loaded.glb, chunk, data);
+        tile.upload(loaded.glb, chunk, from);
     } else if (kind == assets::ArtifactKind::mesh) {
-        mesh.upload(chunk, data);
+        mesh.upload(chunk, from);
     } else {
-        upload_rows({finer, piece.first_level}, loaded.ktx, chunk, data);
+        upload_rows({finer, piece.first_level}, loaded.ktx, chunk, from);
     }
 }
 

@@ -2,6 +2,7 @@
 // One artifact with its GPU objects. Scenes that share an artifact share the item.
 
 #include "assets/loaded_artifact.hpp"
+#include "gl/buffer.hpp"
 #include "gl/handle.hpp"
 #include "streaming/streamed_mesh.hpp"
 #include "streaming/streamed_tile.hpp"
@@ -28,7 +29,7 @@ struct StreamItem {
 
     /// Creates the GPU objects of a piece.
     void begin(std::uint32_t piece_index);
-    void upload(const assets::Piece &piece, const assets::UploadChunk &chunk, const std::byte *data);
+    void upload(const assets::Piece &piece, const assets::UploadChunk &chunk, const gl::Source &from);
     /// Makes an uploaded piece visible.
     void finish(std::uint32_t piece_index);
     /// A texture's coarser mips are copied: on the device or, where there is no room for the copy, through

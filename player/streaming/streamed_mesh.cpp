@@ -96,20 +96,20 @@ void StreamedMesh::begin(std::uint32_t level) {
     pool_->take(made.slot, made.layout, made.vertices, made.indices, 0.0);
 }
 
-void StreamedMesh::upload(const assets::UploadChunk &chunk, const std::byte *bytes) {
+void StreamedMesh::upload(const assets::UploadChunk &chunk, const gl::Source &from) {
     const MeshLevel &made = levels_[chunk.level];
     const GeometryPage &page = *made.slot.page;
-    const std::span<const std::byte> data(bytes, chunk.bytes.size());
     // A copy target leaves the element buffer of the bound vertex array unchanged.
     if (chunk.part >= assets::mesh_attributes) {
         const std::size_t first =
             made.slot.first_index + made.primitives[chunk.part - assets::mesh_attributes].first_index;
         gl::write_buffer(GL_COPY_WRITE_BUFFER, page.indices, first * made.layout.index_bytes + chunk.offset,
-                         data);
+                         from, chunk.bytes.size());
     } else {
         const std::size_t before = made.slot.first_vertex * made.layout.vertex_bytes[chunk.part];
         gl::write_buffer(GL_COPY_WRITE_BUFFER, page.vertices,
-                         page.attribute_offsets[chunk.part] + before + chunk.offset, data);
+                         page.attribute_offsets[chunk.part] + before + chunk.offset, from,
+                         chunk.bytes.size());
     }
 }
 

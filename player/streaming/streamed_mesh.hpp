@@ -3,6 +3,7 @@
 
 #include "assets/glb.hpp"
 #include "assets/upload_plan.hpp"
+#include "gl/buffer.hpp"
 #include "gl/draw.hpp"
 #include "streaming/geometry_pool.hpp"
 
@@ -74,7 +75,7 @@ class StreamedMesh {
     void expect() const;
     /// Takes memory for a level, writes a chunk of plan_mesh() into it, says that all are written.
     void begin(std::uint32_t level);
-    void upload(const assets::UploadChunk &chunk, const std::byte *bytes);
+    void upload(const assets::UploadChunk &chunk, const gl::Source &from);
     void finish(std::uint32_t level) { levels_[level].resident = true; }
     /// Frees the memory of a level.
     void evict(std::uint32_t level);

@@ -107,20 +107,21 @@ void StreamedTile::begin(std::uint32_t block) {
     pool_->take(made.slot, layout_, made.vertices, made.indices, indices_per_vertex_);
 }
 
-void StreamedTile::upload(const assets::Glb &glb, const assets::UploadChunk &chunk, const std::byte *bytes) {
+void StreamedTile::upload(const assets::Glb &glb, const assets::UploadChunk &chunk, const gl::Source &from) {
     const assets::GlbLevel &level = glb.levels[chunk.level];
     const PatchRange &range = ranges_[chunk.level];
     const GeometrySlot &slot = blocks_[range.block].slot;
     const GeometryPage &page = *slot.page;
-    const std::span<const std::byte> data(bytes, chunk.bytes.size());
     // A copy target leaves the element buffer of the bound vertex array unchanged.
     if (chunk.part >= assets::mesh_attributes) {
         gl::write_buffer(GL_COPY_WRITE_BUFFER, page.indices,
-                         (slot.first_index + range.first_index) * layout_.index_bytes + chunk.offset, data);
+                         (slot.first_index + range.first_index) * layout_.index_bytes + chunk.offset, from,
+                         chunk.bytes.size());
     } else {
         const std::size_t before = (slot.first_vertex + range.first_vertex) * vertex_bytes(level, chunk.part);
         gl::write_buffer(GL_COPY_WRITE_BUFFER, page.vertices,
-                         page.attribute_offsets[chunk.part] + before + chunk.offset, data);
+                         page.attribute_offsets[chunk.part] + before + chunk.offset, from,
+                         chunk.bytes.size());
     }
 }
 

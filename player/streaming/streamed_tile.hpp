@@ -3,6 +3,7 @@
 
 #include "assets/glb.hpp"
 #include "assets/upload_plan.hpp"
+#include "gl/buffer.hpp"
 #include "streaming/geometry_pool.hpp"
 
 #include <glm/mat4x4.hpp>
@@ -50,7 +51,7 @@ class StreamedTile {
 
     /// Takes memory for a block, writes a chunk of plan_patches() into them, says that all are written.
     void begin(std::uint32_t block);
-    void upload(const assets::Glb &glb, const assets::UploadChunk &chunk, const std::byte *bytes);
+    void upload(const assets::Glb &glb, const assets::UploadChunk &chunk, const gl::Source &from);
     void finish(std::uint32_t block) { blocks_[block].resident = true; }
     /// Frees the memory of a block.
     void evict(std::uint32_t block);

@@ -81,7 +81,8 @@ Streamer::Streamer(const assets::SceneFile &file, SceneLoad load)
         uploads_->add_pieces(index);
     }
     uploads_->make_schedule(load.limits_);
-    uploads_->max_waiting_bytes = load.limits_.ram_bytes;
+    uploads_->max_waiting_bytes =
+        load.limits_.ram_bytes - std::min(load.limits_.ram_bytes, Uploads::staging_bytes);
     uploads_->known_checked.resize(uploads_->items.size());
     uploads_->begun_files.resize(uploads_->items.size());
     uploads_->checker = std::make_unique<assets::FileChecker>(
@@ -92,9 +93,12 @@ Streamer::Streamer(const assets::SceneFile &file, SceneLoad load)
     uploads_->loader = std::make_unique<assets::PieceLoader>(
         uploads_->pieces.size(), [uploads = uploads_.get()](std::uint32_t piece, assets::Inflater &inflater) {
             const Uploads::Clock::time_point start = Uploads::Clock::now();
-            assets::StagedPiece staged =
-                assets::stage(uploads->item_of(piece).loaded, uploads->plan_of(piece), inflater);
-            uploads->count_read(uploads->plan_of(piece).bytes, start);
+            const assets::LoadedArtifact &loaded = uploads->item_of(piece).loaded;
+            const assets::Piece &plan = uploads->plan_of(piece);
+            assets::StagedPiece staged = assets::stage(loaded, plan, inflater, &uploads->staging.ring());
+            if (assets::needs_staging(loaded, plan)) { // else it was copied
+                uploads->count_read(plan.bytes, start);
+            }
             return staged;
         });
 }

@@ -219,7 +219,7 @@ void write_levels(const assets::Ktx2 &ktx, LevelsFrom to, std::uint32_t first,
             chunk.part = face;
             chunk.rows = ktx.levels[i].height_px;
             chunk.bytes = bytes.first(ktx.levels[i].bytes.size() / ktx.faces);
-            upload_rows(to, ktx, chunk, chunk.bytes.data());
+            upload_rows(to, ktx, chunk, {chunk.bytes.data()});
             bytes = bytes.subspan(chunk.bytes.size());
         }
     }
@@ -250,13 +250,15 @@ gl::Texture neutral_texture(const assets::Ktx2 &ktx) {
 }
 
 void upload_rows(LevelsFrom to, const assets::Ktx2 &ktx, const assets::UploadChunk &chunk,
-                 const std::byte *bytes) {
+                 const gl::Source &from) {
     const Format format = gl_format(ktx.format);
     const auto level = static_cast<GLint>(chunk.level - to.first_level);
     const auto width = static_cast<GLsizei>(ktx.levels[chunk.level].width_px);
     const auto row = static_cast<GLint>(chunk.offset);
     const auto rows = static_cast<GLsizei>(chunk.rows);
     const GLenum image = image_target(ktx, chunk.part);
+    const void *const bytes = from.buffer == 0 ? from.bytes : reinterpret_cast<const void *>(from.offset);
+    glBindBuffer(GL_PIXEL_UNPACK_BUFFER, from.buffer);
     glBindTexture(target_of(ktx), to.texture.name());
     if (format.format == 0) {
         glCompressedTexSubImage2D(image, level, 0, row, width, rows, format.internal,
@@ -264,6 +266,7 @@ void upload_rows(LevelsFrom to, const assets::Ktx2 &ktx, const assets::UploadChu
     } else {
         glTexSubImage2D(image, level, 0, row, width, rows, format.format, format.type, bytes);
     }
+    glBindBuffer(GL_PIXEL_UNPACK_BUFFER, 0);
 }
 
 } // namespace paradize

@@ -3,6 +3,7 @@
 
 #include "assets/ktx2.hpp"
 #include "assets/upload_plan.hpp"
+#include "gl/buffer.hpp"
 #include "gl/handle.hpp"
 
 #include <cstddef>
@@ -46,8 +47,9 @@ void write_levels(const assets::Ktx2 &ktx, LevelsFrom to, std::uint32_t first,
 /// Creates a one-texel placeholder: mid grey, or zero for signed and two-channel maps.
 gl::Texture neutral_texture(const assets::Ktx2 &ktx);
 
-/// Uploads rows of one level and face. `bytes` are the chunk's. Leaves the texture bound to the active unit.
+/// Uploads rows of one level and face. `from` has the chunk's bytes. Leaves the texture bound to the active
+/// unit.
 void upload_rows(LevelsFrom to, const assets::Ktx2 &ktx, const assets::UploadChunk &chunk,
-                 const std::byte *bytes);
+                 const gl::Source &from);
 
 } // namespace paradize

@@ -168,7 +168,7 @@ void Uploads::order_ahead() {
                 std::ranges::find(files_ahead, artifact) == files_ahead.end()) {
                 files_ahead.push_back(artifact);
             }
-        } else if (needs_staging(piece)) {
+        } else if (is_staged(piece)) {
             ahead.push_back(piece);
         }
     }
@@ -212,8 +212,13 @@ bool Uploads::upload(const UploadBudget &budget) {
     if (budget.not_ready == NotReady::skip) {
         checker->finished(); // throws if a file is wrong
     }
+    staging.begin_frame();
     if (settled()) {
+        staging.close();
         return true;
+    }
+    if (has_uploaded && pieces_left != 0) { // the first picture waits for no buffer
+        staging.open(std::min(staging_bytes, counts.total_bytes - counts.resident_bytes));
     }
     plan();
     begun_bytes = 0;
@@ -248,6 +253,7 @@ bool Uploads::upload(const UploadBudget &budget) {
         shows_something = shows_something || is_seen(current->piece);
         upload_next();
     }
+    staging.end_frame();
     has_uploaded = true;
     const bool done = !current && paused.empty() && queue.empty();
     plan_next_frame();
@@ -293,8 +299,8 @@ bool Uploads::can_begin(std::uint32_t piece, NotReady not_ready) const {
     if ((current || !paused.empty()) && !schedule->has_room(piece)) {
         return false;
     }
-    const bool is_ready = not_ready != NotReady::skip ||
-                          (is_checked_of(piece) && (!needs_staging(piece) || loader->ready(piece)));
+    const bool is_ready =
+        not_ready != NotReady::skip || (is_checked_of(piece) && (!is_staged(piece) || loader->ready(piece)));
     return is_ready && schedule->can_load(piece);
 }
 
@@ -344,7 +350,7 @@ void Uploads::begin(std::size_t place) {
         checker->wait(pieces[next.piece].artifact);
         order_ahead();
     }
-    if (needs_staging(next.piece)) {
+    if (is_staged(next.piece)) {
         assets::StagedPiece staged = loader->take(next.piece);
         if (staged.file_failed) {
             give_up(pieces[next.piece].artifact, std::move(staged.error));
@@ -371,7 +377,8 @@ void Uploads::upload_next() {
     const assets::Piece &piece = plan_of(current->piece);
     const assets::UploadChunk &chunk = next_chunk();
     item.upload(piece, chunk,
-                current->staged ? current->staged.get() + current->bytes_done : chunk.bytes.data());
+                current->staged ? staging.source(current->staged, current->bytes_done)
+                                : gl::Source{chunk.bytes.data()});
     current->bytes_done += chunk.bytes.size();
     counts.resident_bytes += chunk.bytes.size();
     counts.uploaded_bytes += chunk.bytes.size();
@@ -383,6 +390,7 @@ void Uploads::upload_next() {
         if (item.pieces_left == 0 && schedule->budget_bytes() == 0) {
             release(item.loaded.file); // nothing is evicted
         }
+        staging.finish(std::move(current->staged));
         current.reset();
     }
 }

@@ -8,6 +8,7 @@
 #include "assets/upload_plan.hpp"
 #include "streaming/geometry_pool.hpp"
 #include "streaming/schedule.hpp"
+#include "streaming/staging.hpp"
 #include "streaming/stream_item.hpp"
 #include "streaming/streamer.hpp"
 
@@ -42,6 +43,7 @@ PatchPages patch_pages(const assets::SceneFile &scene, std::uint64_t vram_bytes)
 struct Uploads {
     using Clock = std::chrono::steady_clock;
     static constexpr std::uint64_t ahead_bytes = std::uint64_t{16} << 20U; // staged ahead, or one piece
+    static constexpr std::uint64_t staging_bytes = ahead_bytes;            // of the mapped buffer
 
     const assets::SceneFile &scene;
     GeometryPools geometry;
@@ -57,13 +59,14 @@ struct Uploads {
     std::size_t reused = 0;      // items taken over from the previous scene
     std::vector<std::byte> held; // mips while their texture is made anew
     std::vector<std::string> failures;
+    Staging staging;
 
     /// The piece that is being uploaded.
     struct Current {
         std::uint32_t piece = 0; // of the scene
         std::uint32_t chunks_done = 0;
         std::uint64_t bytes_done = 0;
-        std::unique_ptr<std::byte[]> staged; // nullptr: the chunks are in memory
+        assets::StagedBytes staged; // nullptr: the chunks are in memory
     };
     std::optional<Current> current;
     static constexpr std::size_t most_paused = 3;
@@ -94,6 +97,8 @@ struct Uploads {
     bool is_checked_of(std::uint32_t piece) const { return is_checked(pieces[piece].artifact); }
     /// The piece's file must be checked.
     bool needs_staging(std::uint32_t piece) const;
+    /// True if the loader stages the piece, also where it could be uploaded from the file's memory.
+    bool is_staged(std::uint32_t piece) const { return staging.is_open() || needs_staging(piece); }
 
     /// Adds the pieces of an artifact to those of the scene.
     void add_pieces(std::uint32_t index);

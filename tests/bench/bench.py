@@ -2,10 +2,10 @@
 
 usage: bench.py [--runs N] [TOPIC ...], topics parted by spaces or commas
 
-A topic is a file of topics/. A row: the work, our median time, the peer and its median
-time, the ratio (above 1: we are faster) beside the one promised and whether it was kept, our error and the
-peer's against an analytic or float64 reference, what both times hold, and the threads and instruction sets of
-each side. Errors are not inside the times.
+A topic is a file of topics/; one that is LONG runs only where it is named. A row: the work, our median time,
+the peer and its median time, the ratio (above 1: we are faster) beside the one promised and whether it was
+kept, our error and the peer's against an analytic or float64 reference, what both times hold, and the threads
+and instruction sets of each side. Errors are not inside the times.
 """
 
 from __future__ import annotations
@@ -37,7 +37,10 @@ def main() -> None:
     done: list[Row] = []
     with tempfile.TemporaryDirectory() as name:
         for topic in topics or TOPICS:
-            for row in importlib.import_module(f"topics.{topic}").rows(arguments.runs, Path(name)):
+            module = importlib.import_module(f"topics.{topic}")
+            if not topics and getattr(module, "LONG", False):
+                continue
+            for row in module.rows(arguments.runs, Path(name)):
                 done.append(row)
                 ratio = row.peer_ms / row.ours_ms
                 kept = row.limit is None or ratio >= row.limit

@@ -21,7 +21,7 @@ constexpr std::uint32_t pieces = 16;
 // Bytes and text tell which piece it is.
 assets::StagedPiece numbered(std::uint32_t piece) {
     assets::StagedPiece out;
-    out.bytes = std::make_unique<std::byte[]>(1000);
+    out.bytes = assets::heap_bytes(1000);
     std::fill_n(out.bytes.get(), 1000, static_cast<std::byte>(piece));
     out.error = std::to_string(piece);
     return out;

@@ -140,6 +140,23 @@ def test_little_memory_for_files_gives_the_same_picture(player: Player, tmp_path
     assert np.array_equal(pictures[0], pictures[2])
 
 
+@pytest.mark.parametrize("limits", [[], ["--ram", 1], ["--ram", 1, "--vram", 4]])
+def test_pictures_are_those_of_a_driver_without_buffers_that_stay_mapped(
+    player: Player, tmp_path: Path, limits: list[object]
+) -> None:
+    """In every frame, while boxes come and go, and in as many uploads."""
+    scene = six_boxes(tmp_path / "scene")
+    flight = (scene, "--size", "64x36", "--frames", 160, "--json", "--debug", *limits, "--screenshot")
+    without = {"MESA_EXTENSION_OVERRIDE": "-GL_ARB_buffer_storage"}
+    mapped = report(player(*flight, tmp_path / "mapped.png"))["streaming"]
+    plain = report(player(*flight, tmp_path / "plain.png", env=without))["streaming"]
+    assert mapped["uploads"] == plain["uploads"] and mapped["evictions"] == plain["evictions"]
+    assert (mapped["evictions"] > 0) == ("--vram" in limits)
+    for frame in range(160):
+        ours, other = (load(tmp_path / f"{name}_{frame:04d}.png") for name in ("mapped", "plain"))
+        assert np.array_equal(ours, other), frame
+
+
 def test_json_tells_how_the_error_falls_while_the_scene_streams(player: Player, tmp_path: Path) -> None:
     scene = six_boxes(tmp_path / "scene")
     errors = {}

@@ -30,7 +30,7 @@ TEST_CASE("textures: mutable storage holds the same texels as immutable storage"
         for (const Storage storage : {Storage::immutable, Storage::mutable_levels}) {
             const gl::Texture texture = allocate_texture(ktx, 0, storage);
             for (const assets::UploadChunk &chunk : plan.chunks) {
-                upload_rows({texture, 0}, ktx, chunk, chunk.bytes.data());
+                upload_rows({texture, 0}, ktx, chunk, {chunk.bytes.data()});
             }
             std::vector<float> &out = texels[storage == Storage::immutable ? 0 : 1];
             out.resize(8 * 4 * 2);
@@ -56,7 +56,7 @@ TEST_CASE("textures: levels are copied between textures of other sizes, on the d
         const unsigned image = faces == 6 ? GL_TEXTURE_CUBE_MAP_POSITIVE_Y : GL_TEXTURE_2D;
         const gl::Texture whole = allocate_texture(ktx, 0, best_storage());
         for (const assets::UploadChunk &chunk : plan.chunks) {
-            upload_rows({whole, 0}, ktx, chunk, chunk.bytes.data());
+            upload_rows({whole, 0}, ktx, chunk, {chunk.bytes.data()});
         }
         for (const auto copy : {copy_levels, copy_levels_by_memory}) {
             const gl::Texture coarse = allocate_texture(ktx, 2, best_storage()); // from 8 x 8 on
