@@ -3,30 +3,69 @@
 from __future__ import annotations
 
 import json
+import os
+import resource
 import statistics
 import subprocess
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from row import Row, on
+from row import CORES, Row, on
+from tests.conftest import RENDER_ENVIRONMENT
 from tests.made.crowd import write_crowd
 from tests.places import ROOT
+
+PLAYER = ROOT / "build/bin/paradize-player"
 
 
 def drawn(folder: Path, frames: int) -> dict[str, Any]:
     """The output of --json for some frames at second 75, where half of the island is in view."""
-    player = ROOT / "build/bin/paradize-player"
-    command = [player, folder, "--headless", "--wait-resident", "--time", "75", "--frames", str(frames)]
+    command = [PLAYER, folder, "--headless", "--wait-resident", "--time", "75", "--frames", str(frames)]
     command += ["--size", "160x90", "--json"]
     done = subprocess.run(command, capture_output=True, text=True, check=True)
     return dict(json.loads(done.stdout))
+
+
+def loaded_ms(folder: Path, second: int) -> float:
+    """Processor time from the player's start to its end, with one frame of this second."""
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    command = [PLAYER, folder, "--headless", "--mute", "--wait-resident", "--frames", "1"]
+    command += ["--time", str(second), "--size", "160x90"]
+    subprocess.run(command, check=True, env={**os.environ, **RENDER_ENVIRONMENT})
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return (after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime) * 1e3
+
+
+def million_particles(island: Path, folder: Path) -> Path:
+    """The baked island whose only particles are a swarm of a million."""
+    folder.mkdir()
+    for file in island.iterdir():
+        (folder / file.name).symlink_to(file.resolve())
+    scene = json.loads((folder / "scene.json").read_text())
+    swarm = next(field for field in scene["particles"] if field["motion"] == "swarm")
+    scene["particles"] = [swarm | {"count": 1_000_000}]
+    (folder / "scene.json").unlink()
+    (folder / "scene.json").write_text(json.dumps(scene))
+    return folder
+
+
+def late_row(what: str, scene: Path, runs: int) -> Row:
+    """The flight's last second beside its first: nothing is simulated up to there."""
+    loaded_ms(scene, 239), loaded_ms(scene, 0)  # compile the shaders
+    turns = [(loaded_ms(scene, 239), loaded_ms(scene, 0)) for _ in range(runs)]
+    late_ms, first_ms = (statistics.median(turn[i] for turn in turns) for i in (0, 1))
+    return Row(
+        f"{what}, load and a frame at second 239", late_ms, "the same at second 0", first_ms, "-", "-",
+        1 / 1.2, inside="processor time of a process, 160 x 90", ours_on=on(CORES), peer_on=on(CORES),
+    )  # fmt: skip
 
 
 def crowd_rows(runs: int, folder: Path) -> Iterator[Row]:
     """A frame of each crowd beside one of the island, in turns, and the processor time of finding what it
     draws."""
     island = ROOT / "build/assets/island"
+    yield late_row("a million particles", million_particles(island, folder / "particles"), runs)
     crowds = {
         "1 palm": {"palms": 1},
         "100 palms": {"palms": 100},
@@ -59,3 +98,5 @@ def crowd_rows(runs: int, folder: Path) -> Iterator[Row]:
                     f"{name}, {what} of a frame", ours, "the limit", most, "-", "-", 1.0, unit,
                     inside=inside, ours_on=on(1), peer_on="-",
                 )  # fmt: skip
+        if name == "100,000 stones":
+            yield late_row(name, scene, runs)

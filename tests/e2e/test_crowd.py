@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import resource
+import statistics
 import subprocess
 from collections.abc import Callable
 from pathlib import Path
@@ -49,3 +51,23 @@ def test_palms_take_few_draw_calls_in_every_frame(
         for name in names:
             ours, other = (load(tmp_path / n) for n in (name, name.replace("joined", "single")))
             assert np.array_equal(ours, other)
+
+
+@pytest.mark.deep
+def test_a_hundred_thousand_instances_load_as_quickly_at_the_end_of_the_flight(
+    player: Player, island: Path, tmp_path: Path
+) -> None:
+    """Nothing is simulated up to the second that playback starts at."""
+    folder = write_crowd(island, tmp_path / "crowd", stones=100_000)
+
+    def processor_s(second: int) -> float:
+        before = resource.getrusage(resource.RUSAGE_CHILDREN)
+        result = player(folder, "--time", second, "--size", "160x90", "--wait-resident", "--frames", 1)
+        assert result.returncode == 0, result.stderr
+        after = resource.getrusage(resource.RUSAGE_CHILDREN)
+        return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+
+    processor_s(239), processor_s(0)  # compile the shaders
+    turns = [(processor_s(239), processor_s(0)) for _ in range(5)]
+    late_s, first_s = (statistics.median(turn[i] for turn in turns) for i in (0, 1))
+    assert late_s <= 1.2 * first_s
