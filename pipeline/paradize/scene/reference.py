@@ -110,7 +110,7 @@ def fields_page() -> str:
 
 def schema_text() -> str:
     """The text of scene.schema.json."""
-    return json.dumps(scene_schema(), indent=1, allow_nan=False) + "\n"
+    return json.dumps(scene_schema(), indent=0, allow_nan=False) + "\n"
 
 
 def _tables(of: type, path: str) -> Iterator[tuple[str, Any]]:
