@@ -14,7 +14,7 @@ import numpy as np
 
 from paradize.data import Image
 from paradize.errors import SourceError
-from paradize.files import open_file, read_file
+from paradize.files import read_file
 from paradize.readers.limits import require_size
 from paradize.readers.notes import six_faces
 
@@ -42,14 +42,12 @@ def has_reader() -> bool:
         return False
 
 
-def read_basis(path: Path, color_space: str | None) -> Image | None:
-    """The largest level; None for a file that is no such texture.
+def read_basis(path: Path, head: bytes, color_space: str | None) -> Image | None:
+    """The largest level; None for a file that is no such texture. head: its first HEAD_BYTES bytes or more.
 
     Raises SourceError where it is damaged, beyond the limits, a volume, a cube map or an array, and where the
     library is missing. Its note of sRGB is not asked: glTF says by its use how a picture is coded.
     """
-    with open_file(path) as file:
-        head = file.read(HEAD_BYTES)
     if len(head) < HEAD_BYTES or not is_basis(head):
         return None
     if not has_reader():

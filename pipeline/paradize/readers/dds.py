@@ -49,20 +49,18 @@ class DdsHead(NamedTuple):
     note: str = ""
 
 
-def read_dds_head(path: Path) -> DdsHead | None:
-    """None for a file that is no DDS.
+def dds_head(path: Path, data: bytes) -> DdsHead | None:
+    """None for a file that is no DDS. data: its first 148 bytes or more.
 
     Raises SourceError for volumes and cube maps, and where a channel's bits lie outside its texel, as some
     programs write grey.
     """
-    with open_file(path) as file:
-        data = file.read(_HEAD + _NEWER)
     if len(data) < _HEAD or not data.startswith(b"DDS "):
         return None
     height, width = struct.unpack_from("<2I", data, 12)
     flags, code, bits, *masks = struct.unpack_from("<7I", data, 80)
     (capabilities,) = struct.unpack_from("<I", data, 112)
-    newer = bool(flags & _CODE) and code == _DX10 and len(data) == _HEAD + _NEWER
+    newer = bool(flags & _CODE) and code == _DX10 and len(data) >= _HEAD + _NEWER
     form, dimension, more, count, _ = struct.unpack_from("<5I", data, _HEAD) if newer else (0, _FLAT, 0, 1, 0)
     if capabilities & _VOLUME or dimension > _FLAT:
         raise SourceError("a volume texture is not one picture", file=path, mend="save a slice as PNG")
@@ -86,12 +84,13 @@ def read_dds_head(path: Path) -> DdsHead | None:
     return DdsHead(width, height, start, grey_alpha=grey_alpha, note=NARROWED if wide else "")
 
 
-def read_plain_dds(path: Path, color_space: str | None) -> Image | None:
+def read_plain_dds(path: Path, data: bytes, color_space: str | None) -> Image | None:
     """A picture whose texels are plain numbers of 16 or 32 bits: floats are linear. None for all others.
+    data: as of `dds_head`.
 
-    Raises SourceError where it is cut or beyond the limits, and as `read_dds_head`.
+    Raises SourceError where it is cut or beyond the limits, and as `dds_head`.
     """
-    head = read_dds_head(path)
+    head = dds_head(path, data)
     if head is None or head.plain is None or not (head.width and head.height):
         return None
     kind, channels = np.dtype(head.plain[0]), head.plain[1]
@@ -99,10 +98,10 @@ def read_plain_dds(path: Path, color_space: str | None) -> Image | None:
     count = head.width * head.height * channels
     with open_file(path) as file:
         file.seek(head.start)
-        data = file.read(count * kind.itemsize)
-    if len(data) < count * kind.itemsize:
+        texels = file.read(count * kind.itemsize)
+    if len(texels) < count * kind.itemsize:
         raise damaged("the file ends before its picture does", path)
-    values = np.frombuffer(data, kind).reshape(head.height, head.width, channels)
+    values = np.frombuffer(texels, kind).reshape(head.height, head.width, channels)
     if channels == 2:  # red and green
         values = np.concatenate([values, np.zeros_like(values[:, :, :1])], axis=2)
     if kind.kind == "u":

@@ -31,7 +31,7 @@ from paradize.files import library_path, open_file
 from paradize.kinds import PICTURE, expecting
 from paradize.readers.basis import read_basis
 from paradize.readers.damage import check_damage, damaged
-from paradize.readers.dds import DdsHead, read_dds_head, read_plain_dds
+from paradize.readers.dds import DdsHead, dds_head, read_plain_dds
 from paradize.readers.grids import read_grid
 from paradize.readers.limits import limit, require_size, too_many_bytes
 from paradize.readers.names import require_utf8_name
@@ -63,6 +63,7 @@ _STRAIGHT = {
     "heif",
     "sgi",
 }
+_HEAD_BYTES = 4096  # of an AVIF file the boxes before the texels
 _LAYERED = ("psd",)  # the first picture of these is all layers together
 _JUNK = re.compile(r"Corrupt JPEG data: (\d+) extraneous bytes before marker")  # between whole segments
 _PLAIN_NUMBERS = {"half": 16, "float": 32, "double": 32, "int8": 8, "int16": 16, "int": 32}  # bits
@@ -96,52 +97,55 @@ def read_image(path: Path, *, color_space: str | None = None, finite: bool = Tru
 def _read_image(path: Path, color_space: str | None, finite: bool) -> Image:
     if (grid := read_grid(path)) is not None:
         return grid
-    _require_file(path)
-    for read in (read_with_pillow, read_plain_dds, read_basis):
-        if (picture := read(path, color_space)) is not None:
-            if finite:
-                require_finite(picture.values, path)
-            return picture
-    oiio.attribute("limits:imagesize_MB", limit("PARADIZE_MAX_MB"))
-    oiio.attribute("limits:channels", 64)
-    hints = oiio.ImageSpec()
-    hints.attribute("oiio:UnassociatedAlpha", 1)
     try:
-        with library_path(path) as name:
-            with _silenced():
-                source = oiio.ImageInput.open(name, hints)
-            if source is None:
-                said = _message(oiio)
-                if "limits:imagesize_MB" in said:
-                    raise too_many_bytes(path)
-                what = f"is not a readable picture: {said or 'no reason given'}"
-                mend = "save it as PNG, TIFF or OpenEXR"
-                raise SourceError(what.replace(name, path.name), file=path, mend=mend)
-            try:
-                return _read_open(source, path, color_space, finite)
-            except SourceError as error:
-                what = error.what.replace(name, path.name)  # libraries name what they were given
-                raise SourceError(what, file=error.file, place=error.place, mend=error.mend) from None
-            finally:
-                source.close()
+        head = _head(path)
+        for read in (read_with_pillow, read_plain_dds, read_basis):
+            if (picture := read(path, head, color_space)) is not None:
+                if finite and picture.top is None:
+                    require_finite(picture.values, path)
+                return picture
+        return _read_with_oiio(path, head, color_space, finite)
+    except FileNotFoundError:
+        raise SourceError("no such file", file=path) from None
     except OSError as error:
         raise SourceError(f"cannot be read: {error.strerror}", file=path) from error
     except MemoryError as error:
         raise SourceError("does not fit into memory", file=path, mend="make it smaller") from error
 
 
-def _require_file(path: Path) -> None:
-    """Raises SourceError for a missing or empty file and for a name that is not UTF-8."""
-    try:
-        with open_file(path) as stream:
-            empty = not stream.read(1)
-    except FileNotFoundError:
-        raise SourceError("no such file", file=path) from None
-    except OSError as error:
-        raise SourceError(f"cannot be read: {error.strerror}", file=path) from error
-    if empty:
+def _head(path: Path) -> bytes:
+    """The first bytes of a file, which tell who reads it. Raises SourceError for an empty file and for a name
+    that is not UTF-8."""
+    with open_file(path) as stream:
+        head = stream.read(_HEAD_BYTES)
+    if not head:
         raise SourceError("the file is empty", file=path, mend="save or export it again")
     require_utf8_name(path)
+    return head
+
+
+def _read_with_oiio(path: Path, head: bytes, color_space: str | None, finite: bool) -> Image:
+    oiio.attribute("limits:imagesize_MB", limit("PARADIZE_MAX_MB"))
+    oiio.attribute("limits:channels", 64)
+    hints = oiio.ImageSpec()
+    hints.attribute("oiio:UnassociatedAlpha", 1)
+    with library_path(path) as name:
+        with _silenced():
+            source = oiio.ImageInput.open(name, hints)
+        if source is None:
+            said = _message(oiio)
+            if "limits:imagesize_MB" in said:
+                raise too_many_bytes(path)
+            what = f"is not a readable picture: {said or 'no reason given'}"
+            mend = "save it as PNG, TIFF or OpenEXR"
+            raise SourceError(what.replace(name, path.name), file=path, mend=mend)
+        try:
+            return _read_open(source, path, head, color_space, finite)
+        except SourceError as error:
+            what = error.what.replace(name, path.name)  # libraries name what they were given
+            raise SourceError(what, file=error.file, place=error.place, mend=error.mend) from None
+        finally:
+            source.close()
 
 
 _silence = threading.Lock()
@@ -179,7 +183,7 @@ def _message(source: Any) -> str:
     return "; ".join(line.strip() for line in text.splitlines() if line.strip())
 
 
-def _read_open(source: Any, path: Path, color_space: str | None, finite: bool) -> Image:
+def _read_open(source: Any, path: Path, head: bytes, color_space: str | None, finite: bool) -> Image:
     spec = source.spec()
     kind = source.format_name()
     said = _message(source)  # of the header
@@ -206,7 +210,7 @@ def _read_open(source: Any, path: Path, color_space: str | None, finite: bool) -
         require_finite(values, path)
     if values.shape[2] in (2, 4) and _is_premultiplied(spec, kind):
         values = _straighten(Image(values, "data", 32).pixels)
-    dds = (kind == "dds" and read_dds_head(path)) or DdsHead()
+    dds = dds_head(path, head) or DdsHead()
     two_channels = values.shape[2] == 2 and spec.alpha_channel != 1
     if two_channels and kind != "targa" and not dds.grey_alpha:  # red and green
         values = np.concatenate([values, np.zeros_like(values[:, :, :1])], axis=2)

@@ -24,7 +24,6 @@ from paradize.readers.notes import NARROWED, SEVERAL, turned
 if TYPE_CHECKING:
     from pathlib import Path
 
-_HEAD = 4096  # bytes: in an AVIF file the boxes before the texels
 _FORMATS = {  # name in Pillow -> our name of the picture
     "Bmp": "bitmap",
     "Qoi": "QOI picture",
@@ -33,7 +32,7 @@ _FORMATS = {  # name in Pillow -> our name of the picture
 _PLAIN = {"1": "L", "P": "RGB"}  # two greys, and palettes -> what they mean
 _HIGH_DEPTH = 0x40  # flag in the third byte of an AVIF file's box av1C
 _ORIENTATION = 0x0112  # Exif
-_HDR = {16: "PQ", 18: "HLG"}  # transfer functions of ITU-T H.273
+_LINEAR, _HDR = 8, {16: "PQ", 18: "HLG"}  # transfer functions of ITU-T H.273
 
 
 def is_avif(head: bytes) -> bool:
@@ -41,33 +40,33 @@ def is_avif(head: bytes) -> bool:
     return head[4:8] == b"ftyp" and (b"avif" in head[8:32] or b"avis" in head[8:32])
 
 
-def read_with_pillow(path: Path, color_space: str | None) -> Image | None:
-    """The picture; None for a file that OpenImageIO reads, or nothing does.
+def read_with_pillow(path: Path, head: bytes, color_space: str | None) -> Image | None:
+    """The picture; None for a file that OpenImageIO reads, or nothing does. head: the file's first 4096
+    bytes, which hold an AVIF picture's boxes.
 
     Raises SourceError where it is damaged, beyond the limits, or of a kind that Pillow does not decode.
     """
-    with open_file(path) as stream:
-        head = stream.read(_HEAD)
-        name = _format(head)
-        if name is None:
-            return None
-        opener = getattr(import_module(f"PIL.{name}ImagePlugin"), f"{name}ImageFile")
-        stream.seek(0)
-        try:
-            with opener(stream) as picture:
-                width, height = picture.size
-                require_size(width, height, len(picture.getbands()), path)
-                check_damage(path, name.lower())
-                if name == "Avif" and (curve := _HDR.get(_avif_curve(head))):
-                    what = f"its colours are of high dynamic range ({curve}), not sRGB"
-                    raise SourceError(what, file=path, mend="save it as OpenEXR")
-                values = np.asarray(picture.convert(_PLAIN.get(picture.mode, picture.mode)))
-                notes = _avif_notes(picture, head) if name == "Avif" else ()
-        except (OSError, ValueError, SyntaxError, RuntimeError) as error:
-            what = f"is not a readable {_FORMATS[name]}: {error}"
-            raise SourceError(what, file=path, mend="save it as PNG") from None
+    name = _format(head)
+    if name is None:
+        return None
+    curve = _avif_curve(head) if name == "Avif" else 0
+    if curve in _HDR:
+        what = f"its colours are of high dynamic range ({_HDR[curve]}), not sRGB"
+        raise SourceError(what, file=path, mend="save it as OpenEXR")
+    opener = getattr(import_module(f"PIL.{name}ImagePlugin"), f"{name}ImageFile")
+    try:
+        with open_file(path) as stream, opener(stream) as picture:
+            width, height = picture.size
+            require_size(width, height, len(picture.getbands()), path)
+            check_damage(path, name.lower())
+            values = np.asarray(picture.convert(_PLAIN.get(picture.mode, picture.mode)))
+            notes = _avif_notes(picture, head) if name == "Avif" else ()
+    except (OSError, ValueError, SyntaxError, RuntimeError) as error:
+        what = f"is not a readable {_FORMATS[name]}: {error}"
+        raise SourceError(what, file=path, mend="save it as PNG") from None
     # A QOI's byte of colour space is not asked: programs (Pillow) write "linear" for any picture.
-    return Image(values.reshape(*values.shape[:2], -1), color_space or "srgb", 8, 255, notes=notes)
+    color_space = color_space or ("linear" if curve == _LINEAR else "srgb")
+    return Image(values.reshape(*values.shape[:2], -1), color_space, 8, 255, notes=notes)
 
 
 def _format(head: bytes) -> str | None:

@@ -166,6 +166,13 @@ def test_missing_libraries_maps_and_materials_are_told(tmp_path: Path) -> None:
         assert part in message
 
 
+def test_of_many_materials_that_are_not_defined_eight_are_named(tmp_path: Path) -> None:
+    faces = "".join(f"usemtl stone{at}\nf 1 2 3\n" for at in range(9))
+    (said,) = (text for text in read(tmp_path, TRIANGLE + faces).warnings if "not defined" in text)
+    assert "9 materials are used but not defined: 'stone0'" in said
+    assert "'stone7', ...;" in said and "'stone8'" not in said
+
+
 @pytest.mark.parametrize(
     "line", ["Kd red", "Kd 1 nan 0", "Ks 1 2", "Kd 0.5 1_0 0", "Ns inf", "d 1e999", "Tr -halo x", "Ns"]
 )

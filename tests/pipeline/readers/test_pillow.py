@@ -116,6 +116,9 @@ def test_an_avif_of_more_bits_or_of_high_dynamic_range_is_told(tmp_path: Path) -
     data[pixi + 9 : pixi + 12] = b"\x0a\x0a\x0a"
     path.write_bytes(data)
     assert read_image(path).notes == (NARROWED,)
+    data[curve + 11] = 8
+    path.write_bytes(data)
+    assert read_image(path).color_space == "linear"
     for code, name in ((16, "PQ"), (18, "HLG")):
         data[curve + 11] = code
         path.write_bytes(data)

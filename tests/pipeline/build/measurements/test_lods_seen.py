@@ -21,6 +21,7 @@ from paradize.formats.glb.encode import encode_glb
 from paradize.formats.glb.reader import decode_glb
 from paradize.formats.ktx2.encode import encode_ktx2
 from paradize.scene.settings import load_scene
+from paradize.stages.tangents import tangent_frames
 from tests.pipeline.scenes import make_cove, make_free_cove
 from tests.pipeline.shapes import sphere
 
@@ -104,6 +105,20 @@ def test_a_level_that_shows_another_colour_takes_over_nowhere(role: str) -> None
     assert other["switch_m"] is None and other["seen_flip"] > 0.05
     assert (other["seen_p99_deg"], other["seen_silhouette"]) == (0, 0)
     assert measured(ball(fine, slid), [0.0, 0.05], 1.0, skin, textures)[1]["switch_m"] == 0.05
+
+
+@pytest.mark.parametrize("tilt_deg", [20.0, 40.0])
+def test_a_level_whose_normal_map_leans_the_other_way_is_off_by_twice_its_tilt(tilt_deg: float) -> None:
+    """All texels lean along +X of the texture, which lies the other way round on the level."""
+    fine = sphere(24)
+    assert fine.uvs is not None
+    mirrored = replace(fine, uvs=fine.uvs * np.float32([-1.0, 1.0]) + np.float32([1.0, 0.0]))
+    texels = np.zeros((4, 4, 2), np.int8)
+    texels[:, :, 0] = round(127 * np.sin(np.radians(tilt_deg)))
+    textures = {"skin_map": encode_ktx2(Texture("RG8_SNORM", 4, 4, (texels.tobytes(),)))}
+    levels = ball(tangent_frames(fine), tangent_frames(mirrored))
+    level = measured(levels, [0.0, 0.05], 1.0, BARE | {"normal": "skin_map"}, textures)[1]
+    assert level["seen_p99_deg"] == pytest.approx(2.0 * tilt_deg, abs=1.0)
 
 
 def baked(top: Path, **head: float) -> dict[str, Any]:
