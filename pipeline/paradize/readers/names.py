@@ -6,13 +6,19 @@ import os
 import re
 from functools import lru_cache
 from pathlib import Path, PurePosixPath, PureWindowsPath
+from typing import TYPE_CHECKING
 from urllib.parse import unquote
 
 from paradize import files
 from paradize.errors import SourceError
 from paradize.files import is_there, resolved
 
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
 _BLANK = r"[\s\N{REPLACEMENT CHARACTER}]"  # a tab of a name is read as the latter
+_PICTURES = re.compile(r"tex(ture)?s?|images?|imgs?|maps?|pictures?|materials?")  # folders of them
+_PARTS, _ABOVE = 3, 3  # last parts of a path that are looked for, folders above in which they are
 _COMMENT = re.compile(rf"{_BLANK}+#(?:{_BLANK}|$)")
 
 
@@ -72,26 +78,46 @@ def require_utf8(head: bytes, path: Path) -> None:
 def spelled_otherwise(root: Path, folder: Path, name: str) -> tuple[Path, str] | None:
     """The file inside `root` that is meant by a name that leads to none, and a note for a warning: without
     quotes or a comment, with %20 as a blank, with other letters, small or capital, as Windows and macOS find
-    it, or beside the file where exporters write a path of the machine they run on. None where no file or
-    several are meant."""
+    it, or where `_guesses` looks, as exporters write paths of the machine that they run on. None where no
+    file or several are meant."""
     plain = name.strip().strip("\"'").strip()
     for spelling in dict.fromkeys((name, plain, unquote(plain), without_comment(plain))):
-        elsewhere = _name_of_absolute(spelling)
-        path = inside(root, folder, spelling if elsewhere is None else elsewhere)
-        if path is None:
-            continue
-        found = path if (elsewhere or spelling != name) and _is_file(path) else _in_other_case(root, path)
-        if found is not None:
-            why = "does not exist" if elsewhere is None else "is a path of another machine"
-            beside = "" if elsewhere is None else " beside the file"
-            return found, f"{name[:120]!r} {why}; {found.name!r}{beside} is read instead"
+        why = "is a path of another machine" if _is_absolute(spelling) else "does not exist"
+        for place, guess in _guesses(root, folder, spelling):
+            path = inside(root, place, guess)
+            if path is None:
+                continue
+            moved = (place, guess) != (folder, name)
+            found = path if moved and _is_file(path) else _in_other_case(root, path)
+            if found is not None:
+                spelled = (place, guess) == (folder, spelling)
+                there = found.name if spelled else os.path.relpath(found, resolved(folder))
+                beside = " beside the file" if why[0] == "i" and there == found.name else ""
+                return found, f"{name[:120]!r} {why}; {there!r}{beside} is read instead"
     return None
 
 
-def _name_of_absolute(name: str) -> str | None:
-    """The last part of an absolute path or of a `file:` URI; None for another name."""
+def _guesses(root: Path, folder: Path, name: str) -> Iterator[tuple[Path, str]]:
+    """Folders and what to look for there: the name itself, unless it is absolute; its last parts in the
+    folder and in those above it, up to the root; the last one in folders of pictures there."""
+    if not _is_absolute(name):
+        yield folder, name
     path = PureWindowsPath(name.removeprefix("file://"))
-    return path.name if path.drive or path.root else None
+    parts = [part for part in path.parts if part not in (path.anchor, "..")][-_PARTS:]
+    above = [base for base in resolved(folder).parents if base.is_relative_to(resolved(root))]
+    bases = [folder, *above[:_ABOVE]]
+    for first in range(len(parts)):
+        for base in bases:
+            yield base, "/".join(parts[first:])
+    for base in bases:
+        for entry in _entries_of(base):
+            if _PICTURES.fullmatch(entry):
+                yield base, "/".join((entry, *parts[-1:]))
+
+
+def _is_absolute(name: str) -> bool:
+    path = PureWindowsPath(name.removeprefix("file://"))
+    return bool(path.drive or path.root)
 
 
 def _is_file(path: Path) -> bool:
@@ -105,15 +131,20 @@ def _in_other_case(root: Path, path: Path) -> Path | None:
     """The one file below `root` whose path differs from `path` in capital letters alone."""
     found = resolved(root)
     for part in path.relative_to(found).parts:
-        try:
-            alike = _entries(found, found.stat().st_mtime_ns).get(part.casefold(), [])
-        except OSError:
-            return None
+        alike = _entries_of(found).get(part.casefold(), [])
         if part not in alike and len(alike) != 1:
             return None
         found /= part if part in alike else alike[0]
     real = inside(root, root, str(found.relative_to(resolved(root))))
     return real if real is not None and _is_file(real) else None
+
+
+def _entries_of(folder: Path) -> dict[str, list[str]]:
+    """As _entries; none of a folder that cannot be listed."""
+    try:
+        return _entries(folder, folder.stat().st_mtime_ns)
+    except OSError:
+        return {}
 
 
 @lru_cache(maxsize=16)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import numpy as np
@@ -134,6 +135,54 @@ def test_a_path_of_another_machine_leads_to_the_file_beside(tmp_path: Path) -> N
     model = read_model(shown(primitive, made).gltf(tmp_path / "a.gltf", "/home/me/data.bin"))
     assert model.materials["material_0"].picture("color") == (tmp_path / "red.png").resolve()
     assert len(model.warnings) == 2
+
+
+@pytest.mark.parametrize(
+    ("name", "file"),
+    [
+        ("C:\\\\work\\\\my project\\\\textures\\\\wood.png", "textures/wood.png"),
+        ("/home/me/game/Images/Oak/wood.png", "images/oak/wood.png"),
+        ("F:\\all my work\\wood.png", "wood.png"),
+        ("F:\\all my work\\wood.png", "models/Textures/wood.png"),
+        ("textures/wood.png", "textures/wood.png"),
+        ("my desktop/oak/wood.png", "models/wood.png"),
+        ("Wood.png", "Textures/wood.png"),
+        ("wood.png", "models/tex/wood.png"),
+        ("../bitmaps/wood.png", "maps/wood.png"),
+    ],
+)
+def test_a_picture_is_found_where_a_project_keeps_its_pictures(tmp_path: Path, name: str, file: str) -> None:
+    """Models and pictures often have a folder each, and models name paths of the machine of their maker."""
+    models = tmp_path / "models"
+    for folder in (models, (tmp_path / file).parent):
+        folder.mkdir(parents=True, exist_ok=True)
+    (tmp_path / file).write_bytes(PNG)
+    (models / "a.mtl").write_text(f"newmtl wood\nmap_Kd {name}\n")
+    result = read(models, "mtllib a.mtl\n" + TRIANGLE + "usemtl wood\nf 1 2 3\n")
+    assert result.materials["wood"].picture("color") == (tmp_path / file).resolve()
+    there = Path(os.path.relpath(tmp_path / file, models)).as_posix()
+    (said,) = result.warnings
+    assert repr(there) in said and said.endswith("is read instead")
+
+
+def test_of_several_pictures_the_nearest_to_the_name_is_read(tmp_path: Path) -> None:
+    files = ("models/sub/a.png", "sub/a.png", "models/a.png", "a.png", "models/maps/a.png", "textures/a.png")
+    for file in files:
+        (tmp_path / file).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / file).write_bytes(PNG)
+    for file in files:
+        found = spelled_otherwise(tmp_path.parent, tmp_path / "models", "D:\\x\\sub\\a.png")
+        assert found is not None and found[0] == (tmp_path / file).resolve()
+        (tmp_path / file).unlink()
+    assert spelled_otherwise(tmp_path, tmp_path / "models", "D:\\x\\sub\\a.png") is None
+
+
+def test_the_buffer_of_another_model_is_not_read(tmp_path: Path) -> None:
+    made, primitive = square()
+    (tmp_path / "scene.bin").write_bytes(made.data)
+    (tmp_path / "oak").mkdir()
+    with pytest.raises(SourceError, match=r"oak/scene\.bin: cannot be read: No such file"):
+        read_model(shown(primitive, made).gltf(tmp_path / "oak/scene.gltf", "scene.bin"))
 
 
 def test_no_other_spelling_leads_out_of_the_root_or_is_a_guess(tmp_path: Path) -> None:

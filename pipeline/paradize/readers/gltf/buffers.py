@@ -77,10 +77,9 @@ class Buffers:
         return data[:length]
 
     def _beside(self, uri: str, place: str) -> bytes:
-        path = beside(self.root, self.document.file, uri)
-        if (path is None or not _exists(path)) and (
-            other := spelled_otherwise(self.root, self.document.file.parent, uri)
-        ):
+        path, folder = beside(self.root, self.document.file, uri), self.document.file.parent
+        # Elsewhere may lie the buffer of another model: exporters call all of them scene.bin.
+        if (path is None or not _exists(path)) and (other := spelled_otherwise(folder, folder, uri)):
             path, note = other
             self.document.warn(note, place)
         if path is None:
