@@ -115,7 +115,47 @@ def test_raw_heights_whose_order_nothing_tells_are_low_byte_first(tmp_path: Path
     assert "low byte first (guessed from its size; the order is not sure)" in warnings[0]
 
 
-@pytest.mark.parametrize("size", [0, 2, 9, 2 * 33 * 34])
+@pytest.mark.parametrize("side", [33, 64])
+def test_raw_squares_of_8_bits_are_read(tmp_path: Path, side: int) -> None:
+    """A square of 64 x 64 bytes has as many as one of 32 x 32 floats."""
+    truth = np.round(slope(side) / slope(side).max() * 200).astype(np.uint8)
+    field, warnings = heights(grid(tmp_path, truth.tobytes(), "a.raw"), 255.0)
+    assert np.array_equal(field.heights_m, truth)
+    assert f"read as {side} x {side} unsigned integers of 8 bits (guessed" in warnings[0]
+    assert "has 8 bits a pixel" in warnings[1]
+
+
+def test_raw_8_bits_that_are_no_floats_of_heights_are_read_however_rough(tmp_path: Path) -> None:
+    truth = np.random.default_rng(5).integers(0, 256, (64, 64), np.uint8)
+    field, _ = heights(grid(tmp_path, truth.tobytes(), "a.raw"), 255.0)
+    assert np.array_equal(field.heights_m, truth)
+
+
+@pytest.mark.parametrize("kind", ["plain", "mostly 0", "mostly NaN", "whole metres", "flat"])
+def test_raw_floats_are_not_taken_for_8_bits(tmp_path: Path, kind: str) -> None:
+    truth = slope(64).astype("<f4") * 100 + 20
+    island = truth > truth.max() - 3000
+    if kind == "mostly 0":
+        truth = np.where(island, truth, 0)
+    elif kind == "mostly NaN":
+        truth = np.where(island, truth, np.nan)
+    elif kind == "whole metres":
+        truth = np.round(truth)
+    elif kind == "flat":
+        truth = np.full_like(truth, 59.5)
+    field, warnings = heights(grid(tmp_path, truth.astype("<f4").tobytes(), "a.raw"))
+    assert "read as 64 x 64 floats (metres), low byte first" in " ".join(warnings)
+    kept = np.isfinite(truth)
+    assert np.array_equal(field.heights_m[kept], truth[kept])
+
+
+@pytest.mark.parametrize("name", ["a.r16", "a.r32"])
+def test_names_that_say_how_many_bits_are_believed(tmp_path: Path, name: str) -> None:
+    with pytest.raises(SourceError, match="has 1089 bytes; only squares"):
+        heights(grid(tmp_path, bytes(33 * 33), name), 1.0)
+
+
+@pytest.mark.parametrize("size", [0, 1, 2, 10, 2 * 33 * 34])
 def test_raw_heights_that_are_no_square_are_refused_with_a_mend(tmp_path: Path, size: int) -> None:
     with pytest.raises(
         SourceError, match=rf"has {size} bytes; only squares .* save the heights as a PNG or TIFF"
