@@ -31,6 +31,7 @@ Nodata: TypeAlias = "float | Literal['auto', 'none']"
 HEIGHT_LIMIT_M = 1e7
 MAX_WHITE_M = 1e6  # largest height of white that commands and scenes accept
 BAND = 256  # rows
+_MOST_TINT = 0.01  # of a grey picture: programs round its three colours each by itself
 _LOW_RANGE = 16  # warns where integers use less than 1/16 of their range
 
 
@@ -56,14 +57,14 @@ def read_heightmap(
     """
     with expecting(HEIGHTS, path):
         image = read_image(path, color_space="data", finite=False)
-    rows, columns, channels = image.values.shape
+    rows, columns, _ = image.values.shape
     if min(rows, columns) < 2 or max(rows, columns) > MAX_SIDE:
         raise SourceError(
             f"is {columns} x {rows} pixels; allowed: 2 to {MAX_SIDE} on each side",
             file=path,
             mend="a pixel is a vertex, so a terrain needs two each way",
         )
-    if channels >= 3 and not _is_grey(image):
+    if _tint(image) > _MOST_TINT:
         raise SourceError("is a colour picture", file=path, mend="save the heights as one grey channel")
     image, warnings = with_heights(image, path, nodata)
     if image.top is None:
@@ -119,12 +120,16 @@ def with_heights(image: Image, path: Path, nodata: Nodata) -> tuple[Image, list[
     """
     warnings = [f"{path}: {note}" for note in image.notes]
     warnings += [f"{path}: the alpha channel is ignored"] if image.values.shape[2] in (2, 4) else []
-    if not _is_grey(image):
+    tint = _tint(image)
+    if tint > _MOST_TINT:
         if nodata not in ("auto", "none"):
             mend = "leave the no data value out, or save the heights as one grey channel"
             raise SourceError("is a colour picture; its numbers are not heights", file=path, mend=mend)
         require_finite(image.values, path)
         return image, warnings
+    if tint > 0.0:
+        what = f"is not quite grey (its colours differ by up to {tint:.2g} of their range); red is read"
+        warnings.append(f"{path}: {what}")
     tags = read_geotiff_tags(path) if image.nodata is None else GeoTiffTags(nodata=image.nodata)
     holes, hole_warnings = _holes(image, tags, path, nodata)
     filled, fill_warnings = _fill(image, holes, path)
@@ -137,9 +142,23 @@ def with_heights(image: Image, path: Path, nodata: Nodata) -> tuple[Image, list[
     return replace(filled, values=metres[:, :, None], top=None), warnings
 
 
-def _is_grey(image: Image) -> bool:
-    first = image.values[:, :, 0]
-    return image.values.shape[2] < 3 or all(np.array_equal(first, image.values[:, :, k]) for k in (1, 2))
+def _tint(image: Image) -> float:
+    """The largest difference of its colours, as a share of the range of red; 0 of a grey picture."""
+    values, most = image.values, 0.0
+    if values.shape[2] < 3:
+        return 0.0
+    red = values[:, :, 0]
+    span = float(image.top or 1.0)
+    if values.dtype.kind == "f" and image.top is None:
+        finite = np.isfinite(red)
+        span = float(red.max(where=finite, initial=-np.inf)) - float(red.min(where=finite, initial=np.inf))
+    elif values.dtype.kind == "f":
+        span = 1.0
+    for band in _bands(len(values)):
+        with np.errstate(invalid="ignore"):  # infinite heights are told later
+            steps = np.abs(values[band, :, 1:3] - values[band, :, :1].astype(np.float64))
+        most = max(most, float(np.max(steps, where=np.isfinite(steps), initial=0.0)))
+    return most / span if span > 0.0 else float(most > 0.0)
 
 
 def _bands(rows: int) -> list[slice]:

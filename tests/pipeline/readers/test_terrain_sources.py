@@ -16,7 +16,7 @@ from paradize.readers.damage import check_damage
 from paradize.readers.geotiff import read_geotiff_tags
 from paradize.readers.heightmap import read_heightmap
 from paradize.readers.nodata import fill_nodata
-from tests.pipeline.raw_files import exr, tiff
+from tests.pipeline.raw_files import exr, png, tiff
 
 
 def slope(side: int) -> npt.NDArray[np.float64]:
@@ -150,3 +150,34 @@ def test_infinity_is_refused_with_its_place(tmp_path: Path) -> None:
         read_heightmap(tiff(tmp_path / "h.tif", heights), size_x_m=1, size_z_m=1, height_m=1.0)
     with pytest.raises(SourceError, match=r"\(7, 2\)"):
         read_heightmap(tiff(tmp_path / "v.tif", heights, "-9999"), size_x_m=1, size_z_m=1, height_m=1.0)
+
+
+@pytest.mark.parametrize("kind", ["png 8", "png 16", "exr", "exr of NaN"])
+@pytest.mark.parametrize("steps", [2, 4])
+def test_a_picture_whose_colours_are_rounded_each_by_itself_is_grey(
+    tmp_path: Path, kind: str, steps: int
+) -> None:
+    """Programs of pictures make grey of three colours that differ by a step or two of 255."""
+    red = np.clip(slope(33) * 255 / 160, 0, 255)
+    green = np.clip(red + steps * (np.indices(red.shape).sum(axis=0) % 2), 0, 255)
+    if kind.startswith("png"):
+        bits = int(kind[4:])
+        unit, type_ = (257, np.uint16) if bits == 16 else (1, np.uint8)
+        codes = np.round(np.stack([red, green, red], axis=2)).astype(type_) * type_(unit)
+        path, truth = png(tmp_path / "a.png", codes, 2, bits), codes[:, :, 0] / (255 * unit)
+    else:
+        truth = (red * 4.0 - 100.0).astype(np.float32)
+        if "NaN" in kind:
+            truth[3, 4] = np.nan
+        more = truth + (green - red).astype(np.float32) * np.float32(4.0)
+        path = exr(tmp_path / "a.exr", {"R": truth, "G": more, "B": truth})
+    height_m = 1.0 if kind.startswith("png") else None
+    if steps > 2:
+        with pytest.raises(SourceError, match="is a colour picture"):
+            read_heightmap(path, size_x_m=1.0, size_z_m=1.0, height_m=height_m)
+        return
+    field, warnings = read_heightmap(path, size_x_m=1.0, size_z_m=1.0, height_m=height_m)
+    known = np.isfinite(truth)
+    assert np.abs(field.heights_m - truth)[known].max() < 1e-6
+    told = [text for text in warnings if "is not quite grey" in text]
+    assert len(told) == 1 and "differ by up to 0.0078 of their range); red is read" in told[0]
