@@ -78,8 +78,12 @@ def draco_mesh(
         raise document.fault("Draco's data need the package DracoPy", place, mend) from None
     data = bytes(packed)
     most = _SMALL + 3 * _MOST_FACES_PER_BYTE * len(data)
-    if indices % 3 or indices > most or _faces(data) not in (None, indices // 3):
+    faces = _faces(data)
+    if indices % 3 or indices > most or (faces or 0) > indices // 3:
         raise document.fault(f"{len(data)} bytes of Draco do not hold {indices // 3} triangles", place)
+    if faces is not None and faces < indices // 3:
+        what = f"Draco's data hold {faces} of {indices // 3} triangles: it leaves out those without an area"
+        document.warn(what, place)
     document.spend(indices * 4, place)
     try:
         mesh = DracoPy.decode(data)

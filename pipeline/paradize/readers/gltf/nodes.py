@@ -135,8 +135,11 @@ def _matrix_of(
 ) -> Matrix:
     x, y, z, w = rotation
     length = sqrt(x * x + y * y + z * z + w * w)
-    if not (length > 0.0 and isfinite(length)):
+    if not isfinite(length):
         raise document.fault(f"a rotation of {x:g} {y:g} {z:g} {w:g} is none", f"{place}/rotation")
+    if length == 0.0:
+        document.warn("a rotation of 0 0 0 0 is none; the node is not turned", f"{place}/rotation")
+        w = length = 1.0
     if abs(length - 1.0) > _ROUNDED:
         document.warn(
             f"a rotation of length {length:g}, expected 1; read as if it had 1", f"{place}/rotation"

@@ -503,6 +503,16 @@ def test_a_rotation_that_is_no_unit_is_told(tmp_path: Path) -> None:
     assert model.mesh.positions.max() == 1.0
 
 
+def test_a_node_whose_rotation_is_0_is_not_turned_and_told(tmp_path: Path) -> None:
+    made, primitive = square()
+    model = read_model(shown(primitive, made, rotation=[0, 0, 0, 0]).glb(tmp_path / "a.glb"))
+    assert [text.partition(": ")[2] for text in model.warnings] == [
+        "/nodes/0/rotation: a rotation of 0 0 0 0 is none; the node is not turned"
+    ]
+    plain = read_model(shown(primitive, made).glb(tmp_path / "b.glb"))
+    assert np.array_equal(model.mesh.positions, plain.mesh.positions)
+
+
 def test_a_transform_of_texture_coordinates_beyond_float32_is_told(tmp_path: Path) -> None:
     made, primitive = square(TEXCOORD_0=UVS)
     moved = {"extensions": {"KHR_texture_transform": {"scale": [1e300, 1]}}, "index": textured(made)}
