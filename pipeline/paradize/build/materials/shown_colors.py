@@ -27,6 +27,7 @@ _HALF = (0.05, 0.95)  # alpha between these is neither a hole nor opaque
 _DETAIL = 0.5 / 255.0  # mean change of colour from texel to texel of a painted surface, at least
 _PAINTED = 1.1  # times as much as where alpha is 1: a photograph cut out may have as much around the shape
 _GREEN = 0.02  # of the range by which the mean green of a leaf exceeds red and blue
+_GREENEST = 0.4  # of a leaf's texels hold more green than red and blue; of orange beside teal few do
 
 
 def shown_colors(
@@ -153,7 +154,8 @@ def is_green(mesh: Mesh, color: Picture, decoded: dict[Any, Any], wrap: tuple[Wr
     if not len(seen):
         return False
     red, green, blue = seen[:, :3].mean(axis=0, dtype=np.float64)
-    return bool(green - max(red, blue) > _GREEN)
+    greenest = seen[:, 1] > np.maximum(seen[:, 0], seen[:, 2])
+    return bool(green - max(red, blue) > _GREEN and greenest.mean() >= _GREENEST)
 
 
 def _decoded(color: Picture, decoded: dict[Any, Any]) -> npt.NDArray[np.float32] | None:

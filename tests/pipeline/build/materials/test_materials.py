@@ -209,6 +209,8 @@ def test_an_exported_material_has_its_own_textures(tmp_path: Path) -> None:
     ("color", "table", "translucency"),
     [
         ((60, 140, 50), "two_sided = true", 0.55),
+        (((60, 140, 50), (110, 100, 60)), "two_sided = true", 0.55),  # half of it is the stem
+        (((255, 160, 0), (20, 150, 160)), "two_sided = true", 0.0),  # a parrot, green in the mean alone
         ((60, 140, 50), "", 0.0),  # a leaf of one side has no back
         ((60, 140, 50), "two_sided = true\nmetalness_factor = 1.0", 0.0),
         ((60, 140, 50), 'two_sided = true\nalpha_mode = "blend"', 0.0),
@@ -218,10 +220,11 @@ def test_an_exported_material_has_its_own_textures(tmp_path: Path) -> None:
     ],
 )
 def test_light_passes_through_two_sided_green_masks_which_is_said_and_through_others_where_asked(
-    tmp_path: Path, color: tuple[int, int, int], table: str, translucency: float
+    tmp_path: Path, color: tuple[Any, ...], table: str, translucency: float
 ) -> None:
     path = make_panels(tmp_path / "s")
-    picture = np.full((64, 64, 4), (*color, 255), np.uint8)
+    picture = np.full((64, 64, 4), 255, np.uint8)
+    picture[:, :, :3] = np.repeat(np.broadcast_to(color, (2, 3)), 32, axis=0)[:, None]
     picture[:, ::4] = (0, 255, 0, 0)  # what a hole would show is not a guess at what is there
     write_image(tmp_path / "s/leaf.png", picture)
     path = edited(path, "[[object.instance]]", f"[object.material.leaf]\n{table}\n[[object.instance]]")
