@@ -115,10 +115,11 @@ def test_raw_heights_whose_order_nothing_tells_are_low_byte_first(tmp_path: Path
     assert "low byte first (guessed from its size; the order is not sure)" in warnings[0]
 
 
-@pytest.mark.parametrize("side", [33, 64])
-def test_raw_squares_of_8_bits_are_read(tmp_path: Path, side: int) -> None:
-    """A square of 64 x 64 bytes has as many as one of 32 x 32 floats."""
-    truth = np.round(slope(side) / slope(side).max() * 200).astype(np.uint8)
+@pytest.mark.parametrize(("side", "low", "high"), [(33, 0, 200), (64, 0, 200), (64, 62, 74)])
+def test_raw_squares_of_8_bits_are_read(tmp_path: Path, side: int, low: int, high: int) -> None:
+    """A square of 64 x 64 bytes has as many as one of 32 x 32 floats; of 62 to 74 they would be of 0.01 to
+    1e6."""
+    truth = np.round(low + slope(side) / slope(side).max() * (high - low)).astype(np.uint8)
     field, warnings = heights(grid(tmp_path, truth.tobytes(), "a.raw"), 255.0)
     assert np.array_equal(field.heights_m, truth)
     assert f"read as {side} x {side} unsigned integers of 8 bits (guessed" in warnings[0]

@@ -162,8 +162,8 @@ def test_a_picture_whose_colours_are_rounded_each_by_itself_is_grey(
     green = np.clip(red + steps * (np.indices(red.shape).sum(axis=0) % 2), 0, 255)
     if kind.startswith("png"):
         bits = int(kind[4:])
-        unit, type_ = (257, np.uint16) if bits == 16 else (1, np.uint8)
-        codes = np.round(np.stack([red, green, red], axis=2)).astype(type_) * type_(unit)
+        unit = 257 if bits == 16 else 1
+        codes = np.round(np.stack([red, green, red], axis=2)).astype(int) * unit
         path, truth = png(tmp_path / "a.png", codes, 2, bits), codes[:, :, 0] / (255 * unit)
     else:
         truth = (red * 4.0 - 100.0).astype(np.float32)
