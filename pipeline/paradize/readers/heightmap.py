@@ -23,7 +23,7 @@ from paradize.kinds import HEIGHTS, expecting
 from paradize.readers.geotiff import GeoTiffTags, read_geotiff_tags
 from paradize.readers.grids import MAX_SIDE
 from paradize.readers.image import read_image, require_finite
-from paradize.readers.nodata import fill_nodata, suspects
+from paradize.readers.nodata import fill_nodata, finite_range, suspects
 
 # The number that means "no height". "auto": declared by the file or detected. "none": there is none.
 Nodata: TypeAlias = "float | Literal['auto', 'none']"
@@ -31,7 +31,7 @@ Nodata: TypeAlias = "float | Literal['auto', 'none']"
 HEIGHT_LIMIT_M = 1e7
 MAX_WHITE_M = 1e6  # largest height of white that commands and scenes accept
 BAND = 256  # rows
-_MOST_TINT = 0.01  # of a grey picture: programs round its three colours each by itself
+_MOST_TINT = 0.025  # of a grey picture: programs round its three colours each by itself
 _LOW_RANGE = 16  # warns where integers use less than 1/16 of their range
 
 
@@ -147,18 +147,12 @@ def _tint(image: Image) -> float:
     values, most = image.values, 0.0
     if values.shape[2] < 3:
         return 0.0
-    red = values[:, :, 0]
-    span = float(image.top or 1.0)
-    if values.dtype.kind == "f" and image.top is None:
-        finite = np.isfinite(red)
-        span = float(red.max(where=finite, initial=-np.inf)) - float(red.min(where=finite, initial=np.inf))
-    elif values.dtype.kind == "f":
-        span = 1.0
+    low, high = finite_range(values[:, :, 0], ()) or (0.0, 0.0)
     for band in _bands(len(values)):
         with np.errstate(invalid="ignore"):  # infinite heights are told later
             steps = np.abs(values[band, :, 1:3] - values[band, :, :1].astype(np.float64))
         most = max(most, float(np.max(steps, where=np.isfinite(steps), initial=0.0)))
-    return most / span if span > 0.0 else float(most > 0.0)
+    return most / (high - low) if high > low else float(most > 0.0)
 
 
 def _bands(rows: int) -> list[slice]:

@@ -48,11 +48,11 @@ def suspects(
     between them: 0 where all others are 400 to 800, but also a real plain below a plateau. Fields of fewer
     than 64 pixels have no doubtful numbers.
     """
-    low_high = _range(values, known)
+    low_high = finite_range(values, known)
     markers: list[float] = []
     while metres and low_high and (new_markers := [value for value in set(low_high) if _is_marker(value)]):
         markers += new_markers
-        low_high = _range(values, [*known, *markers])
+        low_high = finite_range(values, [*known, *markers])
     if low_high is None:  # only markers, or nothing
         return sorted(markers), None
     low, high = low_high
@@ -61,11 +61,11 @@ def suspects(
     )
     excluded = [*known, *markers]
     rows = values[:: max(1, len(values) // 64)]
-    sample = _range(rows, [*excluded, low, high])
+    sample = finite_range(rows, [*excluded, low, high])
     margin = 0.0 if sample is None else _REPEATED_MARGIN * (sample[1] - sample[0])
     if sample is None or max(sample[0] - low, high - sample[1]) <= margin:
         return certain, None  # the other heights of the whole field span at least as much
-    inner = _range(values, [*excluded, low, high])
+    inner = finite_range(values, [*excluded, low, high])
     if inner is None or inner[0] == inner[1]:
         return certain, None
     span = inner[1] - inner[0]
@@ -95,7 +95,7 @@ def _bands(values: npt.NDArray[Any]) -> list[npt.NDArray[Any]]:
     return [values[row : row + _BAND] for row in range(0, len(values), _BAND)]
 
 
-def _range(values: npt.NDArray[Any], excluded: Sequence[Any]) -> tuple[float, float] | None:
+def finite_range(values: npt.NDArray[Any], excluded: Sequence[Any]) -> tuple[float, float] | None:
     """The smallest and largest finite number without the excluded ones; None where there is none."""
     extremes = []
     for band in _bands(values):
