@@ -34,7 +34,7 @@ BeamsPass::BeamsPass(const PassSetup &setup)
     glBindVertexArray(0);
 }
 
-void BeamsPass::prepare(Frame &frame) {
+void BeamsPass::update(Frame &frame) {
     count_ = 0;
     std::size_t at = 0;
     for (const std::uint32_t index : lights_) {

@@ -14,7 +14,7 @@ namespace paradize {
 class BeamsPass : public Pass {
   public:
     explicit BeamsPass(const PassSetup &setup);
-    void prepare(Frame &frame) override;
+    void update(Frame &frame) override;
     void draw(const Frame &frame, const View &view) override;
 
   private:

@@ -102,7 +102,7 @@ ParticlesPass::ParticlesPass(const PassSetup &setup)
     glBindVertexArray(0);
 }
 
-void ParticlesPass::prepare(Frame &frame) {
+void ParticlesPass::update(Frame &frame) {
     const View &main = frame.view(ViewKind::main);
     std::size_t at = 0;
     const auto add = [&](const glm::vec3 &place, float size_m, float rotation_rad, float opacity,

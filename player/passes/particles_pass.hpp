@@ -57,7 +57,7 @@ class ParticleSwarm {
 class ParticlesPass : public Pass {
   public:
     explicit ParticlesPass(const PassSetup &setup);
-    void prepare(Frame &frame) override;
+    void update(Frame &frame) override;
     void draw(const Frame &frame, const View &view) override;
 
   private:

@@ -40,9 +40,12 @@ class Pass {
     /// Called before the first frame and whenever the drawn or the shown picture's size changes, which the
     /// frame has. Create render targets here.
     virtual void resize(const Frame & /*frame*/) {}
+    /// Writes what draw() needs of this frame. All passes do so before any is prepared, because prepare()
+    /// draws passes in other views. What moves is a function of frame.clock alone, so that a frame needs none
+    /// of those before it.
+    virtual void update(Frame & /*frame*/) {}
     /// Draws textures that other passes sample (shadow map, reflection, refraction) and stores them in
-    /// frame.shared. Called before the main view. What moves is a function of frame.clock alone, so that a
-    /// frame needs none of those before it.
+    /// frame.shared. Called before the main view.
     virtual void prepare(Frame & /*frame*/) {}
     /// Draws this pass in one view. Called for every view; check view.kind.
     virtual void draw(const Frame & /*frame*/, const View & /*view*/) {}

@@ -188,6 +188,16 @@ void Renderer::filter() {
     }
 }
 
+/// Calls a function of all passes and measures each.
+void Renderer::for_each_pass(void (Pass::*call)(Frame &)) {
+    for (std::size_t i = 0; i < passes_.size(); ++i) {
+        (passes_[i].get()->*call)(frame_);
+        if (frame_.meter != nullptr) {
+            frame_.meter->stop(i);
+        }
+    }
+}
+
 /// Draws, resolves and filters the linear picture.
 void Renderer::draw_linear(const Pose &pose, const Sample &sample) {
     set_views(pose, sample);
@@ -195,12 +205,8 @@ void Renderer::draw_linear(const Pose &pose, const Sample &sample) {
         frame_.meter->stop(frame_.meter->views());
     }
     frame_.shared = Shared();
-    for (std::size_t i = 0; i < passes_.size(); ++i) {
-        passes_[i]->prepare(frame_);
-        if (frame_.meter != nullptr) {
-            frame_.meter->stop(i);
-        }
-    }
+    for_each_pass(&Pass::update);
+    for_each_pass(&Pass::prepare);
     frame_.draw_view(frame_.view(ViewKind::main), main_.framebuffer());
     picture_ = 0;
     main_.resolve(frame_, pictures_[picture_].framebuffer.name());
@@ -219,12 +225,7 @@ void Renderer::draw_linear(const Pose &pose, const Sample &sample) {
 
 void Renderer::finish() {
     if (has_post_) {
-        for (std::size_t i = 0; i < passes_.size(); ++i) {
-            passes_[i]->finish(frame_);
-            if (frame_.meter != nullptr) {
-                frame_.meter->stop(i);
-            }
-        }
+        for_each_pass(&Pass::finish);
     } else {
         const unsigned shown = pictures_[picture_].framebuffer.name();
         gl::blit_color(shown, frame_.width_px, frame_.height_px, output_.name(), width_px_, height_px_);

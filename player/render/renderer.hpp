@@ -82,6 +82,7 @@ class Renderer {
 
     void begin_frame(double elapsed_s);
     void set_views(const Pose &pose, const Sample &sample);
+    void for_each_pass(void (Pass::*call)(Frame &));
     void draw_linear(const Pose &pose, const Sample &sample);
     void finish();
     void make_main();
