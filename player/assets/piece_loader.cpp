@@ -13,17 +13,19 @@ PieceLoader::PieceLoader(std::size_t pieces, Stage stage) : stage_(std::move(sta
 
 PieceLoader::~PieceLoader() = default;
 
-bool PieceLoader::ordered(std::uint32_t piece) const {
-    return std::ranges::find(orders_, piece) != orders_.end();
-}
-
 void PieceLoader::order(std::span<const std::uint32_t> pieces) {
     {
         const std::lock_guard lock(mutex_);
         std::swap(orders_, dropped_);
         orders_.assign(pieces.begin(), pieces.end());
         for (const std::uint32_t piece : dropped_) {
-            if (slots_[piece].ready && !ordered(piece)) {
+            slots_[piece].ordered = false;
+        }
+        for (const std::uint32_t piece : orders_) {
+            slots_[piece].ordered = true;
+        }
+        for (const std::uint32_t piece : dropped_) {
+            if (!slots_[piece].ordered) {
                 slots_[piece] = {};
             }
         }
@@ -38,7 +40,8 @@ bool PieceLoader::ready(std::uint32_t piece) const {
 
 StagedPiece PieceLoader::take(std::uint32_t piece) {
     std::unique_lock lock(mutex_);
-    if (!slots_[piece].ready && !ordered(piece)) {
+    if (!slots_[piece].ordered) {
+        slots_[piece].ordered = true;
         orders_.insert(orders_.begin(), piece);
         changed_.notify_all();
     }
@@ -63,8 +66,8 @@ void PieceLoader::work(const std::stop_token &stop) {
         lock.unlock();
         StagedPiece staged = stage_(piece, inflater);
         lock.lock();
-        if (ordered(piece)) { // else it was cancelled meanwhile
-            slots_[piece] = {std::move(staged), true};
+        if (slots_[piece].ordered) { // else it was cancelled meanwhile
+            slots_[piece] = {std::move(staged), true, true};
             changed_.notify_all();
         }
     }

@@ -35,7 +35,6 @@ class PieceLoader {
 
   private:
     void work(const std::stop_token &stop);
-    bool ordered(std::uint32_t piece) const;
 
     const Stage stage_;
     mutable std::mutex mutex_; // guards all but the thread
@@ -44,6 +43,7 @@ class PieceLoader {
     struct Slot {
         StagedPiece piece;
         bool ready = false;
+        bool ordered = false;
     };
     std::vector<Slot> slots_; // one per piece
     std::jthread thread_;
