@@ -85,6 +85,12 @@ Streamer::Streamer(const assets::SceneFile &file, SceneLoad load)
         load.limits_.ram_bytes - std::min(load.limits_.ram_bytes, Uploads::staging_bytes);
     uploads_->known_checked.resize(uploads_->items.size());
     uploads_->begun_files.resize(uploads_->items.size());
+    uploads_->lost.resize(uploads_->items.size());
+    std::uint64_t file_bytes = 0;
+    for (const std::uint32_t index : load.loader_->wanted()) {
+        file_bytes += file.artifacts[index].bytes;
+    }
+    uploads_->all_files_wait = file_bytes <= uploads_->max_waiting_bytes;
     uploads_->checker = std::make_unique<assets::FileChecker>(
         load.loader_->wanted(), uploads_->items.size(),
         [uploads = uploads_.get()](std::uint32_t artifact, const std::stop_token &stop) {

@@ -73,8 +73,10 @@ void Uploads::check(std::uint32_t artifact, const std::stop_token &stop) {
     count_read(scene.artifacts[artifact].bytes, start);
     const std::uint64_t bytes = loaded.file.bytes().size();
     if (waiting_bytes.fetch_add(bytes) + bytes > max_waiting_bytes) {
-        waiting_bytes.fetch_sub(bytes);
         free_memory(loaded);
+        if (!loaded.file.in_memory()) { // else no time stamp proves that the file stays the same
+            waiting_bytes.fetch_sub(bytes);
+        }
     }
 }
 
@@ -126,6 +128,7 @@ void Uploads::make_schedule(const MemoryLimits &limits) {
     paused.reserve(most_paused);
     ahead.reserve(pieces.size());
     files_ahead.reserve(items.size());
+    in_files_ahead.resize(items.size());
 }
 
 std::shared_ptr<StreamItem> Uploads::find_reusable(const assets::SceneFile &other,
@@ -151,7 +154,11 @@ void Uploads::plan() {
         schedule->set_absent(piece);
         counts.resident_bytes -= plan_of(piece).bytes;
         ++counts.evictions;
-        ++pieces_left;
+        if (!lost[pieces[piece].artifact]) {
+            ++pieces_left;
+        } else {
+            schedule->give_up(piece);
+        }
     }
     queue.assign(schedule->loads().begin(), schedule->loads().end());
     order_ahead();
@@ -159,13 +166,14 @@ void Uploads::plan() {
 
 void Uploads::order_ahead() {
     files_ahead.clear();
+    in_files_ahead.assign(items.size(), false);
     ahead.clear();
     for (const std::uint32_t piece : queue) {
         const std::uint32_t artifact = pieces[piece].artifact;
         if (!is_checked(artifact)) {
             // Until the first picture is complete, only files that it shows.
-            if ((has_uploaded || is_seen(piece)) &&
-                std::ranges::find(files_ahead, artifact) == files_ahead.end()) {
+            if ((has_uploaded || is_seen(piece)) && !in_files_ahead[artifact]) {
+                in_files_ahead[artifact] = true;
                 files_ahead.push_back(artifact);
             }
         } else if (is_staged(piece)) {
@@ -205,7 +213,6 @@ bool Uploads::settled() const {
 }
 
 bool Uploads::upload(const UploadBudget &budget) {
-    const double start_ms = budget.now_ms();
     if (has_uploaded) {
         checker->begin_rest();
     }
@@ -221,6 +228,7 @@ bool Uploads::upload(const UploadBudget &budget) {
         staging.open(std::min(staging_bytes, counts.total_bytes - counts.resident_bytes));
     }
     plan();
+    const double start_ms = budget.now_ms(); // of many pieces a plan may take as long as the budget
     begun_bytes = 0;
     std::size_t used = 0;
     bool shows_something = false;
@@ -284,7 +292,8 @@ std::optional<std::size_t> Uploads::next_piece(const UploadBudget &budget, std::
 }
 
 bool Uploads::had_time(std::uint32_t piece) const {
-    return !has_uploaded || ordered[piece] || (is_checked_of(piece) && !needs_staging(piece));
+    return !has_uploaded || ordered[piece] ||
+           (begun_files[pieces[piece].artifact] && all_files_wait && !needs_staging(piece));
 }
 
 void Uploads::plan_next_frame() {
@@ -333,6 +342,7 @@ bool Uploads::give_way(const UploadBudget &budget, std::size_t used) {
 
 void Uploads::give_up(std::uint32_t artifact, std::string error) {
     failures.push_back(std::move(error));
+    lost[artifact] = true;
     for (std::uint32_t i = 0; i < items[artifact]->loaded.plan.pieces.size(); ++i) {
         pieces_left -= schedule->give_up(first_piece[artifact] + i) ? 1 : 0;
     }

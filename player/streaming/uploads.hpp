@@ -59,6 +59,7 @@ struct Uploads {
     std::size_t reused = 0;      // items taken over from the previous scene
     std::vector<std::byte> held; // mips while their texture is made anew
     std::vector<std::string> failures;
+    std::vector<bool> lost; // per artifact: its file cannot be read any more
     Staging staging;
 
     /// The piece that is being uploaded.
@@ -73,6 +74,7 @@ struct Uploads {
     std::vector<Current> paused;              // gave way to those that show more; the last one goes on first
     std::vector<std::uint32_t> ahead;         // pieces for the loader
     std::vector<std::uint32_t> files_ahead;   // artifacts for the checker
+    std::vector<bool> in_files_ahead;         // per artifact
     bool has_uploaded = false;                // upload() was called
     std::vector<bool> begun_files;            // per artifact: a piece of it was begun
     std::uint64_t begun_bytes = 0;            // of the files that the last call began
@@ -80,6 +82,7 @@ struct Uploads {
     mutable std::vector<bool> known_checked;  // per artifact: what the checker said last
     std::atomic<std::uint64_t> waiting_bytes; // of checked files that stay in memory until they are uploaded
     std::uint64_t max_waiting_bytes = 0;
+    bool all_files_wait = false;                    // in memory: together they stay below max_waiting_bytes
     std::atomic<std::uint64_t> read_bytes, read_ns; // by the threads, and how long that took them
     // The last members: their threads use the others.
     std::unique_ptr<assets::FileChecker> checker;
@@ -149,8 +152,9 @@ struct Uploads {
     /// wait for the check of many bytes.
     bool may_begin_file(bool shows_something) const { return !shows_something && begun_bytes < ahead_bytes; }
 
-    /// False if this frame would wait for a piece that is not seen yet, because no thread could read it while
-    /// the last frame was drawn.
+    /// False if this frame might wait for a piece that is not seen yet, because no thread could read it while
+    /// the last frame was drawn. How far the threads have come makes no difference, or frames would depend on
+    /// timing.
     bool had_time(std::uint32_t piece) const;
 
     /// Lets the threads read while the frame is drawn.

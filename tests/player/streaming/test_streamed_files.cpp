@@ -10,8 +10,10 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <string>
+#include <string_view>
 #include <thread>
 #include <vector>
 
@@ -192,6 +194,72 @@ TEST_CASE(
               std::string::npos);
         CHECK_FALSE(other.texture("quad_color")->resident());
         test::write_scene(scene.folder);
+    }
+    test::throw_on_error();
+}
+
+TEST_CASE("streamer: a file that is lost gives one message, however often its pieces come and go") {
+    if (!test::have_context()) {
+        return;
+    }
+    SmallScene scene;
+    scene.put("sky", test::ktx2_file(assets::PixelFormat::rgba8_unorm, 128, 128, 6)); // 393 kB and coarser
+    Streamer streamer(scene.file, SceneLoad(scene.file, scene.folder.path(), nullptr,
+                                            {.vram_bytes = 700000, .ram_bytes = 0}));
+    const auto need = [&](std::string_view artifact, std::uint32_t pieces) {
+        std::vector<Need> needs(streamer.piece_count());
+        std::fill_n(needs.begin() + streamer.pieces_of(artifact).first, pieces, Need{2.0F, 0.0F});
+        streamer.set_needs(needs);
+        while (!streamer.upload({.bytes = 30000})) {
+        }
+    };
+    need("quad_color", 2); // mip 1 and coarser
+    std::filesystem::resize_file(scene.folder.path() / "quad_color.ktx2", 100);
+    for (int round = 0; round < 3; ++round) {
+        need("quad_color", 3);
+        CHECK(streamer.failures().size() == 1);
+        CHECK(streamer.texture("quad_color")->resident());
+        need("sky", 2); // takes the room of mip 1
+        CHECK(streamer.texture("sky")->complete());
+        CHECK(streamer.texture("quad_color")->finest() == 2);
+    }
+    CHECK_FALSE(streamer.complete());
+    test::throw_on_error();
+}
+
+TEST_CASE("streamer: how far the threads have come does not change what a headless frame uploads") {
+    if (!test::have_context()) {
+        return;
+    }
+    SmallScene scene;
+    scene.put("sky", test::ktx2_file(assets::PixelFormat::rgba8_unorm, 1024, 1024, 6)); // 33 MB
+    constexpr std::uint64_t little = std::uint64_t{17} << 20U; // holds the other files, beside the buffer
+    for (const std::uint64_t ram_bytes : {MemoryLimits().ram_bytes, little}) {
+        const MemoryLimits limits{.vram_bytes = 200000000, .ram_bytes = ram_bytes};
+        Streamer streamer(scene.file, SceneLoad(scene.file, scene.folder.path(), nullptr, limits));
+        std::vector<Need> needs(streamer.piece_count());
+        const auto upload = [&](std::size_t bytes) {
+            streamer.set_needs(needs);
+            streamer.upload({.bytes = bytes, .not_ready = NotReady::wait_if_seen});
+        };
+        const auto [sky, skies] = streamer.pieces_of("sky");
+        const auto [color, colors] = streamer.pieces_of("quad_color");
+        std::fill_n(needs.begin() + sky, skies, Need{0.0F, 2.0F});
+        upload(streamer.piece(sky).bytes);
+        REQUIRE(streamer.texture("sky")->resident());
+        streamer.finish_checks(); // as if the threads were fast; a slow one has not checked the next file
+        needs[color] = {0.0F, 9.0F};
+        upload(1 << 20);
+        CHECK_FALSE(streamer.texture("quad_color")->resident());
+        upload(2 << 20);
+        REQUIRE(streamer.texture("quad_color")->resident());
+        // A file that frames have used lies in memory if all files have room there. Else it depends on which
+        // of them was checked first.
+        std::fill_n(needs.begin() + color, colors, Need{0.0F, 9.0F});
+        upload(64 << 20);
+        CHECK(streamer.texture("quad_color")->complete() == (ram_bytes != little));
+        upload(1 << 20);
+        CHECK(streamer.texture("quad_color")->complete());
     }
     test::throw_on_error();
 }

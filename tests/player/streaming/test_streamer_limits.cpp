@@ -339,3 +339,38 @@ TEST_CASE("streamer: a mip that goes where no copy of the others fits leaves the
     }
     test::throw_on_error();
 }
+
+namespace {
+
+const Streamer *planning = nullptr;
+
+/// A clock that each eviction moves on by a second, as if plans took long.
+double planning_clock_ms() {
+    return 1e3 * static_cast<double>(planning->counts().evictions);
+}
+
+} // namespace
+
+TEST_CASE("streamer: the milliseconds of a call are those of its uploads, however long its plan takes") {
+    if (!test::have_context()) {
+        return;
+    }
+    SmallScene scene;
+    scene.put("sky", test::ktx2_file(assets::PixelFormat::rgba8_unorm, 128, 128, 6)); // 393 kB and coarser
+    Streamer streamer(scene.file,
+                      SceneLoad(scene.file, scene.folder.path(), nullptr, {.vram_bytes = 750000}));
+    planning = &streamer;
+    const auto need = [&](std::string_view artifact, const UploadBudget &budget) {
+        std::vector<Need> needs(streamer.piece_count());
+        const auto [first, count] = streamer.pieces_of(artifact);
+        std::fill_n(needs.begin() + first, count, Need{2.0F, 0.0F});
+        streamer.set_needs(needs);
+        streamer.upload(budget);
+    };
+    need("quad_color", {});
+    REQUIRE(streamer.texture("quad_color")->complete());
+    need("sky", {.ms = 2.0, .now_ms = planning_clock_ms});
+    CHECK(streamer.counts().evictions > 0);
+    CHECK(streamer.texture("sky")->complete()); // in one call: its uploads took no time
+    test::throw_on_error();
+}
