@@ -102,7 +102,8 @@ Input Window::poll() {
     out.up = impl_->axis(GLFW_KEY_E, GLFW_KEY_Q);
     out.forward = impl_->axis(GLFW_KEY_W, GLFW_KEY_S);
     out.roll = impl_->axis(GLFW_KEY_X, GLFW_KEY_Z);
-    out.fast = glfwGetKey(impl_->window, GLFW_KEY_LEFT_SHIFT) == GLFW_PRESS;
+    out.fast = glfwGetKey(impl_->window, GLFW_KEY_LEFT_SHIFT) == GLFW_PRESS ||
+               glfwGetKey(impl_->window, GLFW_KEY_RIGHT_SHIFT) == GLFW_PRESS;
     return out;
 }
 

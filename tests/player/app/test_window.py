@@ -169,3 +169,16 @@ def test_a_key_that_is_down_when_the_window_loses_the_keyboard_is_let_go(bare: P
     steps = ["still", "unfocus", "moved", "still", "Escape", "end"]
     result = on_a_display(sys.executable, PRESS, *steps, "--", PLAYER, bare, "--interactive", "--mute")
     assert result.returncode == 0, result.stderr
+
+
+@pytest.mark.parametrize("shift", ["Shift_L", "Shift_R"])
+def test_either_shift_makes_the_camera_fast(bare: Path, tmp_path: Path, shift: str) -> None:
+    """12 m instead of 2.4 m in the time that the key is down; the box is 9.5 m away."""
+    empty = []
+    for keys in ([], [shift]):
+        steps = ["still", *keys, "hold:w", "still", f"save:{tmp_path / 'window.bgrx'}", "Escape", "end"]
+        result = on_a_display(sys.executable, PRESS, *steps, "--", PLAYER, bare, "--interactive", "--mute")
+        assert result.returncode == 0, result.stderr
+        shown = np.frombuffer((tmp_path / "window.bgrx").read_bytes(), np.uint8).reshape(-1, 4)
+        empty.append(bool((shown == shown[0]).all()))
+    assert empty == [False, True]
