@@ -5,6 +5,8 @@
 #include <glm/ext/matrix_transform.hpp>
 
 #include <algorithm>
+#include <cmath>
+#include <cstddef>
 
 using namespace paradize;
 
@@ -39,6 +41,19 @@ TEST_CASE("ripples: none without circles, all where there are few, and they repe
     CHECK(first.rings == later.rings);
     CHECK(first.phase == later.phase);
     CHECK(ripples_at(sea(3), 12.6, eye_at()).phase != first.phase);
+}
+
+TEST_CASE("ripples: they close with the flight, however long it is") {
+    assets::SceneFile file = sea(7);
+    for (const double duration_s : {240.0, 241.7, 3.3}) {
+        file.flight.duration_s = duration_s;
+        const Ripples last = ripples_at(file, duration_s - 1e-6, eye_at());
+        const Ripples first = ripples_at(file, 0.0, eye_at());
+        CHECK(std::cos(last.phase - first.phase) == doctest::Approx(1.0));
+        for (std::size_t i = 0; i < 7; ++i) {
+            CHECK(last.rings[i].w == doctest::Approx(first.rings[i].w).epsilon(1e-4));
+        }
+    }
 }
 
 TEST_CASE("ripples: of many circles the nearest, and the last has faded out before another takes its place") {

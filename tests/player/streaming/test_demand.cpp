@@ -7,6 +7,7 @@
 
 #include <doctest/doctest.h>
 
+#include <cstddef>
 #include <cstdint>
 
 using namespace paradize;
@@ -66,7 +67,8 @@ TEST_CASE("demand: what a look ahead glimpses is needed until its time has come,
                                 .soon = {away, towards, away, away}, // in two seconds
                                 .steered = steered};
         demand.update(forecast);
-        float before = demand.needs()[mesh].soon;
+        const float first = demand.needs()[mesh].soon;
+        float before = first;
         CHECK(demand.needs()[mesh].now == 0.0F);
         REQUIRE(before > 1.0F);
         forecast.soon.fill(away);
@@ -81,6 +83,36 @@ TEST_CASE("demand: what a look ahead glimpses is needed until its time has come,
             }
             before = soon;
         }
-        CHECK((steered || before == 0.0F)); // its time has passed
+        CHECK(before <= (steered ? 0.1F * first : 0.0F)); // the guess has faded, or its time has passed
+    }
+}
+
+TEST_CASE("demand: what is seen after some seconds counts the less the later, by 1 / (1 + s)") {
+    if (!test::have_context()) {
+        return;
+    }
+    SmallScene small;
+    small.file.shadow.reset();
+    const Streamer streamer = small.streamer();
+    const Scene scene(small.file, streamer);
+    const std::uint32_t mesh = streamer.pieces_of("quad_mesh").first;
+    CameraForecast forecast{.settings = render_settings(small.file, all_at(Tier::balanced), Device()),
+                            .width_px = 160,
+                            .height_px = 90,
+                            .now = towards};
+    forecast.soon.fill(away);
+    Demand seen(scene, streamer);
+    seen.update(forecast);
+    const float error = seen.needs()[mesh].now;
+    REQUIRE(error > 2.0F);
+    forecast.now = away;
+    for (std::size_t i = 0; i < forecast.soon.size(); ++i) {
+        forecast.soon.fill(away);
+        forecast.soon[i] = towards;
+        Demand later(scene, streamer);
+        later.update(forecast);
+        const double share = 1.0 / (1.0 + near_horizons_s[i]);
+        CHECK(later.needs()[mesh].soon ==
+              doctest::Approx(1.0 + (static_cast<double>(error) - 1.0) * share).epsilon(1e-4));
     }
 }
