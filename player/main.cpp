@@ -3,6 +3,7 @@
 #include "app/messages.hpp"
 #include "app/options.hpp"
 #include "app/run.hpp"
+#include "app/stop.hpp"
 #include "error.hpp"
 #include "passes/pass.hpp"
 
@@ -17,7 +18,10 @@ int main(int argc, char **argv) {
             paradize::print(options.help);
             return 0;
         }
-        return paradize::run(options);
+        paradize::note_stop_signals();
+        const int code = paradize::run(options);
+        paradize::end_by_stop_signal();
+        return code;
     } catch (const paradize::UsageError &error) {
         paradize::log_message(std::string(error.what()) + "\n`paradize-player --help` lists the options");
         return 2;

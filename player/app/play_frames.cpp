@@ -1,5 +1,6 @@
 #include "app/play_frames.hpp"
 
+#include "app/stop.hpp"
 #include "app/window.hpp"
 #include "gl/framebuffer.hpp"
 
@@ -30,6 +31,9 @@ void play_frames(Playback &playback, const Options &options, gl::DebugLog &log, 
     const int frames = before + options.frames.value_or(options.bench ? bench_frames : 1);
     playback.reserve_frames(static_cast<std::size_t>(frames));
     for (int i = 0; i < frames; ++i) {
+        if (stop_signal() != 0) {
+            return;
+        }
         const double elapsed_s = options.time_s + i * frame_s;
         if (options.bench) {
             glFinish(); // finishes the window's previous frame

@@ -2,6 +2,7 @@
 
 #include "app/audio.hpp"
 #include "app/free_camera.hpp"
+#include "app/stop.hpp"
 #include "app/window.hpp"
 #include "gl/framebuffer.hpp"
 
@@ -32,7 +33,7 @@ void play_window(Playback &playback, const Options &options, gl::DebugLog &log, 
     double elapsed_s = options.time_s;
     double last_s = window.seconds();
     bool paused = false;
-    while (true) {
+    while (stop_signal() == 0) {
         const Input input = window.poll();
         if (input.close || (options.interactive ? input.escape : input.any_key)) {
             return;

@@ -4,6 +4,7 @@
 #include "app/play_frames.hpp"
 #include "app/play_window.hpp"
 #include "app/sound_file.hpp"
+#include "app/stop.hpp"
 #include "app/window.hpp"
 #include "assets/watcher.hpp"
 #include "error.hpp"
@@ -46,7 +47,7 @@ int run(const Options &options) {
         const int all = static_cast<int>(std::ceil(scene.flight.duration_s / frame_s));
         const int frames = options.frames.value_or(options.screenshot.empty() ? all : 1);
         write_flight_sound(scene, options.folder, options.time_s, frames, options.audio);
-        if (options.screenshot.empty()) {
+        if (options.screenshot.empty() || stop_signal() != 0) {
             return 0;
         }
     }
@@ -83,6 +84,9 @@ int run(const Options &options) {
         play_frames(playback, options, log, window.get());
     } else {
         play_window(playback, options, log, *window);
+    }
+    if (stop_signal() != 0) {
+        return 0; // main() ends by the signal; the figures of a part are none
     }
     if (options.bench) {
         playback.measure_passes(options.time_s);

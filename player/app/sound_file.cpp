@@ -4,6 +4,7 @@
 #include "app/messages.hpp"
 #include "app/new_file.hpp"
 #include "app/playback.hpp"
+#include "app/stop.hpp"
 #include "error.hpp"
 
 #include <sndfile.h>
@@ -45,6 +46,9 @@ void write_flight_sound(const assets::SceneFile &scene, const std::filesystem::p
     std::vector<std::int16_t> samples(block.size());
     std::size_t clipped = 0;
     for (int i = 0; i < frames; ++i) {
+        if (stop_signal() != 0) {
+            return;
+        }
         const double now_s = time_s + i * frame_s;
         audio.update(flight_pose(scene.flight, now_s), now_s, i == 0 ? 0.0 : frame_s);
         if (i == 0) {
