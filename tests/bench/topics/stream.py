@@ -7,7 +7,9 @@ times are those that it states in --json. The curve of error against seconds goe
 from __future__ import annotations
 
 import json
+import os
 import statistics
+import subprocess
 import time
 from collections.abc import Iterator
 from itertools import pairwise
@@ -20,6 +22,7 @@ from PIL import Image
 from row import CORES, Row, on
 from stream_chart import CHART, Curve, draw
 from streamed import colored, play, without_data
+from tests.conftest import RENDER_ENVIRONMENT
 from tests.pictures import difference
 from tests.places import ROOT
 from tests.player.boxes import row_of_boxes
@@ -166,11 +169,28 @@ def bench_naive(runs: int) -> Row:
     )  # fmt: skip
 
 
+def bench_resident(runs: int) -> Row:
+    """To all of the island on the device, beside the same files read whole and uploaded without a check."""
+    for arguments in (["--preset", "test"], ["--build", "--preset", "test", "--target", "paradize-resident"]):
+        subprocess.run([ROOT / "build/venv/bin/cmake", *arguments], cwd=ROOT, check=True, capture_output=True)
+    command = [ROOT / "build/player/bin/paradize-resident", ISLAND, str(runs + 2)]
+    environment = {**os.environ, **RENDER_ENVIRONMENT}
+    done = subprocess.run(command, check=True, capture_output=True, env=environment)
+    times = {name: statistics.median(each[2:]) for name, each in json.loads(done.stdout).items()}
+    share = times["ours_processor_ms"] / times["peer_processor_ms"]
+    return Row(
+        "island to all of it on the device", times["ours_ms"], "each file read, its bytes uploaded",
+        times["peer_ms"], f"{share:.1f} x its processor time", "-", 1 / 1.3,
+        inside="from closed files to glFinish(); files in the page cache", ours_on=on(CORES), peer_on=on(1),
+    )  # fmt: skip
+
+
 def rows(runs: int, folder: Path) -> Iterator[Row]:
     assert (ISLAND / "scene.json").is_file(), "make assets bakes the island"
     yield bench_start("the island", ISLAND, folder, runs)
     yield bench_order(runs)
     yield bench_naive(runs)
+    yield bench_resident(runs)
     maps = (colored(EDGE, i) for i in range(BOXES))
     large = row_of_boxes(folder / "large", maps, spacing_m=6.0, seconds=SECONDS)
     yield bench_start("1 GB of maps", large, folder, runs)

@@ -1,0 +1,103 @@
+// From a scene's files to all of it on the device, beside a loader that reads each file whole and uploads its
+// bytes, without a check, on one thread. Prints milliseconds of both, in turns, as JSON.
+// paradize-resident FOLDER RUNS
+
+#include "assets/ktx2.hpp"
+#include "assets/scene/file.hpp"
+#include "assets/upload_plan.hpp"
+#include "gl/buffer.hpp"
+#include "gl/headless.hpp"
+#include "streaming/streamer.hpp"
+#include "streaming/texture_format.hpp"
+
+#include <epoxy/gl.h>
+
+#include <ctime>
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+using namespace paradize;
+
+namespace {
+
+double seconds(clockid_t clock) {
+    timespec now{};
+    ::clock_gettime(clock, &now);
+    return static_cast<double>(now.tv_sec) + static_cast<double>(now.tv_nsec) * 1e-9;
+}
+
+struct Times {
+    std::string wall, processor; // lists of milliseconds
+
+    template <class Work>
+    void add(const Work &work) {
+        const double wall_s = seconds(CLOCK_MONOTONIC);
+        const double processor_s = seconds(CLOCK_PROCESS_CPUTIME_ID);
+        work();
+        const std::string comma = wall.empty() ? "" : ", ";
+        wall += comma + std::to_string((seconds(CLOCK_MONOTONIC) - wall_s) * 1e3);
+        processor += comma + std::to_string((seconds(CLOCK_PROCESS_CPUTIME_ID) - processor_s) * 1e3);
+    }
+};
+
+void load_ours(const assets::SceneFile &scene, const std::filesystem::path &folder) {
+    Streamer streamer(scene, folder);
+    while (!streamer.upload({})) {
+    }
+    streamer.finish_checks();
+    if (!streamer.complete()) {
+        throw std::runtime_error("not all is resident");
+    }
+    glFinish();
+}
+
+void load_barely(const assets::SceneFile &scene, const std::filesystem::path &folder) {
+    std::vector<gl::Texture> textures;
+    std::vector<gl::Buffer> buffers;
+    for (const assets::Artifact &artifact : scene.artifacts) {
+        if (!artifact.drawn || artifact.kind == assets::ArtifactKind::sound) {
+            continue;
+        }
+        std::vector<std::byte> bytes(artifact.bytes);
+        std::ifstream file(folder / artifact.file, std::ios::binary);
+        if (!file.read(reinterpret_cast<char *>(bytes.data()), static_cast<std::streamsize>(bytes.size()))) {
+            throw std::runtime_error(artifact.file + ": cannot be read");
+        }
+        if (artifact.file.ends_with(".ktx2")) {
+            const assets::Ktx2 ktx = assets::read_ktx2_front(bytes, artifact.file);
+            textures.push_back(allocate_texture(ktx, 0, best_storage()));
+            for (const assets::UploadChunk &chunk : assets::plan_texture(ktx).chunks) {
+                upload_rows({textures.back()}, ktx, chunk, {chunk.bytes.data()});
+            }
+        } else {
+            buffers.push_back(gl::make_buffer(GL_ARRAY_BUFFER, bytes.size(), gl::Usage::fixed));
+            gl::write_buffer(GL_ARRAY_BUFFER, buffers.back(), 0, bytes);
+        }
+    }
+    glFinish();
+}
+
+} // namespace
+
+int main(int argc, char **argv) {
+    if (argc != 3) {
+        std::cerr << "paradize-resident FOLDER RUNS\n";
+        return 2;
+    }
+    const std::filesystem::path folder = argv[1];
+    const gl::HeadlessContext context(false);
+    const assets::SceneFile scene = assets::read_scene(folder / "scene.json");
+    Times ours;
+    Times peer;
+    for (int i = std::stoi(argv[2]); i > 0; --i) {
+        ours.add([&] { load_ours(scene, folder); });
+        peer.add([&] { load_barely(scene, folder); });
+    }
+    std::cout << "{\"ours_ms\": [" << ours.wall << "], \"peer_ms\": [" << peer.wall
+              << "], \"ours_processor_ms\": [" << ours.processor << "], \"peer_processor_ms\": ["
+              << peer.processor << "]}\n";
+}
