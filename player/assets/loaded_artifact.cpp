@@ -101,8 +101,8 @@ namespace {
 
 class Stager {
   public:
-    Stager(const LoadedArtifact &loaded, Inflater &inflater, std::span<std::byte> out)
-        : loaded_(loaded), inflater_(inflater), left_(out) {}
+    Stager(const LoadedArtifact &loaded, StageMemory &memory, std::span<std::byte> out)
+        : loaded_(loaded), memory_(memory), left_(out) {}
 
     void add_mip(std::uint32_t index) {
         Ktx2Level level = loaded_.ktx.levels[index];
@@ -110,9 +110,9 @@ class Stager {
             level.bytes = read(level.bytes);
         } else {
             const std::span<std::byte> out = take(level.bytes.size());
-            frame_.resize(level.compressed.size());
-            loaded_.file.read(offset_of(level.compressed), frame_);
-            if (const std::string error = inflater_.inflate(frame_, out); !error.empty()) {
+            memory_.frame.resize(level.compressed.size());
+            loaded_.file.read(offset_of(level.compressed), memory_.frame);
+            if (const std::string error = memory_.inflater.inflate(memory_.frame, out); !error.empty()) {
                 throw Error(loaded_.path + ": level " + std::to_string(index) + ": " + error);
             }
             level.bytes = out;
@@ -123,7 +123,8 @@ class Stager {
     }
 
     void add_level(std::uint32_t index) {
-        GlbLevel level = loaded_.glb.levels[index];
+        GlbLevel &level = memory_.level;
+        level = loaded_.glb.levels[index];
         for (std::span<const std::byte> *part : {&level.positions, &level.normals, &level.tangents,
                                                  &level.uvs, &level.uvs1, &level.colors, &level.sway}) {
             *part = read(*part);
@@ -153,18 +154,17 @@ class Stager {
     }
 
     const LoadedArtifact &loaded_;
-    Inflater &inflater_;
+    StageMemory &memory_;
     std::span<std::byte> left_;
-    std::vector<std::byte> frame_;
 };
 
 } // namespace
 
-StagedPiece stage(const LoadedArtifact &loaded, const Piece &piece, Inflater &inflater, StagingRing *ring) {
+StagedPiece stage(const LoadedArtifact &loaded, const Piece &piece, StageMemory &memory, StagingRing *ring) {
     StagedPiece out;
     try {
         out.bytes = ring == nullptr ? heap_bytes(piece.bytes) : ring->take(piece.bytes);
-        Stager stager(loaded, inflater, {out.bytes.get(), piece.bytes});
+        Stager stager(loaded, memory, {out.bytes.get(), piece.bytes});
         if (loaded.glb.levels.empty()) {
             for (std::uint32_t i = piece.first_level + piece.levels; i-- > piece.first_level;) {
                 stager.add_mip(i);

@@ -57,9 +57,15 @@ struct StagedPiece {
 
 /// True if stage() is needed before the piece's chunks can be uploaded: they are compressed or not in memory.
 bool needs_staging(const LoadedArtifact &loaded, const Piece &piece);
+/// Memory that stage() uses again for the next piece, so that it allocates little.
+struct StageMemory {
+    Inflater inflater;
+    std::vector<std::byte> frame; // compressed
+    GlbLevel level;
+};
 /// Copies, reads or decompresses a piece into a part of `ring`; nullptr: onto the heap. What is read again is
 /// checked again.
-StagedPiece stage(const LoadedArtifact &loaded, const Piece &piece, Inflater &inflater,
+StagedPiece stage(const LoadedArtifact &loaded, const Piece &piece, StageMemory &memory,
                   StagingRing *ring = nullptr);
 
 /// True if the tile's levels are the patches that scene.json lists for this tile, in the same order.

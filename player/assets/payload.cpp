@@ -112,37 +112,42 @@ std::string rule_of(const GlbLevel &level, std::uint32_t part) {
     }
 }
 
+std::string place_of(const GlbLevel &level, const std::string &name) {
+    return name + ": node " + level.name + ", ";
+}
+
 /// Throws Error at the first vertex whose attribute, of this type, breaks its rule. What is known while
 /// compiling is not a branch in the loop.
 template <std::uint32_t part, typename Code>
-void check_codes(const GlbLevel &level, const std::string &place) {
+void check_codes(const GlbLevel &level, const std::string &name) {
     const std::byte *at = mesh_attribute(level, part).data();
     const GlbFormat &format = level.formats[part];
     for (std::size_t vertex = 0; vertex < level.vertices; ++vertex, at += format.stride) {
         const Numbers v = read_numbers<Code, attributes[part].components>(at, format.normalized);
         if (!keeps_rule<part>(level, v)) {
-            throw Error(place + attributes[part].name + ", vertex " + std::to_string(vertex) + ": is " +
-                        shown(v, attributes[part].components) + ", " + rule_of(level, part) + bake_again);
+            throw Error(place_of(level, name) + attributes[part].name + ", vertex " + std::to_string(vertex) +
+                        ": is " + shown(v, attributes[part].components) + ", " + rule_of(level, part) +
+                        bake_again);
         }
     }
 }
 
 template <std::uint32_t part>
-void check_attribute(const GlbLevel &level, const std::string &place) {
+void check_attribute(const GlbLevel &level, const std::string &name) {
     if (mesh_attribute(level, part).empty()) {
         return;
     }
     switch (level.formats[part].component) {
     case 5120:
-        return check_codes<part, std::int8_t>(level, place);
+        return check_codes<part, std::int8_t>(level, name);
     case 5121:
-        return check_codes<part, std::uint8_t>(level, place);
+        return check_codes<part, std::uint8_t>(level, name);
     case 5122:
-        return check_codes<part, std::int16_t>(level, place);
+        return check_codes<part, std::int16_t>(level, name);
     case 5123:
-        return check_codes<part, std::uint16_t>(level, place);
+        return check_codes<part, std::uint16_t>(level, name);
     default:
-        return check_codes<part, float>(level, place);
+        return check_codes<part, float>(level, name);
     }
 }
 
@@ -189,9 +194,8 @@ std::string texel_message(const Ktx2Level &level, std::size_t code, std::size_t 
 } // namespace
 
 void check_level(const GlbLevel &level, const std::string &name) {
-    const std::string place = name + ": node " + level.name + ", ";
     [&]<std::uint32_t... part>(std::integer_sequence<std::uint32_t, part...>) {
-        (check_attribute<part>(level, place), ...);
+        (check_attribute<part>(level, name), ...);
     }
     (std::make_integer_sequence<std::uint32_t, mesh_attributes>());
     for (std::size_t i = 0; i < level.primitives.size(); ++i) {
@@ -203,9 +207,9 @@ void check_level(const GlbLevel &level, const std::string &name) {
         if (at < indices.size() / level.index_bytes) {
             std::uint32_t index = 0; // little-endian: two bytes fill the low half
             std::memcpy(&index, indices.data() + at * level.index_bytes, level.index_bytes);
-            throw Error(place + "primitive " + std::to_string(i) + ", index " + std::to_string(at) + ": is " +
-                        std::to_string(index) + ", must be below the " + std::to_string(level.vertices) +
-                        " vertices" + bake_again);
+            throw Error(place_of(level, name) + "primitive " + std::to_string(i) + ", index " +
+                        std::to_string(at) + ": is " + std::to_string(index) + ", must be below the " +
+                        std::to_string(level.vertices) + " vertices" + bake_again);
         }
     }
 }

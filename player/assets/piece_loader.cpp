@@ -51,7 +51,7 @@ StagedPiece PieceLoader::take(std::uint32_t piece) {
 }
 
 void PieceLoader::work(const std::stop_token &stop) {
-    Inflater inflater;
+    StageMemory memory;
     std::unique_lock lock(mutex_);
     while (true) {
         auto next = orders_.end();
@@ -64,7 +64,7 @@ void PieceLoader::work(const std::stop_token &stop) {
         }
         const std::uint32_t piece = *next;
         lock.unlock();
-        StagedPiece staged = stage_(piece, inflater);
+        StagedPiece staged = stage_(piece, memory);
         lock.lock();
         if (slots_[piece].ordered) { // else it was cancelled meanwhile
             slots_[piece] = {std::move(staged), true, true};

@@ -2,7 +2,6 @@
 // A thread that stages pieces for the drawing thread, so that this waits neither for the disk nor for
 // Zstandard.
 
-#include "assets/inflate.hpp"
 #include "assets/loaded_artifact.hpp"
 
 #include <condition_variable>
@@ -18,7 +17,7 @@ namespace paradize::assets {
 
 class PieceLoader {
   public:
-    using Stage = std::function<StagedPiece(std::uint32_t piece, Inflater &inflater)>;
+    using Stage = std::function<StagedPiece(std::uint32_t piece, StageMemory &memory)>;
 
     /// `stage` runs on the thread. Pieces are numbered from 0 to `pieces` - 1.
     PieceLoader(std::size_t pieces, Stage stage);

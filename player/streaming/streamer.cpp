@@ -97,11 +97,12 @@ Streamer::Streamer(const assets::SceneFile &file, SceneLoad load)
             uploads->check(artifact, stop);
         });
     uploads_->loader = std::make_unique<assets::PieceLoader>(
-        uploads_->pieces.size(), [uploads = uploads_.get()](std::uint32_t piece, assets::Inflater &inflater) {
+        uploads_->pieces.size(),
+        [uploads = uploads_.get()](std::uint32_t piece, assets::StageMemory &memory) {
             const Uploads::Clock::time_point start = Uploads::Clock::now();
             const assets::LoadedArtifact &loaded = uploads->item_of(piece).loaded;
             const assets::Piece &plan = uploads->plan_of(piece);
-            assets::StagedPiece staged = assets::stage(loaded, plan, inflater, &uploads->staging.ring());
+            assets::StagedPiece staged = assets::stage(loaded, plan, memory, &uploads->staging.ring());
             if (assets::needs_staging(loaded, plan)) { // else it was copied
                 uploads->count_read(plan.bytes, start);
             }

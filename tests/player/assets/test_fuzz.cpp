@@ -115,9 +115,9 @@ struct OneFile {
         try {
             assets::LoadedArtifact loaded = assets::open_artifact(scene, 0, folder.path());
             assets::check_artifact(scene.artifacts[0], loaded);
-            assets::Inflater inflater;
+            assets::StageMemory memory;
             for (const assets::Piece &piece : loaded.plan.pieces) {
-                const assets::StagedPiece staged = stage(loaded, piece, inflater);
+                const assets::StagedPiece staged = stage(loaded, piece, memory);
                 if (!staged.error.empty()) {
                     return false;
                 }

@@ -98,8 +98,8 @@ std::string loaded(const test::Bytes &file) {
     artifact.ktx = test::read_ktx2(artifact.file.bytes(), artifact.path);
     artifact.plan = plan_texture(artifact.ktx);
     assets::PieceLoader loader(artifact.plan.pieces.size(),
-                               [&](std::uint32_t piece, assets::Inflater &inflater) {
-                                   return stage(artifact, artifact.plan.pieces[piece], inflater);
+                               [&](std::uint32_t piece, assets::StageMemory &memory) {
+                                   return stage(artifact, artifact.plan.pieces[piece], memory);
                                });
     for (std::uint32_t piece = 0; piece < artifact.plan.pieces.size(); ++piece) {
         loader.order({&piece, 1});

@@ -32,7 +32,7 @@ assets::StagedPiece numbered(std::uint32_t piece) {
 
 TEST_CASE("piece loader: the piece that is taken is the one that was ordered, however often orders change") {
     assets::PieceLoader loader(pieces,
-                               [](std::uint32_t piece, assets::Inflater &) { return numbered(piece); });
+                               [](std::uint32_t piece, assets::StageMemory &) { return numbered(piece); });
     std::mt19937 random(5); // NOLINT(cert-msc32-c,cert-msc51-cpp): the same orders in every run
     std::vector<std::uint32_t> all(pieces);
     std::iota(all.begin(), all.end(), 0U);
@@ -61,7 +61,7 @@ TEST_CASE(
     "piece loader: a piece that is cancelled while it is staged is not kept, and can be ordered again") {
     std::atomic<int> begun{0};
     std::atomic<bool> go{false};
-    assets::PieceLoader loader(pieces, [&](std::uint32_t piece, assets::Inflater &) {
+    assets::PieceLoader loader(pieces, [&](std::uint32_t piece, assets::StageMemory &) {
         begun.fetch_add(1);
         begun.notify_one();
         go.wait(false);
@@ -81,7 +81,7 @@ TEST_CASE(
 
 TEST_CASE("piece loader: a piece that is taken without an order is staged all the same") {
     assets::PieceLoader loader(pieces,
-                               [](std::uint32_t piece, assets::Inflater &) { return numbered(piece); });
+                               [](std::uint32_t piece, assets::StageMemory &) { return numbered(piece); });
     CHECK(loader.take(7).error == "7");
     loader.order(std::vector<std::uint32_t>{1, 2});
     CHECK(loader.take(3).error == "3");
@@ -91,7 +91,8 @@ TEST_CASE("piece loader: a piece that is taken without an order is staged all th
 
 TEST_CASE("piece loader: new orders of many staged pieces take less time than to sort them ten times") {
     constexpr std::uint32_t many = 40000;
-    assets::PieceLoader loader(many, [](std::uint32_t, assets::Inflater &) { return assets::StagedPiece(); });
+    assets::PieceLoader loader(many,
+                               [](std::uint32_t, assets::StageMemory &) { return assets::StagedPiece(); });
     std::vector<std::uint32_t> orders(many);
     std::iota(orders.begin(), orders.end(), 0U);
     loader.order(orders);
