@@ -18,7 +18,7 @@ from tests.player.sanitized import BUILDS, play_sanitized
 
 Player = Callable[..., "subprocess.CompletedProcess[str]"]
 pytestmark = pytest.mark.deep
-LIMIT_MB = 80  # from 68 MB on blocks share buffers under a limit
+LIMIT_MB = 69  # from 68 MB on blocks share buffers under a limit
 AMPLE_MB = 10_000
 FRAMES = 120
 SIZE = ("--size", "160x90")
@@ -27,7 +27,7 @@ SIZE = ("--size", "160x90")
 @pytest.fixture(scope="module")
 def hills(tmp_path_factory: pytest.TempPathFactory, paradize: Player) -> Path:
     folder = tmp_path_factory.mktemp("hills")
-    scene = hills_scene(folder / "scene", 2049, 0.2)
+    scene = hills_scene(folder / "scene", 2049, 0.12)
     baked = paradize("bake", scene, "-o", folder / "baked", "-j", 1)
     assert baked.returncode == 0, baked.stderr
     return folder / "baked"
