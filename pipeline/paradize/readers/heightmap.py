@@ -32,6 +32,7 @@ HEIGHT_LIMIT_M = 1e7
 MAX_WHITE_M = 1e6  # largest height of white that commands and scenes accept
 BAND = 256  # rows
 _MOST_TINT = 0.025  # of a grey picture: programs round its three colours each by itself
+_BT709 = (0.2126, 0.7152, 0.0722)
 _LOW_RANGE = 16  # warns where integers use less than 1/16 of their range
 
 
@@ -128,8 +129,11 @@ def with_heights(image: Image, path: Path, nodata: Nodata) -> tuple[Image, list[
         require_finite(image.values, path)
         return image, warnings
     if tint > 0.0:
-        what = f"is not quite grey (its colours differ by up to {tint:.2g} of their range); red is read"
+        what = (
+            f"is not quite grey (its colours differ by up to {tint:.2g} of their range); their mean is read"
+        )
         warnings.append(f"{path}: {what}")
+        image = _mean(image)
     tags = read_geotiff_tags(path) if image.nodata is None else GeoTiffTags(nodata=image.nodata)
     holes, hole_warnings = _holes(image, tags, path, nodata)
     filled, fill_warnings = _fill(image, holes, path)
@@ -153,6 +157,17 @@ def _tint(image: Image) -> float:
             steps = np.abs(values[band, :, 1:3] - values[band, :, :1].astype(np.float64))
         most = max(most, float(np.max(steps, where=np.isfinite(steps), initial=0.0)))
     return most / (high - low) if high > low else float(most > 0.0)
+
+
+def _mean(image: Image) -> Image:
+    """The BT.709 mean of its colours as one channel of the same type."""
+    values = image.values
+    grey = np.empty((*values.shape[:2], 1), values.dtype)
+    for band in _bands(len(values)):
+        with np.errstate(invalid="ignore"):  # of infinite heights, which are told later
+            mean = values[band, :, :3] @ np.array(_BT709)
+        grey[band, :, 0] = mean if values.dtype == np.float32 else np.rint(mean)
+    return replace(image, values=grey)
 
 
 def _bands(rows: int) -> list[slice]:

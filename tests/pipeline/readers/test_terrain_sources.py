@@ -14,9 +14,12 @@ import pytest
 from paradize.errors import SourceError
 from paradize.readers.damage import check_damage
 from paradize.readers.geotiff import read_geotiff_tags
-from paradize.readers.heightmap import read_heightmap
+from paradize.readers.heightmap import read_heightmap, with_heights
+from paradize.readers.image import read_image
 from paradize.readers.nodata import fill_nodata
 from tests.pipeline.raw_files import exr, png, tiff
+
+BT709 = (0.2126, 0.7152, 0.0722)
 
 
 def slope(side: int) -> npt.NDArray[np.float64]:
@@ -164,13 +167,15 @@ def test_a_picture_whose_colours_are_rounded_each_by_itself_is_grey(
         bits = int(kind[4:])
         unit = 257 if bits == 16 else 1
         codes = np.round(np.stack([red, green, red], axis=2)).astype(int) * unit
-        path, truth = png(tmp_path / "a.png", codes, 2, bits), codes[:, :, 0] / (255 * unit)
+        path = png(tmp_path / "a.png", codes, 2, bits)
+        truth = np.rint(codes @ np.array(BT709)) / (255 * unit)
     else:
         truth = (red * 4.0 - 100.0).astype(np.float32)
         if "NaN" in kind:
             truth[3, 4] = np.nan
         more = truth + (green - red).astype(np.float32) * np.float32(4.0)
         path = exr(tmp_path / "a.exr", {"R": truth, "G": more, "B": truth})
+        truth = (np.stack([truth, more, truth], axis=2) @ np.array(BT709)).astype(np.float32)
     height_m = 1.0 if kind.startswith("png") else None
     if steps > 2:
         with pytest.raises(SourceError, match="is a colour picture"):
@@ -180,4 +185,7 @@ def test_a_picture_whose_colours_are_rounded_each_by_itself_is_grey(
     known = np.isfinite(truth)
     assert np.abs(field.heights_m - truth)[known].max() < 1e-6
     told = [text for text in warnings if "is not quite grey" in text]
-    assert len(told) == 1 and "differ by up to 0.0078 of their range); red is read" in told[0]
+    assert len(told) == 1 and "differ by up to 0.0078 of their range); their mean is read" in told[0]
+    image = read_image(path, color_space="data", finite=False)
+    grey, _ = with_heights(image, path, "auto")  # as maps of heights read it
+    assert grey.values.shape == (33, 33, 1) and grey.top == image.top
