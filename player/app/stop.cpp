@@ -9,6 +9,9 @@ namespace {
 volatile std::sig_atomic_t noted = 0;
 
 extern "C" void note(int signal) {
+    if (noted != 0) {
+        std::raise(signal); // its handler was reset: it ends the program when this function returns
+    }
     noted = signal;
 }
 

@@ -9,7 +9,7 @@ using namespace paradize;
 
 namespace {
 
-assets::SceneFile sea() {
+assets::SceneFile wavy_scene() {
     assets::SceneFile file;
     file.flight.duration_s = 240.0;
     file.water.emplace();
@@ -36,7 +36,7 @@ float height_of(const NearWaves &waves) {
 } // namespace
 
 TEST_CASE("near waves: together they are as high as the scene says, and none folds over") {
-    const NearWaves waves = near_waves_at(sea(), 12.3, eye_at(2.0));
+    const NearWaves waves = near_waves_at(wavy_scene(), 12.3, eye_at(2.0));
     CHECK(height_of(waves) == doctest::Approx(0.4));
     float steepness = 0.0F;
     for (const glm::vec4 &wave : waves) {
@@ -46,8 +46,8 @@ TEST_CASE("near waves: together they are as high as the scene says, and none fol
 }
 
 TEST_CASE("near waves: they repeat with the flight") {
-    const NearWaves first = near_waves_at(sea(), 12.5, eye_at(2.0));
-    const NearWaves later = near_waves_at(sea(), 12.5 + 240.0, eye_at(2.0));
+    const NearWaves first = near_waves_at(wavy_scene(), 12.5, eye_at(2.0));
+    const NearWaves later = near_waves_at(wavy_scene(), 12.5 + 240.0, eye_at(2.0));
     for (std::size_t i = 0; i < first.size(); ++i) {
         CHECK(first[i] == later[i]);
     }
@@ -55,14 +55,14 @@ TEST_CASE("near waves: they repeat with the flight") {
 
 TEST_CASE("near waves: none reaches an eye that is low over the water") {
     for (const double eye_m : {0.3, 0.1, 0.0}) {
-        CHECK(height_of(near_waves_at(sea(), 1.0, eye_at(eye_m))) <= eye_m + 1e-6);
+        CHECK(height_of(near_waves_at(wavy_scene(), 1.0, eye_at(eye_m))) <= eye_m + 1e-6);
     }
 }
 
 TEST_CASE("near waves: the floating origin moves neither waves nor grid") {
     const glm::dvec3 anchor(1000.25, 0.0, -70.5);
-    const NearWaves near = near_waves_at(sea(), 1.0, eye_at(2.0));
-    const NearWaves far = near_waves_at(sea(), 1.0, eye_at(2.0, anchor));
+    const NearWaves near = near_waves_at(wavy_scene(), 1.0, eye_at(2.0));
+    const NearWaves far = near_waves_at(wavy_scene(), 1.0, eye_at(2.0, anchor));
     const glm::dvec2 place(4.0, 6.0);
     for (std::size_t i = 0; i < near.size(); ++i) {
         const auto angle = [&](const glm::vec4 &wave, const glm::dvec2 &at) {
@@ -72,14 +72,14 @@ TEST_CASE("near waves: the floating origin moves neither waves nor grid") {
         const double there = angle(far[i], place - glm::dvec2(anchor.x, anchor.z));
         CHECK(std::sin(here) == doctest::Approx(std::sin(there)).epsilon(0.001));
     }
-    const assets::Water water = *sea().water;
+    const assets::Water water = *wavy_scene().water;
     const glm::dvec2 moved =
         glm::dvec2(grid_center(water, eye_at(2.0, anchor))) + glm::dvec2(anchor.x, anchor.z);
     CHECK(glm::distance(glm::dvec2(grid_center(water, eye_at(2.0))), moved) < 1e-3);
 }
 
 TEST_CASE("near waves: they end before the shore") {
-    assets::SceneFile file = sea();
+    assets::SceneFile file = wavy_scene();
     CHECK(wave_shares(file).shares == std::vector<float>{1.0F}); // without a terrain
     file.terrain.emplace();
     file.terrain->size_m = {40.0F, 10.0F};

@@ -18,6 +18,14 @@ namespace {
 const Pose towards{{0.0, 1.0, 6.0}, {0.0, 0.0, 0.0}};
 const Pose away{{0.0, 1.0, 6.0}, {0.0, 1.0, 20.0}};
 
+CameraForecast forecast_of(const SmallScene &scene, const Pose &now) {
+    return {.settings = render_settings(scene.file, all_at(Tier::balanced), Device()),
+            .width_px = 160,
+            .height_px = 90,
+            .now = now,
+            .soon = {away, away, away, away}};
+}
+
 } // namespace
 
 TEST_CASE("demand: where files are read slowly it looks further ahead, up to four times as far") {
@@ -33,12 +41,9 @@ TEST_CASE("demand: where files are read slowly it looks further ahead, up to fou
     const Streamer streamer = small.streamer();
     const Scene scene(small.file, streamer);
     Demand demand(scene, streamer);
-    CameraForecast forecast{.settings = render_settings(small.file, all_at(Tier::balanced), Device()),
-                            .width_px = 160,
-                            .height_px = 90,
-                            .now = away,
-                            .soon = {away, away, away, towards},
-                            .horizons_s = horizons_for(1e5)};
+    CameraForecast forecast = forecast_of(small, away);
+    forecast.soon.back() = towards;
+    forecast.horizons_s = horizons_for(1e5);
     demand.update(forecast); // in 32 s
     forecast.soon.fill(away);
     for (forecast.elapsed_s = 1.0; forecast.elapsed_s < 36.0; ++forecast.elapsed_s) {
@@ -60,12 +65,9 @@ TEST_CASE("demand: what a look ahead glimpses is needed until its time has come,
     const std::uint32_t mesh = streamer.pieces_of("quad_mesh").first;
     for (const bool steered : {false, true}) {
         Demand demand(scene, streamer);
-        CameraForecast forecast{.settings = render_settings(small.file, all_at(Tier::balanced), Device()),
-                                .width_px = 160,
-                                .height_px = 90,
-                                .now = away,
-                                .soon = {away, towards, away, away}, // in two seconds
-                                .steered = steered};
+        CameraForecast forecast = forecast_of(small, away);
+        forecast.soon[1] = towards; // in two seconds
+        forecast.steered = steered;
         demand.update(forecast);
         const float first = demand.needs()[mesh].soon;
         float before = first;
@@ -96,11 +98,7 @@ TEST_CASE("demand: what is seen after some seconds counts the less the later, by
     const Streamer streamer = small.streamer();
     const Scene scene(small.file, streamer);
     const std::uint32_t mesh = streamer.pieces_of("quad_mesh").first;
-    CameraForecast forecast{.settings = render_settings(small.file, all_at(Tier::balanced), Device()),
-                            .width_px = 160,
-                            .height_px = 90,
-                            .now = towards};
-    forecast.soon.fill(away);
+    CameraForecast forecast = forecast_of(small, towards);
     Demand seen(scene, streamer);
     seen.update(forecast);
     const float error = seen.needs()[mesh].now;
