@@ -56,7 +56,7 @@ def read_ply(path: Path, root: Path | None = None) -> Model:
         raise SourceError("has no vertices with x, y and z", file=path, mend=_MEND)
     places = _finite(path, columns, ("x", "y", "z"))
     warnings: list[str] = []
-    faces, corner_uvs = _faces(ply, path, len(places), warnings)
+    faces, own = _faces(ply, path, len(places), warnings)
     corners = faces.values.astype(np.uint32)
     cut, crossing = cut_polygons(places, corners, faces.counts.astype(np.uint32))
     if crossing:
@@ -64,8 +64,8 @@ def read_ply(path: Path, root: Path | None = None) -> Model:
     triangles = corners[cut]
     origin = origin_of(places, triangles)
     arrays = {"positions": (places - origin).astype(np.float32), **_attributes(ply, path, warnings)}
-    if corner_uvs is not None:  # a vertex for each corner
-        arrays = {name: rows[corners] for name, rows in arrays.items()} | {"uvs": corner_uvs}
+    if own:  # a vertex for each corner
+        arrays = {name: rows[corners] for name, rows in arrays.items()} | own
         places, triangles = places[corners], cut
     absent: list[Path] = []
     picture = _picture(ply, path, root_of(path) if root is None else root, warnings, absent)
@@ -102,8 +102,9 @@ def _finite(path: Path, columns: dict[str, npt.NDArray[Any]], names: tuple[str, 
 
 def _faces(
     ply: Ply, path: Path, vertices: int, warnings: list[str]
-) -> tuple[Lists, npt.NDArray[np.float32] | None]:
-    """The polygons, and the texture coordinates of their corners where faces have their own."""
+) -> tuple[Lists, dict[str, npt.NDArray[np.float32]]]:
+    """The polygons; what their corners have of their own: texture coordinates, and the colours of faces where
+    vertices have none."""
     own = ply.lists.get("face", {})
     faces = next((own[name] for name in _FACES if name in own), None)
     strips = next((rows for name, rows in ply.lists.get("tristrips", {}).items() if name in _FACES), None)
@@ -123,17 +124,22 @@ def _faces(
     short = int((faces.counts < 3).sum())
     if short:
         warnings.append(f"{path}: {short} faces with fewer than three corners skipped")
-    kept = Lists(faces.counts[faces.counts >= 3], corners)
+    found = {}
+    if own.keys() & set(_FACES) and _color_names(ply, "face"):
+        if _color_names(ply, "vertex"):
+            warnings.append(f"{path}: the colours of its faces are left out: its vertices have theirs")
+        else:
+            found["colors"] = np.repeat(_colors(ply, "face", path, warnings), faces.counts, axis=0)[whole]
     texcoord = own.get("texcoord")
-    if texcoord is None or not (texcoord.counts == 2 * faces.counts).all():
-        if texcoord is not None and texcoord.counts.any():
-            warnings.append(f"{path}: texcoord does not fit all faces; left out")
-        return kept, None
-    uvs = texcoord.values.reshape(-1, 2)[whole].astype(np.float64)
-    if not np.isfinite(uvs).all():
-        warnings.append(f"{path}: texcoord holds what is not a number; left out")
-        return kept, None
-    return kept, _flipped(uvs)
+    if texcoord is not None and (texcoord.counts == 2 * faces.counts).all():
+        uvs = texcoord.values.reshape(-1, 2)[whole].astype(np.float64)
+        if np.isfinite(uvs).all():
+            found["uvs"] = _flipped(uvs)
+        else:
+            warnings.append(f"{path}: texcoord holds what is not a number; left out")
+    elif texcoord is not None and texcoord.counts.any():
+        warnings.append(f"{path}: texcoord does not fit all faces; left out")
+    return Lists(faces.counts[faces.counts >= 3], corners), found
 
 
 def _triangles(strips: Lists) -> Lists:
@@ -156,7 +162,7 @@ def _flipped(uvs: F64) -> npt.NDArray[np.float32]:
 
 def _attributes(ply: Ply, path: Path, warnings: list[str]) -> dict[str, npt.NDArray[np.float32]]:
     """Normals, texture coordinates and colours of the vertices, as a Mesh has them."""
-    columns, kinds = ply.columns["vertex"], ply.kinds["vertex"]
+    columns = ply.columns["vertex"]
     found: dict[str, npt.NDArray[np.float32]] = {}
     if {"nx", "ny", "nz"} <= columns.keys():
         normals = np.stack([columns[name] for name in ("nx", "ny", "nz")], axis=1).astype(np.float64)
@@ -167,20 +173,31 @@ def _attributes(ply: Ply, path: Path, warnings: list[str]) -> dict[str, npt.NDAr
     for pair in _UVS:
         if set(pair) <= columns.keys() and "uvs" not in found:
             found["uvs"] = _flipped(_finite(path, columns, pair))
-    for names in _COLORS:
-        if set(names[:3]) <= columns.keys() and "colors" not in found:
-            held = [name for name in names if name in columns]
-            rows = np.stack([columns[name] for name in held], axis=1).astype(np.float64)
-            bad = np.logical_not(np.isfinite(rows).all(axis=1))
-            if bad.any():
-                warnings.append(f"{path}: {int(bad.sum())} colours that are not finite; read as white")
-            tops = [float(np.iinfo(kinds[name]).max) if kinds[name][0] in "iu" else 1.0 for name in held]
-            rows = np.where(bad[:, None], 1.0, np.clip(rows / tops, 0.0, 1.0))
-            colors = np.ones((len(rows), 4), np.float32)
-            colors[:, : len(held)] = rows
-            colors[:, :3] = srgb_to_linear(colors[:, :3])
-            found["colors"] = colors
+    if _color_names(ply, "vertex"):
+        found["colors"] = _colors(ply, "vertex", path, warnings)
     return found
+
+
+def _color_names(ply: Ply, element: str) -> list[str]:
+    columns = ply.columns.get(element, {})
+    names = next((names for names in _COLORS if set(names[:3]) <= columns.keys()), ())
+    return [name for name in names if name in columns]
+
+
+def _colors(ply: Ply, element: str, path: Path, warnings: list[str]) -> npt.NDArray[np.float32]:
+    """The colours of vertices or faces (n, 4), linear."""
+    columns, held = ply.columns[element], _color_names(ply, element)
+    rows = np.stack([columns[name] for name in held], axis=1).astype(np.float64)
+    bad = np.logical_not(np.isfinite(rows).all(axis=1))
+    if bad.any():
+        warnings.append(f"{path}: {int(bad.sum())} colours that are not finite; read as white")
+    kinds = [ply.kinds[element][name] for name in held]
+    tops = [float(np.iinfo(kind).max) if kind[0] in "iu" else 1.0 for kind in kinds]
+    rows = np.where(bad[:, None], 1.0, np.clip(rows / tops, 0.0, 1.0))
+    colors = np.ones((len(rows), 4), np.float32)
+    colors[:, : len(held)] = rows
+    colors[:, :3] = srgb_to_linear(colors[:, :3])
+    return colors
 
 
 def _materials(
@@ -194,7 +211,7 @@ def _materials(
         warnings.append(f"{path}: {what}")
         return {}
     if arrays.pop("colors", None) is not None:
-        warnings.append(f"{path}: the colours of its vertices are left out beside its picture")
+        warnings.append(f"{path}: its colours are left out beside its picture")
     maps = {"color": MapSource(Picture(picture, name=picture.name))}
     return {DEFAULT_NAME: Material(DEFAULT_NAME, maps=maps)}
 
@@ -230,5 +247,3 @@ def _warn(ply: Ply, path: Path, warnings: list[str]) -> None:
     others = sorted(ply.kinds["vertex"].keys() - _READ)
     if others:
         warnings.append(f"{path}: properties of vertices are not read: {', '.join(others)[:200]}")
-    if {"red", "green", "blue"} <= ply.columns.get("face", {}).keys():
-        warnings.append(f"{path}: the colours of its faces are not read; give them to the vertices")

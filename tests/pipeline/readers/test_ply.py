@@ -19,18 +19,26 @@ from paradize.readers.model import read_model
 CODES = {"float": "f", "double": "d", "uchar": "B", "int": "i", "ushort": "H"}
 ORDERS = {"binary_little_endian": "<", "binary_big_endian": ">"}
 FORMS = ["ascii", *ORDERS]
+COLORS = ("red", "green", "blue")
 PLACES = np.array([[0, 0, 0], [2, 0, 0], [2, 2, 0], [1, 0.5, 0], [0, 2, 0]], np.float32)
 
 
 def ply(
-    form: str, vertex: dict[str, tuple[str, Any]], faces: list[list[int]], extra: str = "", uvs: Any = None
+    form: str,
+    vertex: dict[str, tuple[str, Any]],
+    faces: list[list[int]],
+    extra: str = "",
+    uvs: Any = None,
+    colors: Any = None,
 ) -> bytes:
-    """A PLY. vertex: type and values by property. uvs: of each face's corners, as a list `texcoord`."""
+    """A PLY. vertex: type and values by property. uvs: of each face's corners, as a list `texcoord`. colors:
+    of faces, as bytes red green blue."""
     count = len(next(iter(vertex.values()))[1])
     head = f"ply\r\nformat {form} 1.0\ncomment made\n{extra}element vertex {count}\n"
     head += "".join(f"property {kind} {name}\n" for name, (kind, _) in vertex.items())
     head += f"element face {len(faces)}\nproperty list uchar int vertex_indices\n"
     head += "property list uchar float texcoord\n" if uvs is not None else ""
+    head += "".join(f"property uchar {name}\n" for name in COLORS) if colors is not None else ""
     rows: list[list[tuple[str, Any]]] = [
         [(kind, values[i]) for kind, values in vertex.values()] for i in range(count)
     ]
@@ -39,6 +47,7 @@ def ply(
         if uvs is not None:
             flat = np.ravel(uvs[i])
             row += [("uchar", len(flat)), *(("float", one) for one in flat)]
+        row += [("uchar", one) for one in ([] if colors is None else colors[i])]
         rows.append(row)
     if form == "ascii":
         body = "\n".join(
@@ -104,6 +113,25 @@ def test_polygons_of_different_sizes_and_uvs_of_their_corners(form: str, tmp_pat
 
 
 @pytest.mark.parametrize("form", FORMS)
+def test_colours_of_faces_are_those_of_their_corners_where_vertices_have_none(
+    form: str, tmp_path: Path
+) -> None:
+    faces, colors = [[0, 1, 2], [0, 1], [0, 2, 3, 4]], [[255, 0, 0], [9, 9, 9], [0, 188, 255]]
+    places = columns("float", "x y z", PLACES)
+    (tmp_path / "a.ply").write_bytes(ply(form, places, faces, colors=colors))
+    mesh = read_model(tmp_path / "a.ply").mesh
+    assert mesh.colors is not None and len(mesh.positions) == 7, "two corners lie at two colours"
+    assert np.allclose(mesh.colors[mesh.triangles[0]], [1, 0, 0, 1])
+    assert np.allclose(mesh.colors[mesh.triangles[1:]], [0, 0.503, 1, 1], atol=1e-3)
+    assert np.array_equal(mesh.positions[mesh.triangles[0]], PLACES[[0, 1, 2]])
+    both = places | columns("uchar", "red green blue", [[0, 255, 0]] * 5)
+    (tmp_path / "a.ply").write_bytes(ply(form, both, faces, colors=colors))
+    model = read_model(tmp_path / "a.ply")
+    assert np.allclose(model.mesh.colors, [0, 1, 0, 1])
+    assert any("the colours of its faces are left out: its vertices have theirs" in w for w in model.warnings)
+
+
+@pytest.mark.parametrize("form", FORMS)
 def test_the_picture_of_a_comment_is_the_colour_map_instead_of_colours(form: str, tmp_path: Path) -> None:
     (tmp_path / "my bark.png").write_bytes(b"a picture")
     vertex = columns("float", "x y z", PLACES) | columns("uchar", "red green blue", [[192] * 3] * 5)
@@ -114,7 +142,7 @@ def test_the_picture_of_a_comment_is_the_colour_map_instead_of_colours(form: str
     assert model.materials["default"].picture("color") == tmp_path / "my bark.png"
     assert model.mesh.groups[0].material == "default" and model.mesh.colors is None
     (said,) = model.warnings
-    assert said.endswith("the colours of its vertices are left out beside its picture")
+    assert said.endswith("its colours are left out beside its picture")
     for wrong, bytes_, words in (
         (
             "without coordinates",
