@@ -51,7 +51,8 @@ LoadedScene::LoadedScene(PendingScene pending)
 SceneSwap::SceneSwap(PendingScene first, std::filesystem::path folder, const MemoryLimits &limits,
                      assets::SceneWatcher *watcher)
     : folder_(std::move(folder)), limits_(limits), watcher_(watcher),
-      current_(std::make_unique<LoadedScene>(std::move(first))) {}
+      current_(std::make_unique<LoadedScene>(std::move(first))),
+      stamp_(watcher == nullptr ? assets::FileStamp{} : watcher->first_stamp()) {}
 
 void SceneSwap::refuse(const char *error) {
     next_.reset();
@@ -84,10 +85,14 @@ void SceneSwap::poll(NotReady not_ready) {
     }
 }
 
+bool SceneSwap::newer_scene_comes() const {
+    return pending_ || (watcher_ != nullptr && watcher_->outdated(stamp_));
+}
+
 void SceneSwap::log_failures() {
-    for (const std::span<const std::string> all = current_->streamer.failures(); failures_ < all.size();
-         ++failures_) {
-        log_message(all[failures_] + "; what was loaded of it is drawn");
+    const std::span<const std::string> all = current_->streamer.failures();
+    for (std::size_t &logged = current_->logged_failures; logged < all.size(); ++logged) {
+        log_message(all[logged] + "; what was loaded of it is drawn");
     }
 }
 
@@ -107,7 +112,13 @@ LoadedScene *SceneSwap::upload(const CameraForecast &forecast, const UploadBudge
         poll(budget.not_ready);
     }
     if (!next_) {
-        upload_needed(*current_, forecast, budget);
+        try {
+            upload_needed(*current_, forecast, budget);
+        } catch (const Error &) {
+            if (!newer_scene_comes()) {
+                throw;
+            }
+        }
         log_failures();
         return nullptr;
     }
@@ -128,7 +139,6 @@ LoadedScene *SceneSwap::upload(const CameraForecast &forecast, const UploadBudge
 }
 
 std::unique_ptr<LoadedScene> SceneSwap::activate() {
-    failures_ = 0;
     return std::exchange(current_, std::move(next_));
 }
 

@@ -35,6 +35,7 @@ struct LoadedScene {
     Streamer streamer;
     Scene scene;
     Demand demand;
+    std::size_t logged_failures = 0; // of the streamer's
 };
 
 class SceneSwap {
@@ -51,7 +52,8 @@ class SceneSwap {
     /// Uploads within the budget, to the next scene if there is one, else to the current scene. Returns the
     /// next scene once it is resident; call activate() then. Otherwise returns nullptr. An error of the next
     /// scene is logged once and that scene is dropped. A file of the current scene that cannot be read any
-    /// more is logged once. Throws Error if the current scene fails.
+    /// more is logged once. Throws Error if the current scene fails, unless a newer one comes: its bake
+    /// removes files of the one before.
     LoadedScene *upload(const CameraForecast &forecast, const UploadBudget &budget);
     /// Uploads all of the current scene, or all that is needed and fits the limit.
     void upload_all(const CameraForecast &forecast);
@@ -62,6 +64,7 @@ class SceneSwap {
 
   private:
     void poll(NotReady not_ready);
+    bool newer_scene_comes() const;
     void log_failures();
 
     std::filesystem::path folder_;
@@ -69,8 +72,7 @@ class SceneSwap {
     assets::SceneWatcher *watcher_;
     std::unique_ptr<LoadedScene> current_, next_;
     std::optional<PendingScene> pending_;
-    assets::FileStamp stamp_{}; // of the next scene
-    std::size_t failures_ = 0;  // of the current scene that were logged
+    assets::FileStamp stamp_{}; // of the newest scene that was taken
 };
 
 } // namespace paradize

@@ -22,7 +22,8 @@ constexpr int poll_ms = 500;
 } // namespace
 
 SceneWatcher::SceneWatcher(std::filesystem::path scene_json)
-    : path_(std::move(scene_json)), last_stamp_(stamp_of(path_)), wake_(::eventfd(0, EFD_CLOEXEC)) {
+    : path_(std::move(scene_json)), first_stamp_(stamp_of(path_)), last_stamp_(first_stamp_),
+      wake_(::eventfd(0, EFD_CLOEXEC)) {
     if (wake_ < 0) {
         throw Error(path_.string() + ": cannot be watched: " + std::strerror(errno));
     }

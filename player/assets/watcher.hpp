@@ -30,6 +30,8 @@ class SceneWatcher {
 
     /// Returns the newest update since the last call, or nullptr. Neither waits nor allocates.
     std::unique_ptr<SceneUpdate> take();
+    /// The stamp of scene.json when this object was made.
+    const FileStamp &first_stamp() const { return first_stamp_; }
     /// True if scene.json has changed since this stamp. Its artifacts may be gone then.
     bool outdated(const FileStamp &stamp) const { return stamp_of(path_) != stamp; }
 
@@ -38,9 +40,10 @@ class SceneWatcher {
     std::unique_ptr<SceneUpdate> read() const;
 
     std::filesystem::path path_;
-    FileStamp last_stamp_;
-    int wake_ = -1;   // eventfd that ends the thread
-    int notify_ = -1; // inotify descriptor of the folder; -1: only polling
+    const FileStamp first_stamp_;
+    FileStamp last_stamp_; // of the thread
+    int wake_ = -1;        // eventfd that ends the thread
+    int notify_ = -1;      // inotify descriptor of the folder; -1: only polling
     std::atomic<SceneUpdate *> update_{nullptr};
     std::jthread thread_;
 };

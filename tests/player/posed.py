@@ -48,11 +48,13 @@ class Posed:
         disable: str = "",
         quality: str = "balanced",
         time_s: float = 0.0,
+        frames: int = 1,
         scene: dict[str, Any] | None = None,
         files: dict[str, bytes] | None = None,
     ) -> Picture:
         """(180, 320, 3) float32 in 0..1, sRGB-encoded, from `eye` to `target`; every value is checked to be
-        finite before it is encoded. `files` replaces artifacts by name."""
+        finite before it is encoded. `files` replaces artifacts by name. The last of `frames`, 1/30 s apart,
+        is at `time_s`."""
         manifest = self.scene() if scene is None else copy.deepcopy(scene)
         duration_s = manifest["flight"]["duration_s"]
         manifest["flight"] |= {
@@ -68,7 +70,7 @@ class Posed:
         }
         if "waypoint_u" in manifest["flight"]:
             manifest["flight"]["waypoint_u"] = [0]
-        key = json.dumps([manifest, disable, quality, time_s, sorted(files or {})], sort_keys=True)
+        key = json.dumps([manifest, disable, quality, time_s, frames, sorted(files or {})], sort_keys=True)
         if key in self.kept:
             return self.kept[key]
         room = Path(tempfile.mkdtemp(dir=self.folder))
@@ -81,10 +83,14 @@ class Posed:
                 place.symlink_to((self.source / artifact["file"]).resolve())
         (room / "scene.json").write_text(json.dumps(manifest))
         out = room / "picture.png"
-        arguments: list[object] = [room, "--time", time_s, "--size", f"{WIDTH}x{HEIGHT}"]
+        begin_s = time_s - (frames - 1) / 30
+        arguments: list[object] = [room, "--time", begin_s, "--size", f"{WIDTH}x{HEIGHT}"]
         arguments += ["--screenshot", out, "--check-finite", "--debug", "--quality", quality]
         if disable:
             arguments += ["--disable", disable]
+        if frames > 1:
+            arguments += ["--frames", frames, "--wait-resident"]
+            out = room / f"picture_{frames - 1:04}.png"
         result = self.player(*arguments)
         assert result.returncode == 0, result.stderr
         pixels = oiio.ImageBuf(str(out)).get_pixels(oiio.FLOAT)[..., :3]

@@ -173,6 +173,39 @@ TEST_CASE("scene swap: a broken scene leaves the previous one, and a later scene
     test::throw_on_error();
 }
 
+TEST_CASE("scene swap: a file that a newer bake removed ends playback only if the newer scene is broken") {
+    if (!test::have_context()) {
+        return;
+    }
+    BakedFolder baked;
+    assets::SceneWatcher watcher(baked.scene_json());
+    SceneSwap scenes(PendingScene(assets::read_scene(baked.scene_json()), baked.folder.path()),
+                     baked.folder.path(), {}, &watcher);
+    const LoadedScene *first = &scenes.current();
+    baked.bake();
+    wait_for(watcher); // this update is lost, as if it took long to read
+    CHECK(scenes.upload(forecast, {}) == nullptr);
+    CHECK_FALSE(scenes.current().streamer.complete());
+    CHECK(&scenes.current() == first);
+    SUBCASE("a sound one is shown") {
+        baked.bake();
+        const LoadedScene *next = wait_for(scenes);
+        scenes.activate();
+        CHECK(&scenes.current() == next);
+        CHECK(scenes.current().file.find_artifact("quad_color")->file == "quad_color-3.ktx2");
+    }
+    SUBCASE("a broken one ends it") {
+        baked.publish("[");
+        const auto play = [&] {
+            while (scenes.upload(forecast, {}) == nullptr) {
+                std::this_thread::yield();
+            }
+        };
+        CHECK_THROWS_AS(play(), Error);
+    }
+    test::throw_on_error();
+}
+
 TEST_CASE("scene swap: fifty scenes leave no GL object behind") {
     if (!test::have_context()) {
         return;
