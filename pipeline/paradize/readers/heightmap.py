@@ -60,22 +60,24 @@ def read_heightmap(
         image = read_image(path, color_space="data", finite=False)
     rows, columns, _ = image.values.shape
     if min(rows, columns) < 2 or max(rows, columns) > MAX_SIDE:
+        small = "a pixel is a vertex, so a terrain needs two each way"
         raise SourceError(
             f"is {columns} x {rows} pixels; allowed: 2 to {MAX_SIDE} on each side",
             file=path,
-            mend="a pixel is a vertex, so a terrain needs two each way",
+            mend=small if min(rows, columns) < 2 else "make it smaller, or cut it into several terrains",
         )
     if _tint(image) > _MOST_TINT:
         raise SourceError("is a colour picture", file=path, mend="save the heights as one grey channel")
+    if image.top is not None and height_m is None and not read_geotiff_tags(path).words:
+        what = f"holds integers of 0 to {image.top}, not metres"
+        raise SourceError(what, file=path, mend="say how high white stands above black: --height H")
     image, warnings = with_heights(image, path, nodata)
     if image.top is None:
         if height_m is not None:
             warnings.append(_unused_height(image, path, height_m))
         unit_m = height_scale
-    elif height_m is None:
-        what = f"holds integers of 0 to {image.top}, not metres"
-        raise SourceError(what, file=path, mend="say how high white stands above black: --height H")
     else:
+        assert height_m is not None
         warnings += _precision_warnings(image, path, height_m)
         unit_m = height_m * height_scale
     heights = np.empty((rows, columns), np.float32)

@@ -35,8 +35,17 @@ from paradize.readers.dds import DdsHead, dds_head, read_plain_dds
 from paradize.readers.grids import read_grid
 from paradize.readers.limits import limit, require_size, too_many_bytes
 from paradize.readers.names import require_utf8_name
-from paradize.readers.notes import SEVERAL, six_faces, turned
-from paradize.readers.pillow import read_with_pillow
+from paradize.readers.notes import (
+    FOURTH,
+    MASKED,
+    SEVERAL,
+    high_range,
+    other_colors,
+    part_of,
+    six_faces,
+    turned,
+)
+from paradize.readers.pillow import psd_alpha, read_with_pillow
 from paradize.readers.pnm import exact_shares
 
 if TYPE_CHECKING:
@@ -65,6 +74,8 @@ _STRAIGHT = {
 }
 _HEAD_BYTES = 4096  # of an AVIF file the boxes before the texels
 _LAYERED = ("psd",)  # the first picture of these is all layers together
+_SMALLER, _MASK = 1, 4  # bits of TIFF's NewSubfileType
+_CODEC = re.compile(r"(\w+) compression support is not configured")
 _JUNK = re.compile(r"Corrupt JPEG data: (\d+) extraneous bytes before marker")  # between whole segments
 _PLAIN_NUMBERS = {"half": 16, "float": 32, "double": 32, "int8": 8, "int16": 16, "int": 32}  # bits
 _TYPES: dict[str, tuple[Any, Any, float]] = {  # type to ask for, type of the result, value of 1.0
@@ -210,32 +221,53 @@ def _read_open(source: Any, path: Path, head: bytes, color_space: str | None, fi
         require_finite(values, path)
     if values.shape[2] in (2, 4) and _is_premultiplied(spec, kind):
         values = _straighten(Image(values, "data", 32).pixels)
+    fourth = psd_alpha(path, head) if kind == "psd" and values.shape[2] == 3 else None
+    if fourth is not None:
+        values = np.concatenate([values, fourth[:, :, None]], axis=2)
     dds = dds_head(path, head) or DdsHead()
     two_channels = values.shape[2] == 2 and spec.alpha_channel != 1
     if two_channels and kind != "targa" and not dds.grey_alpha:  # red and green
         values = np.concatenate([values, np.zeros_like(values[:, :, :1])], axis=2)
+    declared = spec.get_string_attribute("oiio:ColorSpace").lower()
+    if declared.startswith(("pq_", "hlg_")) and color_space != "data":
+        raise high_range(declared.partition("_")[0].upper(), path)
     if color_space is None:
-        declared = spec.get_string_attribute("oiio:ColorSpace").lower()
         linear = name in _PLAIN_NUMBERS or declared.startswith("lin")
         color_space = "linear" if linear else "srgb"
     bits = _PLAIN_NUMBERS.get(name) or {"uint8": 8, "uint16": 16}.get(name, 32)
     skipped = f"{junk[1]} bytes of its header belong to nothing and are skipped" if junk else ""
-    notes = (*filter(None, (skipped, dds.note)), *_notes(source, kind))
+    colors = _profile(spec) if color_space == "srgb" else ""
+    alpha = "" if fourth is None else FOURTH
+    notes = (*filter(None, (skipped, dds.note, colors, alpha)), *_notes(source, kind))
     return Image(values, color_space, bits, top, notes=notes)
 
 
 def _notes(source: Any, kind: str) -> tuple[str, ...]:
     """Notes for the user about a picture that was read."""
     notes = []
-    way = source.spec().get_int_attribute("Orientation", 1)
+    spec = source.spec()
+    way = spec.get_int_attribute("Orientation", 1)
     if way > 1:
         notes.append(turned(way))
+    if (spec.width, spec.height) != (spec.full_width, spec.full_height):
+        notes.append(part_of(spec))
+    page = 0
     with _silenced():
-        several = kind not in _LAYERED and source.seek_subimage(1, 0)
+        while kind not in _LAYERED and source.seek_subimage(page := page + 1, 0):
+            role = source.spec().get_int_attribute("tiff:subfiletype", 0)
+            if role & _MASK:
+                notes += [MASKED] if MASKED not in notes else []
+            elif not role & _SMALLER:
+                notes.append(SEVERAL)
+                break
     _message(source)  # of a seek that finds nothing
-    if several:
-        notes.append(SEVERAL)
     return tuple(notes)
+
+
+def _profile(spec: Any) -> str:
+    """The note where the file has an ICC profile of other colours than sRGB's."""
+    name = spec.get_string_attribute("ICCProfile:profile_description").strip()
+    return "" if not name or "srgb" in name.lower() or "gamma 2.2" in name.lower() else other_colors(name)
 
 
 def _types(spec: Any) -> list[str]:
@@ -305,6 +337,9 @@ def _decode(source: Any, spec: Any, name: str, path: Path, first: int, end: int)
         raw = source.read_image(0, 0, first, end, wanted)
     error = _message(source) or _message(oiio)
     if raw is None or error:
+        if codec := _CODEC.search(error):
+            what, mend = f"is compressed by {codec[1]}, which is not read", "save it with Deflate or LZW"
+            raise SourceError(what, file=path, mend=mend)
         raise damaged(error or "the decoder gave no pixels", path)
     values: npt.NDArray[Any] = np.asarray(raw, dtype=dtype)
     if values.size != spec.height * spec.width * (end - first):

@@ -19,10 +19,12 @@ from paradize.errors import SourceError
 from paradize.files import open_file
 from paradize.readers.damage import check_damage
 from paradize.readers.limits import require_size
-from paradize.readers.notes import NARROWED, SEVERAL, turned
+from paradize.readers.notes import NARROWED, SEVERAL, high_range, turned
 
 if TYPE_CHECKING:
     from pathlib import Path
+
+    import numpy.typing as npt
 
 _FORMATS = {  # name in Pillow -> our name of the picture
     "Bmp": "bitmap",
@@ -51,8 +53,7 @@ def read_with_pillow(path: Path, head: bytes, color_space: str | None) -> Image 
         return None
     curve = _avif_curve(head) if name == "Avif" else 0
     if curve in _HDR:
-        what = f"its colours are of high dynamic range ({_HDR[curve]}), not sRGB"
-        raise SourceError(what, file=path, mend="save it as OpenEXR")
+        raise high_range(_HDR[curve], path)
     opener = getattr(import_module(f"PIL.{name}ImagePlugin"), f"{name}ImageFile")
     try:
         with open_file(path) as stream, opener(stream) as picture:
@@ -67,6 +68,19 @@ def read_with_pillow(path: Path, head: bytes, color_space: str | None) -> Image 
     # A QOI's byte of colour space is not asked: programs (Pillow) write "linear" for any picture.
     color_space = color_space or ("linear" if curve == _LINEAR else "srgb")
     return Image(values.reshape(*values.shape[:2], -1), color_space, 8, 255, notes=notes)
+
+
+def psd_alpha(path: Path, head: bytes) -> npt.NDArray[np.uint8] | None:
+    """The fourth channel (h, w) of a Photoshop picture of three colours and 8 bits, which OpenImageIO leaves
+    out unless it is the transparency of layers; None where there is none. Raises SourceError."""
+    if struct.unpack_from(">H8xHH", head, 12) != (4, 8, 3):  # channels, bits, RGB
+        return None
+    plugin = import_module("PIL.PsdImagePlugin")
+    try:
+        with open_file(path) as stream, plugin.PsdImageFile(stream) as picture:
+            return np.asarray(picture.getchannel("A"))
+    except (OSError, ValueError, SyntaxError, RuntimeError) as error:
+        raise SourceError(f"is not a readable picture: {error}", file=path, mend="save it as PNG") from None
 
 
 def _format(head: bytes) -> str | None:

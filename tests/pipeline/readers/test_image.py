@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 import OpenImageIO as oiio
 import PIL.Image
+import PIL.ImageCms
 import pytest
 
 from paradize.errors import BakeError, SourceError
@@ -475,6 +476,87 @@ def test_of_several_pictures_in_a_file_the_first_is_read_and_told(tmp_path: Path
     assert two.values[0, 0].tolist() == [255, 0, 0]
     assert two.notes == ("holds several pictures; the first is read",)
     assert read_image(tmp_path / "one.tif").notes == ()
+
+
+def test_smaller_copies_of_a_picture_are_no_pictures_and_a_mask_is_told(tmp_path: Path) -> None:
+    """As GDAL writes overviews, and masks of the pixels that count."""
+    roles = {"overviews": (1, 1), "mask": (4,), "both": (5, 1), "picture": (1, 0)}
+    for name, further in roles.items():
+        pages = [PIL.Image.new("L", (4, 4), 9) for _ in (0, *further)]
+        for page, role in zip(pages[1:], further, strict=True):
+            page.encoderinfo = {"tiffinfo": {254: role}}
+        pages[0].save(tmp_path / f"{name}.tif", save_all=True, append_images=pages[1:])
+    notes = {name: read_image(tmp_path / f"{name}.tif").notes for name in roles}
+    assert notes["overviews"] == () and notes["picture"] == ("holds several pictures; the first is read",)
+    assert notes["mask"] == notes["both"]
+    assert notes["mask"][0].startswith("has a mask of the pixels that count, which is not read")
+
+
+@pytest.mark.parametrize(("codec", "name"), [(50000, "ZSTD"), (34887, "LERC")])
+def test_a_tiff_whose_compression_is_not_read_is_not_called_damaged(
+    tmp_path: Path, codec: int, name: str
+) -> None:
+    PIL.Image.new("L", (4, 4)).save(tmp_path / "a.tif", compression="tiff_lzw")
+    entry = struct.pack("<HHI", 259, 3, 1)
+    data = (tmp_path / "a.tif").read_bytes()
+    assert data.count(entry + struct.pack("<I", 5)) == 1
+    data = data.replace(entry + struct.pack("<I", 5), entry + struct.pack("<I", codec))
+    (tmp_path / "a.tif").write_bytes(data)
+    with pytest.raises(
+        SourceError, match=f"is compressed by {name}, which is not read; save it with Deflate"
+    ):
+        read_image(tmp_path / "a.tif")
+
+
+def test_the_fourth_channel_of_a_photoshop_picture_is_its_alpha(tmp_path: Path) -> None:
+    planes = np.random.default_rng(1).integers(0, 256, (4, 6, 8), np.uint8)
+    for channels in (3, 4):
+        head = b"8BPS" + struct.pack(">H6xHIIHH", 1, channels, 6, 8, 8, 3)
+        (tmp_path / f"{channels}.psd").write_bytes(head + bytes(14) + planes[:channels].tobytes())
+    three, four = (read_image(tmp_path / f"{channels}.psd") for channels in (3, 4))
+    assert np.array_equal(three.values, np.moveaxis(planes[:3], 0, 2)) and three.notes == ()
+    assert np.array_equal(four.values, np.moveaxis(planes, 0, 2))
+    assert four.notes == ("its fourth channel is taken for alpha, as game engines take it",)
+
+
+def test_colours_of_another_profile_are_told_and_data_has_none(tmp_path: Path) -> None:
+    profile = PIL.ImageCms.ImageCmsProfile(PIL.ImageCms.createProfile("sRGB")).tobytes()
+    own, other = "sRGB built-in".encode("utf-16-be"), "Adobe RGB1998".encode("utf-16-be")
+    assert own in profile
+    picture = PIL.Image.new("RGB", (4, 4))
+    picture.save(tmp_path / "own.png", icc_profile=profile)
+    picture.save(tmp_path / "other.png", icc_profile=profile.replace(own, other))
+    assert read_image(tmp_path / "own.png").notes == ()
+    (said,) = read_image(tmp_path / "other.png").notes
+    assert said == (
+        "its colours are of the profile 'Adobe RGB1998', read as if they were sRGB; convert it to sRGB"
+    )
+    assert read_image(tmp_path / "other.png", color_space="data").notes == ()
+
+
+def test_a_png_of_high_dynamic_range_is_refused_as_colours(tmp_path: Path) -> None:
+    PIL.Image.new("RGB", (4, 4)).save(tmp_path / "a.png")
+    data = (tmp_path / "a.png").read_bytes()
+    chunk = b"cICP" + bytes([9, 16, 0, 1])  # BT.2020 primaries, PQ, RGB, full range
+    chunk = struct.pack(">I", 4) + chunk + struct.pack(">I", zlib.crc32(chunk))
+    (tmp_path / "a.png").write_bytes(data[:33] + chunk + data[33:])
+    with pytest.raises(
+        SourceError, match=r"colours are of high dynamic range \(PQ\), not sRGB; save it as Op"
+    ):
+        read_image(tmp_path / "a.png")
+    assert read_image(tmp_path / "a.png", color_space="data").values.shape == (4, 4, 3)
+
+
+def test_an_openexr_that_holds_a_part_of_its_picture_is_told(tmp_path: Path) -> None:
+    spec = oiio.ImageSpec(4, 3, 3, "half")
+    spec.x, spec.y, spec.full_width, spec.full_height = 5, 6, 16, 12
+    target = oiio.ImageOutput.create(str(tmp_path / "a.exr"))
+    assert target.open(str(tmp_path / "a.exr"), spec) and target.write_image(np.ones((3, 4, 3), np.float32))
+    assert target.close()
+    (said,) = read_image(tmp_path / "a.exr").notes
+    assert said.startswith(
+        "holds 4 x 3 texels, from (5, 6) on, of a picture of 16 x 12; read as a picture of"
+    )
 
 
 def test_colours_that_are_no_rgb_are_refused(tmp_path: Path) -> None:

@@ -38,6 +38,32 @@ def test_an_srtm_tile_is_metres_with_its_voids_filled(tmp_path: Path) -> None:
     assert len(warnings) == 1 and "20 pixels" in warnings[0] and "(20, 10)" in warnings[0]
 
 
+def test_a_northern_srtm_tile_has_half_the_columns(tmp_path: Path) -> None:
+    heights = np.add.outer(np.arange(3601), 2 * np.arange(1801)).astype(">i2")
+    (tmp_path / "N61E010.hgt").write_bytes(heights.tobytes())
+    field, warnings = read_heightmap(tmp_path / "N61E010.hgt", size_x_m=1, size_z_m=1, height_m=None)
+    assert np.array_equal(field.heights_m, heights.astype(np.float32)) and not warnings
+
+
+def test_integers_without_a_height_of_white_are_refused_before_anything_is_filled(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    png(tmp_path / "a.png", np.full((4, 4, 1), 7, np.uint16), 0, 16)
+
+    def filled(*_: object) -> None:
+        pytest.fail("holes were filled")
+
+    monkeypatch.setattr("paradize.readers.heightmap._fill", filled)
+    with pytest.raises(SourceError, match="not metres; say how high white stands"):
+        read_heightmap(tmp_path / "a.png", size_x_m=1, size_z_m=1, height_m=None)
+
+
+def test_a_heightmap_that_is_too_large_is_not_called_too_small(tmp_path: Path) -> None:
+    png(tmp_path / "a.png", np.zeros((2, 16386, 1), np.uint8), 0, 8)
+    with pytest.raises(SourceError, match=r"is 16386 x 2 pixels; .* make it smaller, or cut it into several"):
+        read_heightmap(tmp_path / "a.png", size_x_m=1, size_z_m=1, height_m=1.0)
+
+
 @pytest.mark.parametrize("size", [0, 7, 10, 2 * 33 * 34])
 def test_a_cut_srtm_tile_is_refused(tmp_path: Path, size: int) -> None:
     path = tmp_path / "cut.hgt"

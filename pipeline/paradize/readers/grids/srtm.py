@@ -1,6 +1,7 @@
 """Reads raw SRTM tiles (`.hgt`): squares of heights in metres, 2 bytes each, signed, big-endian.
 
-Source: NASA/USGS, "SRTM Topography", section 2.0: 1201 or 3601 pixels on a side; -32768 is no data.
+Source: NASA/USGS, "SRTM Topography", section 2.0: 1201 or 3601 pixels on a side, north of 50 degrees 1801 x
+3601; -32768 is no data.
 """
 
 from __future__ import annotations
@@ -17,17 +18,20 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 _VOID = -32768.0
+_NORTHERN = (3601, 1801)  # rows, columns
 
 
 def read_srtm(data: bytes, path: Path, max_side: int) -> Image:
     """The tile's heights (h, w, 1) float32 in metres, voids unchanged. Raises SourceError for data that are
     not a square of 2 to max_side pixels on a side."""
-    side = math.isqrt(len(data) // 2)
-    if side * side * 2 != len(data) or not 2 <= side <= max_side:
+    rows = columns = math.isqrt(len(data) // 2)
+    if len(data) == 2 * _NORTHERN[0] * _NORTHERN[1]:
+        rows, columns = _NORTHERN
+    if rows * columns * 2 != len(data) or not 2 <= rows <= max_side:
         raise SourceError(
             f"has {len(data)} bytes; a .hgt file has 2 for each pixel of a square, 2 to {max_side} on a side",
             file=path,
             mend="download it again: it may be truncated",
         )
     raw = np.frombuffer(data, ">i2")
-    return Image(raw.reshape(side, side, 1).astype(np.float32), "data", 16, nodata=_VOID)
+    return Image(raw.reshape(rows, columns, 1).astype(np.float32), "data", 16, nodata=_VOID)
