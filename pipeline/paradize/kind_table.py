@@ -125,6 +125,7 @@ SUFFIXES |= {
 TEXTS: tuple[tuple[re.Pattern[bytes], Kind], ...] = (
     (re.compile(rb"\A\s*(?:<\?xml|<!--|<COLLADA).{0,4096}?<COLLADA[\s>]|\A\s*<COLLADA[\s>]", re.S), _COLLADA),
     (re.compile(rb"\A\s*<\?xml.{0,4096}?<X3D[\s>]|\A\s*<X3D[\s>]", re.S), _X3D),
+    (re.compile(rb"\A[AI]\s+\d+\b.{0,80}?\sOBJ\b", re.S), Kind("an X-Plane model", _EXPORT)),
     (re.compile(rb"\A\s*<(?:!DOCTYPE\s+html|html)\b", re.I), Kind("a web page", _PAGE)),
 )
 ASCII_GRID = re.compile(rb"\A(?:\xef\xbb\xbf)?\s*(?:[A-Za-z_]+[ \t]+\S+\s+){0,8}?ncols[ \t]+\S", re.I)

@@ -68,6 +68,7 @@ def test_a_file_is_what_its_first_bytes_say(name: str, data: bytes, kind: Kind, 
         ("a.usdz", b"PK\x03\x04\0\0", "is a USD scene"),
         ("a.x3d", b"<?xml version='1.0'?>\n<X3D profile='x'>", "is an X3D or VRML scene"),
         ("a.off", b"OFF\n8 6 0\n", "is an OFF model"),
+        ("plane.obj", b"I\n800\nOBJ\n\nTEXTURE a.png\n", "is an X-Plane model"),
         ("a.step", b"ISO-10303-21;\n", "is a STEP model"),
         ("a.zip", b"PK\x03\x04\0\0", "is a ZIP archive"),
         (

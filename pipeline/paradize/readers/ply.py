@@ -8,7 +8,7 @@ origin. Colours are sRGB, as the programs that write them (Blender, MeshLab) hav
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -32,6 +32,7 @@ _UVS = (("s", "t"), ("u", "v"), ("texture_u", "texture_v"), ("texture_s", "textu
 _COLORS = (
     ("red", "green", "blue", "alpha"),
     ("diffuse_red", "diffuse_green", "diffuse_blue", "diffuse_alpha"),
+    ("r", "g", "b", "a"),
 )
 _FACES = ("vertex_indices", "vertex_index")
 _READ = {"x", "y", "z", "nx", "ny", "nz", *(name for names in (*_UVS, *_COLORS) for name in names)}
@@ -54,10 +55,11 @@ def read_ply(path: Path, root: Path | None = None) -> Model:
     columns = ply.columns.get("vertex", {})
     if not {"x", "y", "z"} <= columns.keys():
         raise SourceError("has no vertices with x, y and z", file=path, mend=_MEND)
-    places = _finite(path, columns, ("x", "y", "z"))
+    places = np.stack([columns[name] for name in ("x", "y", "z")], axis=1).astype(np.float64)
     warnings: list[str] = []
     faces, own = _faces(ply, path, len(places), warnings)
     corners = faces.values.astype(np.uint32)
+    _require_finite(places, corners, path, warnings)
     cut, crossing = cut_polygons(places, corners, faces.counts.astype(np.uint32))
     if crossing:
         warnings.append(f"{path}: {crossing} polygons whose outline crosses itself; triangles may overlap")
@@ -89,15 +91,17 @@ def read_ply(path: Path, root: Path | None = None) -> Model:
     return Model(mesh, source, materials, warnings, counts, smoothing, absent=absent)
 
 
-def _finite(path: Path, columns: dict[str, npt.NDArray[Any]], names: tuple[str, ...]) -> F64:
-    """Some columns of the vertices (n, k). Raises SourceError for what is not a number, or beyond float32."""
-    rows = np.stack([columns[name] for name in names], axis=1).astype(np.float64)
-    sound = (np.abs(rows) <= LARGEST_COORDINATE).all(axis=1)
-    if not sound.all():
-        at = int(sound.argmin())
-        shown = " ".join(f"{value:g}" for value in rows[at])
-        raise SourceError(f"{' '.join(names)} are {shown}", file=path, place=f"vertex {at}", mend=_MEND)
-    return rows
+def _require_finite(places: F64, corners: npt.NDArray[np.uint32], path: Path, warnings: list[str]) -> None:
+    """Raises SourceError where a place of a corner is not a number, or beyond float32. Such vertices of no
+    face are put at 0, with a warning."""
+    bad = np.logical_not((np.abs(places) <= LARGEST_COORDINATE).all(axis=1))
+    if bad.any():
+        if (wrong := corners[bad[corners]]).size:
+            at = int(wrong.min())
+            shown = " ".join(f"{value:g}" for value in places[at])
+            raise SourceError(f"x y z are {shown}", file=path, place=f"vertex {at}", mend=_MEND)
+        warnings.append(f"{path}: {int(bad.sum())} vertices that are not finite, of no face; left out")
+        places[bad] = 0.0
 
 
 def _faces(
@@ -172,7 +176,11 @@ def _attributes(ply: Ply, path: Path, warnings: list[str]) -> dict[str, npt.NDAr
         found["normals"] = normals.astype(np.float32)
     for pair in _UVS:
         if set(pair) <= columns.keys() and "uvs" not in found:
-            found["uvs"] = _flipped(_finite(path, columns, pair))
+            uvs = np.stack([columns[name] for name in pair], axis=1).astype(np.float64)
+            bad = np.logical_not((np.abs(uvs) <= LARGEST_COORDINATE).all(axis=1))
+            if bad.any():
+                warnings.append(f"{path}: {int(bad.sum())} texture coordinates are not finite; read as 0 0")
+            found["uvs"] = _flipped(np.where(bad[:, None], 0.0, uvs))
     if _color_names(ply, "vertex"):
         found["colors"] = _colors(ply, "vertex", path, warnings)
     return found

@@ -455,6 +455,14 @@ def test_a_normal_map_is_known_by_its_texels(tilt: float) -> None:
     assert bump_of(image(texels)) == "normal"
 
 
+@pytest.mark.parametrize("length", [0.45, 0.7])
+def test_so_is_one_whose_vectors_a_strength_has_shortened(length: float) -> None:
+    texels = vectors(np.random.default_rng(1), 0.6)
+    texels = np.rint(127.5 + (texels - 127.5) * length).astype(np.uint8)
+    assert bump_of(image(texels)) == "normal"
+    assert bump_of(image(texels[:, :, ::-1])) == "unclear", "they lean"
+
+
 def test_heights_and_pictures_are_no_normal_maps() -> None:
     rng = np.random.default_rng(2)
     grey = rng.integers(0, 256, (64, 64, 1), dtype=np.uint8)

@@ -113,6 +113,28 @@ def test_polygons_of_different_sizes_and_uvs_of_their_corners(form: str, tmp_pat
 
 
 @pytest.mark.parametrize("form", FORMS)
+def test_numbers_that_are_none_refuse_a_ply_only_where_a_face_needs_them(form: str, tmp_path: Path) -> None:
+    places = np.concatenate([PLACES, [[np.nan, 0, np.inf]]])
+    vertex = columns("float", "x y z", places) | columns("float", "s t", [[0.5, 0.25]] * 5 + [[0, 0]])
+    (tmp_path / "a.ply").write_bytes(ply(form, vertex, [[0, 1, 2], [2, 3, 4]]))
+    model = read_model(tmp_path / "a.ply")
+    assert np.array_equal(np.unique(model.mesh.positions, axis=0), np.unique(PLACES, axis=0))
+    assert [text for text in model.warnings if "1 vertices that are not finite, of no face" in text]
+    (tmp_path / "a.ply").write_bytes(ply(form, vertex, [[0, 1, 2], [0, 2, 5]]))
+    with pytest.raises(SourceError, match="vertex 5: x y z are nan 0 inf"):
+        read_model(tmp_path / "a.ply")
+    vertex |= columns("float", "s t", [[0.5, 0.25]] * 4 + [[np.nan, 0.5], [0, 0]])
+    (tmp_path / "a.ply").write_bytes(ply(form, vertex, [[2, 3, 4]]))
+    model = read_model(tmp_path / "a.ply")
+    assert model.mesh.uvs is not None and sorted(model.mesh.uvs.tolist()) == [
+        [0, 1],
+        [0.5, 0.75],
+        [0.5, 0.75],
+    ]
+    assert [text for text in model.warnings if "1 texture coordinates are not finite; read as 0 0" in text]
+
+
+@pytest.mark.parametrize("form", FORMS)
 def test_colours_of_faces_are_those_of_their_corners_where_vertices_have_none(
     form: str, tmp_path: Path
 ) -> None:
@@ -125,6 +147,9 @@ def test_colours_of_faces_are_those_of_their_corners_where_vertices_have_none(
     assert np.allclose(mesh.colors[mesh.triangles[1:]], [0, 0.503, 1, 1], atol=1e-3)
     assert np.array_equal(mesh.positions[mesh.triangles[0]], PLACES[[0, 1, 2]])
     both = places | columns("uchar", "red green blue", [[0, 255, 0]] * 5)
+    short = {name[0] if name in COLORS else name: value for name, value in both.items()}  # r g b
+    (tmp_path / "a.ply").write_bytes(ply(form, short, faces))
+    assert np.allclose(read_model(tmp_path / "a.ply").mesh.colors, [0, 1, 0, 1])
     (tmp_path / "a.ply").write_bytes(ply(form, both, faces, colors=colors))
     model = read_model(tmp_path / "a.ply")
     assert np.allclose(model.mesh.colors, [0, 1, 0, 1])

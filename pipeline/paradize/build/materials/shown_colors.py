@@ -204,6 +204,8 @@ def _off_gradient(
 def _are_shared(mesh: Mesh, corners: npt.NDArray[np.float64], chosen: npt.NDArray[np.bool_]) -> bool:
     """Whether some of the chosen triangles show the same texels, as those of a layout of its own never do.
     corners: (m, 3, 2) texture coordinates."""
+    if not chosen.any():
+        return False
     places = np.clip(corners[chosen] - np.floor(corners[chosen].min(axis=1, keepdims=True)), 0.0, 1.0)
     points = mesh.positions.astype(np.float64)
     points = (points - points.min(axis=0)) / (float(np.ptp(points, axis=0).max()) or 1.0)

@@ -150,7 +150,8 @@ template <typename Real>
 bool Statements::number(Real &value, const char *keyword) {
     const char *const start = p_;
     const NumberFault result = read_number(p_, end_, value);
-    if (result == NumberFault::none && (at_token_end() || *p_ == '#'))
+    const bool comment = !at_token_end() && *p_ == '#' && p_[-1] != '.'; // "1.#IND" is no number
+    if (result == NumberFault::none && (at_token_end() || comment))
         return true;
     p_ = start;
     const std::string text(token().substr(0, 40));

@@ -50,7 +50,7 @@ def place_part(
 ) -> Part:
     """A primitive moved into the world. matrix: its transform, or (n, 12) one for each vertex. name: of its
     node."""
-    document.spend(read.triangles.size + 3 * len(read.values["POSITION"]), place)
+    document.spend(read.triangles.size + 3 * len(read.values["POSITION"]), place, "copies")
     m = np.broadcast_to(np.asarray(matrix), (len(read.values["POSITION"]), 12))
     with np.errstate(over="ignore", invalid="ignore"):
         positions = _moved(m, read.values["POSITION"], 4) + m[:, 3::4]

@@ -101,11 +101,11 @@ class Document:
         if len(self.warnings) < _MAX_WARNINGS and bounded(text, 1000) not in self.warnings:
             self.warnings.append(bounded(text, 1000))
 
-    def spend(self, values: int, place: str) -> None:
+    def spend(self, values: int, place: str, what: str = "accessors") -> None:
         """Counts values that are unfolded. Raises SourceError beyond what files of this size may hold."""
         self._spent += values
         if self._spent > self.limit:
-            what = f"its accessors unfold to more than {self.limit} values, far beyond the size of its files"
+            what = f"its {what} unfold to more than {self.limit} values, far beyond the size of its files"
             raise self.fault(what, place, "export the model without so many copies")
 
     def get(self, owner: object, where: str, key: str, kind: type, default: Any = ...) -> Any:
@@ -175,6 +175,7 @@ class Document:
     def wholes(self, owner: object, where: str, key: str) -> list[int]:
         """A list of whole numbers; empty where it is missing."""
         values = self.get(owner, where, key, list, [])
+        values = [int(one) if isinstance(one, float) and one.is_integer() else one for one in values]
         if not all(isinstance(value, int) and not isinstance(value, bool) for value in values):
             raise self.fault(f"{_shown(values)}, expected whole numbers", f"{where}/{key}")
         return list(values)

@@ -18,6 +18,7 @@ Bump = Literal["normal", "height", "unclear", "unreadable"]
 _SAMPLES = 256  # texels looked at along each side, at most
 _GREY, _LENGTH = 0.02, 0.15  # tolerances: of a grey's channels, of a unit vector's length
 _LEANING = 0.15  # of the mean direction: a surface's normals lean to no side
+_UPWARD = 0.3  # least height of the mean direction where vectors are no unit vectors: a strength scaled them
 _SURE, _LEAST = 0.95, 0.05  # share of texels that decides; share that has to hold a direction at all
 
 
@@ -39,9 +40,9 @@ def _bump_of_version(path: Path, _mtime_ns: int, _size: int) -> Bump:
 
 
 def bump_of(image: Image) -> Bump:
-    """Returns "height" for a grey picture; "normal" where nearly all texels that are no grey are unit vectors
-    that point out of the surface (x = 2 red - 1 ...) and lean to no side on the mean; "unclear" for other
-    colours. Grey texels count as empty places between the parts of a normal map."""
+    """Returns "height" for a grey picture; "normal" where nearly all texels that are no grey point out of the
+    surface (x = 2 red - 1 ...), lean to no side on the mean, and are unit vectors or bluish on the mean;
+    "unclear" for other colours. Grey texels count as empty places between the parts of a normal map."""
     height, width, channels = image.values.shape
     if channels < 3:
         return "height"
@@ -53,6 +54,7 @@ def bump_of(image: Image) -> Bump:
         return "height"
     vectors = 2.0 * colored - 1.0
     lengths = np.sqrt((vectors * vectors).sum(axis=1))
-    outward = (np.abs(lengths - 1.0) < _LENGTH) & (vectors[:, 2] > 0.0)
-    straight = bool((np.abs(vectors.mean(axis=0)[:2]) < _LEANING).all())
-    return "normal" if straight and outward.mean() >= _SURE else "unclear"
+    outward, (x, y, z) = vectors[:, 2] > 0.0, vectors.mean(axis=0)
+    if z < _UPWARD:
+        outward &= np.abs(lengths - 1.0) < _LENGTH
+    return "normal" if max(abs(x), abs(y)) < _LEANING and outward.mean() >= _SURE else "unclear"

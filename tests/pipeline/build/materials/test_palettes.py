@@ -140,6 +140,17 @@ def test_a_painted_picture_and_a_plain_one_are_no_palettes(tmp_path: Path) -> No
     assert all(one.palette for one in find_map_sets(load_scene(path), path).maps.sets)
 
 
+def test_a_painted_strip_beside_a_large_face_of_one_texel_is_no_palette(tmp_path: Path) -> None:
+    kit = make_kit(tmp_path / "kit", noise(1, size=SIDE), count=1)
+    corners = [(0, 0, 0, 0), (2, 0, 0, 0), (2, 2, 0, 0), (0, 2, 0, 0)]
+    corners += [(3, 0, 0, 0), (5, 0, 1, 0), (5, 0.05, 1, 1), (3, 0.05, 0, 1)]
+    lines = [f"v {x} {y} 0\nvt {u} {v}" for x, y, u, v in corners]
+    faces = "f 1/1 2/2 3/3 4/4\nf 5/5 6/6 7/7 8/8\n"
+    text = "mtllib kit.mtl\nusemtl colors\n" + "\n".join(lines) + "\n" + faces
+    (tmp_path / "kit/piece0.obj").write_text(text)
+    assert not any(one.palette for one in find_map_sets(load_scene(kit), kit).maps.sets)
+
+
 def test_gradients_that_faces_share_are_a_palette_too(tmp_path: Path) -> None:
     kit = make_kit(tmp_path / "s", gradients(), spread=0.8, times=2)
     textures, manifest = baked(kit, tmp_path / "out")

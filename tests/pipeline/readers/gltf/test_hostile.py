@@ -84,6 +84,12 @@ def test_a_sound_model_is_not_refused(tmp_path: Path) -> None:
     assert not read_model(broken(lambda tree: None).glb(tmp_path / "a.glb")).warnings
 
 
+def test_whole_numbers_may_be_written_with_a_point(tmp_path: Path) -> None:
+    assert not read_model(broken(put("scenes/0/nodes", [0.0])).glb(tmp_path / "a.glb")).warnings
+    with pytest.raises(SourceError, match="expected whole numbers"):
+        read_model(broken(put("scenes/0/nodes", [0.5])).glb(tmp_path / "a.glb"))
+
+
 @pytest.mark.parametrize("version", [2, 2.0, 2.1])
 def test_a_version_that_is_written_as_a_number_is_read_and_told(version: float, tmp_path: Path) -> None:
     (said,) = read_model(broken(put("asset/version", version)).glb(tmp_path / "a.glb")).warnings
