@@ -174,7 +174,8 @@ class Image:
     encoded as in the file; stages convert them to linear), "linear" or "data". source_bits: 8, 16 or 32 bits
     per channel of the file. top: the integer of the file that means 1 (255, 65535 ...); None where the file
     holds floats or signed integers, which are used as they are. nodata: the number that means "no height" in
-    a grid of heights; None where the format does not say. notes: what its reader guessed.
+    a grid of heights; None where the format does not say. notes: what its reader guessed; color_notes: what
+    concerns it as colours alone.
     """
 
     values: U8 | U16 | F32
@@ -183,6 +184,7 @@ class Image:
     top: int | None = None
     nodata: float | None = None
     notes: tuple[str, ...] = ()
+    color_notes: tuple[str, ...] = ()
 
     @property
     def pixels(self) -> F32:

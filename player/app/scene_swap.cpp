@@ -86,7 +86,7 @@ void SceneSwap::poll(NotReady not_ready) {
 }
 
 bool SceneSwap::newer_scene_comes() const {
-    return pending_ || (watcher_ != nullptr && watcher_->outdated(stamp_));
+    return pending_ || (watcher_ != nullptr && watcher_->newer(stamp_));
 }
 
 void SceneSwap::log_failures() {

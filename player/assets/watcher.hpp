@@ -34,6 +34,8 @@ class SceneWatcher {
     const FileStamp &first_stamp() const { return first_stamp_; }
     /// True if scene.json has changed since this stamp. Its artifacts may be gone then.
     bool outdated(const FileStamp &stamp) const { return stamp_of(path_) != stamp; }
+    /// True if there is another scene.json than that of this stamp.
+    bool newer(const FileStamp &stamp) const { return outdated(stamp) && stamp_of(path_) != FileStamp{}; }
 
   private:
     void run(const std::stop_token &stop);

@@ -160,7 +160,7 @@ TEST_CASE("textureCoordinatesAndNormalsThatAreNoNumbersAreZeroAndTold") {
     CHECK(read(mesh + "vt 0.5 x\nf 1 2 3\n").fault_count == 1);
     CHECK(read(mesh + "v 0 0 nan\nf 1 2 3\n").fault_count == 1);
     CHECK(read(mesh + "v 0 0 -1.#IND\nf 1 2 3\n").fault_count == 1);
-    CHECK(read(mesh + "v 0 0 1.5#a comment\nf 1 2 3\n").fault_count == 0);
+    CHECK(read(mesh + "v 0 0 1.5#a comment\nv 0 0 1.#comment\nf 1 2 3\n").fault_count == 0);
 }
 
 TEST_CASE("coloursThatAreNoNumbersAreWhiteAndTold") {

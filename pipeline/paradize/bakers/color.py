@@ -144,7 +144,7 @@ def color_values(
     if opaque and image.values.shape[2] in (2, 4):
         seen: Any = np.ascontiguousarray(image.values[:, :, :-1])
         image = replace(image, values=seen)
-    warnings = [f"{path}: {note}" for note in image.notes]
+    warnings = [f"{path}: {note}" for note in (*image.notes, *image.color_notes)]
     if image.values.dtype == np.float32 and float(image.values.max()) > 1.0:
         warnings.append(f"{path}: brighter than 1 in places; a colour texture holds 0..1")
     own = None

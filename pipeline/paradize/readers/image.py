@@ -36,17 +36,16 @@ from paradize.readers.grids import read_grid
 from paradize.readers.limits import limit, require_size, too_many_bytes
 from paradize.readers.names import require_utf8_name
 from paradize.readers.notes import (
-    FOURTH,
     MASKED,
     SEVERAL,
+    beside_display,
     high_range,
-    other_colors,
-    part_of,
     six_faces,
     turned,
 )
 from paradize.readers.pillow import psd_alpha, read_with_pillow
 from paradize.readers.pnm import exact_shares
+from paradize.readers.profile import profile_note
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -75,7 +74,7 @@ _STRAIGHT = {
 _HEAD_BYTES = 4096  # of an AVIF file the boxes before the texels
 _LAYERED = ("psd",)  # the first picture of these is all layers together
 _SMALLER, _MASK = 1, 4  # bits of TIFF's NewSubfileType
-_CODEC = re.compile(r"(\w+) compression support is not configured")
+_CODEC = re.compile(r"(\w+) compression support is not configured|(scheme \d+) .*not implemented")
 _JUNK = re.compile(r"Corrupt JPEG data: (\d+) extraneous bytes before marker")  # between whole segments
 _PLAIN_NUMBERS = {"half": 16, "float": 32, "double": 32, "int8": 8, "int16": 16, "int": 32}  # bits
 _TYPES: dict[str, tuple[Any, Any, float]] = {  # type to ask for, type of the result, value of 1.0
@@ -221,7 +220,9 @@ def _read_open(source: Any, path: Path, head: bytes, color_space: str | None, fi
         require_finite(values, path)
     if values.shape[2] in (2, 4) and _is_premultiplied(spec, kind):
         values = _straighten(Image(values, "data", 32).pixels)
-    fourth = psd_alpha(path, head) if kind == "psd" and values.shape[2] == 3 else None
+    fourth, left_out = (None, "")
+    if kind == "psd" and values.shape[2] in (1, 3):
+        fourth, left_out = psd_alpha(path, head)
     if fourth is not None:
         values = np.concatenate([values, fourth[:, :, None]], axis=2)
     dds = dds_head(path, head) or DdsHead()
@@ -236,10 +237,10 @@ def _read_open(source: Any, path: Path, head: bytes, color_space: str | None, fi
         color_space = "linear" if linear else "srgb"
     bits = _PLAIN_NUMBERS.get(name) or {"uint8": 8, "uint16": 16}.get(name, 32)
     skipped = f"{junk[1]} bytes of its header belong to nothing and are skipped" if junk else ""
-    colors = _profile(spec) if color_space == "srgb" else ""
-    alpha = "" if fourth is None else FOURTH
-    notes = (*filter(None, (skipped, dds.note, colors, alpha)), *_notes(source, kind))
-    return Image(values, color_space, bits, top, notes=notes)
+    notes = (*filter(None, (skipped, dds.note, left_out)), *_notes(source, kind))
+    profile = spec.getattribute("ICCProfile") if color_space == "srgb" else None
+    colors = () if profile is None else profile_note(bytes(profile))
+    return Image(values, color_space, bits, top, notes=notes, color_notes=colors)
 
 
 def _notes(source: Any, kind: str) -> tuple[str, ...]:
@@ -249,8 +250,9 @@ def _notes(source: Any, kind: str) -> tuple[str, ...]:
     way = spec.get_int_attribute("Orientation", 1)
     if way > 1:
         notes.append(turned(way))
-    if (spec.width, spec.height) != (spec.full_width, spec.full_height):
-        notes.append(part_of(spec))
+    shown = (spec.full_x, spec.full_y, spec.full_width, spec.full_height)
+    if (spec.x, spec.y, spec.width, spec.height) != shown:
+        notes.append(beside_display(spec))
     page = 0
     with _silenced():
         while kind not in _LAYERED and source.seek_subimage(page := page + 1, 0):
@@ -262,12 +264,6 @@ def _notes(source: Any, kind: str) -> tuple[str, ...]:
                 break
     _message(source)  # of a seek that finds nothing
     return tuple(notes)
-
-
-def _profile(spec: Any) -> str:
-    """The note where the file has an ICC profile of other colours than sRGB's."""
-    name = spec.get_string_attribute("ICCProfile:profile_description").strip()
-    return "" if not name or "srgb" in name.lower() or "gamma 2.2" in name.lower() else other_colors(name)
 
 
 def _types(spec: Any) -> list[str]:
@@ -338,7 +334,10 @@ def _decode(source: Any, spec: Any, name: str, path: Path, first: int, end: int)
     error = _message(source) or _message(oiio)
     if raw is None or error:
         if codec := _CODEC.search(error):
-            what, mend = f"is compressed by {codec[1]}, which is not read", "save it with Deflate or LZW"
+            what, mend = (
+                f"is compressed by {codec[1] or codec[2]}, which is not read",
+                "save it with Deflate or LZW",
+            )
             raise SourceError(what, file=path, mend=mend)
         raise damaged(error or "the decoder gave no pixels", path)
     values: npt.NDArray[Any] = np.asarray(raw, dtype=dtype)

@@ -11,8 +11,9 @@ if TYPE_CHECKING:
 
 NARROWED = "has channels of more than 8 bits, which are read with 8; a PNG of 16 bits keeps them"
 SEVERAL = "holds several pictures; the first is read"
-MASKED = "has a mask of the pixels that count, which is not read; write no data into the pixels themselves"
+MASKED = "has a mask, which is not read; give the pixels that it leaves out the no-data value"
 FOURTH = "its fourth channel is taken for alpha, as game engines take it"
+LEFT_OUT = "has more channels than its colours, which are not read; save it as PNG with its alpha"
 
 
 def turned(way: int) -> str:
@@ -20,16 +21,12 @@ def turned(way: int) -> str:
     return f"says that it is to be turned (orientation {way}); read as its texels lie: save it upright"
 
 
-def other_colors(profile: str) -> str:
-    """The note for colours whose profile is not sRGB."""
-    return f"its colours are of the profile {profile!r}, read as if they were sRGB; convert it to sRGB"
-
-
-def part_of(spec: Any) -> str:
-    """The note for an OpenEXR whose data window is not its display window."""
+def beside_display(spec: Any) -> str:
+    """The note for a picture whose data window is not its display window."""
+    x, y = spec.x - spec.full_x, spec.y - spec.full_y
     return (
-        f"holds {spec.width} x {spec.height} texels, from ({spec.x}, {spec.y}) on, of a picture of "
-        f"{spec.full_width} x {spec.full_height}; read as a picture of their own: save the whole"
+        f"its {spec.width} x {spec.height} texels begin at ({x}, {y}) of a picture of {spec.full_width} x "
+        f"{spec.full_height}; they are read as a whole picture"
     )
 
 

@@ -2,13 +2,15 @@
 
 Of Windows bitmaps OpenImageIO takes the unused fourth byte of a texel for alpha, ignores the masks that say
 where a channel lies, and refuses sound run-length coded ones. Plain palettes are left to it: Pillow 13 takes
-bytes for bits where there are two colours. Sources: Microsoft, "Bitmap storage"; D. Szablewski, "The Quite
-OK Image Format", 2022; Alliance for Open Media, "AV1 Image File Format", 2022.
+bytes for bits where there are two colours. Of Photoshop pictures it leaves out a fourth channel. Sources:
+Microsoft, "Bitmap storage"; D. Szablewski, "The Quite OK Image Format", 2022; Alliance for Open Media, "AV1
+Image File Format", 2022; Adobe, "Photoshop File Formats Specification", 2019.
 """
 
 from __future__ import annotations
 
 import struct
+from contextlib import suppress
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
@@ -19,7 +21,8 @@ from paradize.errors import SourceError
 from paradize.files import open_file
 from paradize.readers.damage import check_damage
 from paradize.readers.limits import require_size
-from paradize.readers.notes import NARROWED, SEVERAL, high_range, turned
+from paradize.readers.notes import FOURTH, LEFT_OUT, NARROWED, SEVERAL, high_range, turned
+from paradize.readers.profile import profile_note
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -31,6 +34,7 @@ _FORMATS = {  # name in Pillow -> our name of the picture
     "Qoi": "QOI picture",
     "Avif": "AVIF picture",
 }
+_ERRORS = (OSError, ValueError, SyntaxError, RuntimeError)  # of damaged files
 _PLAIN = {"1": "L", "P": "RGB"}  # two greys, and palettes -> what they mean
 _HIGH_DEPTH = 0x40  # flag in the third byte of an AVIF file's box av1C
 _ORIENTATION = 0x0112  # Exif
@@ -62,25 +66,29 @@ def read_with_pillow(path: Path, head: bytes, color_space: str | None) -> Image 
             check_damage(path, name.lower())
             values = np.asarray(picture.convert(_PLAIN.get(picture.mode, picture.mode)))
             notes = _avif_notes(picture, head) if name == "Avif" else ()
-    except (OSError, ValueError, SyntaxError, RuntimeError) as error:
+            colors = profile_note(profile) if (profile := picture.info.get("icc_profile")) else ()
+    except _ERRORS as error:
         what = f"is not a readable {_FORMATS[name]}: {error}"
         raise SourceError(what, file=path, mend="save it as PNG") from None
     # A QOI's byte of colour space is not asked: programs (Pillow) write "linear" for any picture.
     color_space = color_space or ("linear" if curve == _LINEAR else "srgb")
-    return Image(values.reshape(*values.shape[:2], -1), color_space, 8, 255, notes=notes)
+    colors = colors if color_space == "srgb" else ()
+    shape = (*values.shape[:2], -1)
+    return Image(values.reshape(shape), color_space, 8, 255, notes=notes, color_notes=colors)
 
 
-def psd_alpha(path: Path, head: bytes) -> npt.NDArray[np.uint8] | None:
+def psd_alpha(path: Path, head: bytes) -> tuple[npt.NDArray[np.uint8] | None, str]:
     """The fourth channel (h, w) of a Photoshop picture of three colours and 8 bits, which OpenImageIO leaves
-    out unless it is the transparency of layers; None where there is none. Raises SourceError."""
-    if struct.unpack_from(">H8xHH", head, 12) != (4, 8, 3):  # channels, bits, RGB
-        return None
-    plugin = import_module("PIL.PsdImagePlugin")
-    try:
-        with open_file(path) as stream, plugin.PsdImageFile(stream) as picture:
-            return np.asarray(picture.getchannel("A"))
-    except (OSError, ValueError, SyntaxError, RuntimeError) as error:
-        raise SourceError(f"is not a readable picture: {error}", file=path, mend="save it as PNG") from None
+    out unless it is the transparency of layers, and a note; None where it is empty or cannot be read."""
+    version, channels, bits, mode = struct.unpack_from(">H6xH8xHH", head, 4)
+    if channels <= {1: 1, 3: 3}.get(mode, channels):  # grey, RGB
+        return None, ""
+    if (version, channels, bits, mode) == (1, 4, 8, 3):
+        plugin = import_module("PIL.PsdImagePlugin")
+        with suppress(*_ERRORS), open_file(path) as stream, plugin.PsdImageFile(stream) as picture:
+            alpha = np.asarray(picture.getchannel("A"))
+            return (alpha, FOURTH) if alpha.any() else (None, "")
+    return None, LEFT_OUT
 
 
 def _format(head: bytes) -> str | None:

@@ -100,7 +100,8 @@ def _require_finite(places: F64, corners: npt.NDArray[np.uint32], path: Path, wa
             at = int(wrong.min())
             shown = " ".join(f"{value:g}" for value in places[at])
             raise SourceError(f"x y z are {shown}", file=path, place=f"vertex {at}", mend=_MEND)
-        warnings.append(f"{path}: {int(bad.sum())} vertices that are not finite, of no face; left out")
+        what = "vertices that no face uses, at no number or beyond float32; left out"
+        warnings.append(f"{path}: {what} ({int(bad.sum())})")
         places[bad] = 0.0
 
 
@@ -179,7 +180,8 @@ def _attributes(ply: Ply, path: Path, warnings: list[str]) -> dict[str, npt.NDAr
             uvs = np.stack([columns[name] for name in pair], axis=1).astype(np.float64)
             bad = np.logical_not((np.abs(uvs) <= LARGEST_COORDINATE).all(axis=1))
             if bad.any():
-                warnings.append(f"{path}: {int(bad.sum())} texture coordinates are not finite; read as 0 0")
+                what = "texture coordinates that are no numbers, or beyond float32; read as 0 0"
+                warnings.append(f"{path}: {what} ({int(bad.sum())})")
             found["uvs"] = _flipped(np.where(bad[:, None], 0.0, uvs))
     if _color_names(ply, "vertex"):
         found["colors"] = _colors(ply, "vertex", path, warnings)

@@ -489,10 +489,12 @@ def test_smaller_copies_of_a_picture_are_no_pictures_and_a_mask_is_told(tmp_path
     notes = {name: read_image(tmp_path / f"{name}.tif").notes for name in roles}
     assert notes["overviews"] == () and notes["picture"] == ("holds several pictures; the first is read",)
     assert notes["mask"] == notes["both"]
-    assert notes["mask"][0].startswith("has a mask of the pixels that count, which is not read")
+    assert notes["mask"][0].startswith("has a mask, which is not read")
 
 
-@pytest.mark.parametrize(("codec", "name"), [(50000, "ZSTD"), (34887, "LERC")])
+@pytest.mark.parametrize(
+    ("codec", "name"), [(50000, "ZSTD"), (34887, "LERC"), (34925, "LZMA"), (50002, "scheme 50002")]
+)
 def test_a_tiff_whose_compression_is_not_read_is_not_called_damaged(
     tmp_path: Path, codec: int, name: str
 ) -> None:
@@ -517,21 +519,40 @@ def test_the_fourth_channel_of_a_photoshop_picture_is_its_alpha(tmp_path: Path) 
     assert np.array_equal(three.values, np.moveaxis(planes[:3], 0, 2)) and three.notes == ()
     assert np.array_equal(four.values, np.moveaxis(planes, 0, 2))
     assert four.notes == ("its fourth channel is taken for alpha, as game engines take it",)
+    version = (tmp_path / "4.psd").read_bytes().replace(b"8BPS\0\1", b"8BPS\0\2")
+    (tmp_path / "large.psb").write_bytes(version.replace(bytes(14), bytes(18)))
+    deep = head.replace(struct.pack(">HH", 8, 3), struct.pack(">HH", 16, 3))
+    (tmp_path / "deep.psd").write_bytes(deep + bytes(14) + np.repeat(planes, 2).tobytes())
+    for name in ("large.psb", "deep.psd"):
+        image = read_image(tmp_path / name)
+        assert image.values.shape == (6, 8, 3) and "more channels than its colours" in image.notes[0]
+    (tmp_path / "4.psd").write_bytes(head + bytes(14) + planes[:3].tobytes() + bytes(48))
+    assert read_image(tmp_path / "4.psd").values.shape == (6, 8, 3), "an empty channel hides nothing"
 
 
 def test_colours_of_another_profile_are_told_and_data_has_none(tmp_path: Path) -> None:
     profile = PIL.ImageCms.ImageCmsProfile(PIL.ImageCms.createProfile("sRGB")).tobytes()
-    own, other = "sRGB built-in".encode("utf-16-be"), "Adobe RGB1998".encode("utf-16-be")
-    assert own in profile
-    picture = PIL.Image.new("RGB", (4, 4))
-    picture.save(tmp_path / "own.png", icc_profile=profile)
-    picture.save(tmp_path / "other.png", icc_profile=profile.replace(own, other))
-    assert read_image(tmp_path / "own.png").notes == ()
-    (said,) = read_image(tmp_path / "other.png").notes
-    assert said == (
-        "its colours are of the profile 'Adobe RGB1998', read as if they were sRGB; convert it to sRGB"
+    named = "sRGB built-in".encode("utf-16-be")
+    assert named in profile
+    red, green = (profile.index(tag) for tag in (b"rXYZ", b"gXYZ"))  # each: name, offset, size
+    swapped = bytearray(profile)
+    swapped[red + 4 : red + 8] = profile[green + 4 : green + 8]
+    swapped[green + 4 : green + 8] = profile[red + 4 : red + 8]
+    profiles = {
+        "own": profile,
+        "renamed": profile.replace(named, "Camera colour".encode("utf-16-be")),
+        "broken": profile[:100],
+        "other": bytes(swapped),
+    }
+    for name, data in profiles.items():
+        for kind in ("jpg", "avif"):
+            PIL.Image.new("RGB", (4, 4)).save(tmp_path / f"{name}.{kind}", icc_profile=data)
+            image = read_image(tmp_path / f"{name}.{kind}")
+            assert image.notes == () and len(image.color_notes) == (name == "other"), (name, kind)
+    assert image.color_notes[0] == (
+        "its colours are of the profile 'sRGB built-in', read as if they were sRGB; convert it to sRGB"
     )
-    assert read_image(tmp_path / "other.png", color_space="data").notes == ()
+    assert read_image(tmp_path / "other.jpg", color_space="data").color_notes == ()
 
 
 def test_a_png_of_high_dynamic_range_is_refused_as_colours(tmp_path: Path) -> None:
@@ -554,8 +575,8 @@ def test_an_openexr_that_holds_a_part_of_its_picture_is_told(tmp_path: Path) -> 
     assert target.open(str(tmp_path / "a.exr"), spec) and target.write_image(np.ones((3, 4, 3), np.float32))
     assert target.close()
     (said,) = read_image(tmp_path / "a.exr").notes
-    assert said.startswith(
-        "holds 4 x 3 texels, from (5, 6) on, of a picture of 16 x 12; read as a picture of"
+    assert said == (
+        "its 4 x 3 texels begin at (5, 6) of a picture of 16 x 12; they are read as a whole picture"
     )
 
 

@@ -463,6 +463,13 @@ def test_so_is_one_whose_vectors_a_strength_has_shortened(length: float) -> None
     assert bump_of(image(texels[:, :, ::-1])) == "unclear", "they lean"
 
 
+@pytest.mark.parametrize("color", [(120, 125, 170), (128, 128, 200)])
+def test_a_bluish_picture_is_no_normal_map(color: tuple[int, int, int]) -> None:
+    light = np.random.default_rng(3).uniform(0.85, 1.15, (64, 64, 1))
+    assert bump_of(image(np.rint(np.array(color) * light).clip(0, 255).astype(np.uint8))) == "unclear"
+    assert bump_of(image(np.full((64, 64, 3), color, np.uint8))) == "unclear"
+
+
 def test_heights_and_pictures_are_no_normal_maps() -> None:
     rng = np.random.default_rng(2)
     grey = rng.integers(0, 256, (64, 64, 1), dtype=np.uint8)

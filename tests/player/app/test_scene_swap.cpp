@@ -194,8 +194,13 @@ TEST_CASE("scene swap: a file that a newer bake removed ends playback only if th
         CHECK(&scenes.current() == next);
         CHECK(scenes.current().file.find_artifact("quad_color")->file == "quad_color-3.ktx2");
     }
-    SUBCASE("a broken one ends it") {
-        baked.publish("[");
+    SUBCASE("a broken one, or none at all, ends it") {
+        SUBCASE("a broken one") {
+            baked.publish("[");
+        }
+        SUBCASE("none") {
+            std::filesystem::remove(baked.scene_json());
+        }
         const auto play = [&] {
             while (scenes.upload(forecast, {}) == nullptr) {
                 std::this_thread::yield();

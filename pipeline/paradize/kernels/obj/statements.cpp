@@ -149,11 +149,19 @@ bool Statements::is_no_finite_number(std::string_view word) {
 template <typename Real>
 bool Statements::number(Real &value, const char *keyword) {
     const char *const start = p_;
-    const NumberFault result = read_number(p_, end_, value);
-    const bool comment = !at_token_end() && *p_ == '#' && p_[-1] != '.'; // "1.#IND" is no number
-    if (result == NumberFault::none && (at_token_end() || comment))
+    NumberFault result = read_number(p_, end_, value);
+    const char *const after = p_;
+    if (result == NumberFault::none && at_token_end())
         return true;
     p_ = start;
+    if (result == NumberFault::none && *after == '#') { // a comment, or 1.#IND
+        if (!is_no_finite_number(token())) {
+            p_ = after;
+            return true;
+        }
+        result = NumberFault::not_finite;
+        p_ = start;
+    }
     const std::string text(token().substr(0, 40));
     const char *reason = result == NumberFault::too_large    ? " is too large for a 32-bit float in '"
                          : result == NumberFault::not_finite ? " is not a finite number in '"

@@ -117,8 +117,8 @@ class Document:
             raise self.fault(f"{key} is missing", where)
         if value is default:
             return value
-        if kind is int and isinstance(value, float) and value.is_integer() and abs(value) < 2.0**53:
-            value = int(value)
+        if kind is int:
+            value = _plain_int(value)
         if kind is float and isinstance(value, int):
             value = float(value) if not isinstance(value, bool) else value
         if not isinstance(value, kind) or (kind is not bool and isinstance(value, bool)):
@@ -175,7 +175,7 @@ class Document:
     def wholes(self, owner: object, where: str, key: str) -> list[int]:
         """A list of whole numbers; empty where it is missing."""
         values = self.get(owner, where, key, list, [])
-        values = [int(one) if isinstance(one, float) and one.is_integer() else one for one in values]
+        values = [_plain_int(value) for value in values]
         if not all(isinstance(value, int) and not isinstance(value, bool) for value in values):
             raise self.fault(f"{_shown(values)}, expected whole numbers", f"{where}/{key}")
         return list(values)
@@ -204,6 +204,12 @@ class Document:
 
 _WORDS = {dict: "an object", list: "a list", str: "a text", int: "a whole number", float: "a number"}
 _WORDS |= {bool: "true or false"}
+
+
+def _plain_int(value: Any) -> Any:
+    """A whole number that is written as 3.0; all else as it is."""
+    whole = isinstance(value, float) and value.is_integer() and abs(value) < 2.0**53
+    return int(value) if whole else value
 
 
 def _shown(value: object) -> str:

@@ -23,15 +23,13 @@ _NORTHERN = (3601, 1801)  # rows, columns
 
 def read_srtm(data: bytes, path: Path, max_side: int) -> Image:
     """The tile's heights (h, w, 1) float32 in metres, voids unchanged. Raises SourceError for data that are
-    not a square of 2 to max_side pixels on a side."""
+    neither a square of 2 to max_side pixels on a side nor 1801 x 3601."""
     rows = columns = math.isqrt(len(data) // 2)
     if len(data) == 2 * _NORTHERN[0] * _NORTHERN[1]:
         rows, columns = _NORTHERN
     if rows * columns * 2 != len(data) or not 2 <= rows <= max_side:
-        raise SourceError(
-            f"has {len(data)} bytes; a .hgt file has 2 for each pixel of a square, 2 to {max_side} on a side",
-            file=path,
-            mend="download it again: it may be truncated",
-        )
+        shapes = f"a square, 2 to {max_side} on a side, or of {_NORTHERN[1]} x {_NORTHERN[0]}"
+        what = f"has {len(data)} bytes; a .hgt file has 2 for each pixel of {shapes}"
+        raise SourceError(what, file=path, mend="download it again: it may be truncated")
     raw = np.frombuffer(data, ">i2")
     return Image(raw.reshape(rows, columns, 1).astype(np.float32), "data", 16, nodata=_VOID)

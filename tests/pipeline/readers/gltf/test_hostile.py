@@ -86,8 +86,9 @@ def test_a_sound_model_is_not_refused(tmp_path: Path) -> None:
 
 def test_whole_numbers_may_be_written_with_a_point(tmp_path: Path) -> None:
     assert not read_model(broken(put("scenes/0/nodes", [0.0])).glb(tmp_path / "a.glb")).warnings
-    with pytest.raises(SourceError, match="expected whole numbers"):
-        read_model(broken(put("scenes/0/nodes", [0.5])).glb(tmp_path / "a.glb"))
+    for wrong in (0.5, 1e300, True):
+        with pytest.raises(SourceError, match="expected whole numbers"):
+            read_model(broken(put("scenes/0/nodes", [wrong])).glb(tmp_path / "a.glb"))
 
 
 @pytest.mark.parametrize("version", [2, 2.0, 2.1])
