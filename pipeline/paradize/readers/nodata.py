@@ -137,10 +137,11 @@ def fill_nodata(heights: npt.NDArray[np.float64], known: npt.NDArray[np.bool_]) 
     )
     coarse = fill_nodata(total / np.maximum(count, 1.0), count > 0.0)
     filled = np.where(known, heights, np.repeat(np.repeat(coarse, 2, axis=0), 2, axis=1)[:rows, :columns])
-    row, column = np.nonzero(~known)
-    up, down = np.maximum(row - 1, 0), np.minimum(row + 1, rows - 1)
-    left, right = np.maximum(column - 1, 0), np.minimum(column + 1, columns - 1)
+    hole = np.flatnonzero(~known)
+    row, column = np.divmod(hole, columns)
+    up, down = hole - columns * (row > 0), hole + columns * (row < rows - 1)
+    left, right = hole - (column > 0), hole + (column < columns - 1)
+    flat = filled.reshape(-1)
     for _ in range(_ITERATIONS):
-        mean = filled[up, column] + filled[down, column] + filled[row, left] + filled[row, right]
-        filled[row, column] = 0.25 * mean
+        flat[hole] = 0.25 * (flat[up] + flat[down] + flat[left] + flat[right])
     return filled
