@@ -68,9 +68,11 @@ def tiff(
     big: bool = False,
     metadata: str | None = None,
     keys: Sequence[int] = (),
+    transform: Sequence[float] = (),
 ) -> Path:
     """A TIFF (big: BigTIFF) of one strip and one channel. nodata, metadata: GDAL's tags. keys: of a GeoTIFF,
-    four numbers each after the four of their header. order: "<" or ">", of its bytes."""
+    four numbers each after the four of their header. transform: 16 numbers from pixels to the map. order: "<"
+    or ">", of its bytes."""
     rows, columns = pixels.shape
     data = pixels.astype(pixels.dtype.newbyteorder(order)).tobytes()  # type: ignore[call-overload]
     head = 16 if big else 8
@@ -82,6 +84,8 @@ def tiff(
             tags[tag] = 2, text.encode() + b"\0"
     if keys:
         tags[34735] = 3, keys
+    if transform:
+        tags[34264] = 12, transform  # type: ignore[assignment]
     body, entries = head_of(order, big) + data, []
     for tag, (kind, values) in sorted(tags.items()):
         packed = (

@@ -1,7 +1,8 @@
-"""Reads what a GeoTIFF says about its numbers: the no-data value, scale and offset, the unit.
+"""Reads what a GeoTIFF says about its numbers: the no-data value, scale and offset, the unit; and which way
+its rows run.
 
 Sources: GDAL, "GTiff driver" (tags 42112, metadata as XML, and 42113, no data as text); OGC 19-008r4,
-"GeoTIFF 1.1", keys 4096 to 4099 (units as EPSG codes).
+"GeoTIFF 1.1", keys 4096 to 4099 (units as EPSG codes), tag 34264 (from pixels to the map).
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from paradize.readers.tiff import first_directory
 if TYPE_CHECKING:
     from pathlib import Path
 
-_KEYS, _METADATA, _NODATA = 34735, 42112, 42113
+_KEYS, _METADATA, _NODATA, _TRANSFORM = 34735, 42112, 42113, 34264
 _VERTICAL_UNITS = 4099
 _METRE, _FOOT, _SURVEY_FOOT = 1.0, 0.3048, 1200.0 / 3937.0
 _EPSG = {9001: ("metre", _METRE), 9002: ("foot", _FOOT), 9003: ("US survey foot", _SURVEY_FOOT)}
@@ -33,20 +34,21 @@ _ITEM = re.compile(r"<Item([^<>]*)>([^<>]*)</Item>")
 class GeoTiffTags:
     """nodata: the number that means "no height". scale, offset: height = number * scale + offset, in units of
     unit_m metres. words: scale, offset and unit as text for messages; "" where the file gives none, and its
-    numbers are used as in any other file."""
+    numbers are used as in any other file. south_up: its first row is the southernmost."""
 
     nodata: float | None = None
     scale: float = 1.0
     offset: float = 0.0
     unit_m: float = 1.0
     words: str = ""
+    south_up: bool = False
 
 
 def read_geotiff_tags(path: Path) -> GeoTiffTags:
     """Reads the first directory of a TIFF. Returns defaults for other files and for damaged tags."""
     try:
         with open_file(path) as file:
-            tags = first_directory(file, (_KEYS, _METADATA, _NODATA))
+            tags = first_directory(file, (_KEYS, _METADATA, _NODATA, _TRANSFORM))
     except (OSError, ValueError, struct.error):
         return GeoTiffTags()
     texts = {tag: value.decode("utf-8", "replace") for tag, value in tags.items() if isinstance(value, bytes)}
@@ -67,6 +69,7 @@ def read_geotiff_tags(path: Path) -> GeoTiffTags:
         0.0 if offset is None else offset,
         unit[1] if unit else 1.0,
         ", ".join(parts),
+        len(transform := tags.get(_TRANSFORM, ())) == 16 and float(transform[5]) > 0.0,
     )
 
 

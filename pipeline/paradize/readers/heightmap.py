@@ -137,6 +137,8 @@ def with_heights(image: Image, path: Path, nodata: Nodata) -> tuple[Image, list[
         warnings.append(f"{path}: {what}")
         image = _mean(image)
     tags = read_geotiff_tags(path) if image.nodata is None else GeoTiffTags(nodata=image.nodata)
+    if tags.south_up:
+        warnings.append(f"{path}: its first row is the south, and lies at -Z as any first row: turn it over")
     holes, hole_warnings = _holes(image, tags, path, nodata)
     filled, fill_warnings = _fill(image, holes, path)
     warnings += fill_warnings + hole_warnings

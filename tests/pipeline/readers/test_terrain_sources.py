@@ -58,6 +58,15 @@ def test_integers_without_a_height_of_white_are_refused_before_anything_is_fille
         read_heightmap(tmp_path / "a.png", size_x_m=1, size_z_m=1, height_m=None)
 
 
+@pytest.mark.parametrize("step", [-30.0, 30.0])
+def test_a_geotiff_whose_first_row_is_the_south_is_told(tmp_path: Path, step: float) -> None:
+    transform = [30.0, 0, 0, 5e5, 0, step, 0, 6e6, 0, 0, 0, 0, 0, 0, 0, 1]
+    tiff(tmp_path / "a.tif", slope(9).astype(np.float32), transform=transform)
+    _, warnings = read_heightmap(tmp_path / "a.tif", size_x_m=1, size_z_m=1, height_m=None)
+    assert [text for text in warnings if "its first row is the south" in text] == warnings
+    assert len(warnings) == (step > 0.0)
+
+
 def test_a_heightmap_that_is_too_large_is_not_called_too_small(tmp_path: Path) -> None:
     png(tmp_path / "a.png", np.zeros((2, 16386, 1), np.uint8), 0, 8)
     with pytest.raises(SourceError, match=r"is 16386 x 2 pixels; .* make it smaller, or cut it into several"):
