@@ -36,6 +36,7 @@ from paradize.readers.grids import read_grid
 from paradize.readers.limits import limit, require_size, too_many_bytes
 from paradize.readers.names import require_utf8_name
 from paradize.readers.notes import (
+    FIRST_BAND,
     MASKED,
     SEVERAL,
     beside_display,
@@ -205,6 +206,8 @@ def _read_open(source: Any, path: Path, head: bytes, color_space: str | None, fi
     check_damage(path, kind)
     channels = _channels(spec, path)
     name = types[channels[0]]
+    if kind == "tiff" and len(channels) == 2 and spec.alpha_channel < 0 and name in _PLAIN_NUMBERS:
+        channels = channels[:1]  # bands of numbers, not red and green
     values: npt.NDArray[Any]
     if len(set(types)) == 1:
         values = _decode(source, spec, name, path, 0, spec.nchannels)
@@ -237,7 +240,8 @@ def _read_open(source: Any, path: Path, head: bytes, color_space: str | None, fi
         color_space = "linear" if linear else "srgb"
     bits = _PLAIN_NUMBERS.get(name) or {"uint8": 8, "uint16": 16}.get(name, 32)
     skipped = f"{junk[1]} bytes of its header belong to nothing and are skipped" if junk else ""
-    notes = (*filter(None, (skipped, dds.note, left_out)), *_notes(source, kind))
+    bands = FIRST_BAND if len(channels) == 1 < spec.nchannels else ""
+    notes = (*filter(None, (skipped, dds.note, left_out, bands)), *_notes(source, kind))
     profile = spec.getattribute("ICCProfile") if color_space == "srgb" else None
     colors = () if profile is None else profile_note(bytes(profile))
     return Image(values, color_space, bits, top, notes=notes, color_notes=colors)

@@ -11,6 +11,7 @@ if TYPE_CHECKING:
 
 NARROWED = "has channels of more than 8 bits, which are read with 8; a PNG of 16 bits keeps them"
 SEVERAL = "holds several pictures; the first is read"
+FIRST_BAND = "has several channels that are no colours; the first is read"
 MASKED = "has a mask, which is not read; give the pixels that it leaves out the no-data value"
 FOURTH = "its fourth channel is taken for alpha, as game engines take it"
 LEFT_OUT = "has more channels than its colours, which are not read; save it as PNG with its alpha"

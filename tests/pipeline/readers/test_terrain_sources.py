@@ -58,6 +58,16 @@ def test_integers_without_a_height_of_white_are_refused_before_anything_is_fille
         read_heightmap(tmp_path / "a.png", size_x_m=1, size_z_m=1, height_m=None)
 
 
+def test_of_two_bands_of_numbers_the_first_is_the_heights(tmp_path: Path) -> None:
+    heights = np.stack([slope(9), slope(9) + 7.0], axis=2).astype(np.float32)
+    out = oiio.ImageOutput.create(str(tmp_path / "h.tif"))
+    assert out.open(str(tmp_path / "h.tif"), oiio.ImageSpec(9, 9, 2, "float")) and out.write_image(heights)
+    out.close()
+    field, warnings = read_heightmap(tmp_path / "h.tif", size_x_m=1, size_z_m=1, height_m=None)
+    assert np.array_equal(field.heights_m, slope(9))
+    assert warnings == [f"{tmp_path / 'h.tif'}: has several channels that are no colours; the first is read"]
+
+
 @pytest.mark.parametrize("step", [-30.0, 30.0])
 def test_a_geotiff_whose_first_row_is_the_south_is_told(tmp_path: Path, step: float) -> None:
     transform = [30.0, 0, 0, 5e5, 0, step, 0, 6e6, 0, 0, 0, 0, 0, 0, 0, 1]
