@@ -70,9 +70,9 @@ def test_its_shadow_moves_with_it_and_nothing_else(posed: Posed) -> None:
         )
         assert np.array_equal(begin, same)
         assert not np.array_equal(same, next_step)
-        played = posed.render(eye, target, time_s=3.36, frames=9, scene=scene, quality=quality)
-        assert np.array_equal(played, next_step), "a shadow that was drawn before is drawn anew"
     assert not np.array_equal(begin, posed.render(eye, target, time_s=3.28, scene=scene))
+    played = posed.render(eye, target, time_s=3.36, frames=4, scene=scene)
+    assert np.array_equal(played, next_step), "a shadow that was drawn before is drawn anew"
 
 
 @pytest.mark.deep
