@@ -24,6 +24,7 @@ from paradize.readers.geotiff import GeoTiffTags, read_geotiff_tags
 from paradize.readers.grids import MAX_SIDE
 from paradize.readers.image import read_image, require_finite
 from paradize.readers.nodata import fill_nodata, finite_range, suspects
+from paradize.readers.notes import FIRST_BAND
 
 # The number that means "no height". "auto": declared by the file or detected. "none": there is none.
 Nodata: TypeAlias = "float | Literal['auto', 'none']"
@@ -57,7 +58,7 @@ def read_heightmap(
     infinity or a height beyond +-HEIGHT_LIMIT_M.
     """
     with expecting(HEIGHTS, path):
-        image = read_image(path, color_space="data", finite=False)
+        image = _first_band(read_image(path, color_space="data", finite=False))
     rows, columns, _ = image.values.shape
     if min(rows, columns) < 2 or max(rows, columns) > MAX_SIDE:
         small = "a pixel is a vertex, so a terrain needs two each way"
@@ -121,6 +122,7 @@ def with_heights(image: Image, path: Path, nodata: Nodata) -> tuple[Image, list[
     metres (`top` None) or shares of white. Raises SourceError for infinity, for a picture without any height,
     and for a no-data value with a coloured picture.
     """
+    image = _first_band(image)
     warnings = [f"{path}: {note}" for note in image.notes]
     warnings += [f"{path}: the alpha channel is ignored"] if image.values.shape[2] in (2, 4) else []
     tint = _tint(image)
@@ -148,6 +150,15 @@ def with_heights(image: Image, path: Path, nodata: Nodata) -> tuple[Image, list[
     metres = ((numbers * tags.scale + tags.offset) * tags.unit_m).astype(np.float32)
     warnings.append(f"{path}: heights are converted to metres as the file says ({tags.words})")
     return replace(filled, values=metres[:, :, None], top=None), warnings
+
+
+def _first_band(image: Image) -> Image:
+    """Of two bands of numbers, which read_image returns as red and green, the first; others as they are."""
+    values = image.values
+    if image.top is not None or values.shape[2] != 3 or values[:, :, 2].any() or not values[:, :, 1].any():
+        return image
+    first: Any = np.ascontiguousarray(values[:, :, :1])
+    return replace(image, values=first, notes=(*image.notes, FIRST_BAND))
 
 
 def _tint(image: Image) -> float:

@@ -206,8 +206,6 @@ def _read_open(source: Any, path: Path, head: bytes, color_space: str | None, fi
     check_damage(path, kind)
     channels = _channels(spec, path)
     name = types[channels[0]]
-    if kind == "tiff" and len(channels) == 2 and spec.alpha_channel < 0 and name in _PLAIN_NUMBERS:
-        channels = channels[:1]  # bands of numbers, not red and green
     values: npt.NDArray[Any]
     if len(set(types)) == 1:
         values = _decode(source, spec, name, path, 0, spec.nchannels)
@@ -223,11 +221,10 @@ def _read_open(source: Any, path: Path, head: bytes, color_space: str | None, fi
         require_finite(values, path)
     if values.shape[2] in (2, 4) and _is_premultiplied(spec, kind):
         values = _straighten(Image(values, "data", 32).pixels)
-    fourth, left_out = (None, "")
-    if kind == "psd" and values.shape[2] in (1, 3):
-        fourth, left_out = psd_alpha(path, head)
-    if fourth is not None:
-        values = np.concatenate([values, fourth[:, :, None]], axis=2)
+    fourth = ""
+    if kind == "psd" and values.shape[2] in (1, 3):  # without the transparency of layers
+        alpha, fourth = psd_alpha(path, head)
+        values = values if alpha is None else np.concatenate([values, alpha[:, :, None]], axis=2)
     dds = dds_head(path, head) or DdsHead()
     two_channels = values.shape[2] == 2 and spec.alpha_channel != 1
     if two_channels and kind != "targa" and not dds.grey_alpha:  # red and green
@@ -241,7 +238,7 @@ def _read_open(source: Any, path: Path, head: bytes, color_space: str | None, fi
     bits = _PLAIN_NUMBERS.get(name) or {"uint8": 8, "uint16": 16}.get(name, 32)
     skipped = f"{junk[1]} bytes of its header belong to nothing and are skipped" if junk else ""
     bands = FIRST_BAND if len(channels) == 1 < spec.nchannels else ""
-    notes = (*filter(None, (skipped, dds.note, left_out, bands)), *_notes(source, kind))
+    notes = (*filter(None, (skipped, dds.note, fourth, bands)), *_notes(source, kind))
     profile = spec.getattribute("ICCProfile") if color_space == "srgb" else None
     colors = () if profile is None else profile_note(bytes(profile))
     return Image(values, color_space, bits, top, notes=notes, color_notes=colors)
@@ -255,7 +252,7 @@ def _notes(source: Any, kind: str) -> tuple[str, ...]:
     if way > 1:
         notes.append(turned(way))
     shown = (spec.full_x, spec.full_y, spec.full_width, spec.full_height)
-    if (spec.x, spec.y, spec.width, spec.height) != shown:
+    if kind == "openexr" and (spec.x, spec.y, spec.width, spec.height) != shown:
         notes.append(beside_display(spec))
     page = 0
     with _silenced():
@@ -338,11 +335,8 @@ def _decode(source: Any, spec: Any, name: str, path: Path, first: int, end: int)
     error = _message(source) or _message(oiio)
     if raw is None or error:
         if codec := _CODEC.search(error):
-            what, mend = (
-                f"is compressed by {codec[1] or codec[2]}, which is not read",
-                "save it with Deflate or LZW",
-            )
-            raise SourceError(what, file=path, mend=mend)
+            what = f"is compressed by {codec[1] or codec[2]}, which is not read"
+            raise SourceError(what, file=path, mend="save it with Deflate or LZW")
         raise damaged(error or "the decoder gave no pixels", path)
     values: npt.NDArray[Any] = np.asarray(raw, dtype=dtype)
     if values.size != spec.height * spec.width * (end - first):

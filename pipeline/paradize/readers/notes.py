@@ -23,7 +23,7 @@ def turned(way: int) -> str:
 
 
 def beside_display(spec: Any) -> str:
-    """The note for a picture whose data window is not its display window."""
+    """The note for an OpenEXR whose data window is not its display window. spec: OpenImageIO's."""
     x, y = spec.x - spec.full_x, spec.y - spec.full_y
     return (
         f"its {spec.width} x {spec.height} texels begin at ({x}, {y}) of a picture of {spec.full_width} x "

@@ -59,7 +59,7 @@ def read_ply(path: Path, root: Path | None = None) -> Model:
     warnings: list[str] = []
     faces, own = _faces(ply, path, len(places), warnings)
     corners = faces.values.astype(np.uint32)
-    _require_finite(places, corners, path, warnings)
+    _require_finite(places, corners, path)
     cut, crossing = cut_polygons(places, corners, faces.counts.astype(np.uint32))
     if crossing:
         warnings.append(f"{path}: {crossing} polygons whose outline crosses itself; triangles may overlap")
@@ -91,18 +91,15 @@ def read_ply(path: Path, root: Path | None = None) -> Model:
     return Model(mesh, source, materials, warnings, counts, smoothing, absent=absent)
 
 
-def _require_finite(places: F64, corners: npt.NDArray[np.uint32], path: Path, warnings: list[str]) -> None:
-    """Raises SourceError where a place of a corner is not a number, or beyond float32. Such vertices of no
-    face are put at 0, with a warning."""
+def _require_finite(places: F64, corners: npt.NDArray[np.uint32], path: Path) -> None:
+    """Raises SourceError where a place of a corner is not a number, or beyond float32. Vertices that no face
+    uses, which are left out, are put at 0 there."""
     bad = np.logical_not((np.abs(places) <= LARGEST_COORDINATE).all(axis=1))
-    if bad.any():
-        if (wrong := corners[bad[corners]]).size:
-            at = int(wrong.min())
-            shown = " ".join(f"{value:g}" for value in places[at])
-            raise SourceError(f"x y z are {shown}", file=path, place=f"vertex {at}", mend=_MEND)
-        what = "vertices that no face uses, at no number or beyond float32; left out"
-        warnings.append(f"{path}: {what} ({int(bad.sum())})")
-        places[bad] = 0.0
+    if (wrong := corners[bad[corners]]).size:
+        at = int(wrong.min())
+        shown = " ".join(f"{value:g}" for value in places[at])
+        raise SourceError(f"x y z are {shown}", file=path, place=f"vertex {at}", mend=_MEND)
+    places[bad] = 0.0
 
 
 def _faces(

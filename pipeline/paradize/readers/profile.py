@@ -6,18 +6,15 @@ import io
 
 import numpy as np
 
-_CODES = (
-    64,
-    128,
-    192,
-)  # of a probe's channels; darker, a curve of 2.2 differs from sRGB's and is used for it
+# Of a probe's channels. Darker ones would show a curve of 2.2, which programs take for sRGB's.
+_CODES = (64, 128, 192)
 _NEAR = 10  # codes of 255: profiles are written with rounded primaries and curves
 
 
 def profile_note(profile: bytes) -> tuple[str, ...]:
     """The note for colours whose profile is not sRGB; none for one of CMYK, which decoders apply, and for
     one that cannot be read."""
-    from PIL import Image, ImageCms
+    from PIL import Image, ImageCms  # only files with a profile need them
 
     grid = np.stack(np.meshgrid(_CODES, _CODES, _CODES), axis=-1).reshape(1, -1, 3).astype(np.uint8)
     try:

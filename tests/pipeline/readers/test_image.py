@@ -555,12 +555,15 @@ def test_colours_of_another_profile_are_told_and_data_has_none(tmp_path: Path) -
     assert read_image(tmp_path / "other.jpg", color_space="data").color_notes == ()
 
 
+def with_chunk(path: Path, chunk: bytes) -> None:
+    """Writes a chunk, its name and data, after the head of a PNG."""
+    data, size = path.read_bytes(), struct.pack(">I", len(chunk) - 4)
+    path.write_bytes(data[:33] + size + chunk + struct.pack(">I", zlib.crc32(chunk)) + data[33:])
+
+
 def test_a_png_of_high_dynamic_range_is_refused_as_colours(tmp_path: Path) -> None:
     PIL.Image.new("RGB", (4, 4)).save(tmp_path / "a.png")
-    data = (tmp_path / "a.png").read_bytes()
-    chunk = b"cICP" + bytes([9, 16, 0, 1])  # BT.2020 primaries, PQ, RGB, full range
-    chunk = struct.pack(">I", 4) + chunk + struct.pack(">I", zlib.crc32(chunk))
-    (tmp_path / "a.png").write_bytes(data[:33] + chunk + data[33:])
+    with_chunk(tmp_path / "a.png", b"cICP" + bytes([9, 16, 0, 1]))  # BT.2020 primaries, PQ, RGB, full range
     with pytest.raises(
         SourceError, match=r"colours are of high dynamic range \(PQ\), not sRGB; save it as Op"
     ):
@@ -574,6 +577,11 @@ def test_an_openexr_that_holds_a_part_of_its_picture_is_told(tmp_path: Path) -> 
     target = oiio.ImageOutput.create(str(tmp_path / "a.exr"))
     assert target.open(str(tmp_path / "a.exr"), spec) and target.write_image(np.ones((3, 4, 3), np.float32))
     assert target.close()
+    PIL.Image.new("L", (4, 3)).save(tmp_path / "a.png")
+    with_chunk(
+        tmp_path / "a.png", b"oFFs" + struct.pack(">iiB", 5, 6, 0)
+    )  # its place on a page, as GIMP has it
+    assert read_image(tmp_path / "a.png").notes == ()
     (said,) = read_image(tmp_path / "a.exr").notes
     assert said == (
         "its 4 x 3 texels begin at (5, 6) of a picture of 16 x 12; they are read as a whole picture"

@@ -66,6 +66,9 @@ def test_of_two_bands_of_numbers_the_first_is_the_heights(tmp_path: Path) -> Non
     field, warnings = read_heightmap(tmp_path / "h.tif", size_x_m=1, size_z_m=1, height_m=None)
     assert np.array_equal(field.heights_m, slope(9))
     assert warnings == [f"{tmp_path / 'h.tif'}: has several channels that are no colours; the first is read"]
+    image, again = with_heights(read_image(tmp_path / "h.tif"), tmp_path / "h.tif", "auto")
+    assert np.array_equal(image.values[:, :, 0], slope(9)) and again == warnings
+    assert read_image(tmp_path / "h.tif").values.shape == (9, 9, 3), "a normal map may have two"
 
 
 @pytest.mark.parametrize("step", [-30.0, 30.0])

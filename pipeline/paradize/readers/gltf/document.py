@@ -174,11 +174,10 @@ class Document:
 
     def wholes(self, owner: object, where: str, key: str) -> list[int]:
         """A list of whole numbers; empty where it is missing."""
-        values = self.get(owner, where, key, list, [])
-        values = [_plain_int(value) for value in values]
+        values = [_plain_int(value) for value in self.get(owner, where, key, list, [])]
         if not all(isinstance(value, int) and not isinstance(value, bool) for value in values):
             raise self.fault(f"{_shown(values)}, expected whole numbers", f"{where}/{key}")
-        return list(values)
+        return values
 
     def table(self, name: str) -> list[Any]:
         """A list of the root; empty where it is missing."""

@@ -1,7 +1,7 @@
-"""Reads raw SRTM tiles (`.hgt`): squares of heights in metres, 2 bytes each, signed, big-endian.
+"""Reads raw SRTM tiles (`.hgt`): heights in metres, 2 bytes each, signed, big-endian.
 
-Source: NASA/USGS, "SRTM Topography", section 2.0: 1201 or 3601 pixels on a side, north of 50 degrees 1801 x
-3601; -32768 is no data.
+Sources: NASA/USGS, "SRTM Topography", section 2.0: squares of 1201 or 3601 pixels on a side; -32768 is no
+data. GDAL, "SRTMHGT driver": also 1801 x 3601, for the far north.
 """
 
 from __future__ import annotations
