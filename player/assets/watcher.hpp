@@ -35,7 +35,10 @@ class SceneWatcher {
     /// True if scene.json has changed since this stamp. Its artifacts may be gone then.
     bool outdated(const FileStamp &stamp) const { return stamp_of(path_) != stamp; }
     /// True if there is another scene.json than that of this stamp.
-    bool newer(const FileStamp &stamp) const { return outdated(stamp) && stamp_of(path_) != FileStamp{}; }
+    bool newer(const FileStamp &stamp) const {
+        const FileStamp now = stamp_of(path_);
+        return now != FileStamp{} && now != stamp;
+    }
 
   private:
     void run(const std::stop_token &stop);
