@@ -153,7 +153,7 @@ def with_heights(image: Image, path: Path, nodata: Nodata) -> tuple[Image, list[
 
 
 def _first_band(image: Image) -> Image:
-    """Of two bands of numbers, which read_image returns as red and green, the first; others as they are."""
+    """The first of two bands of numbers, which read_image returns as red and green; others as they are."""
     values = image.values
     if image.top is not None or values.shape[2] != 3 or values[:, :, 2].any() or not values[:, :, 1].any():
         return image
