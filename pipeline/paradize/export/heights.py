@@ -26,11 +26,11 @@ def heights_of(uvs: F32, heights: F32, triangles: U32, shape: tuple[int, int]) -
     rows, columns = shape
     out = np.full(shape, np.nan, np.float32)
     # Corners in texels from the first centre.
-    x = (uvs[:, 0].astype(np.float64) * columns - 0.5)[triangles]
-    y = (uvs[:, 1].astype(np.float64) * rows - 0.5)[triangles]
-    z = heights.astype(np.float64)[triangles]
+    x = (uvs[:, 0].astype(np.float64) * columns - 0.5)[triangles.T]
+    y = (uvs[:, 1].astype(np.float64) * rows - 0.5)[triangles.T]
+    z = heights.astype(np.float64)[triangles.T]
     for texels, owners, b, c in covered_pixels(x, y, shape):
-        za, zb, zc = z[owners].T
+        za, zb, zc = z[:, owners]
         out.flat[texels] = za + b * (zb - za) + c * (zc - za)
     return out
 

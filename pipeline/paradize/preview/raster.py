@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
 _AT_ONCE = 1 << 17  # pixels tested in one batch: a megabyte of each value, which a cache holds
 _EDGE = 1e-6  # of a triangle: a pixel on its edge belongs to it
+_NO_AREA = 1e-12  # pixels, twice a triangle's area
 
 
 def covered_pixels(x: F64, y: F64, shape: tuple[int, int]) -> Iterator[tuple[I64, I64, F64, F64]]:
@@ -22,38 +23,34 @@ def covered_pixels(x: F64, y: F64, shape: tuple[int, int]) -> Iterator[tuple[I64
     in a picture of `shape` (rows, columns), and the weights of the triangle's corners 1 and 2 there; that of
     corner 0 is 1 - b - c.
 
-    x, y: (m, 3) corners in pixels from the centre of the first one, y downwards. Triangles without area cover
+    x, y: (3, m) corners in pixels from the centre of the first one, y downwards. Triangles without area cover
     nothing.
     """
     rows, columns = shape
-    left, top = (
-        np.clip(np.ceil(v.min(axis=1) - _EDGE), 0, side).astype(np.int64)
-        for v, side in ((x, columns), (y, rows))
-    )
+    left, top = (np.clip(np.ceil(v.min(axis=0) - _EDGE), 0, side) for v, side in ((x, columns), (y, rows)))
     right, bottom = (
-        np.clip(np.floor(v.max(axis=1) + _EDGE), -1, side - 1).astype(np.int64)
-        for v, side in ((x, columns), (y, rows))
+        np.clip(np.floor(v.max(axis=0) + _EDGE), -1, side - 1) for v, side in ((x, columns), (y, rows))
     )
     span = np.maximum(right - left, bottom - top) + 1
-    span[(right < left) | (bottom < top)] = 0
+    (ax, bx, cx), (ay, by, cy) = x, y
+    area = (bx - ax) * (cy - ay) - (cx - ax) * (by - ay)
+    span[(right < left) | (bottom < top) | (np.abs(area) < _NO_AREA)] = 0
     side = 1
     while (span >= side).any():  # each tests fewer than 2 side x 2 side pixels
         chosen = np.flatnonzero((span >= side) & (span < 2 * side))
         step = max(1, _AT_ONCE // (4 * side * side))
+        offsets = np.arange(2.0 * side - 1.0)
+        # numpy's inner loop runs over the last axis: that of the triangles where these are many.
+        many = side <= 16
+        across, down = (offsets[:, None], offsets[:, None, None]) if many else (offsets, offsets[:, None])
         for first in range(0, len(chosen), step):
             part = chosen[first : first + step]
-            offsets = np.arange(2 * side - 1)
-            i = left[part, None, None] + offsets[None, None, :]
-            j = top[part, None, None] + offsets[None, :, None]
-            ax, bx, cx = (x[part, k, None, None] for k in range(3))
-            ay, by, cy = (y[part, k, None, None] for k in range(3))
-            area = (bx - ax) * (cy - ay) - (cx - ax) * (by - ay)
-            safe = np.where(area == 0.0, np.inf, area)
-            b = ((i - ax) * (cy - ay) - (cx - ax) * (j - ay)) / safe
-            c = ((bx - ax) * (j - ay) - (i - ax) * (by - ay)) / safe
-            inside = (b >= -_EDGE) & (c >= -_EDGE) & (b + c <= 1.0 + _EDGE) & (area != 0.0)
-            inside &= (i < columns) & (j < rows)
-            pixels = np.broadcast_to(j * columns + i, inside.shape)[inside]
-            owners = np.broadcast_to(part[:, None, None], inside.shape)[inside]
-            yield pixels, owners, b[inside], c[inside]
+            part = part if many else part[:, None, None]
+            i, j = left[part] + across, top[part] + down
+            (ax, bx, cx), (ay, by, cy), whole = x[:, part], y[:, part], area[part]
+            b = (i - ax) * ((cy - ay) / whole) - (j - ay) * ((cx - ax) / whole)
+            c = (j - ay) * ((bx - ax) / whole) - (i - ax) * ((by - ay) / whole)
+            inside = (b >= -_EDGE) & (c >= -_EDGE) & (b + c <= 1.0 + _EDGE) & (i < columns) & (j < rows)
+            owners = np.broadcast_to(part, inside.shape)[inside]
+            yield (j * columns + i)[inside].astype(np.int64), owners, b[inside], c[inside]
         side *= 2

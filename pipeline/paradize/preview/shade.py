@@ -64,8 +64,9 @@ def _sample(texels: F32, u: F32, v: F32) -> F32:
         fx, fy = fx[..., None], fy[..., None]
     i0, j0 = left.astype(np.int64) % columns, top.astype(np.int64) % rows
     i1, j1 = (i0 + 1) % columns, (j0 + 1) % rows
-    upper = texels[j0, i0] * (1 - fx) + texels[j0, i1] * fx
-    lower = texels[j1, i0] * (1 - fx) + texels[j1, i1] * fx
+    flat = texels.reshape(rows * columns, *texels.shape[2:])
+    a, b, c, d = (flat.take(j * columns + i, axis=0) for j in (j0, j1) for i in (i0, i1))
+    upper, lower = a * (1 - fx) + b * fx, c * (1 - fx) + d * fx
     out: F32 = upper * (1 - fy) + lower * fy
     return out
 

@@ -72,7 +72,7 @@ def draw_levels(title: str, subtitle: str, levels: Sequence[Shown], skins: dict[
                 (x, top + SIZE + 10 + 26 * row), line, _INK if row == 0 else _PALE, ImageFont.load_default(17)
             )
     out = io.BytesIO()
-    sheet.save(out, "PNG")
+    sheet.save(out, "PNG", compress_level=1)
     return out.getvalue()
 
 
@@ -113,7 +113,10 @@ def draw_mesh(mesh: Mesh, skins: dict[str, Skin], frame: tuple[F64, float]) -> U
             light=light,
             depth=depth,
         )
-    return to_srgb(light.reshape(SIZE, 2, SIZE, 2, 3).mean(axis=(1, 3)))
+    fine = light.reshape(SIZE, 2, SIZE, 2, 3)
+    return to_srgb(
+        (fine[:, 0, :, 0] + fine[:, 0, :, 1] + fine[:, 1, :, 0] + fine[:, 1, :, 1]) * np.float32(0.25)
+    )
 
 
 def _draw(
@@ -127,52 +130,59 @@ def _draw(
     depth: F64,
 ) -> None:
     """Draws triangles into light (pixels, 3) and depth (pixels,)."""
-    for covered in covered_pixels(x[triangles], y[triangles], (_FINE, _FINE)):
-        if len(covered[0]):
-            _shade(mesh, triangles, skin=skin, z=z, covered=covered, light=light, depth=depth)
+    owner = np.full(depth.shape, -1)
+    weights = np.empty((len(depth), 2))
+    x, y, z = x[triangles.T], y[triangles.T], z[triangles.T]
+    for pixels, owners, b, c in covered_pixels(x, y, (_FINE, _FINE)):
+        za, zb, zc = z[:, owners]
+        height = za + b * (zb - za) + c * (zc - za)
+        near = height > depth[pixels]
+        pixels, owners, height, bc = pixels[near], owners[near], height[near], np.stack([b, c], axis=1)[near]
+        # Where several cover one pixel, the nearest is written last.
+        order = np.argsort(height, kind="stable")
+        if (
+            skin.texels is not None
+            and skin.texels.shape[2] == 4
+            and skin.cutoff > 0.0
+            and mesh.uvs is not None
+        ):
+            opaque = _texels(skin.texels, _mixed(mesh.uvs, triangles[owners], bc))[:, 3] >= skin.cutoff
+            order = order[opaque[order]]
+        depth[pixels[order]] = height[order]
+        owner[pixels[order]] = owners[order]
+        weights[pixels[order]] = bc[order]
+    drawn = np.flatnonzero(owner >= 0)
+    light[drawn] = _shade(mesh, triangles[owner[drawn]], weights[drawn], skin)
 
 
-def _shade(
-    mesh: Mesh,
-    triangles: npt.NDArray[np.uint32],
-    skin: Skin,
-    z: F64,
-    covered: tuple[I64, I64, F64, F64],
-    light: F32,
-    depth: F64,
-) -> None:
-    """Writes the covered pixels (a batch of covered_pixels) that are nearer than `depth`."""
-    pixels, owners, b, c = covered
-    corners = triangles[owners]
-    weights = np.stack([1.0 - b - c, b, c], axis=1)
+def _mixed(values: npt.NDArray[np.floating], corners: npt.NDArray[np.uint32], weights: F64) -> F64:
+    """(n, k): the values of corners (n, 3), of which 1 and 2 have the weights (n, 2)."""
+    a, b, c = (values[corner].astype(np.float64) for corner in corners.T)
+    out: F64 = a + weights[:, :1] * (b - a) + weights[:, 1:] * (c - a)
+    return out
 
-    def mixed(values: npt.NDArray[np.floating]) -> F64:
-        out: F64 = np.einsum("nk,nk...->n...", weights, values[corners].astype(np.float64))
-        return out
 
-    height = mixed(z)
-    color = np.tile(np.array(skin.color, np.float32), (len(pixels), 1))
-    keep = height > depth[pixels]
+def _texels(texels: F32, uvs: F64) -> F32:
+    """(n, channels): the nearest texel at each of uvs (n, 2)."""
+    rows, columns = texels.shape[:2]
+    u, v = np.floor((uvs % 1.0) * (columns, rows)).astype(np.int64).T
+    out: F32 = texels[v % rows, u % columns]
+    return out
+
+
+def _shade(mesh: Mesh, corners: npt.NDArray[np.uint32], weights: F64, skin: Skin) -> F32:
+    """(n, 3) linear light of places in triangles, as _mixed takes them."""
+    color = np.array(skin.color, np.float32)
     if skin.texels is not None and mesh.uvs is not None:
-        rows, columns = skin.texels.shape[:2]
-        uv = mixed(mesh.uvs)
-        u = np.floor((uv[:, 0] % 1.0) * columns).astype(np.int64) % columns
-        v = np.floor((uv[:, 1] % 1.0) * rows).astype(np.int64) % rows
-        texel = skin.texels[v, u]
-        color = texel[:, :3] * np.array(skin.color, np.float32)
-        if skin.cutoff > 0.0 and texel.shape[1] == 4:
-            keep &= texel[:, 3] >= skin.cutoff
+        color = _texels(skin.texels, _mixed(mesh.uvs, corners, weights))[:, :3] * color
     if mesh.normals is not None:
-        normal = mixed(mesh.normals)
+        normal = _mixed(mesh.normals, corners, weights)
     else:
-        a, p, q = (mesh.positions[corners[:, k]].astype(np.float64) for k in range(3))
+        a, p, q = (mesh.positions[corner].astype(np.float64) for corner in corners.T)
         normal = np.cross(p - a, q - a)
     normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-30)
     normal *= np.where(normal @ axes()[2] < 0.0, -1.0, 1.0)[:, None]  # both sides are lit alike
     sun = _SUN / np.linalg.norm(_SUN)
     lit = 1.5 * np.maximum(normal @ sun, 0.0) + 0.32 + 0.16 * normal[:, 1]
-    # Where several cover one pixel, the nearest is written last.
-    order = np.argsort(height, kind="stable")
-    order = order[keep[order]]
-    light[pixels[order]] = (color * lit[:, None].astype(np.float32))[order]
-    depth[pixels[order]] = height[order]
+    out: F32 = color * lit[:, None].astype(np.float32)
+    return out

@@ -153,7 +153,7 @@ class _Sheet:
 
     def png(self) -> bytes:
         out = io.BytesIO()
-        self.image.crop((0, 0, self.image.width, self.bottom + _MARGIN)).save(out, "PNG", compress_level=3)
+        self.image.crop((0, 0, self.image.width, self.bottom + _MARGIN)).save(out, "PNG", compress_level=1)
         return out.getvalue()
 
 
