@@ -61,11 +61,11 @@ def nearest(points: np.ndarray, mesh: trimesh.Trimesh) -> np.ndarray:
     return out
 
 
-def measured(a: trimesh.Trimesh, b: trimesh.Trimesh) -> tuple[float, float]:
+def measured(a: trimesh.Trimesh, b: trimesh.Trimesh, samples: int = SAMPLES) -> tuple[float, float]:
     """(largest, larger RMS) distance of both ways, of a's diagonal."""
     largest, rms = 0.0, 0.0
     for one, other in ((a, b), (b, a)):
-        points = np.asarray(trimesh.sample.sample_surface(one, SAMPLES, seed=1)[0])
+        points = np.asarray(trimesh.sample.sample_surface(one, samples, seed=1)[0])
         found = nearest(points, other)
         rms = max(rms, math.sqrt(float((found * found).mean())))
         largest = max(largest, found.max(), nearest(np.unique(one.vertices, axis=0), other).max())
@@ -82,12 +82,14 @@ def holds(stated: dict[str, Any], found: tuple[float, float]) -> None:
     assert rms == pytest.approx(stated["error_rms"], rel=0.2, abs=2e-6)
 
 
-# The flight draws two levels of the palm.
-@pytest.mark.parametrize(
-    ("name", "least"),
-    sweep([("tall_mesh", 3), ("palm_mesh", 2), ("slab_mesh", 3)], test=[("tall_mesh", 3), ("palm_mesh", 2)]),
-)
-def test_the_islands_levels_are_as_near_as_they_say_by_trimesh(island: Path, name: str, least: int) -> None:
+# The flight draws two levels of the palm. Few samples of the slab lie where its error is largest.
+ISLAND = [("tall_mesh", 3, SAMPLES), ("palm_mesh", 2, SAMPLES), ("slab_mesh", 3, 12 * SAMPLES)]
+
+
+@pytest.mark.parametrize(("name", "least", "samples"), sweep(ISLAND, test=ISLAND[:2]))
+def test_the_islands_levels_are_as_near_as_they_say_by_trimesh(
+    island: Path, name: str, least: int, samples: int
+) -> None:
     scene = json.loads((island / "scene.json").read_text())
     data = (island / scene["artifacts"][name]["file"]).read_bytes()
     (length,) = struct.unpack_from("<I", data, 12)
@@ -95,7 +97,7 @@ def test_the_islands_levels_are_as_near_as_they_say_by_trimesh(island: Path, nam
     levels = levels_of(data)
     assert len(levels) == len(stated) >= least
     for level, errors in zip(levels[1:], stated[1:], strict=True):
-        holds(errors, measured(levels[0], level))
+        holds(errors, measured(levels[0], level, samples))
 
 
 OTHERS = ("kaykit-medieval-hexagon", "kenney-hexagon-kit", "kenney-watercraft", "quaternius")
