@@ -22,9 +22,8 @@ float above(const glm::vec4 &plane, const glm::vec3 &point) {
     return glm::dot(glm::vec3(plane), point) + plane.w;
 }
 
-constexpr double film_depth_m = 0.16;  // shaders/terrain.frag and lib/light.glsl: nothing is wet below it
-constexpr double highest_run_up = 1.2; // shaders/lib/swash.glsl: of swash_height_m
-constexpr double rounding_m = 0.01;    // of heights, far from the origin
+constexpr double film_depth_m = 0.16; // shaders/terrain.frag and lib/light.glsl: nothing is wet below it
+constexpr double rounding_m = 0.01;   // of heights, far from the origin
 
 /// Calls use(patch, range) for each patch.
 void for_each_range(const assets::TerrainPatches &patches, const Streamer &streamer, auto use) {

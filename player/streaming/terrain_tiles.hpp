@@ -45,6 +45,9 @@ inline constexpr std::size_t patch_kinds = 4;
 using PatchKinds = std::uint8_t;
 inline constexpr PatchKinds all_patches = (1U << patch_kinds) - 1;
 
+/// No wave of shaders/lib/swash.glsl runs higher, in swash_height_m.
+inline constexpr double highest_run_up = 1.2;
+
 /// Returns the kind of each patch while it does not fade: `dry`, wholly above the water and the waves that
 /// run up on the beach; `sunken`, wholly so far below it that it is neither wet sand nor reflects; else
 /// `shore`.

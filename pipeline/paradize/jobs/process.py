@@ -27,8 +27,9 @@ from paradize.jobs.progress import Step
 from paradize.jobs.scratch import Scratch
 from paradize.kernels.threads import VARIABLE, limit_blas
 
+# Modules are found where this process finds them, not in the folder where it stands, which may hold a json.py.
 _BOOT = (
-    "import sys; from paradize.jobs.loader import install; install(); "
+    "import sys; sys.path[:] = {!r}; from paradize.jobs.loader import install; install(); "
     "from paradize.jobs.worker import serve; serve(*map(int, sys.argv[1:]))"
 )
 
@@ -152,11 +153,12 @@ def start_worker(answers: queue.SimpleQueue[Answer], threads: int | None, memory
     limit_blas(environment)
     if threads is not None:
         environment[VARIABLE] = str(threads)
+    words = (str(child_end.fileno()), str(os.getpid()), str(memory_bytes or 0))
     # Ctrl-C reaches the whole process group. The parent handles it; a starting interpreter would print it.
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         process = subprocess.Popen(
-            [sys.executable, "-c", _BOOT, str(child_end.fileno()), str(os.getpid()), str(memory_bytes or 0)],
+            [sys.executable, "-P", "-c", _BOOT.format([*map(str, sys.path)]), *words],
             pass_fds=[child_end.fileno()],
             stdin=subprocess.DEVNULL,
             env=environment,

@@ -74,6 +74,16 @@ def test_jobs_of_one_name_are_refused() -> None:
         run_jobs(jobs, 1)
 
 
+def test_modules_in_the_folder_where_a_bake_runs_are_not_taken_for_others(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name in ("json", "numpy", "random", "struct"):
+        (tmp_path / f"{name}.py").write_text("raise SystemExit('own')\n")
+    monkeypatch.chdir(tmp_path)
+    (outcome,) = run_jobs([Job("a", double, {"value": 2})], 1)
+    assert (outcome.value, outcome.error) == (4, None)
+
+
 def test_a_crew_that_is_kept_serves_the_next_call(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv(THREADS, raising=False)
     pool = WorkerPool()
