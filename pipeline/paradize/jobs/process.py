@@ -27,7 +27,7 @@ from paradize.jobs.progress import Step
 from paradize.jobs.scratch import Scratch
 from paradize.kernels.threads import VARIABLE, limit_blas
 
-# Modules are found where this process finds them, not in the folder where it stands, which may hold a json.py.
+# Modules are found as in this process, not in the folder where it stands, which may hold a json.py.
 _BOOT = (
     "import sys; sys.path[:] = {!r}; from paradize.jobs.loader import install; install(); "
     "from paradize.jobs.worker import serve; serve(*map(int, sys.argv[1:]))"
