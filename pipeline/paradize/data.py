@@ -13,6 +13,8 @@ from typing import TYPE_CHECKING, TypeAlias
 import numpy as np
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     import numpy.typing as npt
 
     I8: TypeAlias = npt.NDArray[np.int8]
@@ -196,6 +198,10 @@ class Image:
         pixels = self.values.astype(np.float32)
         np.divide(pixels, top, out=pixels)
         return pixels
+
+    def warnings(self, path: Path) -> list[str]:
+        """All notes, as warnings about the file."""
+        return [f"{path}: {note}" for note in (*self.notes, *self.color_notes)]
 
 
 @dataclass(frozen=True)

@@ -144,12 +144,14 @@ def color_values(
     if opaque and image.values.shape[2] in (2, 4):
         seen: Any = np.ascontiguousarray(image.values[:, :, :-1])
         image = replace(image, values=seen)
-    warnings = [f"{path}: {note}" for note in (*image.notes, *image.color_notes)]
+    warnings = image.warnings(path)
     if image.values.dtype == np.float32 and float(image.values.max()) > 1.0:
         warnings.append(f"{path}: brighter than 1 in places; a colour texture holds 0..1")
     own = None
     if alpha is not None:
-        own = _alpha_of(alpha, alpha_channel, inverted=alpha_inverted)
+        drawn = read_image(alpha, color_space="data")
+        warnings += [note for note in drawn.warnings(alpha) if note not in warnings]
+        own = _alpha_of(drawn.values, alpha_channel, inverted=alpha_inverted)
         rows, columns = (max(sides) for sides in zip(image.values.shape[:2], own.shape[:2], strict=True))
         for name, values in (("the colour map", image.values), ("alpha", own)):
             if values.shape[:2] != (rows, columns):
@@ -291,9 +293,8 @@ def _top(values: Values) -> float:
     return 1.0 if values.dtype == np.float32 else float(np.iinfo(values.dtype).max)
 
 
-def _alpha_of(path: Path, channel: str, *, inverted: bool) -> Values:
+def _alpha_of(values: Values, channel: str, *, inverted: bool) -> Values:
     """The alpha (h, w, 1) of a picture, as ColorSettings says."""
-    values: Values = read_image(path, color_space="data").values
     own = _alpha_texels(values, channel)
     return np.asarray(_top(values) - own, values.dtype) if inverted else own
 

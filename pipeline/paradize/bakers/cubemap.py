@@ -61,7 +61,8 @@ def read_faces(paths: Sequence[Path]) -> tuple[F32, list[tuple[Values, bool]], l
         size = faces[0].shape[0] if faces else rows
         if rows != columns or rows & (rows - 1) or rows != size:
             what = f"{columns} x {rows} texels; faces are square, powers of two, and of one size ({size})"
-            raise SourceError(what, file=path)
+            raise SourceError(what, file=path, mend="resize it; cut a panorama into six such faces")
+        warnings += image.warnings(path)
         pictures.append((image.values, image.color_space == "srgb"))
         pixels = linear_light(image.values, encoded=pictures[-1][1])
         if image.source_bits == 8:

@@ -197,6 +197,11 @@ class _Maps:
             normals = MadeNormals(self._bumps, self._layouts, self._wrap, rows.size)
         return GlossMap(rows, normals, truth), warnings
 
+    def reader_warnings(self, name: str) -> dict[str, None]:
+        """Warnings of the readers of the pictures of a map, each once."""
+        found = (picture for role in ROLES[name] if (picture := self._pictures.get(role)))
+        return dict.fromkeys(text for picture in found for text in picture.warnings)
+
     def one_texel(self, values: tuple[float, ...]) -> ValueMap:
         """A map of one texel of these values."""
         channels = [
@@ -304,6 +309,7 @@ def _enlarged(channels: list[Channel], size: tuple[int, int]) -> list[str]:
 
 def _product(name: str, maps: _Maps, used: AuthoredSettings, tier: str, fmt: str | None) -> MapProduct:
     made, warnings = maps.make(name)
+    warnings = [*maps.reader_warnings(name), *warnings]
     constant = made.rows.constant()
     if constant is not None and name == "occlusion" and constant[0] < 1.0:
         made = maps.one_texel(constant)

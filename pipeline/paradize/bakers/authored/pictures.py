@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -20,11 +20,12 @@ CHANNELS = ("rgb", "r", "g", "b", "a", "luminance")
 @dataclass(frozen=True)
 class RolePicture:
     """The texels that a role uses of its picture. values: (h, w, 3) of a normal map, else (h, w); codes uint8
-    or uint16, or finite floats. cast: made of the model at `path`, not authored."""
+    or uint16, or finite floats. cast: made of the model at `path`, not authored. warnings: of its reader."""
 
     path: Path
     values: Values
     cast: bool = False
+    warnings: Sequence[str] = ()
 
     @property
     def size(self) -> tuple[int, int]:
@@ -40,12 +41,14 @@ def read_pictures(
     found: dict[str, RolePicture] = {}
     wanted = [role for role in roles if role in sources]
     for path in dict.fromkeys(sources[role] for role in wanted):
-        values: Values = read_image(path, color_space="data").values
+        image = read_image(path, color_space="data")
+        values: Values = image.values
         for role in (role for role in wanted if sources[role] == path):
             if role == "normal":
-                found[role] = RolePicture(path, _colored(values, path))
+                texels = _colored(values, path)
             else:
-                found[role] = RolePicture(path, _plane(values, channels.get(role, "luminance"), path, role))
+                texels = _plane(values, channels.get(role, "luminance"), path, role)
+            found[role] = RolePicture(path, texels, warnings=image.warnings(path))
     return found
 
 

@@ -172,8 +172,8 @@ def _read(path: Path, settings: MapSettings) -> tuple[Image, Picture]:
         mend = "leave --nodata out, or add --from height where a grey picture holds heights"
         raise BakeError("is taken for colour, which has no number for no height", file=path, mend=mend)
     require_finite(image.values, path)
-    notes = [f"{path}: {note}" for note in (*image.notes, *image.color_notes)]
-    return image, Picture(source, guess, [*notes, *_beyond(path, image), *_normals(path, image)])
+    warnings = [*image.warnings(path), *_beyond(path, image), *_normals(path, image)]
+    return image, Picture(source, guess, warnings)
 
 
 def _levels_of(relief: Relief) -> Levels | None:

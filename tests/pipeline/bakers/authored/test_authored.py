@@ -10,10 +10,12 @@ from typing import Any
 
 import numpy as np
 import OpenImageIO as oiio
+import PIL.Image
 import pytest
 
 from paradize.bakers.authored.bake import bake_authored
 from paradize.bakers.color import bake_color
+from paradize.bakers.cubemap import bake_cubemap
 from paradize.bakers.product import MapProduct
 from paradize.bakers.registry import BAKERS
 from paradize.errors import ParadizeError, SourceError
@@ -260,6 +262,18 @@ def test_heights_that_leave_0_to_1_are_kept_whole_and_said(tmp_path: Path) -> No
     turned = bake_authored({"height": tmp_path / "h.exr"}, inverted=["height"], uncompressed=True)["height"]
     assert np.abs(level(turned)[:, :, 0] - (1 - wanted)).max() < 1e-4
     assert turned.errors["height_psnr_db"] > 90
+
+
+def test_warnings_of_readers_reach_maps_alpha_and_skies(tmp_path: Path) -> None:
+    turned = PIL.Image.Exif()
+    turned[0x112] = 3
+    path = tmp_path / "a.png"
+    PIL.Image.fromarray(codes(hills(16, 16))).save(path, exif=turned)
+    white = write(tmp_path / "white.png", np.full((16, 16), 255, np.uint8))
+    roles = ("normal", "specular", "roughness", "height", "occlusion")
+    made = bake_authored(dict.fromkeys(roles, path), green_down=False)
+    products = [*made.values(), bake_color(white, alpha=path), bake_cubemap([path, *5 * [white]])]
+    assert [sum("orientation 3" in text for text in each.warnings) for each in products] == 6 * [1]
 
 
 def test_the_smaller_picture_of_a_map_is_enlarged_and_said(tmp_path: Path) -> None:
