@@ -33,6 +33,7 @@ HEIGHT_LIMIT_M = 1e7
 MAX_WHITE_M = 1e6  # largest height of white that commands and scenes accept
 BAND = 256  # rows
 _MOST_TINT = 0.025  # of a grey picture: programs round its three colours each by itself
+_COLORED = 0.25  # the tint of colours; blocks of BC1 make up to 0.2
 _BT709 = (0.2126, 0.7152, 0.0722)
 _LOW_RANGE = 16  # warns where integers use less than 1/16 of their range
 
@@ -67,7 +68,7 @@ def read_heightmap(
             file=path,
             mend=small if min(rows, columns) < 2 else "make it smaller, or cut it into several terrains",
         )
-    if _tint(image) > _MOST_TINT:
+    if tint_of(image) > _MOST_TINT:
         raise SourceError("is a colour picture", file=path, mend="save the heights as one grey channel")
     if image.top is not None and height_m is None and not read_geotiff_tags(path).words:
         what = f"holds integers of 0 to {image.top}, not metres"
@@ -125,13 +126,13 @@ def with_heights(image: Image, path: Path, nodata: Nodata) -> tuple[Image, list[
     image = _first_band(image)
     warnings = [f"{path}: {note}" for note in image.notes]
     warnings += [f"{path}: the alpha channel is ignored"] if image.values.shape[2] in (2, 4) else []
-    tint = _tint(image)
+    tint = tint_of(image)
     if tint > _MOST_TINT:
         if nodata not in ("auto", "none"):
             mend = "leave the no data value out, or save the heights as one grey channel"
             raise SourceError("is a colour picture; its numbers are not heights", file=path, mend=mend)
         require_finite(image.values, path)
-        return image, warnings
+        return image, warnings + color_warnings(tint, path, "heights")
     if tint > 0.0:
         what = (
             f"is not quite grey (its colours differ by up to {tint:.2g} of their range); their mean is read"
@@ -161,7 +162,13 @@ def _first_band(image: Image) -> Image:
     return replace(image, values=first, notes=(*image.notes, FIRST_BAND))
 
 
-def _tint(image: Image) -> float:
+def color_warnings(tint: float, path: Path, read_as: str) -> list[str]:
+    """A warning where a picture of numbers has colours: it holds normals, or several maps."""
+    mend = "give a grey picture, not normals or several maps in one"
+    return [f"{path}: is coloured; its luminance is read as {read_as}: {mend}"] if tint > _COLORED else []
+
+
+def tint_of(image: Image) -> float:
     """The largest difference of its colours, as a share of the range of red; 0 of a grey picture."""
     values, most = image.values, 0.0
     if values.shape[2] < 3:

@@ -499,7 +499,7 @@ def test_a_bump_map_that_blender_named_and_that_holds_no_normals_gives_heights(t
     rng = np.random.default_rng(4)
     (tmp_path / "rock.png").write_bytes(encode_png(rng.integers(0, 256, (64, 64, 3), dtype=np.uint8)))
     material, warnings = one(tmp_path, "# Blender MTL File: 'a.blend'\nnewmtl a\nmap_Bump rock.png")
-    assert [*material.maps] == ["height"] and "its luminance is read as heights" in warnings[0]
+    assert ([*material.maps], warnings) == (["height"], [])
     (tmp_path / "wall.png").write_bytes(encode_png(vectors(rng, 0.5)))
     material, warnings = one(tmp_path, "# Blender 4.2.0 MTL File: 'None'\nnewmtl a\nmap_Bump wall.png")
     assert ([*material.maps], warnings) == (["normal"], [])

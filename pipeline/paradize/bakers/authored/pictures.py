@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from paradize.errors import BakeError, SourceError
+from paradize.readers.heightmap import color_warnings, tint_of
 from paradize.readers.image import read_image
 
 Values = npt.NDArray[Any]
@@ -44,11 +45,11 @@ def read_pictures(
         image = read_image(path, color_space="data")
         values: Values = image.values
         for role in (role for role in wanted if sources[role] == path):
-            if role == "normal":
-                texels = _colored(values, path)
-            else:
-                texels = _plane(values, channels.get(role, "luminance"), path, role)
-            found[role] = RolePicture(path, texels, warnings=image.warnings(path))
+            channel, warnings = channels.get(role, "luminance"), image.warnings(path)
+            texels = _colored(values, path) if role == "normal" else _plane(values, channel, path, role)
+            if role not in ("normal", "specular") and channel == "luminance":
+                warnings += color_warnings(tint_of(image), path, role)
+            found[role] = RolePicture(path, texels, warnings=warnings)
     return found
 
 

@@ -222,9 +222,6 @@ def _role_of_bump(statement: MapStatement, blender: bool, warn: Warn) -> str:
         what = "is named like a normal map, but few of its texels are directions out of the surface; ignored"
         warn(statement.line, f"bump map {statement.file.name!r} {what}")
         return ""
-    if held == "unclear":
-        what = "is coloured; its luminance is read as heights"
-        warn(statement.line, f"bump map {statement.file.name!r} {what}")
     return "normal" if held == "normal" else "height"
 
 

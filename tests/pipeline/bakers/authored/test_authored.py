@@ -16,6 +16,7 @@ import pytest
 from paradize.bakers.authored.bake import bake_authored
 from paradize.bakers.color import bake_color
 from paradize.bakers.cubemap import bake_cubemap
+from paradize.bakers.maps.bake import bake_maps
 from paradize.bakers.product import MapProduct
 from paradize.bakers.registry import BAKERS
 from paradize.errors import ParadizeError, SourceError
@@ -274,6 +275,21 @@ def test_warnings_of_readers_reach_maps_alpha_and_skies(tmp_path: Path) -> None:
     made = bake_authored(dict.fromkeys(roles, path), green_down=False)
     products = [*made.values(), bake_color(white, alpha=path), bake_cubemap([path, *5 * [white]])]
     assert [sum("orientation 3" in text for text in each.warnings) for each in products] == 6 * [1]
+
+
+def test_a_number_that_is_read_of_colours_is_told(tmp_path: Path) -> None:
+    """As the roughness of a picture that holds occlusion, roughness and metalness."""
+    rough = noise(16, 16)
+    packed = write(tmp_path / "orm.png", np.stack([255 - rough, rough, 0 * rough], axis=2))
+    grey = write(tmp_path / "grey.png", np.stack([rough, rough + 3, rough], axis=2))
+    for role in ("roughness", "metalness", "occlusion", "height", "specular"):
+        for path, channel in ((packed, "luminance"), (packed, "g"), (grey, "luminance")):
+            (made,) = bake_authored({role: path}, channels={role: channel}, measure=False).values()
+            told = path is packed and channel == "luminance" and role != "specular"
+            assert any(f"luminance is read as {role}" in text for text in made.warnings) == told
+    for path in (packed, grey):
+        made = bake_maps(path, only=("normal",), source="height", measure=False)["normal"]
+        assert any("luminance is read as heights" in text for text in made.warnings) == (path is packed)
 
 
 def test_the_smaller_picture_of_a_map_is_enlarged_and_said(tmp_path: Path) -> None:
