@@ -8,8 +8,9 @@ z below 0 counts as 0. What has no direction, and black texels (the ground betwe
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 from functools import cache
+from operator import add
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -40,24 +41,20 @@ class NormalCoding:
 class NormalSurvey:
     """Statistics of a normal map's texels, black ones left out. texels: how many were looked at. black: black
     ones. grey: red, green and blue are equal. below: z is below 0. off: length farther from 1 than
-    UNIT_WITHIN. largest: the largest distance of a length from 1."""
+    UNIT_WITHIN. side, up: the sums of x + iy and of z. largest: the largest distance of a length from 1."""
 
     texels: int = 0
     black: int = 0
     grey: int = 0
     below: int = 0
     off: int = 0
+    side: complex = 0j
+    up: float = 0.0
     largest: float = 0.0
 
     def __add__(self, other: NormalSurvey) -> NormalSurvey:
-        return NormalSurvey(
-            self.texels + other.texels,
-            self.black + other.black,
-            self.grey + other.grey,
-            self.below + other.below,
-            self.off + other.off,
-            max(self.largest, other.largest),
-        )
+        *sums, _ = map(add, astuple(self), astuple(other))
+        return NormalSurvey(*(*sums, max(self.largest, other.largest)))
 
 
 @cache
@@ -117,14 +114,10 @@ def survey_normals(texels: Values, coding: NormalCoding, inside: npt.NDArray[np.
     length = np.sqrt((vectors * vectors).sum(axis=1))
     apart = np.abs(length - 1.0)
     equal = (shown[:, 0, 0] == shown[:, 0, 1]) & (shown[:, 0, 1] == shown[:, 0, 2])
-    return NormalSurvey(
-        int(np.count_nonzero(inside)),
-        int(np.count_nonzero(black)),
-        int(np.count_nonzero(equal)),
-        int(np.count_nonzero(vectors[:, 2] < 0.0)),
-        int(np.count_nonzero(apart > UNIT_WITHIN)),
-        float(apart.max(initial=0.0)),
-    )
+    x, y, z = vectors.sum(axis=0)
+    counted = (inside, black, equal, vectors[:, 2] < 0.0, apart > UNIT_WITHIN)
+    counts: Any = (int(np.count_nonzero(each)) for each in counted)
+    return NormalSurvey(*(*counts, complex(x, y), float(z), float(apart.max(initial=0.0))))
 
 
 def is_signed(texels: Values) -> bool:

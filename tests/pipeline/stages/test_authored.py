@@ -93,8 +93,8 @@ def test_a_survey_counts_what_is_wrong_inside_alone() -> None:
     inside[1, 0] = False
     seen = survey_normals(texels, NormalCoding(), inside)
     assert (seen.texels, seen.black, seen.grey, seen.below, seen.off) == (7, 1, 1, 1, 1)
-    assert seen.largest == 1.0
-    assert seen + seen == type(seen)(14, 2, 2, 2, 2, 1.0)
+    assert (seen.largest, seen.side, seen.up) == (1.0, 0j, 3.0)
+    assert seen + seen == type(seen)(14, 2, 2, 2, 2, 0j, 6.0, 1.0)
 
 
 @settings(max_examples=40, deadline=None)

@@ -26,6 +26,7 @@ from paradize.stages.sweep import bands_of
 
 _OFF_SHARE = 0.1  # of the texels: more whose length is not 1 are a warning
 _BELOW_SHARE = 0.001  # the same of those that point into the surface
+_LEANING = 0.15  # how far normals of a surface lean on the mean, as a share of z
 _SAMPLE = 1024  # texels along a side that the direction of green is guessed from
 
 
@@ -72,15 +73,17 @@ def _guess(values: npt.NDArray[np.generic], coding: NormalCoding) -> str | None:
 
 def _require_normals(seen: NormalSurvey, path: Path) -> None:
     """Raises SourceError for a picture of something else: grey, pointing into the surface in a quarter of the
-    texels (normals of an object's space do), or in a twentieth where half of them is not of unit length (a
-    photograph)."""
+    texels (normals of an object's space do), or in a twentieth where half of them is not of unit length and
+    they lean to a side (a photograph; steep normals that a program left short do not)."""
     kept = seen.texels - seen.black
     what = None
     if kept == 0 and seen.texels:
         what = "every texel is black"
     elif 2 * seen.grey > kept:
         what = f"{seen.grey} of {kept} texels are grey"
-    elif 4 * seen.below > kept or (20 * seen.below > kept and 2 * seen.off > kept):
+    elif 4 * seen.below > kept or (
+        20 * seen.below > kept and 2 * seen.off > kept and abs(seen.side) > _LEANING * seen.up
+    ):
         what = f"{seen.below} of {kept} texels would point into the surface (blue below the middle)"
     if what is not None:
         mend = "give a normal map in tangent space, or give heights as the height"

@@ -161,6 +161,18 @@ def test_normals_into_the_surface_are_laid_flat_and_said(tmp_path: Path) -> None
     assert made.errors["normal_max_deg"] < 0.5
 
 
+def test_short_normals_that_point_inwards_here_and_there_are_refused_where_they_lean(
+    tmp_path: Path,
+) -> None:
+    texels = codes(hills(64, 96) * np.float32(0.6))
+    texels[::10, :, 2] = 100
+    made = bake_authored({"normal": write(tmp_path / "n.png", texels)}, measure=False)["normal"]
+    assert any("point into the surface" in text for text in made.warnings)
+    texels[:, :, 0] += 40  # as the colours of a photograph do
+    with pytest.raises(SourceError, match="is not a normal map"):
+        bake_authored({"normal": write(tmp_path / "n.png", texels)})
+
+
 def test_mips_of_normals_are_means_of_vectors_made_unit(normal: Path) -> None:
     made = bake_authored({"normal": normal}, uncompressed=True)["normal"]
     exact = authored.decoded_normals(codes(hills(64, 96)), authored.NormalCoding())
