@@ -38,6 +38,7 @@ _BT709 = (0.2126, 0.7152, 0.0722)
 _LOW_RANGE = 16  # warns where integers use less than 1/16 of their range
 
 
+@np.errstate(invalid="ignore")  # a file may hold signalling NaN
 def read_heightmap(
     path: Path,
     *,
@@ -116,6 +117,7 @@ def guess_source(image: Image) -> tuple[str, str]:
     return ("height" if channels == 1 and (image.top is None or image.source_bits > 8) else "color"), why
 
 
+@np.errstate(invalid="ignore")  # a file may hold signalling NaN
 def with_heights(image: Image, path: Path, nodata: Nodata) -> tuple[Image, list[str]]:
     """Returns a picture as heights without holes, and warnings.
 
@@ -186,8 +188,7 @@ def _mean(image: Image) -> Image:
     values = image.values
     grey = np.empty((*values.shape[:2], 1), values.dtype)
     for band in _bands(len(values)):
-        with np.errstate(invalid="ignore"):  # of infinite heights, which are told later
-            mean = values[band, :, :3] @ np.array(_BT709)
+        mean = values[band, :, :3] @ np.array(_BT709)
         grey[band, :, 0] = mean if values.dtype == np.float32 else np.rint(mean)
     return replace(image, values=grey)
 

@@ -40,6 +40,7 @@ _PICTURE = "TextureFile"  # a comment names it
 _MEND = "export the model again"
 
 
+@np.errstate(invalid="ignore")  # a file may hold signalling NaN
 def read_ply(path: Path, root: Path | None = None) -> Model:
     """Reads a PLY and finds its picture, which must lie inside `root` (default: root_of). Beside a picture
     its vertices have no colours: programs show the one or the other.

@@ -29,6 +29,7 @@ _BLANK = b"\xef\xbb\xbf \t\r\n"
 _MEND = "export the model again"
 
 
+@np.errstate(invalid="ignore")  # a file may hold signalling NaN
 def read_stl(path: Path) -> Model:
     """Reads an STL. Corners at one place become one vertex. Raises SourceError for a file that is cut, or
     holds no facets, or coordinates that are no numbers."""

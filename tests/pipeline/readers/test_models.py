@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import json
 import resource
+import struct
 import subprocess
 from pathlib import Path
 
@@ -12,10 +13,13 @@ import numpy as np
 import pytest
 
 from paradize.bakers.mesh.bake import bake_mesh
-from paradize.errors import ParadizeError
+from paradize.errors import ParadizeError, SourceError
 from paradize.formats.glb.reader import decode_glb
+from paradize.readers.heightmap import read_heightmap
 from paradize.readers.model import read_model
 from paradize.readers.obj import read_obj
+from tests.pipeline.readers.gltf.made import Made, shown
+from tests.pipeline.readers.test_ply import columns, ply
 from tests.sweeps import CORPUS_DEEP
 
 FOLDERS = ("obj-kits", "obj-nasty", "obj-large", "tangent", "malformed/obj-afl")
@@ -122,3 +126,23 @@ def test_texture_coordinates_that_no_player_takes_are_told_and_left_out(tmp_path
     assert sorted(made.mesh.uvs.tolist()) == [[0.0, -1e7 + 1], [0.0, 0.0], [0.5, 1.0]]
     said = "texture coordinates of 1 vertex lie farther than 1e+07 tiles from 0 (first: 1e+30 1)"
     assert made.warnings == [f"{path}: {said}; read as (0, 0): unwrap the model again"]
+
+
+def test_a_signalling_nan_is_refused_or_told_like_any_other(tmp_path: Path) -> None:
+    """numpy warned of it, in lines of its own code before the message."""
+    bad = np.array([[0, 0, 0], [1, 7, 0], [0, 1, 0]], np.float32)
+    text = ply("binary_little_endian", columns("float", "x y z", bad), [[0, 1, 2]])
+    bad.view(np.uint32)[1, 1] = 0x7FA00000
+    (tmp_path / "a.ply").write_bytes(text.replace(np.float32(7).tobytes(), bad[1, 1:2].tobytes()))
+    facet = struct.pack("<I", 1) + bytes(12) + bad.tobytes() + bytes(2)
+    (tmp_path / "a.stl").write_bytes(bytes(80) + facet)
+    made = Made()
+    shown({"attributes": {"POSITION": made.array(bad)}}, made).glb(tmp_path / "a.glb")
+    for name in ("a.stl", "a.ply", "a.glb"):
+        with pytest.raises(SourceError, match="nan"):
+            read_model(tmp_path / name)
+    heights = np.ones((32, 32), np.float32)
+    heights.view(np.uint32)[3, 4] = 0x7FA00000
+    (tmp_path / "a.r32").write_bytes(heights.tobytes())
+    field, warnings = read_heightmap(tmp_path / "a.r32", size_x_m=1.0, size_z_m=1.0, height_m=None)
+    assert (field.heights_m == 1.0).all() and any("1 pixel" in text for text in warnings), warnings

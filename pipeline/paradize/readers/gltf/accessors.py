@@ -111,6 +111,7 @@ class Accessors:
         return np.ndarray((count, width), kind, data, offset, (step, kind.itemsize))
 
 
+@np.errstate(invalid="ignore")  # a file may hold signalling NaN
 def shares(codes: npt.NDArray[Any], normalized: bool) -> F64:
     """Values as float64; normalized integers from 0 or -1 to 1."""
     values = codes.astype(np.float64)
