@@ -55,6 +55,7 @@ def read_faces(paths: Sequence[Path]) -> tuple[F32, list[tuple[Values, bool]], l
     faces: list[F32] = []
     pictures: list[tuple[Values, bool]] = []
     warnings: list[str] = []
+    coarse: list[Path] = []
     for path in paths:
         image = read_image(path)
         rows, columns, channels = image.values.shape
@@ -66,8 +67,11 @@ def read_faces(paths: Sequence[Path]) -> tuple[F32, list[tuple[Values, bool]], l
         pictures.append((image.values, image.color_space == "srgb"))
         pixels = linear_light(image.values, encoded=pictures[-1][1])
         if image.source_bits == 8:
-            warnings.append(f"{path}: 8 bits per channel; a sky shows bands")
+            coarse.append(path)
         if float(pixels.max()) > cubemap.HALF_MAX:
             warnings.append(f"{path}: brighter than {cubemap.HALF_MAX:g}, which half floats end at")
         faces.append(np.repeat(pixels[:, :, :1], 3, axis=2) if channels < 3 else pixels[:, :, :3])
+    if coarse:
+        others = f", as {len(coarse) - 1} more faces" if coarse[1:] else ""
+        warnings.append(f"{coarse[0]}: 8 bits per channel{others}; a sky shows bands")
     return np.stack(faces), pictures, warnings

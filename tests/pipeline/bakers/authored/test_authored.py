@@ -287,6 +287,9 @@ def test_warnings_of_readers_reach_maps_alpha_and_skies(tmp_path: Path) -> None:
     made = bake_authored(dict.fromkeys(roles, path), green_down=False)
     products = [*made.values(), bake_color(white, alpha=path), bake_cubemap([path, *5 * [white]])]
     assert [sum("orientation 3" in text for text in each.warnings) for each in products] == 6 * [1]
+    assert [text for text in products[-1].warnings if "bits" in text] == [
+        f"{path}: 8 bits per channel, as 5 more faces; a sky shows bands"
+    ]
 
 
 def test_a_number_that_is_read_of_colours_is_told(tmp_path: Path) -> None:
