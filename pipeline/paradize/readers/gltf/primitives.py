@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from paradize.errors import SourceError
 from paradize.readers.gltf.accessors import BYTE, FLOAT, INDICES, SHORT, UBYTE, USHORT, Accessors, shares
 from paradize.readers.gltf.compression import draco_mesh
 from paradize.readers.gltf.document import Document
@@ -63,6 +64,12 @@ def read_primitive(
     if "POSITION" not in numbers:
         document.warn("a primitive without positions; left out", place)
         return None
+    if "TANGENT" in numbers:
+        try:
+            accessors.entry(numbers["TANGENT"], f"{where}/TANGENT", *_ALLOWED["TANGENT"])
+        except SourceError as error:  # they are only compared with those that are made
+            document.warn(f"{error.what}; its tangents are not read", error.place or place)
+            del numbers["TANGENT"]
     used = {f"{where}/POSITION": numbers["POSITION"]}
     used[f"{place}/indices"] = document.get(entry, place, "indices", int, None)
     named = [document.item("accessors", number, at) for at, number in used.items() if number is not None]

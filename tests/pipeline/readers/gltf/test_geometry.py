@@ -287,3 +287,13 @@ def test_the_first_level_of_a_mesh_that_was_baked_here_is_read(tmp_path: Path) -
     first, again = read_model(tmp_path / "a.glb"), read_model(tmp_path / "b.glb")
     assert len(again.mesh.triangles) == len(first.mesh.triangles)
     assert json.dumps(again.warnings) == "[]"
+
+
+def test_tangents_of_another_kind_are_left_out_with_a_warning(tmp_path: Path) -> None:
+    """Others are made in any case. Some exporters write three numbers, which the targets of a morph have."""
+    made = Made()
+    attributes = {"POSITION": made.array(SQUARE), "TANGENT": made.array(SQUARE)}
+    shown({"attributes": attributes, "indices": made.array(TWO)}, made).glb(tmp_path / "a.glb")
+    model = read_model(tmp_path / "a.glb")
+    assert len(model.mesh.triangles) == 2
+    assert [text for text in model.warnings if "its tangents are not read" in text and "'VEC3'" in text]
