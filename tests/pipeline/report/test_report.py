@@ -211,6 +211,20 @@ def test_of_many_sheets_some_are_left_to_later(tmp_path: Path) -> None:
     assert [path.name for path in second.drawn] == ["c.png"] and second.left == 0
 
 
+def test_any_number_of_sheets_at_once_have_the_same_bytes(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    colors = {f"{name}_color": plain((20 * k, 200, 20, 255)) for k, name in enumerate("abc")}
+    baked = scene_folder(tmp_path / "baked", **colors)
+    found = []
+    for threads in (1, 3):
+        monkeypatch.setenv("PARADIZE_THREADS", str(threads))
+        done = draw_folder(baked, tmp_path / str(threads))
+        assert [path.stem for path in done.drawn] == [*"abc"]
+        found.append([path.read_bytes() for path in done.drawn])
+    assert found[0] == found[1]
+
+
 def test_a_sheet_that_fails_is_told_and_the_others_are_drawn(tmp_path: Path) -> None:
     red = plain((200, 0, 0, 255))
     baked = scene_folder(tmp_path / "baked", wall_color=red, roof_color=red)
