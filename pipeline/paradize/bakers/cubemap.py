@@ -55,7 +55,7 @@ def read_faces(paths: Sequence[Path]) -> tuple[F32, list[tuple[Values, bool]], l
     faces: list[F32] = []
     pictures: list[tuple[Values, bool]] = []
     warnings: list[str] = []
-    coarse: list[Path] = []
+    notes: dict[str, list[Path]] = {}
     for path in paths:
         image = read_image(path)
         rows, columns, channels = image.values.shape
@@ -63,15 +63,14 @@ def read_faces(paths: Sequence[Path]) -> tuple[F32, list[tuple[Values, bool]], l
         if rows != columns or rows & (rows - 1) or rows != size:
             what = f"{columns} x {rows} texels; faces are square, powers of two, and of one size ({size})"
             raise SourceError(what, file=path, mend="resize it; cut a panorama into six such faces")
-        warnings += image.warnings(path)
         pictures.append((image.values, image.color_space == "srgb"))
         pixels = linear_light(image.values, encoded=pictures[-1][1])
-        if image.source_bits == 8:
-            coarse.append(path)
+        coarse = ("8 bits per channel: a sky shows bands",) if image.source_bits == 8 else ()
+        for note in (*image.notes, *image.color_notes, *coarse):
+            notes.setdefault(note, []).append(path)
         if float(pixels.max()) > cubemap.HALF_MAX:
             warnings.append(f"{path}: brighter than {cubemap.HALF_MAX:g}, which half floats end at")
         faces.append(np.repeat(pixels[:, :, :1], 3, axis=2) if channels < 3 else pixels[:, :, :3])
-    if coarse:
-        others = f", as {len(coarse) - 1} more faces" if coarse[1:] else ""
-        warnings.append(f"{coarse[0]}: 8 bits per channel{others}; a sky shows bands")
+    for note, (first, *others) in notes.items():
+        warnings.append(f"{first}: {note}{f' ({len(others)} more faces too)' if others else ''}")
     return np.stack(faces), pictures, warnings

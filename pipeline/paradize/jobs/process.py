@@ -158,7 +158,7 @@ def start_worker(answers: queue.SimpleQueue[Answer], threads: int | None, memory
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         process = subprocess.Popen(
-            [sys.executable, "-P", "-c", _BOOT.format([*map(str, sys.path)]), *words],
+            [sys.executable, "-c", _BOOT.format([*map(str, sys.path)]), *words],
             pass_fds=[child_end.fileno()],
             stdin=subprocess.DEVNULL,
             env=environment,

@@ -33,7 +33,8 @@ HEIGHT_LIMIT_M = 1e7
 MAX_WHITE_M = 1e6  # largest height of white that commands and scenes accept
 BAND = 256  # rows
 _MOST_TINT = 0.025  # of a grey picture: programs round its three colours each by itself
-_COLORED = 0.25  # the tint of colours; blocks of BC1 make up to 0.2
+_COLORED = 0.25  # the tint of colours; blocks of BC1 make up to 0.2,
+_UNSEEN = 16 / 255  # and where all is flat a large tint of next to no difference, of all that a number may be
 _BT709 = (0.2126, 0.7152, 0.0722)
 _LOW_RANGE = 16  # warns where integers use less than 1/16 of their range
 
@@ -69,7 +70,7 @@ def read_heightmap(
             file=path,
             mend=small if min(rows, columns) < 2 else "make it smaller, or cut it into several terrains",
         )
-    if tint_of(image) > _MOST_TINT:
+    if _tint(image) > _MOST_TINT:
         raise SourceError("is a colour picture", file=path, mend="save the heights as one grey channel")
     if image.top is not None and height_m is None and not read_geotiff_tags(path).words:
         what = f"holds integers of 0 to {image.top}, not metres"
@@ -128,13 +129,13 @@ def with_heights(image: Image, path: Path, nodata: Nodata) -> tuple[Image, list[
     image = _first_band(image)
     warnings = [f"{path}: {note}" for note in image.notes]
     warnings += [f"{path}: the alpha channel is ignored"] if image.values.shape[2] in (2, 4) else []
-    tint = tint_of(image)
+    tint = _tint(image)
     if tint > _MOST_TINT:
         if nodata not in ("auto", "none"):
             mend = "leave the no data value out, or save the heights as one grey channel"
             raise SourceError("is a colour picture; its numbers are not heights", file=path, mend=mend)
         require_finite(image.values, path)
-        return image, warnings + color_warnings(tint, path, "heights")
+        return image, warnings + color_warnings(image, path, "heights")
     if tint > 0.0:
         what = (
             f"is not quite grey (its colours differ by up to {tint:.2g} of their range); their mean is read"
@@ -164,23 +165,32 @@ def _first_band(image: Image) -> Image:
     return replace(image, values=first, notes=(*image.notes, FIRST_BAND))
 
 
-def color_warnings(tint: float, path: Path, read_as: str) -> list[str]:
+def color_warnings(image: Image, path: Path, read_as: str) -> list[str]:
     """A warning where a picture of numbers has colours: it holds normals, or several maps."""
+    apart, span = _colors_apart(image)
+    if apart <= max(_COLORED * span, _UNSEEN * (image.top or 1.0)):
+        return []
     mend = "give a grey picture, not normals or several maps in one"
-    return [f"{path}: is coloured; its luminance is read as {read_as}: {mend}"] if tint > _COLORED else []
+    return [f"{path}: is coloured; its luminance is read as {read_as}: {mend}"]
 
 
-def tint_of(image: Image) -> float:
-    """The largest difference of its colours, as a share of the range of red; 0 of a grey picture."""
+def _colors_apart(image: Image) -> tuple[float, float]:
+    """The largest difference of its colours, 0 of a grey picture, and the range of red."""
     values, most = image.values, 0.0
     if values.shape[2] < 3:
-        return 0.0
+        return 0.0, 0.0
     low, high = finite_range(values[:, :, 0], ()) or (0.0, 0.0)
     for band in _bands(len(values)):
         with np.errstate(invalid="ignore"):  # infinite heights are told later
             steps = np.abs(values[band, :, 1:3] - values[band, :, :1].astype(np.float64))
         most = max(most, float(np.max(steps, where=np.isfinite(steps), initial=0.0)))
-    return most / (high - low) if high > low else float(most > 0.0)
+    return most, float(high) - float(low)
+
+
+def _tint(image: Image) -> float:
+    """The largest difference of its colours, as a share of the range of red; 0 of a grey picture."""
+    apart, span = _colors_apart(image)
+    return apart / span if span > 0.0 else float(apart > 0.0)
 
 
 def _mean(image: Image) -> Image:

@@ -6,7 +6,6 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
@@ -19,7 +18,6 @@ from paradize.files import bytes_text
 from paradize.formats.ktx2.reader import decode_ktx2
 from paradize.formats.scene.manifest import read_entry, read_scene
 from paradize.jobs.code import code_digest
-from paradize.kernels.threads import default_threads
 from paradize.map_table import MAPS
 from paradize.preview.pictures import MaterialDefaults, SheetMap
 from paradize.report.levels import draw_object
@@ -39,14 +37,6 @@ class Sheets:
     drawn: list[Path] = field(default_factory=list)
     left: int = 0
     warnings: list[str] = field(default_factory=list)
-
-    def note(self, path: Path, failure: str) -> bool:
-        """Adds a sheet that was drawn, or the warning why it was not; whether it was."""
-        if failure:
-            self.warnings.append(f"contact sheet {path.stem}: {failure}")
-        else:
-            self.drawn.append(path)
-        return not failure
 
 
 def draw_folder(
@@ -68,7 +58,6 @@ def draw_folder(
         record: dict[str, str] = {}
         materials = _materials(scene)
         code = code_digest("paradize.report.sheet") + code_digest("paradize.report.levels")
-        wanted: list[tuple[int, str, str, Callable[[], bytes]]] = []
         for done, (name, entries) in enumerate(materials.items()):
             defaults = _material_defaults(scene, name)
             key = _key(code, scene, name, entries, defaults)
@@ -76,20 +65,13 @@ def draw_folder(
             if known.get(name) == key and path.is_file():
                 record[name] = key
                 continue
-            if len(wanted) >= most:
+            if len(sheets.drawn) >= most:
                 sheets.left += 1
                 continue
-            wanted.append((done, name, key, partial(_draw, baked, scene, name, entries, defaults)))
-        pool = ThreadPoolExecutor(default_threads(8))
-        try:
-            begun = [pool.submit(_attempt, folder / f"{name}.png", draw) for _, name, _, draw in wanted]
-            for (done, name, key, _), sheet in zip(wanted, begun, strict=True):
-                if on_progress:
-                    on_progress(f"contact sheet {name}", done, len(materials))
-                if sheets.note(folder / f"{name}.png", sheet.result()):
-                    record[name] = key
-        finally:
-            pool.shutdown(cancel_futures=True)
+            if on_progress:
+                on_progress(f"contact sheet {name}", done, len(materials))
+            if _attempt(sheets, name, partial(_draw, baked, scene, name, entries, defaults), path):
+                record[name] = key
         for name in known.keys() - record.keys():
             if name not in materials:
                 for suffix in ("png", "jpg"):
@@ -159,8 +141,7 @@ def draw_maps(
             )
         return draw_sheet(title, _subtitle("maps", maps), maps, MaterialDefaults(tiles))
 
-    path = folder / f"{title}.png"
-    sheets.note(path, _attempt(path, draw))
+    _attempt(sheets, title, draw, folder / f"{title}.png")
     return sheets
 
 
@@ -176,13 +157,15 @@ def _tradeoff(path: Path) -> dict[str, Any] | None:
     return tree
 
 
-def _attempt(path: Path, draw: Callable[[], bytes]) -> str:
-    """Draws one sheet. Returns why it cannot be drawn, or nothing."""
+def _attempt(sheets: Sheets, name: str, draw: Callable[[], bytes], path: Path) -> bool:
+    """Draws one sheet and notes it in `sheets`; whether it was drawn."""
     try:
         write_whole(path, draw(), durable=False)
     except Exception as error:  # the bake is good without the picture
-        return f"{type(error).__name__}: {error}"
-    return ""
+        sheets.warnings.append(f"contact sheet {name}: {type(error).__name__}: {error}")
+        return False
+    sheets.drawn.append(path)
+    return True
 
 
 def _record(folder: Path) -> dict[str, str]:

@@ -211,20 +211,6 @@ def test_of_many_sheets_some_are_left_to_later(tmp_path: Path) -> None:
     assert [path.name for path in second.drawn] == ["c.png"] and second.left == 0
 
 
-def test_any_number_of_sheets_at_once_have_the_same_bytes(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    colors = {f"{name}_color": plain((20 * k, 200, 20, 255)) for k, name in enumerate("abc")}
-    baked = scene_folder(tmp_path / "baked", **colors)
-    found = []
-    for threads in (1, 3):
-        monkeypatch.setenv("PARADIZE_THREADS", str(threads))
-        done = draw_folder(baked, tmp_path / str(threads))
-        assert [path.stem for path in done.drawn] == [*"abc"]
-        found.append([path.read_bytes() for path in done.drawn])
-    assert found[0] == found[1]
-
-
 def test_a_sheet_that_fails_is_told_and_the_others_are_drawn(tmp_path: Path) -> None:
     red = plain((200, 0, 0, 255))
     baked = scene_folder(tmp_path / "baked", wall_color=red, roof_color=red)
@@ -462,6 +448,47 @@ def test_a_level_is_drawn_where_it_lies_and_holes_show_what_is_behind() -> None:
     assert blue[2] > 150 and blue[0] < 30
     assert paper.max() < 40
     assert drawn[middle, side // 16 + 4, 2] > 150  # the large square reaches almost to the edge
+
+
+@pytest.mark.parametrize("side", [0.5, 0.03])
+@pytest.mark.parametrize("turned", [False, True])
+def test_of_squares_that_cross_each_pixel_shows_the_nearer_one_with_its_texels(
+    side: float, turned: bool
+) -> None:
+    """In one batch of triangles, before a large square behind, whichever is drawn first."""
+    corners = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]], np.float32)
+    right, up, eye = lod_view.axes().astype(np.float32)
+
+    def square(half: float, towards_m: float, lean: float) -> npt.NDArray[np.float32]:
+        flat = half * (corners[:, :1] * right + corners[:, 1:] * up)
+        return flat + (towards_m + lean * corners[:, :1]) * eye
+
+    squares = [square(1.0, -2.0, 0.0), square(side, 0.0, -side), square(side, 0.0, side)]
+    # Texels by column: green behind; blue, near on the left; red, near on the right, black in its upper half.
+    uvs = [np.full((4, 2), (k / 4 + 0.125, 0.25)) for k in range(3)]
+    uvs[2] = np.stack([uvs[2][:, 0], 0.5 + 0.499 * corners[:, 1]], axis=1)
+    order = [2, 1, 0] if turned else [0, 1, 2]
+    mesh = Mesh(
+        np.concatenate([squares[k] for k in order]).astype(np.float32),
+        np.array([[k, k + a, k + a + 1] for k in (0, 4, 8) for a in (1, 2)], np.uint32),
+        uvs=np.concatenate([uvs[k] for k in order]).astype(np.float32),
+    )
+    texels = np.zeros((2, 4, 3), np.float32)
+    texels[0, [0, 1, 2], [1, 2, 0]] = 1.0
+    skins = {"": lod_view.Skin(texels, (1.0, 1.0, 1.0))}
+    drawn = lod_view.draw_mesh(mesh, skins, lod_view.frame_of(mesh)).astype(int)
+    middle, reach = lod_view.SIZE // 2, side * lod_view.SIZE * 0.47
+    for across, above, color in (
+        (-0.7, 0.8, 2),
+        (-0.5, -0.5, 2),
+        (0.5, -0.5, 0),
+        (0.8, -0.1, 0),
+        (0.1, -0.8, 0),
+    ):
+        seen = drawn[middle - round(above * reach), middle + round(across * reach)]
+        assert seen[color] > 60 > max(seen[k] for k in range(3) if k != color), (across, above, seen)
+    assert drawn[middle - round(0.5 * reach), middle + round(0.5 * reach)].max() < 60
+    assert drawn[middle, 20][1] > 60
 
 
 @pytest.mark.parametrize(

@@ -25,7 +25,7 @@ from paradize.store.atomic import PARTIAL
 from paradize.store.local import Store, hashes_in, seal
 from paradize.store.remote_folder import RemoteFolder, shown
 from paradize.store.shared import SharedStore
-from tests.pipeline.scenes import make_free_cove
+from tests.pipeline.scenes import make_cove, make_free_cove
 from tests.pipeline.ssh_server import Home, asyncssh_server, openssh_server, url_of
 from tests.processes import started
 from tests.sweeps import sweep
@@ -147,7 +147,7 @@ def test_what_one_bakes_another_fetches_and_bakes_nothing(
 def test_an_artifact_whose_finest_levels_are_left_out_is_counted_too(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    scene = make_free_cove(tmp_path / "scene")
+    scene = make_cove(tmp_path / "scene")
     words = scene.read_text().replace("poster_s", "viewport = [64, 36]\nposter_s")
     for near, far in ((" 9", " 90"), ("-9", "-90"), ("[9", "[90")):
         words = words.replace(near, far)

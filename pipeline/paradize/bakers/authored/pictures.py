@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from paradize.errors import BakeError, SourceError
-from paradize.readers.heightmap import color_warnings, tint_of
+from paradize.readers.heightmap import color_warnings
 from paradize.readers.image import read_image
 
 Values = npt.NDArray[Any]
@@ -48,7 +48,7 @@ def read_pictures(
             channel, warnings = channels.get(role, "luminance"), image.warnings(path)
             texels = _colored(values, path) if role == "normal" else _plane(values, channel, path, role)
             if role not in ("normal", "specular") and channel == "luminance":
-                warnings += color_warnings(tint_of(image), path, role)
+                warnings += color_warnings(image, path, role)
             found[role] = RolePicture(path, texels, warnings=warnings)
     return found
 

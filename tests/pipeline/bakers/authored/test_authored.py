@@ -288,7 +288,7 @@ def test_warnings_of_readers_reach_maps_alpha_and_skies(tmp_path: Path) -> None:
     products = [*made.values(), bake_color(white, alpha=path), bake_cubemap([path, *5 * [white]])]
     assert [sum("orientation 3" in text for text in each.warnings) for each in products] == 6 * [1]
     assert [text for text in products[-1].warnings if "bits" in text] == [
-        f"{path}: 8 bits per channel, as 5 more faces; a sky shows bands"
+        f"{path}: 8 bits per channel: a sky shows bands (5 more faces too)"
     ]
 
 
@@ -297,8 +297,9 @@ def test_a_number_that_is_read_of_colours_is_told(tmp_path: Path) -> None:
     rough = noise(16, 16)
     packed = write(tmp_path / "orm.png", np.stack([255 - rough, rough, 0 * rough], axis=2))
     grey = write(tmp_path / "grey.png", np.stack([rough, rough + 3, rough], axis=2))
+    flat = write(tmp_path / "flat.png", np.full((16, 16, 3), (130, 128, 127), np.uint8))
     for role in ("roughness", "metalness", "occlusion", "height", "specular"):
-        for path, channel in ((packed, "luminance"), (packed, "g"), (grey, "luminance")):
+        for path, channel in ((packed, "luminance"), (packed, "g"), (grey, "luminance"), (flat, "luminance")):
             (made,) = bake_authored({role: path}, channels={role: channel}, measure=False).values()
             told = path is packed and channel == "luminance" and role != "specular"
             assert any(f"luminance is read as {role}" in text for text in made.warnings) == told
