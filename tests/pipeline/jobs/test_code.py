@@ -66,6 +66,19 @@ def test_a_kernel_s_digest_follows_sources_headers_and_flags(tmp_path: Path) -> 
     assert len(set(seen)) == 5
 
 
+def test_the_build_finds_the_digest_s_modules_in_python_alone(root: Path, tmp_path: Path) -> None:
+    """Not in the folder of the script, which holds a `math` of ours, nor where the user's own modules lie."""
+    commands = re.findall(
+        r"&& (\S+(?: -\w+)? \S+/digest\.py) ", (root / "build/kernels/build.ninja").read_text()
+    )
+    assert len(commands) >= 12
+    for name in ("hashlib", "re", "pathlib"):
+        (tmp_path / f"{name}.py").write_text("raise SystemExit('own')\n")
+    words = [*commands[0].split(), tmp_path / "out.cpp", "-O3"]
+    subprocess.run(words, env={"PYTHONPATH": str(tmp_path)}, check=True)
+    assert "paradize-kernel-digest:" in (tmp_path / "out.cpp").read_text()
+
+
 def test_what_is_written_at_the_build_is_written_once(tmp_path: Path) -> None:
     source, out = tmp_path / "a.cpp", tmp_path / "digest.cpp"
     source.write_text("int a;\n")
