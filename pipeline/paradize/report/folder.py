@@ -23,7 +23,7 @@ from paradize.preview.pictures import MaterialDefaults, SheetMap
 from paradize.report.levels import draw_object
 from paradize.report.poster import Poster
 from paradize.report.sheet import SHEET_ORDER, draw_sheet, draw_sky
-from paradize.store.atomic import write_whole
+from paradize.store.atomic import write_report
 
 RECORD = "sheets.json"
 MOST_SHEETS = 100  # on a page
@@ -78,7 +78,7 @@ def draw_folder(
                     (folder / f"{name}.{suffix}").unlink(missing_ok=True)
         if record != known:
             text = json.dumps(record, indent=1, sort_keys=True).encode()
-            write_whole(folder / RECORD, text, durable=False)
+            write_report(folder / RECORD, text)
     except (OSError, ValueError, KeyError, TypeError, ParadizeError) as error:
         sheets.warnings.append(f"no contact sheets in {folder}: {error}")
     return sheets
@@ -118,7 +118,7 @@ def draw_page(
         report.warnings.append(f"{folder / 'tradeoff.json'}: {what}; measure again")
         text = page(None)
     for path in (folder / "index.html", *copies):
-        write_whole(path, text.encode(), durable=False)
+        write_report(path, text.encode())
     return folder / "index.html"
 
 
@@ -160,9 +160,10 @@ def _tradeoff(path: Path) -> dict[str, Any] | None:
 def _attempt(sheets: Sheets, name: str, draw: Callable[[], bytes], path: Path) -> bool:
     """Draws one sheet and notes it in `sheets`; whether it was drawn."""
     try:
-        write_whole(path, draw(), durable=False)
+        write_report(path, draw())
     except Exception as error:  # the bake is good without the picture
-        sheets.warnings.append(f"contact sheet {name}: {type(error).__name__}: {error}")
+        kind = "" if isinstance(error, ParadizeError) else f"{type(error).__name__}: "
+        sheets.warnings.append(f"contact sheet {name}: {kind}{error}")
         return False
     sheets.drawn.append(path)
     return True

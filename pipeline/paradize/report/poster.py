@@ -16,7 +16,7 @@ from paradize.errors import ParadizeError
 from paradize.files import open_file, read_file
 from paradize.formats.scene.manifest import read_scene
 from paradize.preview.player import run_player
-from paradize.store.atomic import write_whole
+from paradize.store.atomic import write_report
 
 # No artifact has a dash in its name, so these files are no contact sheets.
 WIDTH = 1100  # pixels
@@ -62,8 +62,8 @@ def draw_poster(
             run_player(player, baked, *view, "--screenshot", str(drawn), timeout_s=_PATIENCE_S)
             with open_file(drawn) as stream, Image.open(stream) as image:
                 image.convert("RGB").save(out, "JPEG", quality=_QUALITY)
-        write_whole(picture, out.getvalue(), durable=False)
-        write_whole(folder / KEY_FILE, key.hexdigest().encode(), durable=False)
+        write_report(picture, out.getvalue())
+        write_report(folder / KEY_FILE, key.hexdigest().encode())
     except (OSError, ValueError, ParadizeError) as error:
         return Poster(None, f"There is no picture of the scene: {error}")
     return Poster(out.getvalue())

@@ -22,7 +22,7 @@ from paradize.report.tradeoff.plot import curve, number_label, seconds_label
 from paradize.report.tradeoff.style import STYLE
 from paradize.report.verdict import Verdict, verdict_of
 from paradize.scene.budget import meaning_of, unit_of
-from paradize.store.atomic import write_whole
+from paradize.store.atomic import write_report
 
 _WIDE = 1100  # pixels, of a sheet on the page
 _QUALITY = 82  # of JPEG
@@ -207,7 +207,7 @@ def _small(path: Path) -> bytes:
         rgb = rgb.resize((_WIDE, round(rgb.height * _WIDE / rgb.width)), Image.Resampling.LANCZOS)
     out = io.BytesIO()
     rgb.save(out, "JPEG", quality=_QUALITY)
-    write_whole(small, out.getvalue(), durable=False)
+    write_report(small, out.getvalue())
     return out.getvalue()
 
 

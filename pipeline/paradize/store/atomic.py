@@ -13,13 +13,13 @@ from paradize.files import read_parts
 
 PARTIAL = ".part-"  # in the name of a file that is being written; a killed writer leaves it behind
 
-_MENDS = dict.fromkeys((errno.ENOSPC, errno.EDQUOT), "free space there, or name another place with -o")
-_MENDS |= dict.fromkeys((errno.EROFS, errno.EACCES, errno.EPERM), "name another place with -o")
+_MENDS = dict.fromkeys((errno.ENOSPC, errno.EDQUOT), "free space there, or name another place with {}")
+_MENDS |= dict.fromkeys((errno.EROFS, errno.EACCES, errno.EPERM), "name another place with {}")
 _MENDS |= dict.fromkeys(
     (errno.ENOTDIR, errno.EEXIST),
-    "a file stands where a folder is needed: move it away, or name another with -o",
+    "a file stands where a folder is needed: move it away, or name another with {}",
 )
-_MEND = "name another place with -o"
+_MEND = "name another place with {}"
 
 
 def write_whole(
@@ -30,6 +30,7 @@ def write_whole(
     flush: bool = True,
     sha256: str | None = None,
     owned: bool = False,
+    option: str = "-o",
 ) -> None:
     """Writes `data`, or a copy of the file at `data`, to `path`. A reader finds the old file or the new one,
     never a part, even after a kill or a power cut. Makes missing folders.
@@ -37,20 +38,20 @@ def write_whole(
     durable: flush the file and its folder; False for files that can be made again. flush: False leaves out
     the flush of the folder, for callers that write many files and then call flush_folder once. sha256:
     expected hash of a copied file. owned: only Paradize uses such a name, so a device, pipe or socket there
-    is replaced.
+    is replaced. option: what names another place, for messages.
 
     Raises BakeError (file, reason) where the file system refuses, where a folder is in the way, or a device,
     pipe or socket that is not owned, or where the hash differs. No partial file stays.
     """
     if path.name in ("", ".."):
-        raise BakeError("names a folder, not a file", file=path, mend="name a file with -o")
+        raise BakeError("names a folder, not a file", file=path, mend=f"name a file with {option}")
     partial = path.with_name(f".{path.name[:40]}{PARTIAL}{os.urandom(4).hex()}")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         folder = path.is_dir() and not path.is_symlink()
         if folder or (not owned and path.exists() and not (path.is_file() or path.is_dir())):
             what = "is a folder" if folder else "is not a regular file"  # a rename would replace it
-            raise BakeError(what, file=path, mend="move it away, or name another path with -o")
+            raise BakeError(what, file=path, mend=f"move it away, or name another path with {option}")
         try:
             with partial.open("xb") as stream:
                 if isinstance(data, Path):
@@ -68,9 +69,13 @@ def write_whole(
             flush_folder(path.parent)
     except OSError as error:
         reason = error.strerror or str(error)
-        raise BakeError(
-            f"cannot be written: {reason}", file=path, mend=_MENDS.get(error.errno or 0, _MEND)
-        ) from None
+        mend = _MENDS.get(error.errno or 0, _MEND).format(option)
+        raise BakeError(f"cannot be written: {reason}", file=path, mend=mend) from None
+
+
+def write_report(path: Path, data: bytes) -> None:
+    """Writes a file of a report as write_whole does."""
+    write_whole(path, data, durable=False, option="PARADIZE_REPORT or --report")
 
 
 def require_place(path: Path) -> None:
@@ -85,7 +90,7 @@ def require_place(path: Path) -> None:
         why, mend = f"{folder} is not yours to write, or read-only", _MENDS[errno.EACCES]
     else:
         return
-    raise BakeError(f"cannot be written: {why}", file=path, mend=mend)
+    raise BakeError(f"cannot be written: {why}", file=path, mend=mend.format("-o"))
 
 
 def _copy(source: Path, stream: BinaryIO, sha256: str | None) -> None:

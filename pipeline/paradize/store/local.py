@@ -189,7 +189,7 @@ class Store:
     def _write(path: Path, data: bytes) -> None:
         """Writes an entry. Replaces a pipe or device in its place: nobody else writes into the store's
         folder."""
-        write_whole(path, data, durable=False, owned=True)
+        write_whole(path, data, durable=False, owned=True, option="PARADIZE_STORE")
 
     @classmethod
     def _read_used(cls, path: Path) -> tuple[Any | None, list[str]]:

@@ -93,6 +93,12 @@ def test_files_appear_whole_and_folders_are_made(tmp_path: Path) -> None:
     assert [p.name for p in path.parent.iterdir()] == ["c.bin"]
 
 
+def test_a_store_that_cannot_be_written_names_what_moves_it(tmp_path: Path) -> None:
+    (tmp_path / "bakes").write_text("in the way")
+    with pytest.raises(BakeError, match="move it away, or name another with PARADIZE_STORE"):
+        Store(tmp_path).put_bake("a", {})
+
+
 def test_a_place_that_cannot_be_written_is_one_error_and_leaves_nothing(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("in the way")
     with pytest.raises(BakeError, match="cannot be written"):
