@@ -159,7 +159,7 @@ def node() -> Callable[[str, list[object]], Any]:
     def run(script: str, arguments: list[object]) -> Any:
         command = ["node", str(ROOT / "tests/e2e" / script), *map(str, arguments)]
         environment = {**os.environ, "PARADIZE_NODE_MODULES": str(modules)}
-        result = subprocess.run(command, capture_output=True, text=True, timeout=120, env=environment)
+        result = subprocess.run(command, capture_output=True, text=True, timeout=300, env=environment)
         assert result.returncode == 0, result.stderr
         return json.loads(result.stdout)
 

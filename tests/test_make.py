@@ -53,7 +53,7 @@ def configure(clone: Path, command: str, *, doctest: bool) -> subprocess.Complet
     machine.write_text("" if doctest else "set(CMAKE_DISABLE_FIND_PACKAGE_doctest ON)\n")
     environment = os.environ | {"CMAKE_TOOLCHAIN_FILE": str(machine)}
     return subprocess.run(
-        ["bash", "-c", command], cwd=clone, env=environment, capture_output=True, text=True, timeout=120
+        ["bash", "-c", command], cwd=clone, env=environment, capture_output=True, text=True, timeout=300
     )
 
 

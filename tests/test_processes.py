@@ -44,7 +44,7 @@ def test_where_signals_are_ignored_a_test_can_still_send_them(tmp_path: Path, ig
     """`nohup make test &` in a script: what a process ignores, what it starts ignores too."""
     shell = ["bash", "-c", f'trap "" {ignored}; exec "$@"', "bash"]
     command = [*shell, *inner(tmp_path, "-k", "interrupt")]
-    result = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=120)
+    result = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=300)
     assert result.returncode == 0, result.stdout + result.stderr
 
 

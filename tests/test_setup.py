@@ -31,7 +31,7 @@ def run_debian(
         (path / name).chmod(0o755)
     return subprocess.run(
         [str(path / "bash"), str(tmp_path / "debian.sh"), "run"],
-        env={"PATH": str(path)}, capture_output=True, text=True, timeout=60,
+        env={"PATH": str(path)}, capture_output=True, text=True, timeout=300,
     )  # fmt: skip
 
 
@@ -179,7 +179,7 @@ def test_nothing_asks_apt_or_pip_twice_at_once() -> None:
 def step(tmp_path: Path, command: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(
         [str(ROOT / "setup/step.sh"), "building of/it", "bash", "-c", command],
-        cwd=tmp_path, capture_output=True, text=True, timeout=60,
+        cwd=tmp_path, capture_output=True, text=True, timeout=300,
     )  # fmt: skip
 
 

@@ -29,7 +29,7 @@ from collections.abc import Iterator
 from ctypes import POINTER, byref, c_char_p, c_int, c_long, c_uint, c_ulong, c_void_p
 from pathlib import Path
 
-PATIENCE_S = 20.0
+PATIENCE_S = 120.0
 HOLD_S = 0.6
 KEY_PRESS, KEY_RELEASE = 2, 3
 Z_PIXMAP = 2

@@ -8,7 +8,6 @@ import re
 import signal
 import subprocess
 import sys
-import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -42,7 +41,7 @@ def run(store: str, paradize: Run) -> Run:
     """`paradize` in a process of its own."""
 
     def call(*arguments: object, **kwargs: Any) -> subprocess.CompletedProcess[str]:
-        result = paradize(*arguments, env={**os.environ, "PARADIZE_STORE": store}, timeout=60, **kwargs)
+        result = paradize(*arguments, env={**os.environ, "PARADIZE_STORE": store}, timeout=300, **kwargs)
         assert "Traceback" not in result.stderr, result.stderr
         return result
 
@@ -74,17 +73,25 @@ def test_the_help_of_bake_names_a_page_that_is_there(
     assert page.name == "FIELDS.md" and page.is_file()
 
 
-def test_help_and_version_are_fast_and_import_no_numpy(run: Run) -> None:
-    start = time.monotonic()
+def test_help_and_version_load_modules_of_python_and_of_paradize_alone(run: Run) -> None:
+    """So they are there at once: numpy alone takes longer than all of these."""
     result = run("--help")
-    assert result.returncode == 0 and time.monotonic() - start < 2.0
+    assert result.returncode == 0
     assert all(command in result.stdout for command in ("bake", "mesh", "maps", "terrain", "check"))
     assert run("--version").stdout.startswith("paradize ")
-    script = (
-        "import sys; from paradize.cli.main import main; main(['--version']); print('numpy' in sys.modules)"
-    )
+    script = """
+import sys
+from contextlib import suppress
+before = set(sys.modules)
+from paradize.cli.main import main
+for option in ("--version", "--help"):
+    with suppress(SystemExit):
+        main([option])
+loaded = {name.partition(".")[0] for name in set(sys.modules) - before}
+print(sorted(loaded - sys.stdlib_module_names - {"__mp_main__"}))
+"""
     output = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True).stdout
-    assert output.endswith("False\n")
+    assert output.endswith("\n['paradize']\n")
 
 
 @pytest.mark.parametrize(
@@ -325,14 +332,14 @@ def test_an_interrupted_bake_leaves_nothing_half(tmp_path: Path, root: Path, num
         while not (tmp_path / "store/products").is_dir():
             assert process.poll() is None
         process.send_signal(number)
-        _, result = process.communicate(timeout=60)
+        _, result = process.communicate(timeout=300)
     assert process.returncode == 130 and "interrupted" in result and "Traceback" not in result
     assert not (tmp_path / "out").exists() or not list((tmp_path / "out").iterdir())
-    again = subprocess.run([*command, "--json"], capture_output=True, text=True, env=environment, timeout=60)
+    again = subprocess.run([*command, "--json"], capture_output=True, text=True, env=environment, timeout=300)
     assert again.returncode == 0 and json.loads(again.stdout)["failed"] == 0
 
 
 def test_output_into_a_closed_pipe_is_no_traceback(root: Path, cove: Path) -> None:
     command = f"{root}/build/venv/bin/paradize check {cove.parent}/nothing/* | true"
-    result = subprocess.run(["bash", "-c", command], capture_output=True, text=True, timeout=30)
+    result = subprocess.run(["bash", "-c", command], capture_output=True, text=True, timeout=300)
     assert "Traceback" not in result.stderr

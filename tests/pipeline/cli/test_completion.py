@@ -59,7 +59,7 @@ def test_bash_completes_commands_options_and_files_by_suffix(
     (place / "script").write_text(completion("bash"))
     (place / "script").rename(place / "models/.script")
     call = ["bash", "-c", BASH.replace("script", "models/.script"), "bash", "paradize", *words]
-    result = subprocess.run(call, cwd=place, capture_output=True, text=True, timeout=30, check=True)
+    result = subprocess.run(call, cwd=place, capture_output=True, text=True, timeout=300, check=True)
     assert set(result.stdout.split()) == expected and result.stderr == ""
 
 
@@ -70,7 +70,7 @@ def test_fish_completes_the_same(place: Path, words: list[str], expected: set[st
     call = [wanted("fish"), "-c", f"source models/.script; complete -C '{line}'"]
     environment = {**os.environ, "HOME": str(place / "models")}
     result = subprocess.run(
-        call, cwd=place, env=environment, capture_output=True, text=True, timeout=60, check=True
+        call, cwd=place, env=environment, capture_output=True, text=True, timeout=300, check=True
     )
     found = {row.partition("\t")[0].rstrip("/") for row in result.stdout.splitlines()}
     assert found == expected
@@ -94,7 +94,7 @@ def test_zsh_completes_a_line_typed_with_tabs(place: Path) -> None:
     try:
         for send, awaited in typed:
             os.write(terminal, send.encode())
-            shown, end = b"", time.monotonic() + 60.0
+            shown, end = b"", time.monotonic() + 300.0
             while awaited.encode() not in shown:
                 assert select.select([terminal], [], [], max(0.0, end - time.monotonic()))[0], (send, shown)
                 shown += os.read(terminal, 4096)

@@ -46,7 +46,7 @@ def run(at: int, number: int, words: list[str], folder: Path) -> subprocess.Comp
         env={**os.environ, "PARADIZE_STORE": str(folder / "store"), "PARADIZE_REPORT": ""},
         capture_output=True,
         text=True,
-        timeout=120,
+        timeout=300,
     )
 
 
@@ -125,7 +125,7 @@ def call():
 @pytest.mark.parametrize("what", MEANWHILE)
 def test_an_interrupt_counts_where_python_or_a_library_drops_it(what: str) -> None:
     program = AFTERWARDS.format(meanwhile=MEANWHILE[what])
-    ran = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=60)
+    ran = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=300)
     line = LINE if what.startswith("an error") else AT_ONCE  # where no `finally` runs, files may stay
     assert (ran.returncode, ran.stderr.splitlines()) == (130, [line])
 
@@ -145,7 +145,7 @@ def call():
     signal.pause()
 """
     program = AFTERWARDS.format(meanwhile=meanwhile)
-    ran = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=60)
+    ran = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=300)
     assert (ran.returncode, ran.stderr.splitlines()) == (130, [LINE])
 
 
@@ -163,7 +163,7 @@ def parser(only=None):
 main.parser = parser
 sys.exit(main.main(["--version"]))
 """
-    ran = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=60)
+    ran = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=300)
     assert (ran.returncode, ran.stderr.splitlines()) == (130, [LINE])
 
 
@@ -173,7 +173,7 @@ def test_a_process_started_to_ignore_interrupts_goes_on_ignoring_them(tmp_path: 
         meanwhile="def call():\n    os.kill(os.getpid(), signal.SIGINT)\n    return 7"
     )
     command = ["bash", "-c", 'trap "" INT; exec "$0" -c "$1"', sys.executable, program]
-    ran = subprocess.run(command, capture_output=True, text=True, timeout=60)
+    ran = subprocess.run(command, capture_output=True, text=True, timeout=300)
     assert (ran.returncode, ran.stderr) == (7, "")
 
 
@@ -186,8 +186,8 @@ answers = queue.SimpleQueue()
 worker = start_worker(answers, 1, None)
 os.kill(worker.process.pid, signal.SIGINT)
 worker.send(Job("id", os.getpid, {}), 1)
-print(answers.get(timeout=60).value == worker.process.pid)
+print(answers.get(timeout=300).value == worker.process.pid)
 worker.stop()
 """
-    ran = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=120)
+    ran = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=300)
     assert (ran.stdout, ran.stderr) == ("True\n", "")

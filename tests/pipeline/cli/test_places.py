@@ -31,7 +31,7 @@ def shell(tmp_path: Path, root: Path) -> Shell:
             env=environment,
             capture_output=True,
             text=True,
-            timeout=60,
+            timeout=300,
         )
         assert "Traceback" not in result.stderr and "internal error" not in result.stderr, result.stderr
         return result

@@ -198,7 +198,7 @@ def test_a_changed_module_or_kernel_bakes_its_products_and_no_others(tmp_path: P
             [sys.executable, "-c", script, scene, tmp_path / "out"],
             capture_output=True,
             text=True,
-            timeout=200,
+            timeout=300,
             env={**os.environ, **environment},
         )
         assert done.returncode == 0, done.stderr

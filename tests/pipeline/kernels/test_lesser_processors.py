@@ -179,7 +179,7 @@ def said(script: str, environment: dict[str, str], *arguments: object) -> str:
         [sys.executable, "-W", "error", "-c", script, *map(str, arguments)],
         capture_output=True,
         text=True,
-        timeout=200,
+        timeout=300,
         cwd=ROOT,
         env={**os.environ, **environment},
     )

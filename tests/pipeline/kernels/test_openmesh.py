@@ -123,5 +123,5 @@ try:
 except RuntimeError as error:
     print(error)
 """
-    result = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=60)
+    result = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=300)
     assert result.stderr == "" and result.stdout.startswith("Paradize was built without OpenMesh: install")

@@ -431,7 +431,7 @@ def survive(files: list[Path]) -> dict[str, int]:
     names = "\n".join(map(str, files))
     command = [sys.executable, "-c", SURVIVE]
     done = subprocess.run(
-        command, input=names, capture_output=True, text=True, timeout=100, env={**os.environ}
+        command, input=names, capture_output=True, text=True, timeout=300, env={**os.environ}
     )
     assert done.returncode == 0, done.stderr[-2000:]
     lines = done.stdout.splitlines()

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import time
 from decimal import Decimal
 from pathlib import Path
 
@@ -170,15 +169,13 @@ def test_an_outline_that_crosses_itself_is_cut_and_told(tmp_path: Path) -> None:
     assert any("crosses itself" in warning for warning in result.warnings)
 
 
-def test_a_hostile_polygon_costs_bounded_time(tmp_path: Path) -> None:
+def test_a_hostile_polygon_costs_bounded_work(tmp_path: Path) -> None:
     rng = np.random.default_rng(5)
     count = 100_000
     rows = "".join(f"v {x:.6f} {y:.6f} 0\n" for x, y in rng.random((count, 2)))
-    started = time.monotonic()
     result = read(tmp_path, rows + "f " + " ".join(map(str, range(1, count + 1))) + "\n")
-    assert time.monotonic() - started < 15
     assert len(result.mesh.triangles) == count - 2
-    assert any("may overlap" in warning for warning in result.warnings)
+    assert any("beyond the work limit; triangles may overlap" in warning for warning in result.warnings)
 
 
 def test_corners_without_uv_or_normal_are_filled_in_and_told(tmp_path: Path) -> None:

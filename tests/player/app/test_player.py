@@ -164,7 +164,7 @@ def test_a_picture_that_cannot_be_written_is_an_error(player: Player, scene: Pat
 def test_standard_output_that_is_full_is_an_error(scene: Path, arguments: list[str]) -> None:
     command = [str(ROOT / "build/bin/paradize-player"), str(scene), "--headless", *arguments]
     with Path("/dev/full").open("w") as full:
-        result = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, text=True, timeout=60)
+        result = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, text=True, timeout=300)
     assert result.returncode == 1
     assert "standard output: cannot write" in result.stderr
 
@@ -188,7 +188,7 @@ def test_without_a_display_and_without_headless_the_message_says_what_to_add(sce
     environment = {k: v for k, v in os.environ.items() if k not in {"DISPLAY", "WAYLAND_DISPLAY"}}
     command = [str(ROOT / "build/bin/paradize-player"), str(scene)]
     result = subprocess.run(
-        command, capture_output=True, text=True, timeout=60, env=environment | RENDER_ENVIRONMENT
+        command, capture_output=True, text=True, timeout=300, env=environment | RENDER_ENVIRONMENT
     )
     refused(result, 1, "--headless")
 

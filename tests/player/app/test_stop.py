@@ -30,7 +30,7 @@ def stopped(
     with started(
         command, cwd=out, env={**os.environ, **RENDER_ENVIRONMENT}, stderr=subprocess.PIPE
     ) as player:
-        deadline = time.monotonic() + 120
+        deadline = time.monotonic() + 300
         while not began():
             assert player.poll() is None and time.monotonic() < deadline
             time.sleep(0.01)

@@ -53,7 +53,7 @@ class Running:
     def picture(self, number: int) -> Any:
         """The picture of a frame. It is complete when the next one exists."""
         after = self.frames / f"f_{number + 1:04d}.png"
-        changes: Iterator[Any] = iter(watchfiles.watch(self.frames, step=10, rust_timeout=60_000))
+        changes: Iterator[Any] = iter(watchfiles.watch(self.frames, step=10, rust_timeout=300_000))
         while not after.exists():
             next(changes)
         return pixels(self.frames / f"f_{number:04d}.png")

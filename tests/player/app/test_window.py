@@ -45,7 +45,7 @@ def on_a_display(*command: object, **more: str) -> subprocess.CompletedProcess[s
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
     words = ["xvfb-run", "-a", *command]
     with started(words, env=environment | RENDER_ENVIRONMENT | more, **pipes) as process:
-        out, errors = process.communicate(timeout=120)
+        out, errors = process.communicate(timeout=300)
     return subprocess.CompletedProcess(words, process.returncode, out, errors)
 
 

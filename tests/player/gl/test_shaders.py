@@ -71,7 +71,7 @@ def compiles(source: str, stage: str, folder: Path) -> str:
     """The errors of glslangValidator, or an empty text."""
     path = folder / f"body.{stage}"
     path.write_text(source)
-    result = subprocess.run(["glslangValidator", path], capture_output=True, text=True, timeout=30)
+    result = subprocess.run(["glslangValidator", path], capture_output=True, text=True, timeout=300)
     return result.stdout if result.returncode else ""
 
 

@@ -255,22 +255,35 @@ TEST_CASE("scene.json: files outside the scene's folder are rejected") {
         "scene.json: artifacts.sky.file: \"../x.ktx\" must be a path inside the scene's folder", Error);
 }
 
-TEST_CASE("scene.json: a hundred thousand artifacts are read and found by name") {
-    std::string artifacts;
-    std::string streaming = "[";
-    const std::string same = test::identity(test::Bytes(1));
-    for (int i = 0; i < 50000; ++i) {
-        const std::string name = "\"a" + std::to_string(i) + "\"";
-        artifacts += name + ": {\"file\": \"a\", \"kind\": \"sound\", " + same + "},\n";
-        streaming += (i == 0 ? "" : ",") + name;
-    }
-    test::SceneText text;
-    text.streaming = streaming + "]";
-    std::string whole = text.str();
-    whole.insert(whole.find("\"sky\": {\"file\""), artifacts);
-    const std::clock_t start = std::clock(); // the processor's time: others may use it too
-    const assets::SceneFile scene = assets::parse_scene(whole, "scene.json");
-    CHECK(std::clock() - start < 5 * CLOCKS_PER_SEC);
+TEST_CASE("scene.json: ten times as many artifacts take some ten times as long") {
+    const auto text_of = [](int count) {
+        std::string artifacts;
+        std::string streaming = "[";
+        const std::string same = test::identity(test::Bytes(1));
+        for (int i = 0; i < count; ++i) {
+            const std::string name = "\"a" + std::to_string(i) + "\"";
+            artifacts += name + ": {\"file\": \"a\", \"kind\": \"sound\", " + same + "},\n";
+            streaming += (i == 0 ? "" : ",") + name;
+        }
+        test::SceneText text;
+        text.streaming = streaming + "]";
+        std::string whole = text.str();
+        whole.insert(whole.find("\"sky\": {\"file\""), artifacts);
+        return whole;
+    };
+    // The processor's time, the least of three: others may use it too.
+    const auto least_time = [](const std::string &text) {
+        std::clock_t least = std::numeric_limits<std::clock_t>::max();
+        for (int turn = 0; turn < 3; ++turn) {
+            const std::clock_t start = std::clock();
+            (void)assets::parse_scene(text, "scene.json");
+            least = std::min(least, std::clock() - start);
+        }
+        return least;
+    };
+    const std::string many = text_of(50000);
+    CHECK(least_time(many) < 30 * least_time(text_of(5000))); // where each looks at all others, 100 times
+    const assets::SceneFile scene = assets::parse_scene(many, "scene.json");
     REQUIRE(scene.find_artifact("a49999") != nullptr);
     CHECK(scene.artifacts[scene.streaming[777]].name == "a777");
 }
