@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 from paradize.documents import SCENE_FILE
 from paradize.errors import BakeError, ParadizeError, SceneError, SourceError
-from paradize.files import missing_reason, open_file
+from paradize.files import missing_reason, open_file, similar
 from paradize.kind_table import (
     ASCII_GRID,
     BAKED,
@@ -227,15 +227,11 @@ def expecting(wanted: Kind, path: Path) -> Iterator[None]:
 
 def _suggestion(path: Path) -> str:
     """A file of a similar name, or the folder that was searched."""
-    import difflib
-
     folder = path.parent
-    try:
-        names = sorted({*os.listdir(folder)} - {path.name})  # noqa: PTH208 (names only)
-    except OSError:
+    if not folder.is_dir():
         return f"there is no folder {folder}"
-    similar = difflib.get_close_matches(path.name, names[:10_000], n=1)
-    return f"did you mean {folder / similar[0]}?" if similar else f"looked for in {folder.absolute()}"
+    other = similar(folder, path.name)
+    return f"did you mean {folder / other}?" if other else f"looked for in {folder.absolute()}"
 
 
 def mend_of(kind: Kind, path: Path) -> str:

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
+#include <system_error>
 
 namespace paradize {
 
@@ -161,7 +162,7 @@ Options parse_options(std::span<const char *const> arguments, std::span<const st
         return app.add_option_function<std::string>(name, take, help)->type_name(shown);
     };
     const std::string up_to = ", 1 to ";
-    app.add_option("DIR", out.folder, "folder of the baked scene")->type_name("");
+    app.add_option("DIR", out.folder, "folder of the baked scene, or its scene.json")->type_name("");
     flag("--headless", out.headless, "no window and no sound; draws one frame, or --frames");
     option("--time", "S", number(out.time_s, 0.0, max_s), "seconds from the start, 0 to 1e9",
            "start at this second of the flight");
@@ -235,6 +236,10 @@ Options parse_options(std::span<const char *const> arguments, std::span<const st
         throw UsageError(error.what());
     }
     require_consistent(out, quality_given);
+    std::error_code unknown; // what cannot be looked at is reported when it is opened
+    if (out.folder.filename() == "scene.json" && std::filesystem::is_regular_file(out.folder, unknown)) {
+        out.folder = out.folder.has_parent_path() ? out.folder.parent_path() : ".";
+    }
     return out;
 }
 

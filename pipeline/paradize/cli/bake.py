@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from paradize.cli.options import add_common, add_elsewhere, add_scene
 from paradize.cli.output import complain, show, show_json, warn
-from paradize.cli.values import percent
+from paradize.cli.values import path, percent
 from paradize.errors import ParadizeError, one_line
 from paradize.files import resolved
 
@@ -29,7 +29,7 @@ MANY = 200  # artifacts; a longer table leaves out those that did not change
 def add(sub: argparse.ArgumentParser) -> None:
     """Declares the options of `paradize bake`."""
     add_scene(sub)
-    sub.add_argument("-o", "--out", type=Path, metavar="DIR", help="default: build/assets/<scene name>")
+    sub.add_argument("-o", "--out", type=path, metavar="DIR", help="default: build/assets/<scene name>")
     sub.add_argument("--force", action="store_true", help="bake everything anew; read nothing from the store")
     sub.add_argument(
         "--verify", type=percent, metavar="P", help="derive P %% of the artifacts again and compare bytes"

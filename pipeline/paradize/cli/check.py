@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 import argparse
-from pathlib import Path
 
 from paradize.cli.options import add_json
 from paradize.cli.output import show
-from paradize.cli.values import day, percent
+from paradize.cli.values import day, path, percent
 
 
 def add(sub: argparse.ArgumentParser) -> None:
     """Declares the options of `paradize check`."""
     sub.add_argument(
-        "paths", type=Path, nargs="+", metavar="PATH", help="a baked folder, scene.json, GLB, KTX2 or PNG"
+        "paths", type=path, nargs="+", metavar="PATH", help="a baked folder, scene.json, GLB, KTX2 or PNG"
     )
     sub.add_argument(
         "--format",
@@ -23,7 +22,7 @@ def add(sub: argparse.ArgumentParser) -> None:
         help="form of the findings (text); junit and sarif for CI",
     )
     sub.add_argument(
-        "--against", type=Path, metavar="DIR", help="an earlier bake: fail if an artifact got worse"
+        "--against", type=path, metavar="DIR", help="an earlier bake: fail if an artifact got worse"
     )
     sub.add_argument(
         "--worse-by",

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Iterator
-from pathlib import Path
 from typing import Any
 
 from paradize.cli.options import add_json
 from paradize.cli.output import show, show_json
+from paradize.cli.values import path
 
 PICTURES = (
     "asc",
@@ -59,7 +59,7 @@ def completion(shell: str) -> str:
 
     top = parser()
     for action in actions_of(top):
-        if action.type is Path:
+        if action.type is path:
             action.complete = _files(str(action.metavar or ""))  # type: ignore[attr-defined]
     script: str = shtab.complete(top, shell)
     return script

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import argparse
-from pathlib import Path
 
 from paradize.cli.options import add_json, add_scene
 from paradize.cli.output import show, show_json
+from paradize.cli.values import path
 from paradize.errors import one_line
 
 
@@ -17,7 +17,7 @@ def add(sub: argparse.ArgumentParser) -> None:
         "artifact", nargs="?", metavar="ARTIFACT", help="only this one, in detail (default: all)"
     )
     sub.add_argument(
-        "-o", "--out", type=Path, metavar="DIR", help="the baked folder (default: build/assets/<scene name>)"
+        "-o", "--out", type=path, metavar="DIR", help="the baked folder (default: build/assets/<scene name>)"
     )
     sub.add_argument("--details", action="store_true", help="all artifacts in detail, not a line for each")
     add_json(sub)

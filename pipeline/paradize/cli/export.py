@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import argparse
-from pathlib import Path
 
 from paradize.cli.options import add_json
 from paradize.cli.output import say, show, show_json
+from paradize.cli.values import path
 from paradize.errors import one_line
 
 
 def add(sub: argparse.ArgumentParser) -> None:
     """Declares the options of `paradize export`."""
-    sub.add_argument("folder", type=Path, metavar="DIR", help="a baked folder, or its scene.json")
-    sub.add_argument("-o", "--out", type=Path, required=True, metavar="OUT.glb", help="the file to write")
+    sub.add_argument("folder", type=path, metavar="DIR", help="a baked folder, or its scene.json")
+    sub.add_argument("-o", "--out", type=path, required=True, metavar="OUT.glb", help="the file to write")
     add_json(sub)
 
 

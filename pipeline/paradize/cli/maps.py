@@ -4,11 +4,10 @@ occlusion map of a model."""
 from __future__ import annotations
 
 import argparse
-from pathlib import Path
 
 from paradize.cli.options import add_common, help_of
 from paradize.cli.single_file import add_budget, add_nodata, bake_file
-from paradize.cli.values import number, whole
+from paradize.cli.values import number, path, whole
 from paradize.errors import BakeError
 from paradize.map_table import DERIVED
 from paradize.scene import ranges
@@ -42,11 +41,11 @@ def add(sub: argparse.ArgumentParser) -> None:
     """Declares the options of `paradize maps`."""
     sub.add_argument(
         "input",
-        type=Path,
+        type=path,
         metavar="IN.png|obj|glb|gltf|ply|stl",
         help="a picture; with --only occlusion a model: .obj, .glb, .gltf, .ply or .stl",
     )
-    sub.add_argument("-o", "--out", type=Path, metavar="DIR", required=True, help="the folder to write into")
+    sub.add_argument("-o", "--out", type=path, metavar="DIR", required=True, help="the folder to write into")
     sub.add_argument(
         "--only",
         type=_maps,
@@ -82,7 +81,7 @@ def add(sub: argparse.ArgumentParser) -> None:
         "--format", dest="fmt", choices=("ktx2", "png"), default="ktx2", help="format of the files (ktx2)"
     )
     sub.add_argument(
-        "--uv", type=Path, metavar="IN.obj|glb|gltf|ply|stl", help="the model whose UVs the map is for"
+        "--uv", type=path, metavar="IN.obj|glb|gltf|ply|stl", help="the model whose UVs the map is for"
     )
     sub.add_argument(
         "--gloss-groups",
@@ -120,7 +119,7 @@ def add(sub: argparse.ArgumentParser) -> None:
         metavar="A,B",
         help="materials that hold back no light in the occlusion map",
     )
-    sub.add_argument("--report", type=Path, metavar="DIR", help="also draw a contact sheet, DIR/<IN>.png")
+    sub.add_argument("--report", type=path, metavar="DIR", help="also draw a contact sheet, DIR/<IN>.png")
     sub.add_argument("--filter", choices=FILTERS, default=Relief.filter, help=help_of(Relief, "filter"))
     sub.add_argument("--destep", action="store_true", help=help_of(Relief, "destep"))
     for name, limit in (

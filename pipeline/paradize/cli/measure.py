@@ -8,7 +8,7 @@ from typing import Any
 
 from paradize.cli import options
 from paradize.cli.output import say, show, show_json, warn
-from paradize.cli.values import whole
+from paradize.cli.values import path, whole
 from paradize.documents import json_text
 from paradize.errors import one_line
 from paradize.jobs.progress import OnProgress
@@ -17,8 +17,8 @@ from paradize.tiers import TIER_OPTIONS
 
 def add(sub: argparse.ArgumentParser) -> None:
     """Declares the options of `paradize measure`."""
-    sub.add_argument("input", type=Path, metavar="SCENE.toml|FILE", help="a scene, a model or a picture")
-    sub.add_argument("-o", "--out", type=Path, metavar="DIR", required=True, help="the folder to write")
+    sub.add_argument("input", type=path, metavar="SCENE.toml|FILE", help="a scene, a model or a picture")
+    sub.add_argument("-o", "--out", type=path, metavar="DIR", required=True, help="the folder to write")
     sub.add_argument(
         "--runs",
         type=whole(1, 1000),

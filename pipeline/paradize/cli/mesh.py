@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import argparse
-from pathlib import Path
 
 from paradize.cli.options import add_common, help_of
 from paradize.cli.single_file import add_budget, bake_file
-from paradize.cli.values import number, rising, whole
+from paradize.cli.values import number, path, rising, whole
 from paradize.scene import ranges
 from paradize.scene.baker_settings import MeshSettings
 from paradize.scene.settings import SceneObject
@@ -16,8 +15,8 @@ from paradize.tiers import SIMPLIFIERS, UNWRAPPERS
 
 def add(sub: argparse.ArgumentParser) -> None:
     """Declares the options of `paradize mesh`."""
-    sub.add_argument("input", type=Path, metavar="IN.obj|glb|gltf|ply|stl", help="the model")
-    sub.add_argument("-o", "--out", type=Path, metavar="OUT.glb", required=True, help="the file to write")
+    sub.add_argument("input", type=path, metavar="IN.obj|glb|gltf|ply|stl", help="the model")
+    sub.add_argument("-o", "--out", type=path, metavar="OUT.glb", required=True, help="the file to write")
     sub.add_argument(
         "--lods",
         type=whole(**ranges.LODS),

@@ -11,6 +11,7 @@ from shutil import which
 
 from paradize.cli.options import add_json
 from paradize.cli.output import show, show_json, warn
+from paradize.cli.values import path
 from paradize.errors import one_line
 from paradize.files import resolved
 from paradize.new.templates import TEMPLATES
@@ -18,12 +19,12 @@ from paradize.new.templates import TEMPLATES
 
 def add(sub: argparse.ArgumentParser) -> None:
     """Declares the options of `paradize new`."""
-    sub.add_argument("folder", type=Path, metavar="DIR", help="a new folder for the scene")
+    sub.add_argument("folder", type=path, metavar="DIR", help="a new folder for the scene")
     what = sub.add_mutually_exclusive_group()
     what.add_argument(
         "--from",
         dest="model",
-        type=Path,
+        type=path,
         metavar="IN.obj|glb|gltf|ply|stl",
         help="the model (default: a vase)",
     )

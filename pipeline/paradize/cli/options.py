@@ -5,9 +5,8 @@ from __future__ import annotations
 import argparse
 import re
 from dataclasses import fields
-from pathlib import Path
 
-from paradize.cli.values import number, whole
+from paradize.cli.values import number, path, whole
 from paradize.scene import ranges
 from paradize.tiers import TIER_OPTIONS
 
@@ -63,7 +62,7 @@ def add_relief(
 
 def add_scene(sub: argparse.ArgumentParser) -> None:
     """Declares the scene argument."""
-    sub.add_argument("scene", type=Path, metavar="SCENE.toml", help="the scene file")
+    sub.add_argument("scene", type=path, metavar="SCENE.toml", help="the scene file")
 
 
 def _scheduler(text: str) -> str:

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import argparse
-from pathlib import Path
 
 from paradize.cli import options
 from paradize.cli.options import add_common, help_of
 from paradize.cli.single_file import add_budget, add_nodata, bake_file
-from paradize.cli.values import number
+from paradize.cli.values import number, path
 from paradize.scene import ranges
 from paradize.scene.baker_settings import TerrainSettings
 from paradize.scene.settings import Terrain
@@ -18,11 +17,11 @@ def add(sub: argparse.ArgumentParser) -> None:
     """Declares the options of `paradize terrain`."""
     sub.add_argument(
         "input",
-        type=Path,
+        type=path,
         metavar="IN.png",
         help="the heightmap: a grey picture, .hgt, .asc, .tif, .exr, .raw",
     )
-    sub.add_argument("-o", "--out", type=Path, metavar="OUT.glb", required=True, help="the file to write")
+    sub.add_argument("-o", "--out", type=path, metavar="OUT.glb", required=True, help="the file to write")
     options.add_relief(
         sub,
         required=True,

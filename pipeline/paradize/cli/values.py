@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Callable
+from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
 if TYPE_CHECKING:
@@ -12,6 +13,13 @@ if TYPE_CHECKING:
 
 
 _Number = TypeVar("_Number", int, float)
+
+
+def path(text: str) -> Path:
+    """An option that names a file or a folder. A shell leaves nothing of a variable that is not set."""
+    if not text:
+        raise argparse.ArgumentTypeError("is empty; write a name, or . for the current folder")
+    return Path(text)
 
 
 def number(low: float, high: float) -> Callable[[str], float]:

@@ -6,12 +6,12 @@ import argparse
 import json
 import os
 import signal
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from paradize.cli.options import add_common, add_elsewhere, add_scene
 from paradize.cli.output import complain, say, show, warn
 from paradize.cli.progress import Progress
+from paradize.cli.values import path
 from paradize.errors import one_line
 
 if TYPE_CHECKING:
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 def add(sub: argparse.ArgumentParser) -> None:
     """Declares the options of `paradize watch`."""
     add_scene(sub)
-    sub.add_argument("-o", "--out", type=Path, metavar="DIR", help="default: build/assets/<scene name>")
+    sub.add_argument("-o", "--out", type=path, metavar="DIR", help="default: build/assets/<scene name>")
     add_elsewhere(sub)
     add_common(sub, "worker processes", None)
     sub.epilog = f"{sub.epilog}. With --json every bake prints one line of JSON. Ctrl-C ends it: exit 0."

@@ -250,7 +250,7 @@ SCENES = {
         swap('mesh = "post.obj"', 'mesh = "../outside.obj"'),
         "object[0].mesh",
         lambda text, mend: (
-            (Path(mend.removeprefix("move it into ")) / "outside.obj").write_text(ball()),
+            (Path(mend.removeprefix("copy it into ")) / "outside.obj").write_text(ball()),
             text.replace("../outside", "outside"),
         )[1],
     ),

@@ -147,6 +147,12 @@ def test_wrong_usage_is_told_in_one_line_with_what_to_write(words: str, said: st
     assert "sky_" not in error and "lod_mapped" not in error
 
 
+@pytest.mark.parametrize("words", [["mesh", "a.obj", "-o", ""], ["bake", "", "-o", "out"], ["check", ""]])
+def test_an_empty_name_is_wrong_usage_and_not_the_current_folder(words: list[str]) -> None:
+    code, _, said = called(*words)
+    assert code == 2 and "is empty; write a name, or . for the current folder" in said
+
+
 GONE = [
     ["bake", "gone.toml"],
     ["mesh", "gone.obj", "-o", "out.glb"],

@@ -107,6 +107,31 @@ def test_sources_stay_inside_the_scene_folder(tmp_path: Path, path: str) -> None
     (inside / "link.png").symlink_to(tmp_path / "outside.png")
     message = faults(inside, LEAST + f'[sound]\nfile = "{path}"\n')
     assert len(message) == 1 and "sound.file" in message[0]
+    assert ("is a link to" in message[0]) == (path == "link.png")
+
+
+@pytest.mark.parametrize(
+    ("path", "meant"),
+    [
+        ("sounds/SEA.OGG", "did you mean 'Sounds/Sea.ogg'?"),
+        (r"Sounds\Sea.ogg", "did you mean 'Sounds/Sea.ogg'?"),
+        ("Sounds/Seas.ogg", "did you mean 'Sounds/Sea.ogg'?"),
+        ("Sounds/cafe\u0301.ogg", "did you mean 'Sounds/caf\u00e9.ogg'?"),
+        ("Sounds/see.ogg", "did you mean 'Sounds/Sea.ogg'?"),
+        ("Sounds/Sea.wav", "did you mean 'Sounds/Sea.ogg'?"),
+        ("Sounds/other.ogg", "looked for in"),
+        ("Sound/Sea.ogg", "looked for in"),
+        ("Sounds/Sea.ogg/a", "looked for in"),
+    ],
+)
+def test_a_name_that_leads_to_nothing_is_told_with_the_one_that_is_meant(
+    tmp_path: Path, path: str, meant: str
+) -> None:
+    (tmp_path / "Sounds").mkdir()
+    for name in ("Sea.ogg", "caf\u00e9.ogg"):
+        (tmp_path / "Sounds" / name).write_bytes(b"x")
+    (message,) = faults(tmp_path, LEAST + f"[sound]\nfile = '{path}'\n")
+    assert "there is no file" in message and meant in message
 
 
 def test_duplicate_object_names_are_refused(tmp_path: Path) -> None:

@@ -110,6 +110,14 @@ def test_every_pass_can_be_disabled_alone_and_all_at_once(
         assert result.returncode == 0, (disabled, result.stderr)
 
 
+def test_a_folder_may_be_given_as_its_scene_json(player: Player, scene: Path, tmp_path: Path) -> None:
+    pictures = [tmp_path / name for name in ("folder.png", "file.png")]
+    for given, picture in zip((scene, scene / "scene.json"), pictures, strict=True):
+        assert player(given, "--screenshot", picture, *CHECKED).returncode == 0
+    assert pictures[0].read_bytes() == pictures[1].read_bytes()
+    refused(player(scene / "scene.jsn"), 1, "there is no such file")
+
+
 @pytest.mark.parametrize(
     ("arguments", "part"),
     [

@@ -7,7 +7,7 @@ from dataclasses import MISSING
 from pathlib import Path
 from typing import Any
 
-from paradize.files import is_there, missing_reason, resolved
+from paradize.files import is_there, missing_reason, resolved, similar
 from paradize.scene.schema.field import Faults, declare, show
 
 _FILE = {"type": "string", "minLength": 1}
@@ -26,12 +26,15 @@ def _source(value: object, place: str, faults: Faults) -> Path | None:
         faults.add(place, f"{show(value)} cannot be read: {error.strerror or error}")
         return None
     if not inside:
-        faults.add(place, f"{show(value)} lies outside the scene's folder", f"move it into {faults.folder}")
+        linked = Path(os.path.normpath(named)).is_relative_to(faults.folder)
+        what = f"is a link to {path}, which lies outside" if linked else "lies outside"
+        faults.add(place, f"{show(value)} {what} the scene's folder", f"copy it into {faults.folder}")
         return None
     if not there:
         link = missing_reason(named)
         what = f"{show(value)} {link}" if link else f"there is no file {show(value)}"
-        faults.add(place, what, f"looked for in {faults.folder}")
+        other = None if link else similar(faults.folder, value)
+        faults.add(place, what, f"did you mean {show(other)}?" if other else f"looked for in {faults.folder}")
         return None
     # A link keeps its own name, so that a bake notices when its target changes.
     return path if os.path.normpath(named) == str(path) else named
