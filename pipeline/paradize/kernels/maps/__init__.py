@@ -191,8 +191,11 @@ def widened_smoothness(variance: F32, averages: F32, *, threads: int = THREADS) 
 
 
 def uv_islands(uvs: F32, triangles: npt.NDArray[np.uint32]) -> I32:
-    """The island (m,) of each triangle (m, 3): triangles that share a UV point (n, 2) share an island."""
+    """The island (m,) of each triangle (m, 3): triangles that share a UV point (n, 2), finite, share an
+    island."""
     uvs = _f32(uvs, shape=(None, 2), name="uvs")
+    if not np.isfinite(uvs).all():
+        raise ValueError("uvs are not finite")
     out = np.empty(len(triangles), np.int32)
     _maps.uv_islands(uvs, np.ascontiguousarray(triangles, np.uint32), out)
     return out

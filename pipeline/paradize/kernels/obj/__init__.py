@@ -124,14 +124,16 @@ def cut_polygons(
     ear_tests: int = 400_000_000,
 ) -> tuple[npt.NDArray[np.uint32], int]:
     """Cuts polygons into triangles, as those of an OBJ are. Returns their places in `corners` (m, 3), and how
-    many outlines may cross themselves. positions: (n, 3) finite. corners: (c,), positions of all polygons,
-    one after the other. counts: (f,), corners of each polygon, at least 3."""
+    many outlines may cross themselves. positions: (n, 3), finite where a corner is. corners: (c,), positions
+    of all polygons, one after the other. counts: (f,), corners of each polygon, at least 3."""
     positions = np.ascontiguousarray(positions, np.float64)
     corners, counts = (np.ascontiguousarray(array, np.uint32) for array in (corners, counts))
     if positions.shape[1:] != (3,) or int(counts.sum(dtype=np.int64)) != len(corners):
         raise ValueError(f"positions {positions.shape}, {len(corners)} corners of {len(counts)} polygons")
     if len(corners) and (int(corners.max()) >= len(positions) or int(counts.min()) < 3):
         raise ValueError(f"index {int(corners.max())} of {len(positions)}, {int(counts.min())} corners")
+    if not np.isfinite(positions[corners]).all():
+        raise ValueError("a corner is not finite")
     return _obj.cut_polygons(positions, corners, counts, ear_tests)  # type: ignore[no-any-return]
 
 
