@@ -111,8 +111,19 @@ def leave_files(tally: Path) -> None:
     os.kill(os.getpid(), signal.SIGKILL)
 
 
-def nap() -> None:
-    time.sleep(0.4)
+def meet(pipe: Path, mode: str) -> bool:
+    """Opens one end of a named pipe, which waits until another job opens the other end."""
+    with pipe.open(mode):
+        return True
+
+
+def alone(own: Path, folder: Path) -> bool:
+    """Whether no other job has its mark in the folder while this one has."""
+    own.mkdir()
+    time.sleep(0.2)
+    found = list(folder.iterdir())
+    own.rmdir()
+    return found == [own]
 
 
 def crash_on(**settings: Any) -> None:

@@ -6,7 +6,7 @@ import os
 import subprocess
 import sys
 import tempfile
-import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +25,7 @@ from paradize.kernels.threads import VARIABLE as THREADS
 from tests.pipeline.scenes import make_cove, write_image
 from tests.pipeline.worker_jobs import (
     allocate,
+    alone,
     climb,
     crash,
     crash_on,
@@ -34,7 +35,7 @@ from tests.pipeline.worker_jobs import (
     hang,
     hunger_on,
     leave_files,
-    nap,
+    meet,
     stop_in_an_answer,
     tell_process,
     tell_threads,
@@ -252,24 +253,26 @@ def test_two_jobs_that_do_not_fit_together_both_succeed(
     assert sorted(outcome.tries for outcome in outcomes) == [1, 2]
 
 
-def test_jobs_wait_until_their_estimates_fit_and_one_may_always_run(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_jobs_wait_until_their_estimates_fit_and_one_may_always_run(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setenv("PARADIZE_MEMORY", "1G")
-    times: dict[str, tuple[float, float]] = {}
 
-    def ended(outcome: Outcome) -> None:
-        now = time.monotonic()
-        times[outcome.name] = (now - outcome.seconds, now)
+    def answers(call: Callable[..., bool], sizes: tuple[int, int], *given: dict[str, Any]) -> list[Any]:
+        jobs = [
+            Job(str(k), call, arguments, timeout_s=300.0, memory_bytes=size * MB)
+            for k, (size, arguments) in enumerate(zip(sizes, given, strict=True))
+        ]
+        return [outcome.value for outcome in run_jobs(jobs, 2)]
 
-    def together(sizes: list[int]) -> bool:
-        times.clear()
-        jobs = [Job(str(i), nap, {}, memory_bytes=size) for i, size in enumerate(sizes)]
-        assert all(outcome.error is None for outcome in run_jobs(jobs, 2, ended))
-        (_, ended_first), (began_last, _) = sorted(times.values())
-        return began_last < ended_first
-
-    assert together([400 * MB, 400 * MB])
-    assert not together([700 * MB, 700 * MB])
-    assert not together([5000 * MB, 100 * MB])
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    assert answers(meet, (400, 400), *({"pipe": pipe, "mode": mode} for mode in "rw")) == [True, True]
+    places = tmp_path / "places"
+    places.mkdir()
+    for sizes in ((700, 700), (5000, 100)):
+        given = [{"own": places / name, "folder": places} for name in "ab"]
+        assert answers(alone, sizes, *given) == [True, True]
 
 
 @pytest.mark.parametrize("workers", [1, 2, 1000])
