@@ -5,6 +5,7 @@ indices and numbers: the rules do. It refuses only what cannot be read."""
 
 from __future__ import annotations
 
+import re
 import struct
 from dataclasses import dataclass
 from typing import Any
@@ -18,7 +19,16 @@ from paradize.errors import FormatError
 _TYPES = {5120: np.int8, 5121: np.uint8, 5122: np.int16, 5123: np.uint16, 5125: np.uint32, 5126: np.float32}
 _SHAPES = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
 _OVERLAP = 8
-_WIDTHS = {"POSITION": 3, "NORMAL": 3, "TANGENT": 4}
+# Numbers of an attribute, by its name without the number behind it (glTF 2.0, "Meshes"); _SWAY is ours.
+_WIDTHS = {
+    "POSITION": (3,),
+    "NORMAL": (3,),
+    "TANGENT": (4,),
+    "TEXCOORD": (2,),
+    "COLOR": (3, 4),
+    "_SWAY": (2,),
+}
+_NUMBER = re.compile(r"_\d+$")
 # The exceptions that the lookups below can raise for a JSON chunk of any shape.
 _UNREADABLE = (
     FormatError,
@@ -99,8 +109,9 @@ def read_levels(data: bytes, file: object) -> list[Level]:
                         raise ValueError(f"indices are {indices.dtype}, not unsigned integers")
                 attributes = {name: arrays.floats(at) for name, at in primitive["attributes"].items()}
                 for name, values in attributes.items():
-                    if values.shape[1] != _WIDTHS.get(name, values.shape[1]):
-                        raise ValueError(f"{name} has {values.shape[1]} numbers, not {_WIDTHS[name]}")
+                    width, widths = values.shape[1], _WIDTHS.get(_NUMBER.sub("", name))
+                    if widths and width not in widths:
+                        raise ValueError(f"{name} has {width} numbers, not {' or '.join(map(str, widths))}")
                 slack = {name: arrays.slack(at) for name, at in primitive["attributes"].items()}
                 number = primitive.get("material")
                 extras = {} if number is None else tree["materials"][number].get("extras")
@@ -146,8 +157,10 @@ class _Arrays:
         return self._values[index]
 
     def indices(self, index: int) -> npt.NDArray[Any]:
-        """An accessor's first components, (count,)."""
+        """An accessor of single numbers, (count,)."""
         if index not in self._indices:
+            if self.of(index).shape[1] != 1:
+                raise ValueError(f"indices have {self.of(index).shape[1]} numbers, not 1")
             self._indices[index] = self.of(index)[:, 0]
         return self._indices[index]
 

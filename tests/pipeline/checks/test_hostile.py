@@ -111,6 +111,17 @@ def test_an_attribute_of_another_width_is_named(glb: bytes, attribute: str, acce
     assert found[0].code == "PZ102" and attribute in found[0].what
 
 
+@pytest.mark.parametrize("kind", ["SCALAR", "VEC2", "VEC3", "VEC4"])
+def test_an_accessor_of_another_type_is_a_finding(glb: bytes, kind: str) -> None:
+    length = struct.unpack_from("<I", glb, 12)[0]
+    tree = json.loads(glb[20 : 20 + length])
+    for accessor in tree["accessors"]:
+        if accessor["type"] != kind:
+            was, accessor["type"] = accessor["type"], kind
+            assert look(packed(tree, glb[20 + length :])) > 0, accessor
+            accessor["type"] = was
+
+
 def interleaved(length: int) -> bytes:
     """Vertices as other tools write them: rows of 32 bytes, indices in the middle of their view, colours as
     codes. length: of the first view."""
