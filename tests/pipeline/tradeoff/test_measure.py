@@ -495,9 +495,9 @@ def test_what_pictures_are_held_against_has_no_blocks_and_leaves_nothing_out(
     scene = make_cove(tmp_path / "cove")
     views_of: list[str] = []  # the bakes that asked what the views need
 
-    def find(*arguments: Any) -> trim.RequiredDetail:
+    def find(*arguments: Any, **more: Any) -> trim.RequiredDetail:
         views_of.append(name)
-        return trim.find_required_detail(*arguments)
+        return trim.find_required_detail(*arguments, **more)
 
     monkeypatch.setattr("paradize.build.publish.find_required_detail", find)
     formats = {}
