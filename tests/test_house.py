@@ -31,7 +31,7 @@ FLOORS = (
     {"scene"},
     {"kinds"},
     {"documents", "kind_table"},
-    {"files"},
+    {"files", "spelling"},
     {"kernels", "data", "map_table", "artifact", "material", "placement"},
     {"errors", "tiers", "angles", "player_limits"},
 )

@@ -56,33 +56,6 @@ def missing_reason(path: Path) -> str | None:
     return "is a link that leads to nothing" if os.path.islink(path) else None  # noqa: PTH114
 
 
-def similar(folder: Path, name: str) -> str | None:
-    """The name below a folder that is probably meant by one that leads to nothing there: other letters, small
-    or capital or composed otherwise, / for \\, or the nearest spelling of its last part. None without one."""
-    import difflib
-    from unicodedata import normalize
-
-    def folded(text: str) -> str:
-        return normalize("NFKC", text).casefold()
-
-    found: list[str] = []
-    parts = name.replace("\\", "/").split("/")
-    for part in parts:
-        try:
-            names = sorted(os.listdir(folder.joinpath(*found)))[:10_000]  # noqa: PTH208 (names only)
-        except OSError:
-            return None
-        alike = [part] * (part in names) or [other for other in names if folded(other) == folded(part)]
-        if not alike and len(found) + 1 == len(parts):
-            stems = {os.path.splitext(folded(other))[0]: other for other in names}  # noqa: PTH122 (names only)
-            near = difflib.get_close_matches(os.path.splitext(folded(part))[0], stems, n=1)  # noqa: PTH122
-            alike = [stems[stem] for stem in near]
-        if not alike:
-            return None
-        found.append(alike[0])
-    return "/".join(found)
-
-
 def open_lock(path: Path) -> BinaryIO:
     """Opens a regular file to lock, and makes it where it is missing. Raises OSError as `open_file`."""
     return _open(path, os.O_RDWR | os.O_CREAT, MAX_BYTES)

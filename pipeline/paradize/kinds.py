@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 from paradize.documents import SCENE_FILE
 from paradize.errors import BakeError, ParadizeError, SceneError, SourceError
-from paradize.files import missing_reason, open_file, similar
+from paradize.files import missing_reason, open_file
 from paradize.kind_table import (
     ASCII_GRID,
     BAKED,
@@ -48,6 +48,7 @@ from paradize.kind_table import (
     UNKNOWN,
     Kind,
 )
+from paradize.spelling import similar
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

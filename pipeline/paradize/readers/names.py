@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import re
-from functools import lru_cache
 from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import TYPE_CHECKING
 from urllib.parse import unquote
@@ -12,6 +11,7 @@ from urllib.parse import unquote
 from paradize import files
 from paradize.errors import SourceError
 from paradize.files import is_there, resolved
+from paradize.spelling import entries, in_other_letters
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -88,7 +88,7 @@ def spelled_otherwise(root: Path, folder: Path, name: str) -> tuple[Path, str] |
             if path is None:
                 continue
             moved = (place, guess) != (folder, name)
-            found = path if moved and _is_file(path) else _in_other_case(root, path)
+            found = path if moved and _is_file(path) else _in_other_letters(root, path)
             if found is not None:
                 spelled = (place, guess) == (folder, spelling)
                 there = found.name if spelled else os.path.relpath(found, resolved(folder))
@@ -110,7 +110,7 @@ def _guesses(root: Path, folder: Path, name: str) -> Iterator[tuple[Path, str]]:
         for base in bases:
             yield base, "/".join(parts[first:])
     for base in bases:
-        for entry in _entries_of(base):
+        for entry in entries(base):
             if _PICTURES.fullmatch(entry):
                 yield base, "/".join((entry, *parts[-1:]))
 
@@ -127,30 +127,9 @@ def _is_file(path: Path) -> bool:
         return False
 
 
-def _in_other_case(root: Path, path: Path) -> Path | None:
-    """The one file below `root` whose path differs from `path` in capital letters alone."""
-    found = resolved(root)
-    for part in path.relative_to(found).parts:
-        alike = _entries_of(found).get(part.casefold(), [])
-        if part not in alike and len(alike) != 1:
-            return None
-        found /= part if part in alike else alike[0]
-    real = inside(root, root, str(found.relative_to(resolved(root))))
+def _in_other_letters(root: Path, path: Path) -> Path | None:
+    """The one file below `root` whose path differs from `path` in letters alone."""
+    base = resolved(root)
+    found = in_other_letters(base, path.relative_to(base).as_posix())
+    real = None if found is None else inside(root, root, found)
     return real if real is not None and _is_file(real) else None
-
-
-def _entries_of(folder: Path) -> dict[str, list[str]]:
-    """As _entries; none of a folder that cannot be listed."""
-    try:
-        return _entries(folder, folder.stat().st_mtime_ns)
-    except OSError:
-        return {}
-
-
-@lru_cache(maxsize=16)
-def _entries(folder: Path, _mtime_ns: int) -> dict[str, list[str]]:
-    """The names in a folder, by the same in small letters."""
-    out: dict[str, list[str]] = {}
-    for name in sorted(os.listdir(folder)):  # noqa: PTH208 (names only)
-        out.setdefault(name.casefold(), []).append(name)
-    return out

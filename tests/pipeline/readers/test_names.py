@@ -29,6 +29,7 @@ UVS = np.array([[0, 1], [1, 1], [1, 0], [0, 0]], np.float32)
         ("file:///C:/tex/bark.png", "bark.png"),
         ("C:\\tex\\BARK.png", "bark.png"),
         ("bark.png # of oak", "bark.png"),
+        ("e\u0301corce.png", "\u00e9corce.png"),
     ],
 )
 def test_a_map_is_found_where_its_name_is_spelled_otherwise(tmp_path: Path, name: str, file: str) -> None:

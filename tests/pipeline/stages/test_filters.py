@@ -340,7 +340,7 @@ def test_auto_looks_at_islands_one_by_one() -> None:
 def test_a_look_costs_the_same_whatever_the_size() -> None:
     large = np.random.default_rng(0).random((4096, 1024), np.float32)
     small = large[:512, :512].copy()
-    # 1.2; to look at all texels would take 16 times as long.
+    # 1.1; to look at all texels would take 16 times as long.
     assert ratio(lambda: choose_filter(large, 16, BOTH), lambda: choose_filter(small, 16, BOTH), turns=5) < 4
 
 

@@ -7,8 +7,9 @@ from dataclasses import MISSING
 from pathlib import Path
 from typing import Any
 
-from paradize.files import is_there, missing_reason, resolved, similar
+from paradize.files import is_there, missing_reason, resolved
 from paradize.scene.schema.field import Faults, declare, show
+from paradize.spelling import similar
 
 _FILE = {"type": "string", "minLength": 1}
 

@@ -341,13 +341,15 @@ def test_the_command_line_takes_every_option_and_tells_filter_and_levels(
 # Pictures of every kind, made here and of others
 
 WHOLE = """
-import resource, sys
+import resource, signal, sys
 from pathlib import Path
 from paradize.bakers.color import bake_color
 from paradize.bakers.maps.bake import bake_maps
 from paradize.errors import ParadizeError
 resource.setrlimit(resource.RLIMIT_AS, (8 << 30, 8 << 30))
 for name in sys.stdin.read().splitlines():
+    print(name, file=sys.stderr, flush=True)
+    signal.setitimer(signal.ITIMER_PROF, 120.0)  # of processor time, on two threads: then this ends
     try:
         made = [*bake_maps(Path(name)).values(), bake_color(Path(name))]
         assert all(product.levels for product in made)
