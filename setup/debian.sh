@@ -65,6 +65,6 @@ for package in "${missing[@]}"; do
     fi
 done
 [ ${#wanted[@]} -gt 0 ] || exit 0
-echo "installing: ${wanted[*]}"
+echo "installing: ${wanted[*]} (waits up to five minutes while another apt runs)"
 "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive \
-    apt-get install -y -qq --no-install-recommends "${wanted[@]}" >/dev/null </dev/null || by_hand "apt-get install failed"
+    apt-get -o DPkg::Lock::Timeout=300 install -y -qq --no-install-recommends "${wanted[@]}" >/dev/null </dev/null || by_hand "apt-get install failed"

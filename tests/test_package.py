@@ -106,17 +106,17 @@ def built_wheel(folder: Path) -> Path:
     return wheel
 
 
-def test_the_wheel_holds_types_schema_and_fields_and_no_sources_of_kernels(tmp_path: Path) -> None:
+def test_the_wheel_holds_types_and_fields_and_no_sources_of_kernels(tmp_path: Path) -> None:
     with zipfile.ZipFile(built_wheel(tmp_path)) as archive:
         names = {name for name in archive.namelist() if not name.partition("/")[0].endswith(".dist-info")}
     assert all(name.startswith("paradize/") for name in names), "tests or scripts"
     files = {path for path in PACKAGE.rglob("*.py*") if path.suffix != ".pyc"} - STUBS
     expected = {str(path.relative_to(PACKAGE.parent)) for path in files}
     expected -= {"paradize/kernels/digest.py"}  # runs while a kernel is built
-    expected |= {"paradize/py.typed", "paradize/scene/scene.schema.json", "paradize/scene/FIELDS.md"}
+    expected |= {"paradize/py.typed", "paradize/scene/FIELDS.md"}
     expected |= {str(path.relative_to(PACKAGE.parent)) for path in PACKAGE.rglob("*.toml")}  # new's templates
     assert expected - names == set()
-    assert {Path(name).suffix for name in names} == {".py", ".pyi", ".typed", ".json", ".md", ".yml", ".toml"}
+    assert {Path(name).suffix for name in names} == {".py", ".pyi", ".typed", ".md", ".yml", ".toml"}
 
 
 BAKES = """

@@ -50,6 +50,7 @@ def test_only_the_asked_list_is_installed(tmp_path: Path) -> None:
     requests = (tmp_path / "requests").read_text()
     assert "some-package" in requests
     assert "other-package" not in requests
+    assert "DPkg::Lock::Timeout=300" in requests, "a fresh machine updates itself first"
 
 
 def apt(tmp_path: Path, candidate: str) -> dict[str, str]:
@@ -133,7 +134,7 @@ def test_a_probe_that_finds_not_even_python_says_nothing(tmp_path: Path) -> None
     without = tuple(tool for tool in TOOLS if tool != "python3")
     result = run_debian(tmp_path, listed, {"apt-get": "true", "sudo": '"$@"'}, without)
     assert (result.returncode, result.stderr) == (0, "")
-    assert result.stdout.split() == ["installing:", "python3-dev", "python3-venv"]
+    assert result.stdout.startswith("installing: python3-dev python3-venv (")
 
 
 @pytest.mark.parametrize(
