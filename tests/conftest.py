@@ -29,7 +29,9 @@ RENDER_ENVIRONMENT = {
     "MESA_GL_VERSION_OVERRIDE": "3.3",
     "MESA_GLSL_VERSION_OVERRIDE": "330",
     "ALSOFT_DRIVERS": "null",
-    "GALLIVM_PERF": "nopt",  # shaders compile in half the time; the pictures are the same
+    # Shaders compile in half the time, and in two thirds of that; the pictures are the same.
+    "GALLIVM_PERF": "nopt",
+    "LP_NATIVE_VECTOR_WIDTH": "128",
 }
 
 
