@@ -32,7 +32,7 @@ RENDER_ENVIRONMENT = {
     # Shaders compile in half the time, and in two thirds of that; the pictures are the same.
     "GALLIVM_PERF": "nopt",
     "LP_NATIVE_VECTOR_WIDTH": "128",
-    # A cache of their own: from one that others fill Mesa takes code of wider vectors, and the player crashes.
+    # Their own cache: from one that others fill Mesa takes code of wider vectors, and the player crashes.
     "MESA_SHADER_CACHE_DIR": str(ROOT / "build/test_shaders"),
 }
 
