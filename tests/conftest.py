@@ -24,15 +24,17 @@ from tests.processes import take_signals
 os.environ.setdefault("PARADIZE_REPORT", "")
 os.environ.setdefault("PARADIZE_JOBS", "1")
 
-# Tests render as CI does: no display, no sound card, no newer OpenGL than the player asks for.
-RENDER_ENVIRONMENT = {
+# Tests and the bench render as CI does: no display, no sound card, no newer OpenGL than the player asks for.
+SOFTWARE_RENDERING = {
     "MESA_GL_VERSION_OVERRIDE": "3.3",
     "MESA_GLSL_VERSION_OVERRIDE": "330",
     "ALSOFT_DRIVERS": "null",
-    # Shaders compile in half the time, and in two thirds of that; the pictures are the same.
-    "GALLIVM_PERF": "nopt",
+    "GALLIVM_PERF": "nopt",  # shaders compile in half the time; the pictures are the same
+}
+# Tests start the player hundreds of times. For narrower vectors shaders compile in two thirds of the time,
+# with the same pictures. Their own cache: from another one Mesa takes code of wider vectors, and crashes.
+RENDER_ENVIRONMENT = SOFTWARE_RENDERING | {
     "LP_NATIVE_VECTOR_WIDTH": "128",
-    # Their own cache: from one that others fill Mesa takes code of wider vectors, and the player crashes.
     "MESA_SHADER_CACHE_DIR": str(ROOT / "build/test_shaders"),
 }
 

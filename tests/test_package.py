@@ -8,6 +8,7 @@ import platform
 import re
 import subprocess
 import sys
+import sysconfig
 import tarfile
 import tomllib
 import zipfile
@@ -97,8 +98,10 @@ def test_the_source_package_installs_into_an_empty_environment_and_makes_maps(
     assert len(list((tmp_path / "maps").glob("*.ktx2"))) == 4
 
 
-def built_wheel(folder: Path) -> Path:
+@pytest.fixture(scope="module")
+def pure_wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A wheel without the compiled kernels: what Python files and data go in is decided without compiling."""
+    folder = tmp_path_factory.mktemp("wheel")
     build = "import sys; from scikit_build_core.build import build_wheel; "
     build += "build_wheel(sys.argv[1], {'wheel.cmake': 'false'})"
     subprocess.run([sys.executable, "-c", build, folder], cwd=ROOT, check=True, capture_output=True)
@@ -106,8 +109,8 @@ def built_wheel(folder: Path) -> Path:
     return wheel
 
 
-def test_the_wheel_holds_types_and_fields_and_no_sources_of_kernels(tmp_path: Path) -> None:
-    with zipfile.ZipFile(built_wheel(tmp_path)) as archive:
+def test_the_wheel_holds_types_and_fields_and_no_sources_of_kernels(pure_wheel: Path) -> None:
+    with zipfile.ZipFile(pure_wheel) as archive:
         names = {name for name in archive.namelist() if not name.partition("/")[0].endswith(".dist-info")}
     assert all(name.startswith("paradize/") for name in names), "tests or scripts"
     files = {path for path in PACKAGE.rglob("*.py*") if path.suffix != ".pyc"} - STUBS
@@ -117,6 +120,19 @@ def test_the_wheel_holds_types_and_fields_and_no_sources_of_kernels(tmp_path: Pa
     expected |= {str(path.relative_to(PACKAGE.parent)) for path in PACKAGE.rglob("*.toml")}  # new's templates
     assert expected - names == set()
     assert {Path(name).suffix for name in names} == {".py", ".pyi", ".typed", ".md", ".yml", ".toml"}
+
+
+def test_the_wheel_makes_the_schema_that_it_does_not_hold(pure_wheel: Path, tmp_path: Path) -> None:
+    with zipfile.ZipFile(pure_wheel) as archive:
+        archive.extractall(tmp_path / "installed")
+    # Without site, whose hook would find the package of this checkout.
+    code = "import sys; sys.path[:0] = sys.argv[1:]; from paradize.scene import reference; "
+    code += "print(reference.__file__); print(reference.schema_text(), end='')"
+    command = [sys.executable, "-S", "-c", code, tmp_path / "installed", sysconfig.get_path("purelib")]
+    made = subprocess.run(command, check=True, capture_output=True, text=True, cwd=tmp_path)
+    place, _, text = made.stdout.partition("\n")
+    assert Path(place).is_relative_to(tmp_path)
+    assert text == (PACKAGE / "scene/scene.schema.json").read_text()
 
 
 BAKES = """

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from row import CORES, Row, on
-from tests.conftest import RENDER_ENVIRONMENT
+from tests.conftest import SOFTWARE_RENDERING
 from tests.made.crowd import write_crowd
 from tests.places import ROOT
 
@@ -34,7 +34,7 @@ def loaded_ms(folder: Path, second: int) -> float:
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     command = [PLAYER, folder, "--headless", "--mute", "--wait-resident", "--frames", "1"]
     command += ["--time", str(second), "--size", "160x90"]
-    subprocess.run(command, check=True, env={**os.environ, **RENDER_ENVIRONMENT})
+    subprocess.run(command, check=True, env={**os.environ, **SOFTWARE_RENDERING})
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
     return (after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime) * 1e3
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from paradize.data import Texture
 from paradize.formats.ktx2.encode import encode_ktx2
-from tests.conftest import RENDER_ENVIRONMENT
+from tests.conftest import SOFTWARE_RENDERING
 from tests.places import ROOT
 
 PLAYER = ROOT / "build/bin/paradize-player"
@@ -23,7 +23,7 @@ PLAYER = ROOT / "build/bin/paradize-player"
 def play(scene: Path, *arguments: object) -> dict[str, Any]:
     """The player's output of a headless run."""
     command = [str(PLAYER), str(scene), "--headless", "--mute", "--json", *map(str, arguments)]
-    done = subprocess.run(command, capture_output=True, check=True, env={**os.environ, **RENDER_ENVIRONMENT})
+    done = subprocess.run(command, capture_output=True, check=True, env={**os.environ, **SOFTWARE_RENDERING})
     report: dict[str, Any] = json.loads(done.stdout)
     return report
 

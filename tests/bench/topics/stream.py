@@ -22,7 +22,7 @@ from PIL import Image
 from row import CORES, Row, on
 from stream_chart import CHART, Curve, draw
 from streamed import colored, play, without_data
-from tests.conftest import RENDER_ENVIRONMENT
+from tests.conftest import SOFTWARE_RENDERING
 from tests.pictures import difference
 from tests.places import ROOT
 from tests.player.boxes import row_of_boxes
@@ -174,7 +174,7 @@ def bench_resident(runs: int) -> Row:
     for arguments in (["--preset", "test"], ["--build", "--preset", "test", "--target", "paradize-resident"]):
         subprocess.run([ROOT / "build/venv/bin/cmake", *arguments], cwd=ROOT, check=True, capture_output=True)
     command = [ROOT / "build/player/bin/paradize-resident", ISLAND, str(runs + 2)]
-    environment = {**os.environ, **RENDER_ENVIRONMENT}
+    environment = {**os.environ, **SOFTWARE_RENDERING}
     done = subprocess.run(command, check=True, capture_output=True, env=environment)
     times = {name: statistics.median(each[2:]) for name, each in json.loads(done.stdout).items()}
     share = times["ours_processor_ms"] / times["peer_processor_ms"]
