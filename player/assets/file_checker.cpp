@@ -134,10 +134,17 @@ void FileChecker::begin_rest() {
     }
 }
 
+void FileChecker::begin_all() {
+    const std::lock_guard lock(mutex_);
+    if (!all_waited_for_) {
+        rest_ = all_waited_for_ = true;
+        changed_.notify_all();
+    }
+}
+
 void FileChecker::finish() {
+    begin_all();
     std::unique_lock lock(mutex_);
-    rest_ = all_waited_for_ = true;
-    changed_.notify_all();
     changed_.wait(lock, [&] { return left_ == 0 || error_known(); });
     throw_error();
 }

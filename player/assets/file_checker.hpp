@@ -36,6 +36,8 @@ class FileChecker {
     /// Lets the threads check what is not ordered; those that do have a lower priority. wait() does so if a
     /// file is wrong, finish() always.
     void begin_rest();
+    /// As begin_rest(), on all threads: the caller waits for all files before it draws.
+    void begin_all();
     bool checked(std::uint32_t file) const;
     /// Waits until the file is checked. Throws Error if a file is wrong: the first of
     /// them in the order of the constructor, whatever the threads do.

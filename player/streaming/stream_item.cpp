@@ -42,29 +42,29 @@ void StreamItem::make_texture() {
     out.fallback_ = neutral_texture(ktx);
 }
 
-void StreamItem::begin(std::uint32_t piece_index) {
+void StreamItem::begin(std::uint32_t piece_index, bool all_follow) {
     const assets::Piece &piece = loaded.plan.pieces[piece_index];
     if (loaded.tile) {
         tile.begin(piece_index);
     } else if (kind == assets::ArtifactKind::mesh) {
         mesh.begin(piece.first_level);
-    } else {
-        finer = allocate_texture(loaded.ktx, piece.first_level, best_storage());
+    } else if (!texture.resident() || piece.first_level < texture.room_from_) {
+        finer_from_ = all_follow ? 0 : piece.first_level;
+        finer = allocate_texture(loaded.ktx, finer_from_, best_storage());
         if (texture.resident()) {
-            copy_levels(loaded.ktx, {texture.texture_, static_cast<std::uint32_t>(texture.finest_)},
-                        {finer, piece.first_level});
+            copy_levels(loaded.ktx, {texture.texture_, texture.room_from_}, {finer, finer_from_});
         }
     }
 }
 
-void StreamItem::upload(const assets::Piece &piece, const assets::UploadChunk &chunk,
-                        const gl::Source &from) {
+void StreamItem::upload(const assets::UploadChunk &chunk, const gl::Source &from) {
     if (loaded.tile) {
         tile.upload(loaded.glb, chunk, from);
     } else if (kind == assets::ArtifactKind::mesh) {
         mesh.upload(chunk, from);
     } else {
-        upload_rows({finer, piece.first_level}, loaded.ktx, chunk, from);
+        upload_rows(finer ? LevelsFrom{finer, finer_from_} : LevelsFrom{texture.texture_, texture.room_from_},
+                    loaded.ktx, chunk, from);
     }
 }
 
@@ -75,8 +75,11 @@ void StreamItem::finish(std::uint32_t piece_index) {
     } else if (kind == assets::ArtifactKind::mesh) {
         mesh.finish(piece.first_level);
     } else {
-        make_sampled(loaded.ktx, {finer, piece.first_level}, max_level);
-        texture.texture_ = std::move(finer);
+        if (finer) {
+            texture.texture_ = std::move(finer);
+            texture.room_from_ = finer_from_;
+        }
+        make_sampled(loaded.ktx, {texture.texture_, texture.room_from_}, piece.first_level, max_level);
         texture.finest_ = static_cast<int>(piece.first_level);
     }
     --pieces_left;
@@ -108,9 +111,10 @@ void StreamItem::evict_mips(std::uint32_t finest, std::uint32_t coarser, std::ve
             left = allocate_texture(loaded.ktx, coarser, best_storage());
             write_levels(loaded.ktx, {left, coarser}, coarser, *held);
         }
-        make_sampled(loaded.ktx, {left, coarser}, max_level);
+        make_sampled(loaded.ktx, {left, coarser}, coarser, max_level);
     }
     texture.texture_ = std::move(left);
+    texture.room_from_ = coarser;
     texture.finest_ = static_cast<int>(coarser);
 }
 

@@ -27,9 +27,10 @@ struct StreamItem {
     /// Creates what is needed before the first piece is uploaded. Throws Error if the driver cannot draw it.
     StreamItem(const assets::Artifact &artifact, assets::LoadedArtifact opened, const GeometryPools &pools);
 
-    /// Creates the GPU objects of a piece.
-    void begin(std::uint32_t piece_index);
-    void upload(const assets::Piece &piece, const assets::UploadChunk &chunk, const gl::Source &from);
+    /// Creates the GPU objects of a piece. `all_follow`: all others of the artifact come soon, and none is
+    /// evicted, so that a texture gets room for its finer mips as well.
+    void begin(std::uint32_t piece_index, bool all_follow);
+    void upload(const assets::UploadChunk &chunk, const gl::Source &from);
     /// Makes an uploaded piece visible.
     void finish(std::uint32_t piece_index);
     /// A texture's coarser mips are copied: on the device or, where there is no room for the copy, through
@@ -38,7 +39,7 @@ struct StreamItem {
 
     assets::LoadedArtifact loaded; // its file is released when everything is uploaded
     StreamedTexture texture;
-    gl::Texture finer; // replaces the texture once its finest level is uploaded
+    gl::Texture finer; // replaces the texture once its finest level is uploaded; or that has room for it
     StreamedMesh mesh;
     StreamedTile tile;
     assets::ArtifactKind kind;
@@ -47,6 +48,7 @@ struct StreamItem {
     bool drawn = true; // something in its scene refers to it
 
   private:
+    std::uint32_t finer_from_ = 0; // level of the file that is level 0 of `finer`
     void make_texture();
     void evict_mips(std::uint32_t finest, std::uint32_t coarser, std::vector<std::byte> *held);
 };

@@ -47,7 +47,8 @@ class StreamedTexture {
   private:
     friend class Streamer;
     friend struct StreamItem;
-    gl::Texture texture_; // of the resident levels
+    gl::Texture texture_;         // of the resident levels, and with room for finer ones
+    std::uint32_t room_from_ = 0; // level of the file that is its level 0
     gl::Texture fallback_;
     unsigned target_ = 0;
     int width_px_ = 0, height_px_ = 0, levels_ = 0;

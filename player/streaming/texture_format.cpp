@@ -155,14 +155,15 @@ gl::Texture allocate_texture(const assets::Ktx2 &ktx, std::uint32_t first_level,
     return texture;
 }
 
-void make_sampled(const assets::Ktx2 &ktx, LevelsFrom levels, std::optional<int> max_level) {
+void make_sampled(const assets::Ktx2 &ktx, LevelsFrom levels, std::uint32_t finest,
+                  std::optional<int> max_level) {
+    const auto room_from = static_cast<GLint>(levels.first_level);
+    const auto first = static_cast<GLint>(finest);
+    const auto last = static_cast<GLint>(ktx.levels.size()) - 1;
+    const GLint coarsest = first != 0 && max_level ? std::clamp(*max_level, first, last) : last;
     glBindTexture(target_of(ktx), levels.texture.name());
-    glTexParameteri(target_of(ktx), GL_TEXTURE_BASE_LEVEL, 0);
-    if (levels.first_level != 0 && max_level) {
-        const auto first = static_cast<GLint>(levels.first_level);
-        const auto last = static_cast<GLint>(ktx.levels.size()) - 1;
-        glTexParameteri(target_of(ktx), GL_TEXTURE_MAX_LEVEL, std::clamp(*max_level, first, last) - first);
-    }
+    glTexParameteri(target_of(ktx), GL_TEXTURE_BASE_LEVEL, first - room_from);
+    glTexParameteri(target_of(ktx), GL_TEXTURE_MAX_LEVEL, coarsest - room_from);
 }
 
 void copy_levels(const assets::Ktx2 &ktx, LevelsFrom from, LevelsFrom to) {

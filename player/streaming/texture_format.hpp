@@ -30,9 +30,10 @@ struct LevelsFrom {
     const gl::Texture &texture;
     std::uint32_t first_level = 0;
 };
-/// Makes all levels visible. While finer ones are missing, `max_level` is the coarsest level of the file to
-/// sample: samplers count from the texture's own level 0.
-void make_sampled(const assets::Ktx2 &ktx, LevelsFrom levels, std::optional<int> max_level);
+/// Makes the levels of the file from `finest` on visible. While finer ones are missing, `max_level` is the
+/// coarsest level of the file to sample: samplers count from the finest one that is visible.
+void make_sampled(const assets::Ktx2 &ktx, LevelsFrom levels, std::uint32_t finest,
+                  std::optional<int> max_level);
 
 /// Copies the levels that both have, on the device where the driver has ARB_copy_image.
 void copy_levels(const assets::Ktx2 &ktx, LevelsFrom from, LevelsFrom to);

@@ -213,7 +213,11 @@ bool Uploads::settled() const {
 }
 
 bool Uploads::upload(const UploadBudget &budget) {
-    if (has_uploaded) {
+    takes_all = budget.bytes == std::numeric_limits<std::size_t>::max() &&
+                budget.not_ready == NotReady::wait && schedule->budget_bytes() == 0;
+    if (takes_all) {
+        checker->begin_all();
+    } else if (has_uploaded) {
         checker->begin_rest();
     }
     if (budget.not_ready == NotReady::skip) {
@@ -373,7 +377,7 @@ void Uploads::begin(std::size_t place) {
     }
     queue.erase(queue.begin() + static_cast<std::ptrdiff_t>(place));
     schedule->set_loading(next.piece);
-    item_of(next.piece).begin(pieces[next.piece].index);
+    item_of(next.piece).begin(pieces[next.piece].index, takes_all);
     count_peak(schedule->used_bytes());
     current = std::move(next);
 }
@@ -386,9 +390,8 @@ void Uploads::upload_next() {
     StreamItem &item = item_of(current->piece);
     const assets::Piece &piece = plan_of(current->piece);
     const assets::UploadChunk &chunk = next_chunk();
-    item.upload(piece, chunk,
-                current->staged ? staging.source(current->staged, current->bytes_done)
-                                : gl::Source{chunk.bytes.data()});
+    item.upload(chunk, current->staged ? staging.source(current->staged, current->bytes_done)
+                                       : gl::Source{chunk.bytes.data()});
     current->bytes_done += chunk.bytes.size();
     counts.resident_bytes += chunk.bytes.size();
     counts.uploaded_bytes += chunk.bytes.size();

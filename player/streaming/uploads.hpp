@@ -75,6 +75,7 @@ struct Uploads {
     std::vector<std::uint32_t> ahead;         // pieces for the loader
     std::vector<std::uint32_t> files_ahead;   // artifacts for the checker
     std::vector<bool> in_files_ahead;         // per artifact
+    bool takes_all = false;                   // this call of upload() waits for all pieces
     bool has_uploaded = false;                // upload() was called
     std::vector<bool> begun_files;            // per artifact: a piece of it was begun
     std::uint64_t begun_bytes = 0;            // of the files that the last call began

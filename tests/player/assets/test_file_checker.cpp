@@ -105,6 +105,25 @@ TEST_CASE("file checker: its end cancels what is being checked") {
     CHECK(begun.load() <= static_cast<int>(assets::loader_threads(count)));
 }
 
+TEST_CASE("file checker: where all are waited for, every thread checks what is not ordered") {
+    std::atomic<bool> go{false};
+    std::atomic<unsigned> begun{0};
+    assets::FileChecker checker(all_files(), count, [&](std::uint32_t, const std::stop_token &) {
+        ++begun;
+        go.wait(false);
+    });
+    checker.begin_all();
+    const auto end = std::chrono::steady_clock::now() + std::chrono::minutes(1);
+    while (begun < assets::loader_threads(count) && std::chrono::steady_clock::now() < end) {
+        std::this_thread::yield();
+    }
+    CHECK(begun == assets::loader_threads(count));
+    go.store(true);
+    go.notify_all();
+    checker.finish();
+    CHECK(begun == count);
+}
+
 TEST_CASE("file checker: a file that is ordered waits for none that is not") {
     if (assets::loader_threads(count) == 1) {
         return; // one thread checks both

@@ -84,6 +84,42 @@ TEST_CASE("streamer: uploaded texels are those of the file") {
     test::throw_on_error();
 }
 
+TEST_CASE("streamer: a call that waits for all gives the texels of one mip after another") {
+    if (!test::have_context()) {
+        return;
+    }
+    const SmallScene scene;
+    const auto mips = [](const Streamer &streamer) {
+        const StreamedTexture &color = *streamer.texture("quad_color");
+        color.bind(0);
+        GLint finest = -1;
+        GLint coarsest = -1;
+        glGetTexParameteriv(GL_TEXTURE_2D, GL_TEXTURE_BASE_LEVEL, &finest);
+        glGetTexParameteriv(GL_TEXTURE_2D, GL_TEXTURE_MAX_LEVEL, &coarsest);
+        CHECK(finest == 0);
+        CHECK(coarsest == color.levels() - 1);
+        std::vector<std::vector<unsigned char>> out;
+        for (GLint level = 0; level < color.levels(); ++level) {
+            const std::size_t edge = std::size_t{256} >> static_cast<unsigned>(level);
+            out.emplace_back(edge * edge * 4);
+            glGetTexImage(GL_TEXTURE_2D, level, GL_RGBA, GL_UNSIGNED_BYTE, out.back().data());
+        }
+        return out;
+    };
+    Streamer stepped = scene.streamer();
+    while (!stepped.upload({.bytes = 30000})) {
+    }
+    Streamer whole = scene.streamer();
+    CHECK(whole.upload({}));
+    Streamer begun = scene.streamer(); // its coarse mips are there already
+    begun.upload({.bytes = 30000});
+    CHECK(begun.texture("quad_color")->resident());
+    CHECK(begun.upload({}));
+    CHECK(mips(whole) == mips(stepped));
+    CHECK(mips(begun) == mips(stepped));
+    test::throw_on_error();
+}
+
 TEST_CASE("streamer: a compressed texture gives the same texels, and its memory is freed") {
     if (!test::have_context()) {
         return;

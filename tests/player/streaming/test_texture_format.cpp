@@ -85,9 +85,18 @@ TEST_CASE(
     const assets::Ktx2 ktx = test::read_ktx2(bytes, "a.ktx2");
     const auto coarsest = [&](std::uint32_t first_level, std::optional<int> max_level) {
         const gl::Texture texture = allocate_texture(ktx, first_level, best_storage());
-        make_sampled(ktx, {texture, first_level}, max_level);
+        make_sampled(ktx, {texture, first_level}, first_level, max_level);
         GLint last = 0;
         glGetTexParameteriv(GL_TEXTURE_2D, GL_TEXTURE_MAX_LEVEL, &last);
+        // So it is in a texture that has room for finer levels.
+        const gl::Texture roomy = allocate_texture(ktx, 0, best_storage());
+        make_sampled(ktx, {roomy, 0}, first_level, max_level);
+        GLint first = -1;
+        GLint also_last = -1;
+        glGetTexParameteriv(GL_TEXTURE_2D, GL_TEXTURE_BASE_LEVEL, &first);
+        glGetTexParameteriv(GL_TEXTURE_2D, GL_TEXTURE_MAX_LEVEL, &also_last);
+        CHECK(first == static_cast<GLint>(first_level));
+        CHECK(also_last == last + first);
         return last + static_cast<GLint>(first_level);
     };
     CHECK(coarsest(0, 3) == 5); // whole textures are limited by their samplers
