@@ -30,12 +30,14 @@ SOFTWARE_RENDERING = {
     "MESA_GLSL_VERSION_OVERRIDE": "330",
     "ALSOFT_DRIVERS": "null",
     "GALLIVM_PERF": "nopt",  # shaders compile in half the time; the pictures are the same
+    "PARADIZE_CHECKED": "",  # each start checks all files
 }
 # Tests start the player hundreds of times. For narrower vectors shaders compile in two thirds of the time,
 # with the same pictures. Their own cache: from another one Mesa takes code of wider vectors, and crashes.
 RENDER_ENVIRONMENT = SOFTWARE_RENDERING | {
     "LP_NATIVE_VECTOR_WIDTH": "128",
     "MESA_SHADER_CACHE_DIR": str(ROOT / "build/test_shaders"),
+    "PARADIZE_CHECKED": str(ROOT / "build/test_checked"),
 }
 
 

@@ -40,13 +40,13 @@ bool same_content(const FileStamp &a, const FileStamp &b) {
     return std::equal(a.begin(), a.end() - 1, b.begin());
 }
 
+} // namespace
+
 std::int64_t now_ns() {
     timespec now{};
     ::clock_gettime(CLOCK_REALTIME, &now);
     return nanoseconds(now);
 }
-
-} // namespace
 
 FileStamp stamp_of(const std::filesystem::path &file) {
     struct stat status {};
@@ -204,6 +204,25 @@ void FileBytes::free_memory(const std::filesystem::path &path, const OnBytes &on
     }
     memory_->release();
     descriptor_ = std::move(file);
+}
+
+bool FileBytes::keep_open(const std::filesystem::path &path, const FileStamp &version) {
+    try {
+        auto file = std::make_unique<Descriptor>(path);
+        std::vector<std::byte> front(front_);
+        for (std::size_t at = 0; at < front.size();) {
+            at += file->read_some(at, std::span(front).subspan(at), name_, front.size());
+        }
+        if (file->stamp() != version || !std::ranges::equal(front, bytes().first(front_))) {
+            return false;
+        }
+        stamp_ = version;
+        memory_->release();
+        descriptor_ = std::move(file);
+        return true;
+    } catch (const Error &) { // told by whoever reads the file instead
+        return false;
+    }
 }
 
 void FileBytes::read(std::uint64_t offset, std::span<std::byte> out) const {

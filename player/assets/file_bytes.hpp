@@ -31,6 +31,8 @@ struct FileSize {
 /// if there is no file.
 using FileStamp = std::array<std::int64_t, 5>;
 FileStamp stamp_of(const std::filesystem::path &file);
+/// The clock of time stamps, nanoseconds since 1970.
+std::int64_t now_ns();
 
 class FileBytes final : public ByteSource {
   public:
@@ -57,6 +59,12 @@ class FileBytes final : public ByteSource {
     /// The file's bytes. After free_memory() the addresses are valid, but their content is zero.
     std::span<const std::byte> bytes() const;
     bool in_memory() const { return !descriptor_; }
+    /// The version of the file that was read or opened last. Zero if it was so young then that a change might
+    /// not alter its times.
+    const FileStamp &stamp() const { return stamp_; }
+    /// Keeps the file open for read() and frees the memory, as if it was read. False, and nothing is done, if
+    /// it is not that version, its front is not what read_front() found, or it cannot be opened.
+    bool keep_open(const std::filesystem::path &path, const FileStamp &version);
     /// Frees the memory and closes the file. bytes() is empty afterwards.
     void release();
     /// Frees the memory but keeps the file open for read(), because it may be deleted meanwhile. `on_bytes`

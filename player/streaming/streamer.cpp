@@ -35,6 +35,7 @@ SceneLoad::SceneLoad(const assets::SceneFile &file, const std::filesystem::path 
         }
     }
     loader_ = std::make_unique<assets::ArtifactLoader>(file, folder, std::move(wanted));
+    checked_files_ = std::make_unique<assets::CheckedFiles>(folder);
 }
 
 SceneLoad::SceneLoad(SceneLoad &&) noexcept = default;
@@ -63,10 +64,13 @@ Streamer::Streamer(const assets::SceneFile &file, SceneLoad load)
     uploads_->items = std::move(load.reused_);
     uploads_->first_piece.resize(uploads_->items.size());
     std::vector<std::uint32_t> order = load.loader_->wanted();
+    uploads_->checked_files = std::move(load.checked_files_);
     for (std::uint32_t i = 0; i < uploads_->items.size(); ++i) {
         if (uploads_->items[i]) {
             ++uploads_->reused;
             order.push_back(i);
+            const assets::FileStamp &version = uploads_->items[i]->loaded.file.stamp();
+            uploads_->checked_files->add(file.artifacts[i], version, assets::now_ns());
         }
     }
     for (std::size_t i = 0; i < loaded.size(); ++i) {
@@ -91,6 +95,7 @@ Streamer::Streamer(const assets::SceneFile &file, SceneLoad load)
         file_bytes += file.artifacts[index].bytes;
     }
     uploads_->all_files_wait = file_bytes <= uploads_->max_waiting_bytes;
+    uploads_->unchecked_files = load.loader_->wanted().size();
     uploads_->checker = std::make_unique<assets::FileChecker>(
         load.loader_->wanted(), uploads_->items.size(),
         [uploads = uploads_.get()](std::uint32_t artifact, const std::stop_token &stop) {

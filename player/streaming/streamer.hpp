@@ -22,7 +22,8 @@
 
 namespace paradize::assets {
 class ArtifactLoader;
-}
+class CheckedFiles;
+} // namespace paradize::assets
 
 namespace paradize {
 
@@ -116,6 +117,7 @@ class SceneLoad {
     // one per artifact; nullptr: the artifact is read from its file
     std::vector<std::shared_ptr<StreamItem>> reused_;
     std::unique_ptr<assets::ArtifactLoader> loader_;
+    std::unique_ptr<assets::CheckedFiles> checked_files_;
     MemoryLimits limits_;
 };
 

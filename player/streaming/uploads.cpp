@@ -66,10 +66,35 @@ void Uploads::add_pieces(std::uint32_t index) {
     }
 }
 
+bool Uploads::was_checked(std::uint32_t artifact) {
+    const assets::Artifact &entry = scene.artifacts[artifact];
+    assets::LoadedArtifact &loaded = items[artifact]->loaded;
+    const assets::FileStamp version = assets::stamp_of(loaded.path);
+    if (!checked_files->holds(entry, version) || kept_open.fetch_add(1) >= most_kept_open ||
+        !loaded.file.keep_open(loaded.path, version)) {
+        return false;
+    }
+    if (loaded.plan.pieces.empty()) {
+        loaded.file.release(); // nothing of it is drawn
+        kept_open.fetch_sub(1);
+    }
+    return true;
+}
+
 void Uploads::check(std::uint32_t artifact, const std::stop_token &stop) {
+    if (!was_checked(artifact)) {
+        check_all_of(artifact, stop);
+    }
+    if (unchecked_files.fetch_sub(1) == 1) {
+        checked_files->save();
+    }
+}
+
+void Uploads::check_all_of(std::uint32_t artifact, const std::stop_token &stop) {
     assets::LoadedArtifact &loaded = items[artifact]->loaded;
     const Clock::time_point start = Clock::now();
     assets::check_artifact(scene.artifacts[artifact], loaded, stop);
+    checked_files->add(scene.artifacts[artifact], loaded.file.stamp(), assets::now_ns());
     count_read(scene.artifacts[artifact].bytes, start);
     const std::uint64_t bytes = loaded.file.bytes().size();
     if (waiting_bytes.fetch_add(bytes) + bytes > max_waiting_bytes) {
@@ -295,9 +320,14 @@ std::optional<std::size_t> Uploads::next_piece(const UploadBudget &budget, std::
     return unfinished;
 }
 
+bool Uploads::is_compressed(std::uint32_t piece) const {
+    const assets::Ktx2 &ktx = item_of(piece).loaded.ktx;
+    return !ktx.levels.empty() && !ktx.levels[plan_of(piece).first_level].compressed.empty();
+}
+
 bool Uploads::had_time(std::uint32_t piece) const {
     return !has_uploaded || ordered[piece] ||
-           (begun_files[pieces[piece].artifact] && all_files_wait && !needs_staging(piece));
+           (begun_files[pieces[piece].artifact] && all_files_wait && !is_compressed(piece));
 }
 
 void Uploads::plan_next_frame() {

@@ -2,6 +2,7 @@
 // The work of a Streamer in a frame: its pieces, what is needed of them, what is checked, read and uploaded
 // next.
 
+#include "assets/checked_files.hpp"
 #include "assets/file_checker.hpp"
 #include "assets/piece_loader.hpp"
 #include "assets/scene/file.hpp"
@@ -83,8 +84,12 @@ struct Uploads {
     mutable std::vector<bool> known_checked;  // per artifact: what the checker said last
     std::atomic<std::uint64_t> waiting_bytes; // of checked files that stay in memory until they are uploaded
     std::uint64_t max_waiting_bytes = 0;
-    bool all_files_wait = false;                    // in memory: together they stay below max_waiting_bytes
-    std::atomic<std::uint64_t> read_bytes, read_ns; // by the threads, and how long that took them
+    bool all_files_wait = false; // in memory: together they stay below max_waiting_bytes
+    std::unique_ptr<assets::CheckedFiles> checked_files;
+    std::atomic<std::size_t> unchecked_files;          // that check() has not returned for yet
+    std::atomic<std::size_t> kept_open;                // files that an earlier start has checked
+    static constexpr std::size_t most_kept_open = 256; // of some 1,000 that a process may have open
+    std::atomic<std::uint64_t> read_bytes, read_ns;    // by the threads, and how long that took them
     // The last members: their threads use the others.
     std::unique_ptr<assets::FileChecker> checker;
     std::unique_ptr<assets::PieceLoader> loader;
@@ -101,15 +106,19 @@ struct Uploads {
     bool is_checked_of(std::uint32_t piece) const { return is_checked(pieces[piece].artifact); }
     /// The piece's file must be checked.
     bool needs_staging(std::uint32_t piece) const;
+    bool is_compressed(std::uint32_t piece) const;
     /// True if the loader stages the piece, also where it could be uploaded from the file's memory.
     bool is_staged(std::uint32_t piece) const { return staging.is_open() || needs_staging(piece); }
 
     /// Adds the pieces of an artifact to those of the scene.
     void add_pieces(std::uint32_t index);
 
-    /// Checks an artifact's file. Runs on the checker's threads, once for each file. Beyond
-    /// `max_waiting_bytes` its memory is freed.
+    /// Checks an artifact's file, or opens it if an earlier start has checked it. Runs on the checker's
+    /// threads, once for each file. Beyond `max_waiting_bytes` its memory is freed.
     void check(std::uint32_t artifact, const std::stop_token &stop);
+    /// True if the file is open, its memory free, and need not be checked.
+    bool was_checked(std::uint32_t artifact);
+    void check_all_of(std::uint32_t artifact, const std::stop_token &stop);
 
     void count_read(std::uint64_t bytes, Clock::time_point since);
 

@@ -1,6 +1,6 @@
-// From a scene's files to all of it on the device, beside a loader that reads each file whole and uploads its
-// bytes, without a check, on one thread. Prints milliseconds of both, in turns, as JSON.
-// paradize-resident FOLDER RUNS
+// From a scene's files to all of it on the device: by the player, or by a loader that reads each file whole
+// and uploads its bytes, without a check, on one thread. Prints milliseconds as JSON. paradize-resident
+// FOLDER ours|peer
 
 #include "assets/ktx2.hpp"
 #include "assets/scene/file.hpp"
@@ -29,20 +29,6 @@ double seconds(clockid_t clock) {
     ::clock_gettime(clock, &now);
     return static_cast<double>(now.tv_sec) + static_cast<double>(now.tv_nsec) * 1e-9;
 }
-
-struct Times {
-    std::string wall, processor; // lists of milliseconds
-
-    template <class Work>
-    void add(const Work &work) {
-        const double wall_s = seconds(CLOCK_MONOTONIC);
-        const double processor_s = seconds(CLOCK_PROCESS_CPUTIME_ID);
-        work();
-        const std::string comma = wall.empty() ? "" : ", ";
-        wall += comma + std::to_string((seconds(CLOCK_MONOTONIC) - wall_s) * 1e3);
-        processor += comma + std::to_string((seconds(CLOCK_PROCESS_CPUTIME_ID) - processor_s) * 1e3);
-    }
-};
 
 void load_ours(const assets::SceneFile &scene, const std::filesystem::path &folder) {
     Streamer streamer(scene, folder);
@@ -84,20 +70,17 @@ void load_barely(const assets::SceneFile &scene, const std::filesystem::path &fo
 } // namespace
 
 int main(int argc, char **argv) {
-    if (argc != 3) {
-        std::cerr << "paradize-resident FOLDER RUNS\n";
+    const std::string who = argc == 3 ? argv[2] : "";
+    if (who != "ours" && who != "peer") {
+        std::cerr << "paradize-resident FOLDER ours|peer\n";
         return 2;
     }
     const std::filesystem::path folder = argv[1];
     const gl::HeadlessContext context(false);
     const assets::SceneFile scene = assets::read_scene(folder / "scene.json");
-    Times ours;
-    Times peer;
-    for (int i = std::stoi(argv[2]); i > 0; --i) {
-        ours.add([&] { load_ours(scene, folder); });
-        peer.add([&] { load_barely(scene, folder); });
-    }
-    std::cout << "{\"ours_ms\": [" << ours.wall << "], \"peer_ms\": [" << peer.wall
-              << "], \"ours_processor_ms\": [" << ours.processor << "], \"peer_processor_ms\": ["
-              << peer.processor << "]}\n";
+    const double wall_s = seconds(CLOCK_MONOTONIC);
+    const double processor_s = seconds(CLOCK_PROCESS_CPUTIME_ID);
+    (who == "ours" ? load_ours : load_barely)(scene, folder);
+    std::cout << "{\"ms\": " << (seconds(CLOCK_MONOTONIC) - wall_s) * 1e3
+              << ", \"processor_ms\": " << (seconds(CLOCK_PROCESS_CPUTIME_ID) - processor_s) * 1e3 << "}\n";
 }

@@ -132,6 +132,35 @@ TEST_CASE("files: freed bytes of a file that was changed, cut or replaced are re
     CHECK((refused || hash.hex() == test::sha256_of(test::Bytes(10000, std::byte{8}))));
 }
 
+TEST_CASE("files: a version that is known is kept open unread, and another one is not") {
+    const test::Folder folder;
+    test::Bytes bytes(10000, std::byte{7});
+    const std::filesystem::path path = folder.write("a", bytes);
+    const assets::FileStamp version = assets::stamp_of(path);
+    assets::FileBytes file = assets::FileBytes::reserve(path);
+    for (std::size_t i = 0; i < version.size(); ++i) {
+        assets::FileStamp other = version;
+        ++other[i];
+        CHECK_FALSE(file.keep_open(path, other));
+    }
+    CHECK_FALSE(file.keep_open(folder.path() / "none", version));
+    CHECK(file.in_memory());
+    CHECK(file.keep_open(path, version));
+    CHECK_FALSE(file.in_memory());
+    CHECK(file.stamp() == version);
+    std::filesystem::remove(path);
+    test::Bytes part(100);
+    file.read(9000, part);
+    CHECK(part == test::Bytes(100, std::byte{7}));
+    // Its front is of the file that was replaced meanwhile.
+    folder.write("b", bytes);
+    assets::FileBytes replaced = assets::FileBytes::reserve(folder.path() / "b");
+    bytes[5] = std::byte{8};
+    folder.write("b", bytes);
+    CHECK_FALSE(replaced.keep_open(folder.path() / "b", assets::stamp_of(folder.path() / "b")));
+    CHECK(replaced.in_memory());
+}
+
 TEST_CASE("files: irregular and empty files and wrong sizes are rejected, and a pipe does not block") {
     const test::Folder folder;
     CHECK(contains(error(folder.path() / "none"), "none: No such file"));

@@ -1,4 +1,6 @@
-// Files that change, shrink, vanish or are damaged while a scene streams.
+// Files that change, shrink, vanish or are damaged while a scene streams, or were checked by an earlier
+// start.
+#include "assets/checked_files.hpp"
 #include "assets/scene/file.hpp"
 #include "context.hpp"
 #include "error.hpp"
@@ -11,14 +13,90 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <cstdlib>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <thread>
+#include <utility>
 #include <vector>
 
 using namespace paradize;
 using paradize::test::SmallScene;
+
+namespace {
+
+/// While it lives, an earlier start has checked the files of a scene as they are now.
+class CheckedBefore {
+  public:
+    explicit CheckedBefore(const SmallScene &scene) {
+        ::setenv("PARADIZE_CHECKED", records_.path().c_str(), 1);
+        constexpr std::int64_t minute_ns = 60'000'000'000;
+        assets::CheckedFiles files(scene.folder.path());
+        for (const assets::Artifact &artifact : scene.file.artifacts) {
+            files.add(artifact, assets::stamp_of(scene.folder.path() / artifact.file),
+                      assets::now_ns() + minute_ns);
+        }
+        files.save();
+    }
+    ~CheckedBefore() { ::unsetenv("PARADIZE_CHECKED"); }
+    CheckedBefore(const CheckedBefore &) = delete;
+    CheckedBefore &operator=(const CheckedBefore &) = delete;
+
+  private:
+    const test::Folder records_;
+};
+
+/// Uploads all. Returns the error, or an empty text.
+std::string load_error(const SmallScene &scene) {
+    try {
+        Streamer streamer = scene.streamer();
+        streamer.upload({});
+        streamer.finish_checks();
+        CHECK(test::wrong_bytes(streamer) == 0);
+    } catch (const Error &error) {
+        return error.what();
+    }
+    return "";
+}
+
+} // namespace
+
+TEST_CASE("streamer: a file that an earlier start has checked is not hashed again, until it is replaced") {
+    if (!test::have_context()) {
+        return;
+    }
+    SmallScene scene;
+    for (assets::Artifact &artifact : scene.file.artifacts) {
+        artifact.sha256 = std::string(64, '0'); // not theirs: found by whoever hashes one
+    }
+    CHECK(load_error(scene).find("its SHA-256 is") != std::string::npos);
+    const CheckedBefore checked(scene);
+    CHECK(load_error(scene).empty());
+    const std::string color = "quad_color.ktx2";
+    scene.folder.write(color, test::ktx2_file(assets::PixelFormat::rgba8_srgb, 256, 256));
+    CHECK(load_error(scene).find(color + ": is damaged or was replaced") != std::string::npos);
+    test::throw_on_error();
+}
+
+TEST_CASE("streamer: a file that an earlier start has checked and that shrinks gives one message, the others "
+          "are drawn") {
+    if (!test::have_context()) {
+        return;
+    }
+    const SmallScene scene;
+    const CheckedBefore checked(scene);
+    Streamer streamer = scene.streamer();
+    streamer.finish_checks();
+    std::filesystem::resize_file(scene.folder.path() / "quad_color.ktx2", 100);
+    while (!streamer.upload({.bytes = 30000})) {
+    }
+    REQUIRE(streamer.failures().size() == 1);
+    CHECK(streamer.failures()[0].find("quad_color.ktx2: ended at byte ") != std::string::npos);
+    CHECK(streamer.mesh("quad_mesh")->best_level(0) == 0);
+    test::throw_on_error();
+}
 
 TEST_CASE("streamer: files that shrink, grow or vanish during streaming are drawn as they were") {
     if (!test::have_context()) {
@@ -234,7 +312,14 @@ TEST_CASE("streamer: how far the threads have come does not change what a headle
     SmallScene scene;
     scene.put("sky", test::ktx2_file(assets::PixelFormat::rgba8_unorm, 1024, 1024, 6)); // 33 MB
     constexpr std::uint64_t little = std::uint64_t{17} << 20U; // holds the other files, beside the buffer
-    for (const std::uint64_t ram_bytes : {MemoryLimits().ram_bytes, little}) {
+    std::optional<CheckedBefore> checked;
+    for (const auto &[ram_bytes, second_start] :
+         {std::pair(MemoryLimits().ram_bytes, false), std::pair(MemoryLimits().ram_bytes, true),
+          std::pair(little, false)}) {
+        checked.reset();
+        if (second_start) {
+            checked.emplace(scene);
+        }
         const MemoryLimits limits{.vram_bytes = 200000000, .ram_bytes = ram_bytes};
         Streamer streamer(scene.file, SceneLoad(scene.file, scene.folder.path(), nullptr, limits));
         std::vector<Need> needs(streamer.piece_count());

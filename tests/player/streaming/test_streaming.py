@@ -200,3 +200,23 @@ def test_checking_goes_on_after_the_picture_and_a_damaged_file_elsewhere_is_told
     assert result.returncode == 1
     assert f"{far.name}: is damaged or was replaced" in result.stderr
     assert (tmp_path / "shot_0000.png").is_file()  # it needs other files only
+
+
+@pytest.mark.parametrize("limits", [[], ["--vram", 20]])
+def test_a_second_start_draws_the_frames_of_the_first(
+    player: Player, island: Path, tmp_path: Path, limits: list[object]
+) -> None:
+    """The first start leaves a record of what it has checked. The second reads pieces of files, as they come."""
+    record = {"PARADIZE_CHECKED": str(tmp_path / "checked")}
+    flight = [island, "--time", 60, "--size", "64x36", "--frames", 5, *limits, "--json"]
+    flight += ["--disable", "shadow,reflection,refraction,water,post"]  # whose shaders take seconds
+    rows = []
+    for name in ("first.png", "second.png"):
+        result = report(player(*flight, "--screenshot", tmp_path / name, env=record))
+        rows.append([(error, total) for _, error, _, total in result["streaming"]["frames"]])
+        records = sorted((tmp_path / "checked").iterdir())
+        assert len(records) == 1 and "paradize-player" in records[0].read_text()
+    assert rows[0] == rows[1] and len({total for _, total in rows[0]}) > 2
+    for frame in range(5):
+        first, second = (tmp_path / f"{name}_{frame:04d}.png" for name in ("first", "second"))
+        assert first.read_bytes() == second.read_bytes()
