@@ -1,4 +1,4 @@
-// What an earlier start has checked is known to the next one, and nothing else is.
+// The next start knows which versions of files were checked, and no others.
 #include "assets/checked_files.hpp"
 #include "files.hpp"
 
