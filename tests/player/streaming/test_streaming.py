@@ -206,7 +206,7 @@ def test_checking_goes_on_after_the_picture_and_a_damaged_file_elsewhere_is_told
 def test_a_second_start_draws_the_frames_of_the_first(
     player: Player, island: Path, tmp_path: Path, limits: list[object]
 ) -> None:
-    """What the first has checked, the second reads piece by piece."""
+    """Of files that the first has checked, the second reads pieces as they are needed."""
     record = {"PARADIZE_CHECKED": str(tmp_path / "checked")}
     flight = [island, "--time", 60, "--size", "64x36", "--frames", 5, *limits, "--json"]
     flight += ["--disable", "shadow,reflection,refraction,water,post"]  # whose shaders take seconds
