@@ -186,6 +186,9 @@ void Uploads::plan() {
         }
     }
     queue.assign(schedule->loads().begin(), schedule->loads().end());
+    if (takes_all) {
+        std::ranges::sort(queue); // file after file, as they are checked
+    }
     order_ahead();
 }
 
