@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <exception>
 #include <fstream>
 #include <span>
 #include <system_error>
@@ -61,15 +62,25 @@ std::string this_player() {
     return stamp == FileStamp{} ? "" : "paradize-player" + text_of(stamp);
 }
 
+/// Of a record, or of one that was not written to its end. Nothing else in the folder is ours.
+bool is_record(const fs::directory_entry &entry) {
+    constexpr std::size_t digits = 64;
+    const std::string name = entry.path().filename().string();
+    return entry.symlink_status().type() == fs::file_type::regular && name.size() >= digits &&
+           name.find_first_not_of("0123456789abcdef") >= digits &&
+           (name.size() == digits || name[digits] == '.');
+}
+
 void remove_oldest(const fs::path &folder) {
-    std::error_code failed;
     std::vector<std::pair<fs::file_time_type, fs::path>> all;
-    for (const fs::directory_entry &entry : fs::directory_iterator(folder, failed)) {
-        all.emplace_back(entry.last_write_time(failed), entry.path());
+    for (const fs::directory_entry &entry : fs::directory_iterator(folder)) {
+        if (is_record(entry)) {
+            all.emplace_back(entry.last_write_time(), entry.path());
+        }
     }
     std::ranges::sort(all);
     for (std::size_t i = 0; i + CheckedFiles::most_records < all.size(); ++i) {
-        fs::remove(all[i].second, failed);
+        fs::remove(all[i].second);
     }
 }
 
@@ -80,6 +91,10 @@ CheckedFiles::CheckedFiles(const fs::path &scene_folder)
 
 CheckedFiles::CheckedFiles(fs::path record, std::string player)
     : record_(player.empty() ? fs::path() : std::move(record)), player_(std::move(player)) {
+    std::error_code failed;
+    if (!fs::is_regular_file(record_, failed) || fs::file_size(record_, failed) > most_bytes) {
+        return;
+    }
     std::ifstream file(record_);
     std::string line;
     if (std::getline(file, line) && line == player_) {
@@ -107,26 +122,47 @@ void CheckedFiles::add(const Artifact &artifact, const FileStamp &stamp, std::in
     }
 }
 
-void CheckedFiles::save() {
-    const std::lock_guard lock(mutex_);
-    if (record_.empty() || current_ == known_) {
-        return;
-    }
-    std::error_code failed;
-    fs::create_directories(record_.parent_path(), failed);
-    const fs::path half = record_.string() + '.' + std::to_string(::getpid());
-    {
-        std::ofstream file(half);
-        file << player_ << '\n';
-        for (const std::string &line : current_) {
-            file << line << '\n';
-        }
-        if (!file.flush()) {
-            fs::remove(half, failed);
+void CheckedFiles::save(bool all) noexcept {
+    try {
+        const std::lock_guard lock(mutex_);
+        if (record_.empty()) {
             return;
         }
+        std::set<std::string> lines = current_;
+        if (!all) {
+            lines.insert(known_.begin(), known_.end());
+        }
+        if (lines != known_) {
+            write(lines);
+        } else if (!lines.empty()) {
+            fs::last_write_time(record_, fs::file_time_type::clock::now()); // used
+        }
+    } catch (const std::exception &) { // a record saves time alone
     }
-    fs::rename(half, record_, failed);
+}
+
+void CheckedFiles::write(const std::set<std::string> &lines) const {
+    fs::create_directories(record_.parent_path());
+    std::string half = record_.string() + ".XXXXXX";
+    const int made = ::mkstemp(half.data());
+    if (made < 0) {
+        return;
+    }
+    ::close(made);
+    std::ofstream file(half);
+    file << player_ << '\n';
+    for (const std::string &line : lines) {
+        file << line << '\n';
+    }
+    file.close();
+    std::error_code failed;
+    if (file) {
+        fs::rename(half, record_, failed);
+    }
+    if (!file || failed) {
+        fs::remove(half, failed);
+        return;
+    }
     remove_oldest(record_.parent_path());
 }
 

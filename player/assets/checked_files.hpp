@@ -15,14 +15,17 @@ namespace paradize::assets {
 
 class CheckedFiles {
   public:
-    /// Records of so many scenes are kept, those that were written last.
+    /// Records of so many scenes are kept, those that were used last.
     static constexpr std::size_t most_records = 64;
+    /// A larger record is not read: some 100,000 files.
+    static constexpr std::uintmax_t most_bytes = std::uintmax_t{16} << 20U;
 
     /// Reads the scene's record in the folder $PARADIZE_CHECKED (empty: nowhere), by default
     /// $XDG_CACHE_HOME/paradize/checked or ~/.cache/paradize/checked. Nothing is known where there is none,
     /// or where another player has written it.
     explicit CheckedFiles(const std::filesystem::path &scene_folder);
-    /// The same with a record of the caller's choice, and what tells one player from another.
+    /// The same with a record of the caller's choice, whose name has 64 hex digits, and with what tells one
+    /// player from another.
     CheckedFiles(std::filesystem::path record, std::string player);
 
     /// True if this version of the artifact's file was checked. Any thread may call it.
@@ -30,11 +33,14 @@ class CheckedFiles {
     /// The file was checked at `now_ns` (since 1970). Forgotten if its stamp is zero or so young that a
     /// change might not alter it. Any thread may call it.
     void add(const Artifact &artifact, const FileStamp &stamp, std::int64_t now_ns);
-    /// Writes the record, if it has changed, with those files alone that holds() or add() have named since.
-    /// Where it cannot be written, the next start checks all files.
-    void save();
+    /// Writes the record, if it has changed. `all`: of every file of the scene holds() or add() was called,
+    /// so that others are forgotten. Where it cannot be written, the next start checks more files. Any thread
+    /// may call it.
+    void save(bool all) noexcept;
 
   private:
+    void write(const std::set<std::string> &lines) const;
+
     const std::filesystem::path record_; // empty: none
     const std::string player_;
     std::set<std::string> known_; // a line for each file

@@ -146,6 +146,7 @@ FileBytes::~FileBytes() = default;
 
 void FileBytes::read_all(const Descriptor &file, const OnBytes &on_bytes) {
     const std::int64_t start_ns = now_ns();
+    const FileStamp before = file.stamp();
     const std::span<std::byte> all = memory_->bytes();
     std::vector<std::byte> front(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(front_));
     for (std::size_t at = 0; at < all.size();) {
@@ -160,7 +161,7 @@ void FileBytes::read_all(const Descriptor &file, const OnBytes &on_bytes) {
         throw Error(name_ + ": was changed while it was read" + bake_again);
     }
     stamp_ = file.stamp();
-    if (start_ns - stamp_.back() < young_ns) {
+    if (stamp_ != before || start_ns - stamp_.back() < young_ns) {
         stamp_ = {}; // no stamp proves that the file is still the same
     }
 }

@@ -29,6 +29,7 @@ struct LoadedArtifact {
     Glb glb;                           // of a mesh or tile
     std::optional<std::uint32_t> tile; // index into Terrain::tiles
     UploadPlan plan;
+    std::int64_t checked_ns = 0; // when its check began: now_ns()
 };
 
 /// Reads the whole file and checks its SHA-256. Throws Error, also when `stop` is requested.

@@ -69,8 +69,8 @@ Streamer::Streamer(const assets::SceneFile &file, SceneLoad load)
         if (uploads_->items[i]) {
             ++uploads_->reused;
             order.push_back(i);
-            const assets::FileStamp &version = uploads_->items[i]->loaded.file.stamp();
-            uploads_->checked_files->add(file.artifacts[i], version, assets::now_ns());
+            const assets::LoadedArtifact &reused = uploads_->items[i]->loaded;
+            uploads_->checked_files->add(file.artifacts[i], reused.file.stamp(), reused.checked_ns);
         }
     }
     for (std::size_t i = 0; i < loaded.size(); ++i) {
@@ -95,6 +95,7 @@ Streamer::Streamer(const assets::SceneFile &file, SceneLoad load)
         file_bytes += file.artifacts[index].bytes;
     }
     uploads_->all_files_wait = file_bytes <= uploads_->max_waiting_bytes;
+    uploads_->most_kept_open = files_to_keep_open();
     uploads_->unchecked_files = load.loader_->wanted().size();
     uploads_->checker = std::make_unique<assets::FileChecker>(
         load.loader_->wanted(), uploads_->items.size(),
@@ -115,7 +116,11 @@ Streamer::Streamer(const assets::SceneFile &file, SceneLoad load)
         });
 }
 
-Streamer::~Streamer() = default;
+Streamer::~Streamer() {
+    if (uploads_->unchecked_files != 0) {
+        uploads_->checked_files->save(false); // else the checker has
+    }
+}
 
 const StreamedTexture *Streamer::texture(std::string_view artifact) const {
     const assets::Artifact *found = uploads_->scene.find_artifact(artifact);

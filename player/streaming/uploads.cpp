@@ -3,6 +3,7 @@
 #include "error.hpp"
 
 #include <algorithm>
+#include <sys/resource.h>
 #include <utility>
 
 namespace paradize {
@@ -14,6 +15,13 @@ constexpr std::uint64_t smallest_page_bytes = std::uint64_t{1} << 20U;
 constexpr float urgent_error = 2.0F; // as a multiple of the accepted one
 
 } // namespace
+
+std::size_t files_to_keep_open() {
+    constexpr std::size_t most = 256;
+    rlimit limit{};
+    const bool known = ::getrlimit(RLIMIT_NOFILE, &limit) == 0 && limit.rlim_cur != RLIM_INFINITY;
+    return known ? std::min<std::size_t>(most, limit.rlim_cur / 4) : most;
+}
 
 PatchPages patch_pages(const assets::SceneFile &scene, std::uint64_t vram_bytes) {
     std::uint64_t terrain_bytes = 0;
@@ -70,10 +78,12 @@ bool Uploads::was_checked(std::uint32_t artifact) {
     const assets::Artifact &entry = scene.artifacts[artifact];
     assets::LoadedArtifact &loaded = items[artifact]->loaded;
     const assets::FileStamp version = assets::stamp_of(loaded.path);
-    if (!checked_files->holds(entry, version) || kept_open.fetch_add(1) >= most_kept_open ||
+    if (kept_open.fetch_add(1) >= most_kept_open || !checked_files->holds(entry, version) ||
         !loaded.file.keep_open(loaded.path, version)) {
+        kept_open.fetch_sub(1);
         return false;
     }
+    loaded.checked_ns = assets::now_ns();
     if (loaded.plan.pieces.empty()) {
         loaded.file.release(); // nothing of it is drawn
         kept_open.fetch_sub(1);
@@ -86,15 +96,16 @@ void Uploads::check(std::uint32_t artifact, const std::stop_token &stop) {
         check_all_of(artifact, stop);
     }
     if (unchecked_files.fetch_sub(1) == 1) {
-        checked_files->save();
+        checked_files->save(true);
     }
 }
 
 void Uploads::check_all_of(std::uint32_t artifact, const std::stop_token &stop) {
     assets::LoadedArtifact &loaded = items[artifact]->loaded;
     const Clock::time_point start = Clock::now();
+    loaded.checked_ns = assets::now_ns();
     assets::check_artifact(scene.artifacts[artifact], loaded, stop);
-    checked_files->add(scene.artifacts[artifact], loaded.file.stamp(), assets::now_ns());
+    checked_files->add(scene.artifacts[artifact], loaded.file.stamp(), loaded.checked_ns);
     count_read(scene.artifacts[artifact].bytes, start);
     const std::uint64_t bytes = loaded.file.bytes().size();
     if (waiting_bytes.fetch_add(bytes) + bytes > max_waiting_bytes) {

@@ -41,6 +41,10 @@ struct PatchPages {
 /// vram_bytes: the limit; 0: none.
 PatchPages patch_pages(const assets::SceneFile &scene, std::uint64_t vram_bytes);
 
+/// Of files that an earlier start has checked: a quarter of those that a process may have open, as two scenes
+/// may be loaded at once, at most 256.
+std::size_t files_to_keep_open();
+
 struct Uploads {
     using Clock = std::chrono::steady_clock;
     static constexpr std::uint64_t ahead_bytes = std::uint64_t{16} << 20U; // staged ahead, or one piece
@@ -86,10 +90,10 @@ struct Uploads {
     std::uint64_t max_waiting_bytes = 0;
     bool all_files_wait = false; // in memory: together they stay below max_waiting_bytes
     std::unique_ptr<assets::CheckedFiles> checked_files;
-    std::atomic<std::size_t> unchecked_files;          // that check() has not returned for yet
-    std::atomic<std::size_t> kept_open;                // files that an earlier start has checked
-    static constexpr std::size_t most_kept_open = 256; // of some 1,000 that a process may have open
-    std::atomic<std::uint64_t> read_bytes, read_ns;    // by the threads, and how long that took them
+    std::atomic<std::size_t> unchecked_files; // that check() has not returned for yet
+    std::atomic<std::size_t> kept_open;       // files that an earlier start has checked
+    std::size_t most_kept_open = 0;
+    std::atomic<std::uint64_t> read_bytes, read_ns; // by the threads, and how long that took them
     // The last members: their threads use the others.
     std::unique_ptr<assets::FileChecker> checker;
     std::unique_ptr<assets::PieceLoader> loader;

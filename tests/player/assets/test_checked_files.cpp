@@ -7,7 +7,10 @@
 #include <chrono>
 #include <cstdint>
 #include <filesystem>
+#include <iterator>
 #include <string>
+#include <sys/stat.h>
+#include <vector>
 
 using namespace paradize;
 namespace fs = std::filesystem;
@@ -27,7 +30,7 @@ assets::Artifact artifact(char digit = 'a') {
 void write_record(const fs::path &record, const assets::Artifact &checked) {
     assets::CheckedFiles files(record, "a player");
     files.add(checked, version, later_ns);
-    files.save();
+    files.save(true);
 }
 
 } // namespace
@@ -57,10 +60,10 @@ TEST_CASE("checked files: a file so young that a change might not alter its time
     assets::CheckedFiles files(record, "a player");
     files.add(artifact(), {}, later_ns);
     files.add(artifact(), version, version[4] + 2'900'000'000);
-    files.save();
+    files.save(true);
     CHECK_FALSE(fs::exists(record));
     files.add(artifact(), version, version[4] + 3'100'000'000);
-    files.save();
+    files.save(true);
     CHECK(assets::CheckedFiles(record, "a player").holds(artifact(), version));
 }
 
@@ -71,7 +74,7 @@ TEST_CASE("checked files: a record keeps what its last start has named") {
     {
         assets::CheckedFiles files(record, "a player");
         files.add(artifact('b'), version, later_ns);
-        files.save();
+        files.save(true);
     }
     assets::CheckedFiles files(record, "a player");
     CHECK_FALSE(files.holds(artifact('a'), version));
@@ -85,23 +88,74 @@ TEST_CASE("checked files: where no record can be written, nothing is known and n
     CHECK_FALSE(assets::CheckedFiles(folder.path() / "file/record", "a player").holds(artifact(), version));
     assets::CheckedFiles nameless("", "a player");
     nameless.add(artifact(), version, later_ns);
-    nameless.save();
+    nameless.save(true);
 }
 
-TEST_CASE("checked files: the records that were written last are kept") {
+TEST_CASE("checked files: an end before all files were checked forgets nothing") {
     const test::Folder folder;
-    for (std::size_t i = 0; i < assets::CheckedFiles::most_records; ++i) {
-        const fs::path record = folder.path() / ("old" + std::to_string(i));
+    const fs::path record = folder.path() / "record";
+    write_record(record, artifact('a'));
+    {
+        assets::CheckedFiles files(record, "a player");
+        files.add(artifact('b'), version, later_ns);
+        files.save(false);
+    }
+    assets::CheckedFiles files(record, "a player");
+    CHECK(files.holds(artifact('a'), version));
+    CHECK(files.holds(artifact('b'), version));
+}
+
+TEST_CASE("checked files: a record that is no plain file, or too large, is not read, and is replaced") {
+    const test::Folder folder;
+    const fs::path record = folder.path() / "record";
+    const auto replaced = [&] {
+        CHECK_FALSE(assets::CheckedFiles(record, "a player").holds(artifact(), version));
         write_record(record, artifact());
-        fs::last_write_time(record, fs::last_write_time(record) - std::chrono::seconds(100 - i));
+        return assets::CheckedFiles(record, "a player").holds(artifact(), version);
+    };
+    REQUIRE(::mkfifo(record.c_str(), 0600) == 0);
+    CHECK(replaced());
+    fs::resize_file(record, assets::CheckedFiles::most_bytes + 1);
+    CHECK(replaced());
+    fs::remove(record);
+    fs::create_directory(record);
+    CHECK_FALSE(replaced());
+    CHECK(std::distance(fs::directory_iterator(folder.path()), {}) == 1); // no half is left
+}
+
+TEST_CASE("checked files: the records that were used last are kept, and so is all that is no record") {
+    const test::Folder folder;
+    const auto name = [](std::size_t i) {
+        const std::string digits = std::to_string(i);
+        return std::string(64 - digits.size(), 'a') + digits;
+    };
+    const auto age = [&](const fs::path &path, std::size_t s) {
+        fs::last_write_time(path, fs::file_time_type::clock::now() - std::chrono::seconds(s));
+    };
+    const std::vector<std::string> others = {"letter.txt", std::string(63, 'a'), std::string(65, 'a'),
+                                             std::string(63, 'a') + "A"};
+    for (const std::string &other : others) {
+        age(folder.write(other, std::string("not ours")), 9000);
     }
-    write_record(folder.path() / "new", artifact());
-    CHECK_FALSE(fs::exists(folder.path() / "old0"));
-    CHECK(fs::exists(folder.path() / "old1"));
-    CHECK(fs::exists(folder.path() / "new"));
-    std::size_t count = 0;
-    for ([[maybe_unused]] const fs::directory_entry &entry : fs::directory_iterator(folder.path())) {
-        ++count;
+    fs::create_directory(folder.path() / std::string(64, 'b'));
+    fs::create_symlink("letter.txt", folder.path() / std::string(64, 'c'));
+    for (std::size_t i = 0; i < assets::CheckedFiles::most_records; ++i) {
+        write_record(folder.path() / name(i), artifact());
+        age(folder.path() / name(i), 1000 - i);
     }
-    CHECK(count == assets::CheckedFiles::most_records);
+    {
+        assets::CheckedFiles used(folder.path() / name(0), "a player");
+        CHECK(used.holds(artifact(), version));
+        used.save(true);
+    }
+    write_record(folder.path() / name(1000), artifact());
+    CHECK(fs::exists(folder.path() / name(0)));
+    CHECK_FALSE(fs::exists(folder.path() / name(1)));
+    CHECK(fs::exists(folder.path() / name(2)));
+    CHECK(fs::exists(folder.path() / name(1000)));
+    for (const std::string &other : others) {
+        CHECK(fs::exists(folder.path() / other));
+    }
+    CHECK(fs::is_directory(folder.path() / std::string(64, 'b')));
+    CHECK(fs::is_symlink(folder.path() / std::string(64, 'c')));
 }

@@ -38,15 +38,22 @@ class CheckedBefore {
             files.add(artifact, assets::stamp_of(scene.folder.path() / artifact.file),
                       assets::now_ns() + minute_ns);
         }
-        files.save();
+        files.save(true);
     }
-    ~CheckedBefore() { ::unsetenv("PARADIZE_CHECKED"); }
+    ~CheckedBefore() { ::setenv("PARADIZE_CHECKED", "", 1); }
     CheckedBefore(const CheckedBefore &) = delete;
     CheckedBefore &operator=(const CheckedBefore &) = delete;
 
   private:
     const test::Folder records_;
 };
+
+/// The hashes are not those of the files any more, which whoever hashes one finds.
+void hash_falsely(SmallScene &scene) {
+    for (assets::Artifact &artifact : scene.file.artifacts) {
+        artifact.sha256 = std::string(64, '0');
+    }
+}
 
 /// Uploads all. Returns the error, or an empty text.
 std::string load_error(const SmallScene &scene) {
@@ -68,15 +75,48 @@ TEST_CASE("streamer: a file that an earlier start has checked is not hashed agai
         return;
     }
     SmallScene scene;
-    for (assets::Artifact &artifact : scene.file.artifacts) {
-        artifact.sha256 = std::string(64, '0'); // not theirs: found by whoever hashes one
-    }
+    scene.put("sky", test::zstd_ktx2_file(assets::PixelFormat::rgba8_unorm, 8, 8, 6));
+    hash_falsely(scene);
     CHECK(load_error(scene).find("its SHA-256 is") != std::string::npos);
     const CheckedBefore checked(scene);
     CHECK(load_error(scene).empty());
+    CHECK(load_error(scene).empty()); // the record stays
     const std::string color = "quad_color.ktx2";
     scene.folder.write(color, test::ktx2_file(assets::PixelFormat::rgba8_srgb, 256, 256));
     CHECK(load_error(scene).find(color + ": is damaged or was replaced") != std::string::npos);
+    test::throw_on_error();
+}
+
+TEST_CASE("streamer: what a scene takes over from the one before stays known to the next start") {
+    if (!test::have_context()) {
+        return;
+    }
+    SmallScene scene;
+    hash_falsely(scene);
+    const CheckedBefore checked(scene);
+    {
+        Streamer before = scene.streamer();
+        before.upload({});
+        Streamer after(scene.file, scene.folder.path(), &before);
+        after.upload({});
+        after.finish_checks();
+        CHECK(after.reused() > 0);
+    }
+    CHECK(load_error(scene).empty());
+    test::throw_on_error();
+}
+
+TEST_CASE("streamer: an end before all files are checked forgets none that were") {
+    if (!test::have_context()) {
+        return;
+    }
+    SmallScene scene;
+    hash_falsely(scene);
+    const CheckedBefore checked(scene);
+    {
+        const Streamer ended = scene.streamer(); // none is needed yet
+    }
+    CHECK(load_error(scene).empty());
     test::throw_on_error();
 }
 

@@ -5,6 +5,7 @@
 #include "files.hpp"
 #include "small_scene.hpp"
 #include "streaming/streamer.hpp"
+#include "streaming/uploads.hpp"
 
 #include <doctest/doctest.h>
 
@@ -13,7 +14,9 @@
 #include <filesystem>
 #include <limits>
 #include <string>
+#include <sys/resource.h>
 #include <thread>
+#include <utility>
 #include <vector>
 
 using namespace paradize;
@@ -82,6 +85,19 @@ TEST_CASE("streamer: uploaded texels are those of the file") {
     }
     CHECK(test::wrong_bytes(streamer) == 0);
     test::throw_on_error();
+}
+
+TEST_CASE("streamer: of files that were checked it keeps a quarter of those open that a process may have") {
+    rlimit before{};
+    REQUIRE(::getrlimit(RLIMIT_NOFILE, &before) == 0);
+    for (const auto &[may, keeps] : {std::pair(400U, 100U), std::pair(1024U, 256U), std::pair(2000U, 256U)}) {
+        if (may <= before.rlim_max) {
+            const rlimit limit{may, before.rlim_max};
+            REQUIRE(::setrlimit(RLIMIT_NOFILE, &limit) == 0);
+            CHECK(files_to_keep_open() == keeps);
+        }
+    }
+    CHECK(::setrlimit(RLIMIT_NOFILE, &before) == 0);
 }
 
 TEST_CASE("streamer: a call that waits for all gives the texels of one mip after another") {
