@@ -70,7 +70,9 @@ Streamer::Streamer(const assets::SceneFile &file, SceneLoad load)
             ++uploads_->reused;
             order.push_back(i);
             const assets::LoadedArtifact &reused = uploads_->items[i]->loaded;
-            uploads_->checked_files->add(file.artifacts[i], reused.file.stamp(), reused.checked_ns);
+            if (!uploads_->checked_files->holds(file.artifacts[i], reused.file.stamp())) {
+                uploads_->checked_files->add(file.artifacts[i], reused.file.stamp(), reused.checked_ns);
+            }
         }
     }
     for (std::size_t i = 0; i < loaded.size(); ++i) {

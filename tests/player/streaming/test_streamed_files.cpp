@@ -95,8 +95,10 @@ TEST_CASE("streamer: what a scene takes over from the one before stays known to 
     hash_falsely(scene);
     const CheckedBefore checked(scene);
     {
-        Streamer before = scene.streamer();
+        const assets::SceneFile first = scene.file;
+        Streamer before(first, scene.folder.path());
         before.upload({});
+        scene.put("quad_color", test::zstd_ktx2_file(assets::PixelFormat::rgba8_srgb, 256, 256));
         Streamer after(scene.file, scene.folder.path(), &before);
         after.upload({});
         after.finish_checks();
