@@ -172,7 +172,8 @@ def test_a_picture_that_cannot_be_written_is_an_error(player: Player, scene: Pat
 def test_standard_output_that_is_full_is_an_error(scene: Path, arguments: list[str]) -> None:
     command = [str(ROOT / "build/bin/paradize-player"), str(scene), "--headless", *arguments]
     with Path("/dev/full").open("w") as full:
-        result = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, text=True, timeout=300)
+        pipes = {"stdout": full, "stderr": subprocess.PIPE, "text": True}
+        result = subprocess.run(command, timeout=300, env={**os.environ, **RENDER_ENVIRONMENT}, **pipes)
     assert result.returncode == 1
     assert "standard output: cannot write" in result.stderr
 
