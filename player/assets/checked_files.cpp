@@ -7,6 +7,7 @@
 #include <exception>
 #include <fstream>
 #include <span>
+#include <string_view>
 #include <system_error>
 #include <unistd.h>
 #include <utility>
@@ -17,6 +18,8 @@ namespace paradize::assets {
 namespace {
 
 namespace fs = std::filesystem;
+
+constexpr std::string_view suffix = ".checked";
 
 // The coarsest steps of a time stamp are those of FAT, 2 s.
 constexpr std::int64_t young_ns = 3'000'000'000;
@@ -53,7 +56,7 @@ fs::path record_of(const fs::path &scene_folder) {
     }
     Sha256 hash;
     hash.add(std::as_bytes(std::span(path)));
-    return folder / hash.hex();
+    return folder / (hash.hex() + std::string(suffix));
 }
 
 /// Another player may check more.
@@ -66,9 +69,8 @@ std::string this_player() {
 bool is_record(const fs::directory_entry &entry) {
     constexpr std::size_t digits = 64;
     const std::string name = entry.path().filename().string();
-    return entry.symlink_status().type() == fs::file_type::regular && name.size() >= digits &&
-           name.find_first_not_of("0123456789abcdef") >= digits &&
-           (name.size() == digits || name[digits] == '.');
+    return entry.symlink_status().type() == fs::file_type::regular &&
+           name.find_first_not_of("0123456789abcdef") == digits && name.substr(digits).starts_with(suffix);
 }
 
 void remove_oldest(const fs::path &folder) {
@@ -115,7 +117,7 @@ bool CheckedFiles::holds(const Artifact &artifact, const FileStamp &stamp) {
 }
 
 void CheckedFiles::add(const Artifact &artifact, const FileStamp &stamp, std::int64_t now_ns) {
-    const auto changed_ns = std::max(stamp[3], stamp[4]);
+    const std::int64_t changed_ns = std::max(stamp[3], stamp[4]); // its bytes or links
     if (stamp != FileStamp{} && now_ns - changed_ns > young_ns) {
         const std::lock_guard lock(mutex_);
         current_.insert(line_of(artifact, stamp));

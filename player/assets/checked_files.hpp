@@ -24,8 +24,8 @@ class CheckedFiles {
     /// $XDG_CACHE_HOME/paradize/checked or ~/.cache/paradize/checked. Nothing is known where there is none,
     /// or where another player has written it.
     explicit CheckedFiles(const std::filesystem::path &scene_folder);
-    /// The same with a record of the caller's choice, whose name has 64 hex digits, and with what tells one
-    /// player from another.
+    /// The same with a record of the caller's choice (records are named by 64 hex digits and ".checked":
+    /// others are never removed), and with what tells one player from another.
     CheckedFiles(std::filesystem::path record, std::string player);
 
     /// True if this version of the artifact's file was checked. Any thread may call it.

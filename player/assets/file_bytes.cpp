@@ -87,6 +87,12 @@ class FileBytes::Descriptor {
         }
         return static_cast<std::size_t>(got);
     }
+    /// Reads all of `out` from `offset` on. Throws Error like read_some().
+    void read(std::size_t offset, std::span<std::byte> out, const std::string &name, std::size_t size) const {
+        for (std::size_t at = 0; at < out.size();) {
+            at += read_some(offset + at, out.subspan(at), name, size);
+        }
+    }
 
   private:
     int number_;
@@ -173,10 +179,11 @@ void FileBytes::read_front(const std::filesystem::path &path, std::size_t bytes)
 }
 
 void FileBytes::read_front(const Descriptor &file, std::size_t bytes) {
-    const std::size_t end = std::min(bytes, memory_->bytes().size());
-    while (front_ < end) {
-        front_ += file.read_some(front_, memory_->bytes().subspan(front_, end - front_), name_,
-                                 memory_->bytes().size());
+    const std::span<std::byte> all = memory_->bytes();
+    const std::size_t end = std::min(bytes, all.size());
+    if (front_ < end) {
+        file.read(front_, all.subspan(front_, end - front_), name_, all.size());
+        front_ = end;
     }
 }
 
@@ -211,9 +218,7 @@ bool FileBytes::keep_open(const std::filesystem::path &path, const FileStamp &ve
     try {
         auto file = std::make_unique<Descriptor>(path);
         std::vector<std::byte> front(front_);
-        for (std::size_t at = 0; at < front.size();) {
-            at += file->read_some(at, std::span(front).subspan(at), name_, front.size());
-        }
+        file->read(0, front, name_, bytes().size());
         if (file->stamp() != version || !std::ranges::equal(front, bytes().first(front_))) {
             return false;
         }
@@ -233,9 +238,7 @@ void FileBytes::read(std::uint64_t offset, std::span<std::byte> out) const {
         return;
     }
     try {
-        for (std::size_t at = 0; at < out.size();) {
-            at += descriptor_->read_some(offset + at, out.subspan(at), name_, all.size());
-        }
+        descriptor_->read(offset, out, name_, all.size());
     } catch (const Error &error) {
         throw SourceError(error.what());
     }

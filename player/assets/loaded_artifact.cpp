@@ -92,9 +92,12 @@ void free_memory(LoadedArtifact &loaded) {
     }
 }
 
+bool is_compressed(const LoadedArtifact &loaded, const Piece &piece) {
+    return !loaded.ktx.levels.empty() && !loaded.ktx.levels[piece.first_level].compressed.empty();
+}
+
 bool needs_staging(const LoadedArtifact &loaded, const Piece &piece) {
-    return !loaded.file.in_memory() ||
-           (!loaded.ktx.levels.empty() && !loaded.ktx.levels[piece.first_level].compressed.empty());
+    return !loaded.file.in_memory() || is_compressed(loaded, piece);
 }
 
 namespace {

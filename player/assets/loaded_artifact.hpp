@@ -56,6 +56,8 @@ struct StagedPiece {
     bool file_failed = false; // the error: the file cannot be read any more, or has changed
 };
 
+/// True if the file holds the piece's levels supercompressed.
+bool is_compressed(const LoadedArtifact &loaded, const Piece &piece);
 /// True if stage() is needed before the piece's chunks can be uploaded: they are compressed or not in memory.
 bool needs_staging(const LoadedArtifact &loaded, const Piece &piece);
 /// Memory that stage() uses again for the next piece, so that it allocates little.

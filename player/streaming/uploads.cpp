@@ -74,7 +74,7 @@ void Uploads::add_pieces(std::uint32_t index) {
     }
 }
 
-bool Uploads::was_checked(std::uint32_t artifact) {
+bool Uploads::open_if_checked(std::uint32_t artifact) {
     const assets::Artifact &entry = scene.artifacts[artifact];
     assets::LoadedArtifact &loaded = items[artifact]->loaded;
     const assets::FileStamp version = assets::stamp_of(loaded.path);
@@ -92,7 +92,7 @@ bool Uploads::was_checked(std::uint32_t artifact) {
 }
 
 void Uploads::check(std::uint32_t artifact, const std::stop_token &stop) {
-    if (!was_checked(artifact)) {
+    if (!open_if_checked(artifact)) {
         check_all_of(artifact, stop);
     }
     if (unchecked_files.fetch_sub(1) == 1) {
@@ -334,14 +334,10 @@ std::optional<std::size_t> Uploads::next_piece(const UploadBudget &budget, std::
     return unfinished;
 }
 
-bool Uploads::is_compressed(std::uint32_t piece) const {
-    const assets::Ktx2 &ktx = item_of(piece).loaded.ktx;
-    return !ktx.levels.empty() && !ktx.levels[plan_of(piece).first_level].compressed.empty();
-}
-
 bool Uploads::had_time(std::uint32_t piece) const {
     return !has_uploaded || ordered[piece] ||
-           (begun_files[pieces[piece].artifact] && all_files_wait && !is_compressed(piece));
+           (begun_files[pieces[piece].artifact] && all_files_wait &&
+            !assets::is_compressed(item_of(piece).loaded, plan_of(piece)));
 }
 
 void Uploads::plan_next_frame() {

@@ -110,7 +110,6 @@ struct Uploads {
     bool is_checked_of(std::uint32_t piece) const { return is_checked(pieces[piece].artifact); }
     /// The piece's file must be checked.
     bool needs_staging(std::uint32_t piece) const;
-    bool is_compressed(std::uint32_t piece) const;
     /// True if the loader stages the piece, also where it could be uploaded from the file's memory.
     bool is_staged(std::uint32_t piece) const { return staging.is_open() || needs_staging(piece); }
 
@@ -120,8 +119,9 @@ struct Uploads {
     /// Checks an artifact's file, or opens it if an earlier start has checked it. Runs on the checker's
     /// threads, once for each file. Beyond `max_waiting_bytes` its memory is freed.
     void check(std::uint32_t artifact, const std::stop_token &stop);
-    /// True if the file is open, its memory free, and need not be checked.
-    bool was_checked(std::uint32_t artifact);
+    /// Opens a file that an earlier start has checked, for its pieces to be read. False if it must be
+    /// checked.
+    bool open_if_checked(std::uint32_t artifact);
     void check_all_of(std::uint32_t artifact, const std::stop_token &stop);
 
     void count_read(std::uint64_t bytes, Clock::time_point since);

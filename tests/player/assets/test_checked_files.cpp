@@ -67,18 +67,20 @@ TEST_CASE("checked files: a file so young that a change might not alter its time
     CHECK(assets::CheckedFiles(record, "a player").holds(artifact(), version));
 }
 
-TEST_CASE("checked files: a record keeps what its last start has named") {
-    const test::Folder folder;
-    const fs::path record = folder.path() / "record";
-    write_record(record, artifact('a'));
-    {
+TEST_CASE("checked files: a record forgets what a start has not named, unless that ended early") {
+    for (const bool all : {true, false}) {
+        const test::Folder folder;
+        const fs::path record = folder.path() / "record";
+        write_record(record, artifact('a'));
+        {
+            assets::CheckedFiles files(record, "a player");
+            files.add(artifact('b'), version, later_ns);
+            files.save(all);
+        }
         assets::CheckedFiles files(record, "a player");
-        files.add(artifact('b'), version, later_ns);
-        files.save(true);
+        CHECK(files.holds(artifact('a'), version) != all);
+        CHECK(files.holds(artifact('b'), version));
     }
-    assets::CheckedFiles files(record, "a player");
-    CHECK_FALSE(files.holds(artifact('a'), version));
-    CHECK(files.holds(artifact('b'), version));
 }
 
 TEST_CASE("checked files: where no record can be written, nothing is known and nothing fails") {
@@ -89,20 +91,6 @@ TEST_CASE("checked files: where no record can be written, nothing is known and n
     assets::CheckedFiles nameless("", "a player");
     nameless.add(artifact(), version, later_ns);
     nameless.save(true);
-}
-
-TEST_CASE("checked files: an end before all files were checked forgets nothing") {
-    const test::Folder folder;
-    const fs::path record = folder.path() / "record";
-    write_record(record, artifact('a'));
-    {
-        assets::CheckedFiles files(record, "a player");
-        files.add(artifact('b'), version, later_ns);
-        files.save(false);
-    }
-    assets::CheckedFiles files(record, "a player");
-    CHECK(files.holds(artifact('a'), version));
-    CHECK(files.holds(artifact('b'), version));
 }
 
 TEST_CASE("checked files: a record that is no plain file, or too large, is not read, and is replaced") {
@@ -127,18 +115,19 @@ TEST_CASE("checked files: the records that were used last are kept, and so is al
     const test::Folder folder;
     const auto name = [](std::size_t i) {
         const std::string digits = std::to_string(i);
-        return std::string(64 - digits.size(), 'a') + digits;
+        return std::string(64 - digits.size(), 'a') + digits + ".checked";
     };
     const auto age = [&](const fs::path &path, std::size_t s) {
         fs::last_write_time(path, fs::file_time_type::clock::now() - std::chrono::seconds(s));
     };
-    const std::vector<std::string> others = {"letter.txt", std::string(63, 'a'), std::string(65, 'a'),
-                                             std::string(63, 'a') + "A"};
+    const std::vector<std::string> others = {"letter.txt", std::string(64, 'a'),
+                                             std::string(64, 'a') + ".png", std::string(63, 'a') + ".checked",
+                                             std::string(65, 'a') + ".checked"};
     for (const std::string &other : others) {
         age(folder.write(other, std::string("not ours")), 9000);
     }
-    fs::create_directory(folder.path() / std::string(64, 'b'));
-    fs::create_symlink("letter.txt", folder.path() / std::string(64, 'c'));
+    fs::create_directory(folder.path() / (std::string(64, 'b') + ".checked"));
+    fs::create_symlink("letter.txt", folder.path() / (std::string(64, 'c') + ".checked"));
     for (std::size_t i = 0; i < assets::CheckedFiles::most_records; ++i) {
         write_record(folder.path() / name(i), artifact());
         age(folder.path() / name(i), 1000 - i);
@@ -156,6 +145,6 @@ TEST_CASE("checked files: the records that were used last are kept, and so is al
     for (const std::string &other : others) {
         CHECK(fs::exists(folder.path() / other));
     }
-    CHECK(fs::is_directory(folder.path() / std::string(64, 'b')));
-    CHECK(fs::is_symlink(folder.path() / std::string(64, 'c')));
+    CHECK(fs::is_directory(folder.path() / (std::string(64, 'b') + ".checked")));
+    CHECK(fs::is_symlink(folder.path() / (std::string(64, 'c') + ".checked")));
 }
