@@ -106,40 +106,48 @@ def _nearest_object(manifest: dict[str, Any], folder: Path, eyes: F64, reach: fl
                 corners = np.zeros((0, 3, 3))
         if not len(corners):
             continue
-        if item["motion"] is not None:
-            nearest = np.minimum(nearest, _nearest_moving(item, corners, eyes, reach))
-            continue
-        ends = np.stack([corners.min(axis=(0, 1)), corners.max(axis=(0, 1))])
-        for instance in item["instances"]:
-            x, y, z = (eyes - np.array(instance["position"])).T
-            own = np.stack(turned_back((x, y, z), instance["rotation"]), axis=1)
-            box = ends * instance["scale"]
-            if ((own < box.min(axis=0) - reach) | (own > box.max(axis=0) + reach)).any(axis=1).all():
-                continue
-            sized = corners * instance["scale"]
-            low, high = sized.min(axis=1), sized.max(axis=1)
-            for first in range(0, len(own), _RUN):
-                run = own[first : first + _RUN]
-                near = ((low <= run.max(axis=0) + reach) & (high >= run.min(axis=0) - reach)).all(axis=1)
-                if near.any():
-                    here = slice(first, first + len(run))
-                    nearest[here] = np.minimum(nearest[here], distances(run, sized[near]))
+        boxes = np.stack([corners.min(axis=1), corners.max(axis=1)], axis=1)
+        for k, instance in enumerate(item["instances"]):
+            if item["motion"] is None:
+                here = np.arange(len(eyes))
+                x, y, z = (eyes - np.array(instance["position"])).T
+                own = np.stack(turned_back((x, y, z), instance["rotation"]), axis=1)
+            else:
+                here, own = _beside_moving(item["motion"], instance, k, corners, eyes, reach)
+            apart = _nearest_triangle(own, corners, boxes, np.array(instance["scale"]), reach)
+            nearest[here] = np.minimum(nearest[here], apart)
     return np.asarray(np.where(nearest < reach, nearest, np.inf))
 
 
-def _nearest_moving(item: dict[str, Any], corners: F64, eyes: F64, reach: float) -> F64:
-    """The distances (n,) of the eyes from an object that moves, each from where it is then, its wings and
-    legs at rest."""
-    nearest = np.full(len(eyes), np.inf)
+def _beside_moving(
+    motion: dict[str, Any], instance: dict[str, Any], index: int, corners: F64, eyes: F64, reach: float
+) -> tuple[npt.NDArray[np.intp], F64]:
+    """The moments at which an instance that moves may be within reach, and the eyes (n, 3) as seen from where
+    it is then, its wings and legs at rest."""
     farthest = float(np.sqrt((corners * corners).sum(axis=2)).max())
-    for k, instance in enumerate(item["instances"]):
-        away = eyes - np.array(instance["position"])
-        limit = reach_m(item["motion"]) + largest_scale(instance) * farthest + reach
-        for i in np.flatnonzero((away * away).sum(axis=1) < limit * limit).tolist():
-            now = moved(instance, item["motion"], k, i / len(eyes))
-            eye = (eyes[i] - now["position"]).tolist()
-            own = np.array([turned_back(eye, now["rotation"])])
-            nearest[i] = min(nearest[i], float(distances(own, corners * now["scale"])[0]))
+    limit = reach_m(motion) + largest_scale(instance) * farthest + reach
+    away = eyes - np.array(instance["position"])
+    here = np.flatnonzero((away * away).sum(axis=1) < limit * limit)
+    own = np.empty((len(here), 3))
+    for row, i in enumerate(here.tolist()):
+        now = moved(instance, motion, index, i / len(eyes))
+        own[row] = turned_back((eyes[i] - now["position"]).tolist(), now["rotation"])
+    return here, own
+
+
+def _nearest_triangle(places: F64, corners: F64, boxes: F64, scale: F64, reach: float) -> F64:
+    """(n,) distance of each place (n, 3) to the nearest of the triangles (m, 3, 3) in boxes (m, 2, 3), which
+    are scaled first; where that is beyond `reach`, any distance beyond it."""
+    nearest = np.full(len(places), np.inf)
+    whole = np.sort(np.stack([boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)]) * scale, axis=0)
+    here = np.flatnonzero(((places >= whole[0] - reach) & (places <= whole[1] + reach)).all(axis=1))
+    if len(here):
+        low, high = np.sort(boxes * scale, axis=1).transpose(1, 0, 2)
+        for run in np.array_split(here, -(-len(here) // _RUN)):
+            eyes = places[run]
+            near = ((low <= eyes.max(axis=0) + reach) & (high >= eyes.min(axis=0) - reach)).all(axis=1)
+            if near.any():
+                nearest[run] = distances(eyes, corners[near] * scale)
     return nearest
 
 
