@@ -28,6 +28,7 @@ def counted(player: Player, tmp_path_factory: pytest.TempPathFactory) -> Counted
         "PARADIZE_COUNT_FILE": str(out),
         # Mesa allocates through templates that the linker merges with ours, the same number in every run.
         "MESA_SHADER_CACHE_DISABLE": "true",
+        "PARADIZE_CHECKED": "",  # a run must not find what the one before it has checked
     }
 
     def run(*arguments: object) -> tuple[subprocess.CompletedProcess[str], int]:

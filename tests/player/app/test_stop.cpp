@@ -8,7 +8,19 @@
 
 using namespace paradize;
 
-TEST_CASE("stop: the first signal is noted, a second one of another kind ends the program at once") {
+namespace {
+
+// ThreadSanitizer calls no handler in the child of a process that had threads when it forked.
+#ifdef __SANITIZE_THREAD__
+constexpr bool calls_no_handler = true;
+#else
+constexpr bool calls_no_handler = false;
+#endif
+
+} // namespace
+
+TEST_CASE("stop: the first signal is noted, a second one of another kind ends the program at once" *
+          doctest::skip(calls_no_handler)) {
     const pid_t child = ::fork();
     REQUIRE(child >= 0);
     if (child == 0) {
