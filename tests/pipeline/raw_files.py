@@ -69,16 +69,27 @@ def tiff(
     metadata: str | None = None,
     keys: Sequence[int] = (),
     transform: Sequence[float] = (),
+    parts: Sequence[bytes] = (),
+    more: Mapping[int, Sequence[int]] | None = None,
 ) -> Path:
     """A TIFF (big: BigTIFF) of one strip and one channel. nodata, metadata: GDAL's tags. keys: of a GeoTIFF,
     four numbers each after the four of their header. transform: 16 numbers from pixels to the map. order: "<"
-    or ">", of its bytes."""
+    or ">", of its bytes. parts: packed strips, or tiles where `more`, which holds further tags, says how wide
+    these are."""
     rows, columns = pixels.shape
     data = pixels.astype(pixels.dtype.newbyteorder(order)).tobytes()  # type: ignore[call-overload]
+    data = b"".join(parts) or data
     head = 16 if big else 8
     whole = {256: columns, 257: rows, 258: 8 * pixels.itemsize, 259: 1, 262: 1, 273: head, 277: 1}
     whole |= {278: rows, 279: len(data), 339: _SAMPLE[pixels.dtype.kind]}
     tags: dict[int, tuple[int, Sequence[int] | bytes]] = {tag: (4, [value]) for tag, value in whole.items()}
+    tags |= {tag: (4, values) for tag, values in (more or {}).items()}
+    if parts:
+        sizes = [len(part) for part in parts]
+        starts = [head + sum(sizes[:k]) for k in range(len(parts))]
+        if tiled := 322 in tags:
+            tags = {tag: tags[tag] for tag in tags if tag not in (273, 278, 279)}
+        tags |= {324 if tiled else 273: (4, starts), 325 if tiled else 279: (4, sizes)}
     for tag, text in ((42113, nodata), (42112, metadata)):
         if text is not None:
             tags[tag] = 2, text.encode() + b"\0"

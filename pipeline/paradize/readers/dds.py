@@ -25,6 +25,7 @@ _DX10 = int.from_bytes(b"DX10", "little")
 # Flags of a pixel format: the texel has alpha, or nothing else; a code names the format; it is grey.
 _ALPHA, _CODE, _LUMINANCE = 0x3, 0x4, 0x20000
 _VOLUME, _CUBE = 0x200000, 0x200  # flags of the second word of capabilities
+MULTIPLIED, OPAQUE = 2, 3  # modes of alpha: colour is multiplied by it; it means nothing
 _FLAT, _NEWER_CUBE = 3, 0x4  # the newer header's dimension of a picture, and its flag of a cube map
 # Formats whose texels are plain numbers, by their code in Direct3D 9 and in DXGI: type, channels.
 _CODES = {36: ("<u2", 4), 111: ("<f2", 1), 112: ("<f2", 2), 113: ("<f2", 4)}
@@ -38,7 +39,7 @@ class DdsHead(NamedTuple):
 
     plain: type and number of channels of texels that are plain numbers, which begin at byte `start`; None for
     all others. grey_alpha: whether two channels are grey and alpha, not red and green. note: for the user, or
-    "".
+    "". alpha_mode: that of the newer header, MULTIPLIED or OPAQUE among others.
     """
 
     width: int = 0
@@ -47,6 +48,7 @@ class DdsHead(NamedTuple):
     plain: tuple[str, int] | None = None
     grey_alpha: bool = False
     note: str = ""
+    alpha_mode: int = 0
 
 
 def dds_head(path: Path, data: bytes) -> DdsHead | None:
@@ -61,7 +63,8 @@ def dds_head(path: Path, data: bytes) -> DdsHead | None:
     flags, code, bits, *masks = struct.unpack_from("<7I", data, 80)
     (capabilities,) = struct.unpack_from("<I", data, 112)
     newer = bool(flags & _CODE) and code == _DX10 and len(data) >= _HEAD + _NEWER
-    form, dimension, more, count, _ = struct.unpack_from("<5I", data, _HEAD) if newer else (0, _FLAT, 0, 1, 0)
+    newest = struct.unpack_from("<5I", data, _HEAD) if newer else (0, _FLAT, 0, 1, 0)
+    form, dimension, more, count, modes = newest
     if capabilities & _VOLUME or dimension > _FLAT:
         raise SourceError("a volume texture is not one picture", file=path, mend="save a slice as PNG")
     if capabilities & _CUBE or more & _NEWER_CUBE:
@@ -69,7 +72,7 @@ def dds_head(path: Path, data: bytes) -> DdsHead | None:
     start = _HEAD + (_NEWER if newer else 0)
     if flags & _CODE:
         plain = (_DXGI if newer else _CODES).get(form if newer else code)
-        return DdsHead(width, height, start, plain if count <= 1 else None)
+        return DdsHead(width, height, start, plain if count <= 1 else None, alpha_mode=modes & 7)
     channels = masks[: 1 if flags & _LUMINANCE else 3] + (masks[3:] if flags & _ALPHA else [])
     used = 0
     for mask in channels:

@@ -15,11 +15,7 @@ the decoded picture).
 
 from __future__ import annotations
 
-import os
 import re
-import sys
-import threading
-from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -31,22 +27,25 @@ from paradize.files import library_path, open_file
 from paradize.kinds import PICTURE, expecting
 from paradize.readers.basis import read_basis
 from paradize.readers.damage import check_damage, damaged
-from paradize.readers.dds import DdsHead, dds_head, read_plain_dds
+from paradize.readers.dds import MULTIPLIED, OPAQUE, DdsHead, dds_head, read_plain_dds
 from paradize.readers.grids import read_grid
 from paradize.readers.limits import limit, require_size, too_many_bytes
 from paradize.readers.names import require_utf8_name
 from paradize.readers.notes import (
     FIRST_BAND,
-    MASKED,
-    SEVERAL,
+    FOURTH,
     beside_display,
     high_range,
+    left_out,
+    pages,
     six_faces,
     turned,
 )
 from paradize.readers.pillow import psd_alpha, read_with_pillow
 from paradize.readers.pnm import exact_shares
 from paradize.readers.profile import profile_note
+from paradize.readers.rare_tiff import read_rare_tiff
+from paradize.readers.silence import silenced
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -74,9 +73,14 @@ _STRAIGHT = {
 }
 _HEAD_BYTES = 4096  # of an AVIF file the boxes before the texels
 _LAYERED = ("psd",)  # the first picture of these is all layers together
-_SMALLER, _MASK = 1, 4  # bits of TIFF's NewSubfileType
+_TARGA_MULTIPLIED = 4  # type of alpha
+_SPELLED = {"red": "r", "green": "g", "blue": "b", "alpha": "a"}  # long names of channels
 _CODEC = re.compile(r"(\w+) compression support is not configured|(scheme \d+) .*not implemented")
-_JUNK = re.compile(r"Corrupt JPEG data: (\d+) extraneous bytes before marker")  # between whole segments
+_JPEG_NOTES = {  # libjpeg's word about a file that it reads whole -> our note; "" where no texel is touched
+    r"extraneous bytes before marker": "some bytes of its header belong to nothing and are skipped",
+    r"unknown JFIF revision number|Unknown Adobe color transform code": "",
+    r"premature end of data segment": "some of its data are missing; a part of it may be grey or coarse",
+}
 _PLAIN_NUMBERS = {"half": 16, "float": 32, "double": 32, "int8": 8, "int16": 16, "int": 32}  # bits
 _TYPES: dict[str, tuple[Any, Any, float]] = {  # type to ask for, type of the result, value of 1.0
     "uint8": (oiio.UINT8, np.uint8, 255.0),
@@ -110,7 +114,7 @@ def _read_image(path: Path, color_space: str | None, finite: bool) -> Image:
         return grid
     try:
         head = _head(path)
-        for read in (read_with_pillow, read_plain_dds, read_basis):
+        for read in (read_with_pillow, read_plain_dds, read_basis, read_rare_tiff):
             if (picture := read(path, head, color_space)) is not None:
                 if finite and picture.top is None:
                     require_finite(picture.values, path)
@@ -141,7 +145,7 @@ def _read_with_oiio(path: Path, head: bytes, color_space: str | None, finite: bo
     hints = oiio.ImageSpec()
     hints.attribute("oiio:UnassociatedAlpha", 1)
     with library_path(path) as name:
-        with _silenced():
+        with silenced():
             source = oiio.ImageInput.open(name, hints)
         if source is None:
             said = _message(oiio)
@@ -159,30 +163,6 @@ def _read_with_oiio(path: Path, head: bytes, color_space: str | None, finite: bo
             source.close()
 
 
-_silence = threading.Lock()
-
-
-@contextmanager
-def _silenced() -> Iterator[None]:
-    """Keeps libraries such as libpng from writing to standard error."""
-    with _silence:
-        if sys.stderr is not None:
-            sys.stderr.flush()
-        try:
-            saved = os.dup(2)
-        except OSError:  # standard error is closed
-            yield
-            return
-        null = os.open(os.devnull, os.O_WRONLY)
-        try:
-            os.dup2(null, 2)
-            yield
-        finally:
-            os.dup2(saved, 2)
-            os.close(null)
-            os.close(saved)
-
-
 def _message(source: Any) -> str:
     """OpenImageIO's pending error on one line; "" where there is none."""
     try:
@@ -198,13 +178,13 @@ def _read_open(source: Any, path: Path, head: bytes, color_space: str | None, fi
     spec = source.spec()
     kind = source.format_name()
     said = _message(source)  # of the header
-    junk = _JUNK.search(said) if kind == "jpeg" else None
-    if said and not junk:
-        raise damaged(said, path)
+    skipped = _jpeg_note(said) if kind == "jpeg" else None
+    if said and skipped is None:
+        raise _unsupported(said, path) or damaged(said, path)
     types = _types(spec)
     _require_shape(spec, types, path)
     check_damage(path, kind)
-    channels = _channels(spec, path)
+    channels, others = _channels(spec, kind, path)
     name = types[channels[0]]
     values: npt.NDArray[Any]
     if len(set(types)) == 1:
@@ -219,15 +199,21 @@ def _read_open(source: Any, path: Path, head: bytes, color_space: str | None, fi
         values, top = exact_shares(path, values)
     if finite and values.dtype == np.float32:
         require_finite(values, path)
-    if values.shape[2] in (2, 4) and _is_premultiplied(spec, kind):
+    if kind == "tiff" and spec.get_int_attribute("tiff:PhotometricInterpretation", 1) == 0:
+        values = _from_white(values)
+    color = color_space != "data"  # numbers are no colours that alpha could be multiplied into
+    has_alpha = len(channels) in (2, 4) and _is_alpha(spec, channels[-1])
+    dds = dds_head(path, head) or DdsHead()
+    if has_alpha and dds.alpha_mode == OPAQUE:
+        values, has_alpha = values[:, :, :-1], False
+    if color and has_alpha and (dds.alpha_mode == MULTIPLIED or _is_premultiplied(spec, kind)):
         values = _straighten(Image(values, "data", 32).pixels)
+        values = values if top is None else np.minimum(values, np.float32(1))
     fourth = ""
     if kind == "psd" and values.shape[2] in (1, 3):  # without the transparency of layers
         alpha, fourth = psd_alpha(path, head)
         values = values if alpha is None else np.concatenate([values, alpha[:, :, None]], axis=2)
-    dds = dds_head(path, head) or DdsHead()
-    two_channels = values.shape[2] == 2 and spec.alpha_channel != 1
-    if two_channels and kind != "targa" and not dds.grey_alpha:  # red and green
+    if values.shape[2] == 2 and not has_alpha and kind != "targa" and not dds.grey_alpha:  # red and green
         values = np.concatenate([values, np.zeros_like(values[:, :, :1])], axis=2)
     declared = spec.get_string_attribute("oiio:ColorSpace").lower()
     if declared.startswith(("pq_", "hlg_")) and color_space != "data":
@@ -236,12 +222,25 @@ def _read_open(source: Any, path: Path, head: bytes, color_space: str | None, fi
         linear = name in _PLAIN_NUMBERS or declared.startswith("lin")
         color_space = "linear" if linear else "srgb"
     bits = _PLAIN_NUMBERS.get(name) or {"uint8": 8, "uint16": 16}.get(name, 32)
-    skipped = f"{junk[1]} bytes of its header belong to nothing and are skipped" if junk else ""
-    bands = FIRST_BAND if len(channels) == 1 < spec.nchannels else ""
-    notes = (*filter(None, (skipped, dds.note, fourth, bands)), *_notes(source, kind))
+    notes = (*filter(None, (skipped, dds.note, fourth, others)), *_notes(source, kind))
     profile = spec.getattribute("ICCProfile") if color_space == "srgb" else None
     colors = () if profile is None else profile_note(bytes(profile))
     return Image(values, color_space, bits, top, notes=notes, color_notes=colors)
+
+
+def _jpeg_note(said: str) -> str | None:
+    """The note for what libjpeg told of a header; None where it is damage."""
+    for pattern, note in _JPEG_NOTES.items():
+        if re.search(pattern, said):
+            return note
+    return None
+
+
+def _unsupported(said: str, path: Path) -> SourceError | None:
+    """The error for a sound file of a kind that its decoder lacks; None for damage."""
+    if "unsupported" not in said.lower():
+        return None
+    return SourceError(f"is not read: {said}", file=path, mend="save it as a PNG of 8 or 16 bits")
 
 
 def _notes(source: Any, kind: str) -> tuple[str, ...]:
@@ -254,17 +253,17 @@ def _notes(source: Any, kind: str) -> tuple[str, ...]:
     shown = (spec.full_x, spec.full_y, spec.full_width, spec.full_height)
     if kind == "openexr" and (spec.x, spec.y, spec.width, spec.height) != shown:
         notes.append(beside_display(spec))
-    page = 0
-    with _silenced():
-        while kind not in _LAYERED and source.seek_subimage(page := page + 1, 0):
-            role = source.spec().get_int_attribute("tiff:subfiletype", 0)
-            if role & _MASK:
-                notes += [MASKED] if MASKED not in notes else []
-            elif not role & _SMALLER:
-                notes.append(SEVERAL)
-                break
+    with silenced():
+        notes += pages(_roles(source) if kind not in _LAYERED else ())
     _message(source)  # of a seek that finds nothing
     return tuple(notes)
+
+
+def _roles(source: Any) -> Iterator[int]:
+    """The roles of the pictures after the first, as TIFF's NewSubfileType says."""
+    page = 0
+    while source.seek_subimage(page := page + 1, 0):
+        yield source.spec().get_int_attribute("tiff:subfiletype", 0)
 
 
 def _types(spec: Any) -> list[str]:
@@ -287,6 +286,10 @@ def _require_shape(spec: Any, types: list[str], path: Path) -> None:
             f"{width} x {height} texels of {spec.nchannels} channels; expected at least 1 of each", file=path
         )
     require_size(width, height, spec.pixel_bytes(True), path)
+    bits, read = spec.get_int_attribute("oiio:BitsPerSample", 0), 8 * spec.format.size()
+    if bits > read and spec.get_string_attribute("compression") == "jpeg":  # a decoder of 8 bits
+        what = f"{bits} bits of a channel, compressed as JPEG, are not read"
+        raise SourceError(what, file=path, mend="save it with Deflate or LZW")
     if "double" in types and height == 1:
         raise SourceError(
             "one row of 64-bit floats is not decoded reliably", file=path, mend="save it as 32-bit float"
@@ -312,16 +315,39 @@ def require_finite(values: npt.NDArray[Any], path: Path) -> None:
         raise SourceError(what, file=path, place=f"texel ({x}, {y})", mend="maps need finite numbers")
 
 
-def _channels(spec: Any, path: Path) -> list[int]:
-    """Indices of the channels to keep: all of up to four, else R, G, B and A by name."""
-    if spec.nchannels <= 4:
-        return list(range(spec.nchannels))
-    names = [name.lower() for name in spec.channelnames]
-    for wanted in (("r", "g", "b", "a"), ("r", "g", "b"), ("y",)):
-        if all(name in names for name in wanted):
-            return [names.index(name) for name in wanted]
-    what = f"{spec.nchannels} channels ({', '.join(spec.channelnames)}) and no R, G, B among them"
-    raise SourceError(what, file=path, mend="one to four channels are read")
+def _channels(spec: Any, kind: str, path: Path) -> tuple[list[int], str]:
+    """Indices of the channels to keep, and a note for the user, or "". Channels of OpenEXR have names, and
+    may form layers; of any other picture all of up to four are kept."""
+    names, count = list(spec.channelnames), spec.nchannels
+    if kind == "tiff" and count > 4 and spec.get_int_attribute("tiff:PhotometricInterpretation", 2) < 2:
+        return [0], FIRST_BAND
+    if kind != "openexr" and count <= 4:
+        fourth = kind == "tiff" and count == 4 and spec.alpha_channel < 0
+        return list(range(count)), FOURTH if fourth else ""
+    if count == 1:
+        return [0], ""
+    kept = _named_channels(names)
+    if not kept and count > 4:
+        what = f"{count} channels ({', '.join(names)}) and no R, G, B among them"
+        raise SourceError(what, file=path, mend="save its colours as R, G, B, or one channel alone")
+    kept = kept or (list(range(count)) if count > 2 else [0])
+    left = [name for k, name in enumerate(names) if k not in kept]
+    return kept, left_out([names[k] for k in kept], left) if left else ""
+
+
+def _named_channels(names: list[str]) -> list[int]:
+    """Indices of R, G, B of the first layer that has them, and of its A; else of the first that has X, Y, Z
+    or fewer of these. Channels outside layers come first."""
+    layers: dict[str, dict[str, int]] = {"": {}}
+    for k, name in enumerate(names):
+        layer, _, channel = name.rpartition(".")
+        word = channel.lower()
+        layers.setdefault(layer, {}).setdefault(_SPELLED.get(word, word), k)
+    for wanted in ("rgb", "xyz", "rg", "y"):
+        for found in layers.values():
+            if all(letter in found for letter in wanted):
+                return [found[letter] for letter in wanted + "a" * ("a" in found)]
+    return []
 
 
 def _decode(source: Any, spec: Any, name: str, path: Path, first: int, end: int) -> npt.NDArray[Any]:
@@ -330,14 +356,14 @@ def _decode(source: Any, spec: Any, name: str, path: Path, first: int, end: int)
     if name not in _TYPES:
         raise SourceError(f"texels of type {name} are not read", file=path)
     wanted, dtype, top = _TYPES[name]
-    with _silenced():
+    with silenced():
         raw = source.read_image(0, 0, first, end, wanted)
     error = _message(source) or _message(oiio)
     if raw is None or error:
         if codec := _CODEC.search(error):
             what = f"is compressed by {codec[1] or codec[2]}, which is not read"
             raise SourceError(what, file=path, mend="save it with Deflate or LZW")
-        raise damaged(error or "the decoder gave no pixels", path)
+        raise _unsupported(error, path) or damaged(error or "the decoder gave no pixels", path)
     values: npt.NDArray[Any] = np.asarray(raw, dtype=dtype)
     if values.size != spec.height * spec.width * (end - first):
         raise SourceError(f"{values.size} values came for {spec.width} x {spec.height} texels", file=path)
@@ -350,11 +376,27 @@ def _decode(source: Any, spec: Any, name: str, path: Path, first: int, end: int)
         return (values.astype(np.float64) / top).astype(np.float32)
 
 
+def _from_white(values: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    """The values of a TIFF whose 0 is white: OpenImageIO turns 8 bits over, alpha too, and no others."""
+    turned = slice(1, None) if values.dtype == np.uint8 else slice(0, 1)
+    top = np.iinfo(values.dtype).max if values.dtype.kind == "u" else 1.0
+    values = values.copy()
+    values[:, :, turned] = top - values[:, :, turned]
+    return values
+
+
+def _is_alpha(spec: Any, channel: int) -> bool:
+    """Whether a channel is alpha. OpenImageIO knows one of a picture, which may have several layers."""
+    name = str(spec.channelnames[channel]).rpartition(".")[2].lower()
+    return bool(channel == spec.alpha_channel) or _SPELLED.get(name, name) == "a"
+
+
 def _is_premultiplied(spec: Any, kind: str) -> bool:
     """Whether colour is multiplied by alpha."""
-    if spec.alpha_channel < 0 or spec.get_int_attribute("oiio:UnassociatedAlpha", 0) == 1:
-        return False
-    return kind not in _STRAIGHT
+    straight = spec.get_int_attribute("oiio:UnassociatedAlpha", 0) == 1
+    return spec.get_int_attribute("targa:alpha_type", 0) == _TARGA_MULTIPLIED or not (
+        straight or kind in _STRAIGHT
+    )
 
 
 def _straighten(pixels: F32) -> F32:

@@ -7,7 +7,10 @@ from typing import TYPE_CHECKING, Any
 from paradize.errors import SourceError
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
     from pathlib import Path
+
+_SMALLER, _MASK = 1, 4  # bits of TIFF's NewSubfileType
 
 NARROWED = "has channels of more than 8 bits, which are read with 8; a PNG of 16 bits keeps them"
 SEVERAL = "holds several pictures; the first is read"
@@ -20,6 +23,23 @@ LEFT_OUT = "has more channels than its colours, which are not read; save it as P
 def turned(way: int) -> str:
     """The note for a picture whose Exif orientation, 2 to 8, asks that it be turned or mirrored."""
     return f"says that it is to be turned (orientation {way}); read as its texels lie: save it upright"
+
+
+def pages(roles: Iterable[int]) -> list[str]:
+    """The notes for the pictures of a file after its first: roles are TIFF's NewSubfileType."""
+    notes = []
+    for role in roles:
+        if role & _MASK:
+            notes += [MASKED] if MASKED not in notes else []
+        elif not role & _SMALLER:
+            return [*notes, SEVERAL]
+    return notes
+
+
+def left_out(kept: list[str], left: list[str]) -> str:
+    """The note for a picture of which only some channels are read, by their names."""
+    more = f" and {len(left) - 4} more" if len(left) > 4 else ""
+    return f"channels read: {', '.join(kept)}; left out: {', '.join(left[:4])}{more}"
 
 
 def beside_display(spec: Any) -> str:

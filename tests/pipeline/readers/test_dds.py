@@ -154,3 +154,14 @@ def test_channels_outside_their_texel_are_refused(
     """As Pillow writes grey: the decoder returns black."""
     with pytest.raises(SourceError, match="bits 0xff000000 of a texel of 8 bits; save it as PNG"):
         read_image(dds(tmp_path / "a.dds", flags, bits, masks, CODES.astype("u1").tobytes()))
+
+
+def test_what_the_newer_header_says_of_alpha_is_done(tmp_path: Path) -> None:
+    texel = bytes([50, 100, 25, 100])
+    for mode, wanted in ((0, [50, 100, 25, 100]), (1, [50, 100, 25, 100]), (3, [50, 100, 25])):
+        header = struct.pack("<5I", 28, 3, 0, 1, mode)  # R8G8B8A8_UNORM
+        picture = read_image(dds(tmp_path / f"{mode}.dds", 0, 0, (0, 0, 0, 0), texel * 16, header))
+        assert picture.values[0, 0].tolist() == wanted, mode
+    header = struct.pack("<5I", 28, 3, 0, 1, 2)
+    pixels = read_image(dds(tmp_path / "2.dds", 0, 0, (0, 0, 0, 0), texel * 16, header)).pixels
+    assert pixels[0, 0] == pytest.approx([0.5, 1.0, 0.25, 100 / 255], abs=1e-6)

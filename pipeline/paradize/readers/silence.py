@@ -1,0 +1,35 @@
+"""Keeps libraries such as libpng and libtiff from writing to standard error."""
+
+from __future__ import annotations
+
+import os
+import sys
+import threading
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+_silence = threading.Lock()
+
+
+@contextmanager
+def silenced() -> Iterator[None]:
+    """While it lasts, what is written to the process's standard error is lost. One thread at a time."""
+    with _silence:
+        if sys.stderr is not None:
+            sys.stderr.flush()
+        try:
+            saved = os.dup(2)
+        except OSError:  # standard error is closed
+            yield
+            return
+        null = os.open(os.devnull, os.O_WRONLY)
+        try:
+            os.dup2(null, 2)
+            yield
+        finally:
+            os.dup2(saved, 2)
+            os.close(null)
+            os.close(saved)

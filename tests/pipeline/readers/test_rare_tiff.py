@@ -1,0 +1,177 @@
+"""TIFFs that OpenImageIO reads wrong or not at all, against what was written."""
+
+from __future__ import annotations
+
+import zlib
+from pathlib import Path
+
+import numpy as np
+import PIL.Image
+import pytest
+
+from paradize.errors import SourceError
+from paradize.readers.heightmap import read_heightmap
+from paradize.readers.image import read_image
+from tests.pipeline.raw_files import tiff
+
+SIDE = 16  # of a tile
+
+
+def packed(tile: np.ndarray, order: str, predictor: int) -> bytes:
+    """A tile of 64-bit floats as libtiff writes it, before it is compressed."""
+    if predictor == 2:
+        bits = tile.astype("<f8").view("<u8")
+        return np.diff(bits, axis=1, prepend=np.uint64(0)).astype(order + "u8").tobytes()
+    if predictor == 3:
+        planes = tile.astype(">f8").view(np.uint8).reshape(len(tile), -1, 8).swapaxes(1, 2)
+        rows = planes.reshape(len(tile), -1)
+        return np.diff(rows, axis=1, prepend=np.uint8(0)).tobytes()
+    return tile.astype(order + "f8").tobytes()
+
+
+def tiled(
+    path: Path,
+    values: np.ndarray,
+    *,
+    order: str = "<",
+    predictor: int = 1,
+    deflate: bool = True,
+    big: bool = False,
+) -> Path:
+    rows, columns = (-(-n // SIDE) * SIDE for n in values.shape)
+    whole = np.pad(values, ((0, rows - values.shape[0]), (0, columns - values.shape[1])))
+    parts = []
+    for y in range(0, rows, SIDE):
+        for x in range(0, columns, SIDE):
+            data = packed(whole[y : y + SIDE, x : x + SIDE], order, predictor)
+            parts.append(zlib.compress(data) if deflate else data)
+    more = {322: [SIDE], 323: [SIDE], 317: [predictor], 259: [8 if deflate else 1]}
+    return tiff(path, values, order=order, big=big, parts=parts, more=more)
+
+
+@pytest.mark.parametrize("predictor", [1, 2, 3])
+@pytest.mark.parametrize(("order", "big"), [("<", False), (">", False), ("<", True)])
+def test_tiles_of_doubles_hold_the_heights_that_were_written(
+    tmp_path: Path, predictor: int, order: str, big: bool
+) -> None:
+    """As GDAL writes elevations: tiles at the rim extend beyond the picture."""
+    values = 2500.0 * np.random.default_rng(3).normal(size=(35, 50))
+    file = tiled(tmp_path / "a.tif", values, order=order, predictor=predictor, big=big)
+    picture = read_image(file)
+    assert picture.color_space == "linear" and picture.top is None
+    assert np.array_equal(picture.values[:, :, 0], values.astype(np.float32))
+    field, _ = read_heightmap(
+        tiled(tmp_path / "b.tif", values, deflate=False), size_x_m=9.0, size_z_m=9.0, height_m=None
+    )
+    assert np.array_equal(field.heights_m, values.astype(np.float32))
+
+
+def test_tiles_of_doubles_that_are_not_whole_are_refused(tmp_path: Path) -> None:
+    file = tiled(tmp_path / "a.tif", np.ones((20, 20)))
+    data = file.read_bytes()
+    at = data.index(b"\x78\x9c") + 8  # inside the first tile
+    file.write_bytes(data[:at] + bytes([data[at] ^ 0x55]) + data[at + 1 :])
+    with pytest.raises(SourceError, match="damaged or cut: strip or tile 0 does not unpack"):
+        read_image(file)
+    short = tiff(tmp_path / "b.tif", np.ones((20, 20)), parts=[bytes(8)] * 4, more={322: [SIDE], 323: [SIDE]})
+    with pytest.raises(SourceError, match="4 tiles of 2048 bytes are needed"):
+        read_image(short)
+    more = {322: [SIDE], 323: [SIDE], 259: [5]}
+    lzw = tiff(tmp_path / "c.tif", np.ones((20, 20)), parts=[bytes(8)] * 4, more=more)
+    with pytest.raises(SourceError, match=r"tiles of 64-bit floats.*save it as 32-bit float"):
+        read_image(lzw)
+    bomb = tiled(tmp_path / "d.tif", np.ones((20, 20)))
+    large = zlib.compress(bytes(1 << 22))
+    tiff(bomb, np.ones((20, 20)), parts=[large] * 4, more={322: [SIDE], 323: [SIDE], 259: [8]})
+    with pytest.raises(SourceError, match="does not unpack to 2048 bytes at most"):
+        read_image(bomb)
+
+
+def test_a_palette_with_alpha_gives_its_colours(tmp_path: Path) -> None:
+    """As Microsoft Office writes it: an index and alpha for each texel."""
+    colors = np.zeros((3, 256), int)
+    colors[:, :3] = [[65535, 0, 0], [0, 65535, 0], [0, 0, 65535]]
+    texels = bytes([0, 255, 1, 0, 2, 9, 1, 200])
+    more = {258: [8, 8], 262: [3], 277: [2], 320: colors.ravel().tolist(), 338: [2], 339: [1, 1]}
+    picture = read_image(tiff(tmp_path / "a.tif", np.zeros((1, 4), np.uint8), parts=[texels], more=more))
+    assert picture.color_space == "srgb" and picture.top == 255
+    red, green, blue = np.eye(3, dtype=int) * 255
+    assert picture.values[0].tolist() == [[*red, 255], [*green, 0], [*blue, 9], [*green, 200]]
+
+
+@pytest.mark.parametrize("codec", ["zstd", "lzma"])
+@pytest.mark.parametrize("kind", [np.uint8, np.uint16, np.float32])
+def test_newer_compressions_give_what_was_written(tmp_path: Path, codec: str, kind: type) -> None:
+    values = (1000.0 * np.random.default_rng(5).uniform(0.0, 60.0, (9, 13))).astype(kind)
+    PIL.Image.fromarray(values).save(tmp_path / "a.tif", compression=codec)
+    picture = read_image(tmp_path / "a.tif", color_space="data")
+    assert picture.values.dtype == kind and np.array_equal(picture.values[:, :, 0], values)
+    assert picture.notes == ()
+
+
+def test_copies_in_a_file_of_a_newer_compression_are_no_pictures(tmp_path: Path) -> None:
+    pages = [PIL.Image.new("L", (4, 4), 9) for _ in range(3)]
+    for page, role in zip(pages[1:], (1, 4), strict=True):
+        page.encoderinfo = {"tiffinfo": {254: role}}
+    pages[0].save(tmp_path / "a.tif", save_all=True, append_images=pages[1:], compression="zstd")
+    (note,) = read_image(tmp_path / "a.tif").notes
+    assert note.startswith("has a mask, which is not read")
+
+
+def ycbcr(path: Path, packing: int, strip: bytes, rows: int = 8) -> Path:
+    more = {258: [8, 8, 8], 259: [packing], 262: [6], 277: [3], 339: [1, 1, 1], 530: [1, 1]}
+    return tiff(path, np.zeros((rows, 8), np.uint8), parts=[strip], more=more)
+
+
+def test_ycbcr_is_read_and_its_damage_is_told(tmp_path: Path) -> None:
+    """OpenImageIO gives one green for whatever it cannot unpack."""
+    texels = np.tile(np.array([120, 128, 128], np.uint8), (8 * 8, 1))  # grey
+    sound = ycbcr(tmp_path / "a.tif", 8, zlib.compress(texels.tobytes()))
+    assert np.abs(read_image(sound).values.astype(int) - 120).max() <= 1
+    data = zlib.compress(np.random.default_rng(1).integers(0, 256, (8, 8, 3), np.uint8).tobytes())
+    bad = ycbcr(tmp_path / "b.tif", 8, data[:-1] + bytes([data[-1] ^ 1]))
+    with pytest.raises(SourceError, match="damaged or cut: strip or tile 0 does not unpack"):
+        read_image(bad)
+    unknown = ycbcr(tmp_path / "c.tif", 34712, bytes(200))  # JPEG 2000
+    with pytest.raises(SourceError, match="is compressed by scheme 34712, which is not read; save it as"):
+        read_image(unknown)
+    empty = ycbcr(tmp_path / "d.tif", 7, bytes(200))  # no JPEG
+    with pytest.raises(SourceError, match="is not a readable TIFF"):
+        read_image(empty)
+
+
+def test_sixteen_bits_that_a_decoder_of_eight_would_lose_are_refused(tmp_path: Path) -> None:
+    """Lossless JPEG, as scanners of X-rays write it: OpenImageIO gives zeros of 8 bits."""
+    file = tiff(tmp_path / "a.tif", np.zeros((8, 8), np.uint16), parts=[bytes(99)], more={259: [7]})
+    with pytest.raises(SourceError, match="16 bits of a channel, compressed as JPEG, are not read"):
+        read_image(file)
+
+
+@pytest.mark.parametrize("kind", [np.uint8, np.uint16, np.uint32])
+def test_where_zero_is_white_greys_are_turned_over_and_alpha_is_not(tmp_path: Path, kind: type) -> None:
+    top = np.iinfo(kind).max
+    values = np.array([[0, top // 3, top]], kind)
+    grey = read_image(tiff(tmp_path / "a.tif", values, more={262: [0]})).pixels[:, :, 0]
+    assert grey == pytest.approx(1.0 - values / top, abs=1e-6)
+    more = {258: [8 * values.itemsize] * 2, 262: [0], 277: [2], 338: [2], 339: [1, 1]}
+    both = np.stack([values, values], axis=2).tobytes()
+    alpha = read_image(tiff(tmp_path / "b.tif", values, parts=[both], more=more)).pixels
+    assert alpha[:, :, 0] == pytest.approx(1.0 - values / top, abs=1e-6)
+    assert alpha[:, :, 1] == pytest.approx(values / top, abs=1e-6)
+
+
+def test_a_fourth_channel_of_no_meaning_is_taken_for_alpha_and_told(tmp_path: Path) -> None:
+    more = {258: [8] * 4, 262: [2], 277: [4], 338: [0], 339: [1] * 4}
+    file = tiff(tmp_path / "a.tif", np.zeros((1, 2), np.uint8), parts=[bytes(range(8))], more=more)
+    picture = read_image(file)
+    assert picture.values.shape == (1, 2, 4)
+    assert picture.notes == ("its fourth channel is taken for alpha, as game engines take it",)
+
+
+def test_of_five_bands_that_are_no_colours_the_first_is_read(tmp_path: Path) -> None:
+    values = np.arange(30, dtype=np.float32).reshape(2, 3, 5)
+    more = {258: [32] * 5, 262: [1], 277: [5], 338: [0] * 4, 339: [3] * 5}
+    file = tiff(tmp_path / "a.tif", np.zeros((2, 3), np.float32), parts=[values.tobytes()], more=more)
+    picture = read_image(file, color_space="data")
+    assert np.array_equal(picture.values[:, :, 0], values[:, :, 0]) and picture.values.shape[2] == 1
+    assert picture.notes == ("has several channels that are no colours; the first is read",)
