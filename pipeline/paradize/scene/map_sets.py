@@ -18,10 +18,11 @@ Vec3 = tuple[float, float, float]
 PALETTE = 0.99  # of the surface shows swatches, where the picture is a palette
 KIT = 0.95  # the same where several models show one picture: the sheet of a kit, with something drawn on it
 # Words for alpha of a colour map that is no coverage, and why. The material is opaque then.
-HIDDEN, PAINTED = "hidden", "painted"
+HIDDEN, PAINTED, VARIED = "hidden", "painted", "varied"
 NO_COVERAGE = {
     HIDDEN: "it would hide everything",
     PAINTED: "the colours where it is 0 have more detail than the others",
+    VARIED: "it varies and is hardly anywhere 0 or 1, as heights or gloss do",
 }
 # The sources of the gloss map and the occlusion map.
 GLOSS_ROLES = ("roughness", "smoothness", "specular")

@@ -18,12 +18,15 @@ from paradize.errors import ParadizeError
 from paradize.kernels.reference.atlas import layout_raster
 from paradize.material import MapSource, Picture, Wrap, texels_within
 from paradize.readers.image import read_image
-from paradize.scene.map_sets import HIDDEN, KIT, PAINTED, PALETTE
+from paradize.scene.map_sets import HIDDEN, KIT, PAINTED, PALETTE, VARIED
 
 _SHARED = 0.1  # of the texels shows on several places, where gradients are a palette's
 _SIDE = 1024  # texels a side of the raster in which these are counted
 _SAME = 1.0 / 255.0
 _HALF = (0.05, 0.95)  # alpha between these is neither a hole nor opaque
+_FEW = 0.02  # of the texels shows: too few to say what alpha means
+_VARIED = 0.05  # standard deviation of an alpha that is no plain transparency
+_FIRM = 0.1  # times as many opaque texels as in between, at least, has a mask; smoke has none
 _DETAIL = 0.5 / 255.0  # mean change of colour from texel to texel of a painted surface, at least
 _PAINTED = 1.1  # times as much as where alpha is 1: a photograph cut out may have as much around the shape
 _GREEN = 0.02  # of the range by which the mean green of a leaf exceeds red and blue
@@ -84,20 +87,28 @@ def shown_colors(
     shrink = _shrink(mesh, pixels[:, :, :3], places, wrap) if palette else 0
     if is_solid(color, decoded, alpha_map):
         return palette, shrink, "opaque"
-    alpha = colors[:, :, _alpha_channel(pixels, alpha_map)]
+    channel = _alpha_channel(pixels, alpha_map)
+    whole, sampled = pixels[:, :, channel], colors[:, :, channel]
     if alpha_map is not None and alpha_map.inverted:
-        alpha = 1.0 - alpha
-    holes, between = (
-        float((alpha <= _HALF[0]).mean()),
-        float(((alpha > _HALF[0]) & (alpha < _HALF[1])).mean()),
-    )
-    if holes + between == 0.0:
+        whole, sampled = 1.0 - whole, 1.0 - sampled
+    if (sampled >= _HALF[1]).all():
         return palette, shrink, "opaque"
-    if holes == 1.0 and alpha_map is None:  # a channel that the program that wrote it left empty
+    if (
+        sampled <= _HALF[0]
+    ).all() and alpha_map is None:  # a channel that the program that wrote it left empty
         return palette, shrink, HIDDEN
-    if alpha_map is None and _is_painted_below(pixels, owners_of(mesh, pixels.shape, wrap)):
-        return palette, shrink, PAINTED
-    return palette, shrink, "mask" if between <= holes else "blend"
+    owners = owners_of(mesh, pixels.shape, wrap)
+    shown = sampled if owners is None or (owners >= 0).sum() < sampled.size else whole[owners >= 0]
+    holes, full = float((shown <= _HALF[0]).mean()), float((shown >= _HALF[1]).mean())
+    between = 1.0 - holes - full
+    if alpha_map is None:
+        if holes == 0.0 and between < _FEW:
+            return palette, shrink, "opaque"
+        if min(holes, full) >= _FEW and _is_painted_below(pixels, owners):
+            return palette, shrink, PAINTED
+        if max(holes, full) < _FEW and shown.std() > _VARIED:
+            return palette, shrink, VARIED
+    return palette, shrink, "mask" if between <= holes and between * _FIRM <= full else "blend"
 
 
 def _is_painted_below(pixels: npt.NDArray[np.float32], owners: npt.NDArray[np.int32] | None) -> bool:

@@ -1,0 +1,56 @@
+"""What alpha of a colour map means where the material file says nothing, on two triangles."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from paradize.build.materials.shown_colors import shown_colors
+from paradize.material import MapSource, Picture
+from tests.pipeline.scenes import write_image
+from tests.pipeline.shapes import grid
+
+SIDE = 64
+RNG = np.random.default_rng(8)
+Y, X = np.mgrid[:SIDE, :SIDE] / (SIDE - 1.0)
+
+
+def alphas() -> dict[str, tuple[np.ndarray, str]]:
+    """Alpha 0 to 1 by its meaning, and how the material is drawn."""
+    round_ = np.hypot(X - 0.5, Y - 0.5)
+    leaf = (round_ < 0.35).astype(float)
+    soft = np.clip((0.4 - round_) / 0.05, 0.0, 1.0)
+    crate = np.ones((SIDE, SIDE))
+    crate[20:24, 30:36] = 0.87  # a rim of an old layer
+    frame = np.full((SIDE, SIDE), 0.25)
+    frame[:4] = frame[-4:] = frame[:, :4] = frame[:, -4:] = 1.0
+    frame[:2, :2] = 0.0
+    smoke = 0.8 * np.clip(0.4 - round_, 0.0, 0.4)
+    return {
+        "a leaf": (leaf, "mask"),
+        "a leaf with a soft edge": (soft, "mask"),
+        "nearly opaque in a few places": (crate, "opaque"),
+        "glass in a frame": (frame, "blend"),
+        "glass": (np.full((SIDE, SIDE), 0.4), "blend"),
+        "smoke": (smoke, "blend"),
+        "heights": (np.clip(0.5 + 0.3 * np.sin(9.0 * X) * np.cos(7.0 * Y), 0.1, 0.9), "varied"),
+        "one small hole": (np.where((X < 0.2) & (Y < 0.2), 0.0, 1.0), "mask"),
+        "nothing": (np.zeros((SIDE, SIDE)), "hidden"),
+        "all": (np.ones((SIDE, SIDE)), "opaque"),
+    }
+
+
+@pytest.mark.parametrize("kind", alphas())
+def test_alpha_is_judged_by_its_share_of_the_texels_that_show(tmp_path: Path, kind: str) -> None:
+    alpha, wanted = alphas()[kind]
+    colors = 0.5 + 0.02 * RNG.normal(size=(SIDE, SIDE, 3))
+    colors[alpha == 0.0] = 0.5
+    file = tmp_path / "a.png"
+    write_image(file, np.rint(255 * np.dstack([colors, alpha])).astype(np.uint8))
+    wrap = ("repeat", "repeat")
+    assert shown_colors(grid(2), Picture(file), {}, wrap)[2] == wanted
+    if wanted == "varied":  # where the material file names it as alpha, it is
+        source = MapSource(Picture(file), "a")
+        assert shown_colors(grid(2), Picture(file), {}, wrap, alpha_map=source)[2] == "blend"
