@@ -43,7 +43,7 @@ from paradize.readers.notes import (
 )
 from paradize.readers.pillow import psd_alpha, read_with_pillow
 from paradize.readers.pnm import exact_shares
-from paradize.readers.profile import profile_note
+from paradize.readers.profile import declared_note, profile_note
 from paradize.readers.rare_tiff import read_rare_tiff
 from paradize.readers.silence import silenced
 
@@ -223,8 +223,11 @@ def _read_open(source: Any, path: Path, head: bytes, color_space: str | None, fi
         color_space = "linear" if linear else "srgb"
     bits = _PLAIN_NUMBERS.get(name) or {"uint8": 8, "uint16": 16}.get(name, 32)
     notes = (*filter(None, (skipped, dds.note, fourth, others)), *_notes(source, kind))
-    profile = spec.getattribute("ICCProfile") if color_space == "srgb" else None
-    colors = () if profile is None else profile_note(bytes(profile))
+    colors: tuple[str, ...] = ()
+    if color_space == "srgb" and (profile := spec.getattribute("ICCProfile")) is not None:
+        colors = profile_note(bytes(profile))
+    elif color and kind in ("png", "openexr"):
+        colors = declared_note(declared, spec.getattribute("chromaticities"), color_space)
     return Image(values, color_space, bits, top, notes=notes, color_notes=colors)
 
 

@@ -1,14 +1,32 @@
-"""Tells pictures whose ICC profile means other colours than sRGB, which is what their texels are read as."""
+"""Tells pictures that say that their colours are others than sRGB's, which is what they are read as."""
 
 from __future__ import annotations
 
 import io
+from collections.abc import Sequence
 
 import numpy as np
 
 # Of a probe's channels. Darker ones would show a curve of 2.2, which programs take for sRGB's.
 _CODES = (64, 128, 192)
+_READ_SO = ("srgb_rec709_scene", "g22_rec709_scene", "")  # OpenImageIO's words; a gamma of 2.2 is near sRGB's
+_PRIMARIES = (0.64, 0.33, 0.3, 0.6, 0.15, 0.06, 0.3127, 0.329)  # of Rec. 709 and sRGB, and its white, x and y
+_OFF = 0.02  # of a primary
 _NEAR = 10  # codes of 255: profiles are written with rounded primaries and curves
+
+
+def declared_note(declared: str, primaries: Sequence[float] | None, color_space: str) -> tuple[str, ...]:
+    """The note for colours that a header, not a profile, says to be others than sRGB's. declared:
+    OpenImageIO's word. primaries: x and y of red, green, blue and white. color_space: what they are read as,
+    "srgb" or "linear"."""
+    if primaries is not None and np.abs(np.subtract(primaries, _PRIMARIES)).max() > _OFF:
+        declared = "of other primaries (chromaticities)"
+    elif declared == "lin_rec709_scene":
+        return ("says that it is linear, and is read so",) if color_space == "linear" else ()
+    elif declared in _READ_SO:
+        return ()
+    read_as = "sRGB" if color_space == "srgb" else "linear colours of Rec. 709"
+    return (f"its colours are declared {declared}, read as if they were {read_as}; convert it",)
 
 
 def profile_note(profile: bytes) -> tuple[str, ...]:

@@ -580,6 +580,41 @@ def with_chunk(path: Path, chunk: bytes) -> None:
     path.write_bytes(data[:33] + size + chunk + struct.pack(">I", zlib.crc32(chunk)) + data[33:])
 
 
+@pytest.mark.parametrize(
+    ("kind", "body", "said"),
+    [
+        (b"cICP", bytes([12, 13, 0, 1]), "srgb_p3d65_scene, read as if they were sRGB; convert it"),
+        (b"gAMA", struct.pack(">I", 55556), "g18_rec709_scene, read as if they were sRGB; convert it"),
+        (b"gAMA", struct.pack(">I", 45455), ""),
+        (b"gAMA", struct.pack(">I", 100000), "says that it is linear, and is read so"),
+    ],
+)
+def test_colours_that_a_header_says_to_be_others_are_told(
+    tmp_path: Path, kind: bytes, body: bytes, said: str
+) -> None:
+    path = tmp_path / "a.png"
+    PIL.Image.new("RGB", (2, 2), (99, 99, 99)).save(path)
+    with_chunk(path, kind + body)
+    notes = read_image(path).color_notes
+    assert len(notes) == bool(said) and all(note.endswith(said) for note in notes)
+    assert read_image(path, color_space="data").color_notes == ()
+    if said.startswith("says"):
+        assert read_image(path, color_space="srgb").color_notes == ()
+
+
+def test_an_openexr_of_other_primaries_is_told(tmp_path: Path) -> None:
+    pixels = np.full((2, 2, 3), 0.5, np.float32)
+    for name, red, told in (("rec709", 0.64, False), ("aces", 0.7347, True)):
+        primaries = (red, 0.33, 0.3, 0.6, 0.15, 0.06, 0.3127, 0.329)
+        path = tmp_path / f"{name}.exr"
+        spec = oiio.ImageSpec(2, 2, 3, oiio.FLOAT)
+        spec.attribute("chromaticities", oiio.TypeDesc("float[8]"), primaries)
+        out = oiio.ImageOutput.create(str(path))
+        assert out.open(str(path), spec) and out.write_image(pixels)
+        out.close()
+        assert ["of other primaries" in note for note in read_image(path).color_notes] == [True] * told
+
+
 def test_a_png_of_high_dynamic_range_is_refused_as_colours(tmp_path: Path) -> None:
     PIL.Image.new("RGB", (4, 4)).save(tmp_path / "a.png")
     with_chunk(tmp_path / "a.png", b"cICP" + bytes([9, 16, 0, 1]))  # BT.2020 primaries, PQ, RGB, full range

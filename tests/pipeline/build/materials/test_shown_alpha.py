@@ -1,4 +1,4 @@
-"""What alpha of a colour map means where the material file says nothing, on two triangles."""
+"""Meanings of alpha in a colour map where the material file says nothing, on a few triangles."""
 
 from __future__ import annotations
 
