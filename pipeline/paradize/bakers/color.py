@@ -33,7 +33,13 @@ from paradize.readers.model import read_model
 from paradize.scene.baker_settings import ColorSettings
 from paradize.scene.budget import METRICS
 from paradize.stages import gutter
-from paradize.stages.compress import LevelWriter, encode_rows, formats_of, with_unseen_in_range
+from paradize.stages.compress import (
+    LevelWriter,
+    encode_rows,
+    formats_of,
+    with_unseen_in_range,
+    without_blocks,
+)
 from paradize.stages.mips import color_rows
 from paradize.stages.resample import resized
 from paradize.stages.sweep import level_count
@@ -86,6 +92,8 @@ def bake_color(
         root=root,
     )
     rows, columns = values.shape[:2]
+    if not used.uncompressed:
+        warnings = [*warnings, *without_blocks(path, rows, columns)]
     if name == "emission" and (values == values[0, 0]).all():
         light = linear_light(values[:1, :1], encoded=encoded)[0, 0]
         constant = tuple(min(max(float(value), 0.0), 1.0) for value in light)  # as a texture holds it

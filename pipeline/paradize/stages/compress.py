@@ -16,6 +16,8 @@ from paradize.kernels.bc7 import encode_bc7
 from paradize.map_table import MAPS
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     import numpy.typing as npt
 
     F32 = npt.NDArray[np.float32]
@@ -27,6 +29,7 @@ _TEXEL_BYTES = {"R8": 1, "RG8": 2, "R16": 2, "RG16": 4, "RGBA8": 4}
 # Texels of a colour picture up to which blocks save less than 5 KiB. Such a picture is drawn texel by texel
 # (swatches, pixel art), and a block makes up to 16 colours of two.
 SMALL = 32 * 32
+_CHEAP = 128 * 128  # texels without blocks that are worth no word
 
 
 def formats_of(
@@ -55,6 +58,15 @@ def formats_of(
     if height % 4 or width % 4 or small:
         known = tuple(fmt for fmt in known if not fmt.startswith("BC"))
     return known
+
+
+def without_blocks(path: Path, rows: int, columns: int) -> list[str]:
+    """A warning where the sides of a picture keep it from the block formats, and that costs much."""
+    if (rows % 4 == 0 and columns % 4 == 0) or rows * columns <= _CHEAP:
+        return []
+    nearest = " x ".join(str(max(4, 4 * round(side / 4))) for side in (columns, rows))
+    what = f"{columns} x {rows} texels: block formats need sides that divide by 4, so textures of it are two"
+    return [f"{path}: {what} to eight times as large; {nearest} would do"]
 
 
 def snorm(values: F32, top: int) -> npt.NDArray[Any]:

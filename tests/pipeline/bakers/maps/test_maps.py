@@ -25,7 +25,7 @@ from paradize.formats.ktx2.reader import decode_ktx2
 from paradize.metrics.texels import decode_texels, rebuilt
 from paradize.scene.settings import FILTERS
 from tests.pipeline.heights import angles_between, rounded, save, sinusoids, up, waves
-from tests.pipeline.scenes import make_cove
+from tests.pipeline.scenes import make_cove, write_image
 from tests.places import PEAK
 from tests.sweeps import sweep
 
@@ -401,3 +401,16 @@ def test_a_texture_whose_levels_are_not_measured_has_no_errors(rough: Path) -> N
         assert (product.errors, product.levels, product.metric) == ({}, [], None)
         texture = decode_ktx2(product.data)
         assert isinstance(texture, Texture)
+
+
+def test_sides_that_keep_a_large_picture_from_blocks_are_told(tmp_path: Path) -> None:
+    rng = np.random.default_rng(4)
+    for columns, rows, told in ((160, 158, True), (160, 160, False), (30, 30, False)):
+        picture = tmp_path / f"{columns}x{rows}.png"
+        write_image(picture, rng.integers(0, 256, (rows, columns, 3), np.uint8))
+        said = f"{picture}: {columns} x {rows} texels: block formats need sides that divide by 4"
+        mend = "160 x 160 would do"
+        warnings = bake_color(picture, measure=False).warnings
+        assert [text for text in warnings if text.startswith(said) and text.endswith(mend)] == warnings[:told]
+        normal = bake_maps(picture, measure=False)["normal"].warnings
+        assert any(text.startswith(said) for text in normal) == told
