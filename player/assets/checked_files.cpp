@@ -118,7 +118,7 @@ bool CheckedFiles::holds(const Artifact &artifact, const FileStamp &stamp) {
 
 void CheckedFiles::add(const Artifact &artifact, const FileStamp &stamp, std::int64_t now_ns) {
     const std::int64_t changed_ns = std::max(stamp[3], stamp[4]); // its bytes or links
-    if (stamp != FileStamp{} && now_ns - changed_ns > young_ns) {
+    if (!record_.empty() && stamp != FileStamp{} && now_ns - changed_ns > young_ns) {
         const std::lock_guard lock(mutex_);
         current_.insert(line_of(artifact, stamp));
     }

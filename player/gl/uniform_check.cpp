@@ -84,18 +84,37 @@ bool holds_mark(unsigned program, GLint location, GLenum type) {
     return value == integer_mark(type);
 }
 
+GLint count_in_blocks(unsigned program) {
+    GLint blocks = 0;
+    GLint total = 0;
+    glGetProgramiv(program, GL_ACTIVE_UNIFORM_BLOCKS, &blocks);
+    for (GLint i = 0; i < blocks; ++i) {
+        GLint members = 0;
+        glGetActiveUniformBlockiv(program, static_cast<GLuint>(i), GL_UNIFORM_BLOCK_ACTIVE_UNIFORMS,
+                                  &members);
+        total += members;
+    }
+    return total;
+}
+
 /// Calls take(name, location, type) for each uniform outside blocks, and for each entry of an array.
 template <class Take>
 void for_each_uniform(unsigned program, const Take &take) {
     GLint count = 0;
     glGetProgramiv(program, GL_ACTIVE_UNIFORMS, &count);
-    for (GLint i = 0; i < count; ++i) {
+    // Mesa walks its list for each index, and its list begins with hundreds of members of blocks.
+    GLint outside = count - count_in_blocks(program);
+    for (GLint i = count - 1; i >= 0 && outside > 0; --i) {
         std::array<char, 256> text{};
         GLint entries = 0;
         GLenum type = 0;
         glGetActiveUniform(program, static_cast<GLuint>(i), text.size(), nullptr, &entries, &type,
                            text.data());
         const std::string name = text.data();
+        const auto index = static_cast<GLuint>(i);
+        GLint block = -1;
+        glGetActiveUniformsiv(program, 1, &index, GL_UNIFORM_BLOCK_INDEX, &block);
+        outside -= block < 0 ? 1 : 0;
         for (GLint entry = 0; entry < entries; ++entry) {
             const std::string one =
                 entries == 1 ? name : name.substr(0, name.find('[')) + "[" + std::to_string(entry) + "]";
