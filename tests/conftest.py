@@ -38,6 +38,8 @@ RENDER_ENVIRONMENT = SOFTWARE_RENDERING | {
     "LP_NATIVE_VECTOR_WIDTH": "128",
     "MESA_SHADER_CACHE_DIR": str(ROOT / "build/test_shaders"),
     "PARADIZE_CHECKED": str(ROOT / "build/test_checked"),
+    # A start takes 60,000 pages of memory. In large ones (malloc asks for them) an eighth of its time goes.
+    "GLIBC_TUNABLES": "glibc.malloc.hugetlb=1",
 }
 
 

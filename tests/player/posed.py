@@ -11,9 +11,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import OpenImageIO as oiio
 from numpy.typing import NDArray
 
+from tests.pictures import load
 from tests.player.synthetic import identity
 
 WIDTH, HEIGHT = 320, 180
@@ -30,7 +30,7 @@ class Posed:
     player: Callable[..., Any]
     folder: Path
     objects: frozenset[str] = frozenset()  # what stands in its scene: empty for all
-    kept: dict[str, Picture] = field(default_factory=dict)
+    kept: dict[str, list[Picture]] = field(default_factory=dict)
 
     def scene(self) -> dict[str, Any]:
         """A copy of its scene.json, for changes. Its light stands still, as at its poster's key."""
@@ -40,21 +40,25 @@ class Posed:
             scene["objects"] = [item for item in scene["objects"] if item["name"] in self.objects]
         return scene
 
-    def render(
+    def render(self, eye: Vec, target: Vec, **options: Any) -> Picture:
+        """(180, 320, 3) float32 in 0..1, sRGB-encoded, from `eye` to `target`. options: those of `play`."""
+        (picture,) = self.play(eye, target, 1, **options)
+        return picture
+
+    def play(
         self,
         eye: Vec,
         target: Vec,
+        frames: int,
         *,
         disable: str = "",
         quality: str = "balanced",
         time_s: float = 0.0,
-        frames: int = 1,
         scene: dict[str, Any] | None = None,
         files: dict[str, bytes] | None = None,
-    ) -> Picture:
-        """(180, 320, 3) float32 in 0..1, sRGB-encoded, from `eye` to `target`; every value is checked to be
-        finite before it is encoded. `files` replaces artifacts by name. The last of `frames`, 1/30 s apart,
-        is at `time_s`."""
+    ) -> list[Picture]:
+        """Pictures of one start of the player, 1/30 s apart, from `time_s` on; every value is checked to be
+        finite before it is encoded. `files` replaces artifacts by name."""
         manifest = self.scene() if scene is None else copy.deepcopy(scene)
         duration_s = manifest["flight"]["duration_s"]
         manifest["flight"] |= {
@@ -83,18 +87,16 @@ class Posed:
                 place.symlink_to((self.source / artifact["file"]).resolve())
         (room / "scene.json").write_text(json.dumps(manifest))
         out = room / "picture.png"
-        begin_s = time_s - (frames - 1) / 30
-        arguments: list[object] = [room, "--time", begin_s, "--size", f"{WIDTH}x{HEIGHT}"]
+        arguments: list[object] = [room, "--time", time_s, "--size", f"{WIDTH}x{HEIGHT}"]
         arguments += ["--screenshot", out, "--check-finite", "--debug", "--quality", quality]
         if disable:
             arguments += ["--disable", disable]
         if frames > 1:
             arguments += ["--frames", frames, "--wait-resident"]
-            out = room / f"picture_{frames - 1:04}.png"
         result = self.player(*arguments)
         assert result.returncode == 0, result.stderr
-        pixels = oiio.ImageBuf(str(out)).get_pixels(oiio.FLOAT)[..., :3]
-        self.kept[key] = np.ascontiguousarray(pixels, dtype=np.float32)
+        files_out = [out] if frames == 1 else [room / f"picture_{i:04}.png" for i in range(frames)]
+        self.kept[key] = [load(file) for file in files_out]
         return self.kept[key]
 
 

@@ -100,15 +100,13 @@ def test_streaming_keeps_to_its_budget_and_ends_with_the_same_picture(player: Pl
         assert (report["resident_bytes"] == report["total_bytes"]) == (frames == 8)
     # Numbered pictures show the streaming. The last one equals a picture with all data resident.
     close = json.loads((scene / "scene.json").read_text())
-    close["flight"] |= {"fov_rad": 0.02}
+    close["flight"] |= {"fov_rad": 0.005}
     (scene / "scene.json").write_text(json.dumps(close))
     for order, more in (("needs", True), ("file", False)):
-        report = json.loads(
-            player(scene, "--frames", 1, "--size", "1280x720", "--order", order, "--json").stdout
-        )
+        report = json.loads(player(scene, "--frames", 1, "--order", order, "--json").stdout)
         assert (report["resident_bytes"] > BUDGET_BYTES) is more
     for name, waiting in (("whole.png", ["--wait-resident"]), ("stream.png", [])):
-        arguments = [scene, "--frames", 8, "--size", "320x180", *waiting]
+        arguments = [scene, "--frames", 8, "--size", "160x90", *waiting]
         result = player(*arguments, "--screenshot", tmp_path / name, "--debug")
         assert result.returncode == 0, result.stderr
 
