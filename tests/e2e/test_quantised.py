@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +25,7 @@ def page(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Page]:
         yield page
 
 
+@cache
 def baked(root: Path, quantise_deg: float | None) -> bytes:
     quantise = None if quantise_deg is None else {"quantise_normal_max_deg": quantise_deg}
     return bake_mesh(root / "raw_assets/palm/palm.obj", lods=2, quantise=quantise).glb
@@ -41,7 +43,7 @@ def test_khronos_validator_finds_nothing_in_meshes_of_codes(
         "wide.glb": baked(root, 0.1),
         "narrow.glb": baked(root, 1.0),
         "coarse_terrain.glb": terrain(root, max_error_m=0.2),
-        "fine_terrain.glb": terrain(root, max_error_m=0.002),
+        "fine_terrain.glb": terrain(root, max_error_m=0.01),
     }
     kinds = {name: decode_glb(data)[0].quantised for name, data in files.items()}
     assert [codes.normals.dtype for codes in kinds.values() if codes and codes.normals is not None] == [

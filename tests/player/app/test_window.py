@@ -59,23 +59,27 @@ def test_a_window_s_picture_is_the_headless_one(player: Player, bare: Path, tmp_
         assert (tmp_path / f"window{name}").read_bytes() == (tmp_path / f"headless{name}").read_bytes()
 
 
-def test_any_key_ends_playback(bare: Path) -> None:
-    result = on_a_display(sys.executable, PRESS, "Left", "end", "--", PLAYER, bare, "--json")
-    assert result.returncode == 0, result.stderr
-    assert json.loads(result.stdout)["frames"] > 0
-
-
-def test_an_invalid_sound_does_not_stop_playback(tmp_path: Path) -> None:
-    scene = write_scene(tmp_path / "scene", bare=True)
+@pytest.fixture(scope="module")
+def played(tmp_path_factory: pytest.TempPathFactory) -> subprocess.CompletedProcess[str]:
+    """Playback of a scene whose sound is invalid, until a key is pressed."""
+    scene = write_scene(tmp_path_factory.mktemp("played") / "scene", bare=True)
     manifest = json.loads((scene / "scene.json").read_text())
     noise = b"OggS, or so it says"
     manifest["artifacts"]["ocean"] = {"file": "ocean.ogg", "kind": "sound", **identity(noise)}
     manifest["sounds"] = [sound("ocean")]
     (scene / "scene.json").write_text(json.dumps(manifest))
     (scene / "ocean.ogg").write_bytes(noise)
-    result = on_a_display(sys.executable, PRESS, "a", "end", "--", PLAYER, scene)
-    assert result.returncode == 0, result.stderr
-    assert "no sound" in result.stderr
+    return on_a_display(sys.executable, PRESS, "Left", "end", "--", PLAYER, scene, "--json")
+
+
+def test_any_key_ends_playback(played: subprocess.CompletedProcess[str]) -> None:
+    assert played.returncode == 0, played.stderr
+    assert json.loads(played.stdout)["frames"] > 0
+
+
+def test_an_invalid_sound_does_not_stop_playback(played: subprocess.CompletedProcess[str]) -> None:
+    assert played.returncode == 0, played.stderr
+    assert "no sound" in played.stderr
 
 
 @pytest.mark.parametrize(("count", "edge"), [(250, 128), (1, 2048)])
@@ -148,27 +152,40 @@ def test_in_interactive_mode_keys_and_mouse_move_the_camera_and_only_escape_ends
     assert result.returncode == 0, result.stderr
 
 
-def test_a_window_that_is_resized_shows_what_a_picture_of_its_size_does(
-    player: Player, bare: Path, tmp_path: Path
-) -> None:
-    steps = ["still", "size:416x272", "moved", f"save:{tmp_path / 'window.bgrx'}", "Escape", "end"]
+@pytest.fixture(scope="module")
+def session(bare: Path) -> tuple[Path, subprocess.CompletedProcess[str]]:
+    """A window is resized, loses the keyboard while a key is down, and is minimised twice. Returns the file
+    of the resized window's picture, and the result: 0 if each step did as the tests below say."""
+    saved = bare.parent / "window.bgrx"
+    resized = ["size:416x272", "moved", f"save:{saved}"]
+    let_go = ["unfocus", "moved", "still"]
+    minimised = ["minimise", "idle", "restore", "still", "minimise", "idle", "Escape", "end"]
+    steps = ["still", *resized, *let_go, *minimised]
     command = [PLAYER, bare, "--interactive", "--mute", "--size", "320x180", "--debug"]
-    result = on_a_display(sys.executable, PRESS, *steps, "--", *command)
+    return saved, on_a_display(sys.executable, PRESS, *steps, "--", *command)
+
+
+def test_a_window_that_is_resized_shows_what_a_picture_of_its_size_does(
+    player: Player, bare: Path, session: tuple[Path, subprocess.CompletedProcess[str]], tmp_path: Path
+) -> None:
+    saved, result = session
     assert result.returncode == 0, result.stderr
-    shown = np.frombuffer((tmp_path / "window.bgrx").read_bytes(), np.uint8).reshape(272, 416, 4)
+    shown = np.frombuffer(saved.read_bytes(), np.uint8).reshape(272, 416, 4)
     assert player(bare, "--size", "416x272", "--screenshot", tmp_path / "a.png").returncode == 0
     assert np.array_equal(shown[:, :, 2::-1], np.rint(255.0 * load(tmp_path / "a.png")))
 
 
-def test_a_minimised_window_draws_nothing_and_still_takes_keys(bare: Path) -> None:
-    steps = ["still", "minimise", "idle", "restore", "still", "minimise", "idle", "Escape", "end"]
-    result = on_a_display(sys.executable, PRESS, *steps, "--", PLAYER, bare, "--interactive", "--mute")
+def test_a_key_that_is_down_when_the_window_loses_the_keyboard_is_let_go(
+    session: tuple[Path, subprocess.CompletedProcess[str]],
+) -> None:
+    _, result = session
     assert result.returncode == 0, result.stderr
 
 
-def test_a_key_that_is_down_when_the_window_loses_the_keyboard_is_let_go(bare: Path) -> None:
-    steps = ["still", "unfocus", "moved", "still", "Escape", "end"]
-    result = on_a_display(sys.executable, PRESS, *steps, "--", PLAYER, bare, "--interactive", "--mute")
+def test_a_minimised_window_draws_nothing_and_still_takes_keys(
+    session: tuple[Path, subprocess.CompletedProcess[str]],
+) -> None:
+    _, result = session
     assert result.returncode == 0, result.stderr
 
 
