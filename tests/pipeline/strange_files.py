@@ -13,7 +13,7 @@ import stat
 import sys
 import tempfile
 from collections.abc import Callable, Iterator
-from contextlib import chdir, redirect_stderr, redirect_stdout
+from contextlib import ExitStack, chdir, redirect_stderr, redirect_stdout
 from pathlib import Path
 from resource import RUSAGE_CHILDREN, RUSAGE_SELF, getrusage
 
@@ -94,7 +94,7 @@ def cases(words: list[str], places: list[str], kinds: list[str], base: Path, wor
     for place in places:
         for kind in kinds:
             shutil.rmtree(work, ignore_errors=True)
-            shutil.copytree(base, work, symlinks=True)
+            shutil.copytree(base, work, symlinks=True, copy_function=os.link)  # commands write files anew
             found = sorted(work.glob(place))
             assert found, place
             for path in found:
@@ -110,6 +110,14 @@ def cases(words: list[str], places: list[str], kinds: list[str], base: Path, wor
 
 
 if __name__ == "__main__":
-    for words, places, kinds in json.loads(sys.argv[1]):
-        for line in cases(words, places, kinds, Path(sys.argv[2]), Path(sys.argv[3])):
-            print(line, flush=True)
+    tried = json.loads(sys.argv[1])
+    with ExitStack() as stack:
+        if (
+            len(tried) > 1
+        ):  # what workers held is known once they have ended: those of a single case are not kept
+            from tests.pipeline.kept_workers import keeping_workers
+
+            stack.enter_context(keeping_workers())
+        for words, places, kinds in tried:
+            for line in cases(words, places, kinds, Path(sys.argv[2]), Path(sys.argv[3])):
+                print(line, flush=True)

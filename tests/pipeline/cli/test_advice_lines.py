@@ -30,9 +30,9 @@ PACKAGE = ROOT / "pipeline/paradize"
 
 
 @pytest.fixture(scope="module")
-def store(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Of all lines: the cove is baked once."""
-    return tmp_path_factory.mktemp("store")
+def store(tmp_path_factory: pytest.TempPathFactory, cove_store: Callable[[Path], Path]) -> Path:
+    """Of all lines: it knows the cove."""
+    return cove_store(tmp_path_factory.mktemp("store") / "own")
 
 
 @pytest.fixture
@@ -333,14 +333,18 @@ def templates(node: ast.expr | None, names: dict[str, list[ast.expr]]) -> list[s
 
 def advice_of(path: Path) -> Iterator[str]:
     """Every text that a module gives as a mend."""
-    tree = ast.parse(path.read_text())
+    text = path.read_text()
+    if "mend" not in text and ".add(" not in text:
+        return
+    tree = ast.parse(text)
     scopes = [tree, *(node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef))]
     for scope in scopes:
         names: dict[str, list[ast.expr]] = {}
-        for node in ast.walk(scope):
+        nodes = list(ast.walk(scope))
+        for node in nodes:
             if isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Name):
                 names.setdefault(node.targets[0].id, []).append(node.value)
-        for node in ast.walk(scope):
+        for node in nodes:
             if isinstance(node, ast.Call):
                 given = [word.value for word in node.keywords if word.arg == "mend"]
                 if isinstance(node.func, ast.Attribute) and node.func.attr == "add" and len(node.args) == 3:

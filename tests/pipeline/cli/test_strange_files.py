@@ -7,6 +7,7 @@ import os
 import shutil
 import subprocess
 import sys
+from collections.abc import Callable
 from itertools import islice
 from pathlib import Path
 
@@ -57,7 +58,7 @@ EVERY += [what for what in TRIED if what.endswith("what it names")]
 
 
 @pytest.fixture(scope="module")
-def base(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def base(tmp_path_factory: pytest.TempPathFactory, cove_store: Callable[[Path], Path]) -> Path:
     """The cove, baked with a store of its own."""
     top = tmp_path_factory.mktemp("base")
     scene = make_cove(top)
@@ -66,7 +67,7 @@ def base(tmp_path_factory: pytest.TempPathFactory) -> Path:
         scene.read_text().replace('color = "wood.png"\n', "")
     )  # which post.mtl names
     with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("PARADIZE_STORE", str(top / "store"))
+        patch.setenv("PARADIZE_STORE", str(cove_store(top / "store")))
         for out in ("out", "earlier"):
             assert not bake(scene, top / out, BuildOptions(jobs=1)).errors
     (top / "several").mkdir()

@@ -60,11 +60,11 @@ def run(*words: str) -> tuple[int, str, str]:
 
 
 @pytest.fixture(scope="module")
-def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def made(tmp_path_factory: pytest.TempPathFactory, cove_store: Callable[[Path], Path]) -> Path:
     """A folder with a file of each kind."""
     folder = tmp_path_factory.mktemp("kinds")
     patch = pytest.MonkeyPatch()
-    patch.setenv("PARADIZE_STORE", str(tmp_path_factory.mktemp("store")))
+    patch.setenv("PARADIZE_STORE", str(cove_store(tmp_path_factory.mktemp("store") / "own")))
     patch.chdir(folder)
     make_cove(folder)
     assert run("bake", "cove.toml", "-o", "baked")[0] == 0
