@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 from pathlib import Path
 
 import numpy as np
@@ -90,6 +91,14 @@ def ball(segments: int = 12) -> str:
     return "\n".join(lines) + "\n"
 
 
+def tone(hertz: float) -> bytes:
+    """A second of a tone, as Ogg Vorbis."""
+    waves = 0.2 * np.sin(2 * np.pi * hertz * np.arange(8000) / 8000.0)
+    file = io.BytesIO()
+    soundfile.write(file, waves.astype(np.float32), 8000, format="OGG", subtype="VORBIS")
+    return file.getvalue()
+
+
 def make_cove(folder: Path) -> Path:
     """Writes the scene and its sources; returns the TOML's path."""
     folder.mkdir(parents=True, exist_ok=True)
@@ -106,8 +115,7 @@ def make_cove(folder: Path) -> Path:
         write_image(folder / f"{name}.exr", np.full((8, 8, 3), 0.1 * (k + 1), np.float32))
     (folder / "post.obj").write_text(ball())
     (folder / "post.mtl").write_text("newmtl wood\nmap_Kd wood.png\n")
-    tone = 0.2 * np.sin(2 * np.pi * 110.0 * np.arange(8000) / 8000.0)
-    soundfile.write(folder / "sea.ogg", tone.astype(np.float32), 8000, format="OGG", subtype="VORBIS")
+    (folder / "sea.ogg").write_bytes(tone(110.0))
     path = folder / "cove.toml"
     path.write_text(SCENE)
     return path

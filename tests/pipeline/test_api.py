@@ -21,7 +21,7 @@ from paradize.formats.png import encode_png
 from paradize.scene.setting_rules import RULES, require_right
 from tests.made.models import kit
 from tests.made.pictures import field, photograph
-from tests.pipeline.scenes import make_cove
+from tests.pipeline.scenes import make_cove, tone
 from tests.pipeline.shapes import CORNER_OBJ
 from tests.places import ROOT
 
@@ -42,9 +42,13 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def test_the_page_of_the_library_runs_as_it_stands(folder: Path, tmp_path: Path) -> None:
+def test_the_page_of_the_library_runs_as_it_stands(
+    folder: Path, tmp_path: Path, cove_store: Callable[[Path], Path]
+) -> None:
     (script,) = re.findall(r"```python\n(.*?)```", PAGE.read_text(), re.DOTALL)
-    environment = {"PATH": "/usr/bin:/bin", "PARADIZE_STORE": str(tmp_path / "store"), "HOME": str(tmp_path)}
+    (folder / "scene/sea.ogg").write_bytes(tone(220.0))  # of the scene it alone is not in the store
+    store = str(cove_store(tmp_path / "store"))
+    environment = {"PATH": "/usr/bin:/bin", "PARADIZE_STORE": store, "HOME": str(tmp_path)}
     done = subprocess.run(
         [sys.executable, "-W", "error", "-c", script],
         cwd=folder,

@@ -6,6 +6,7 @@ import json
 import os
 import shlex
 import subprocess
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -14,7 +15,7 @@ from paradize.cli.main import main
 from paradize.cli.values import age, size
 from paradize.store.local import Store
 from tests.conftest import RENDER_ENVIRONMENT
-from tests.pipeline.scenes import make_cove, make_free_cove
+from tests.pipeline.scenes import make_cove, make_free_cove, tone
 from tests.places import ROOT
 from tests.sweeps import sweep
 
@@ -37,12 +38,13 @@ def test_a_new_scene_says_how_to_go_on(tmp_path: Path, capsys: pytest.CaptureFix
 
 @pytest.mark.parametrize("on_path", sweep([True, False], test=[False]))
 def test_the_commands_that_new_prints_bake_and_show_the_scene_as_they_stand(
-    tmp_path: Path, on_path: bool
+    tmp_path: Path, on_path: bool, cove_store: Callable[[Path], Path]
 ) -> None:
     """In any folder, whatever the scene's own is called, and where the programs are not on the path. A
-    smaller scene takes the place of the one it wrote, which test_new.py bakes."""
+    smaller scene takes the place of the one it wrote, which test_new.py bakes; of it the sound alone is not
+    in the store."""
     programs = f"{ROOT}/build/venv/bin:{ROOT}/build/bin"
-    environment = {**os.environ, **RENDER_ENVIRONMENT, "PARADIZE_STORE": str(tmp_path / "store")}
+    environment = {**os.environ, **RENDER_ENVIRONMENT, "PARADIZE_STORE": str(cove_store(tmp_path / "store"))}
     environment["PATH"] = f"{programs if on_path else ''}:/usr/bin:/bin"
     for name in ("DISPLAY", "WAYLAND_DISPLAY"):
         environment.pop(name, None)
@@ -54,6 +56,7 @@ def test_the_commands_that_new_prints_bake_and_show_the_scene_as_they_stand(
     smaller.with_name("scene.toml").write_text(
         smaller.read_text().replace('name = "cove"', 'name = "it_s_mine"')
     )
+    (smaller.parent / "sea.ogg").write_bytes(tone(220.0))
     lines = [line.partition(":")[2] for line in output[1:]]
     assert [shlex.split(line)[0] in ("paradize", "paradize-player") for line in lines] == [on_path] * 2
     for line in lines:
