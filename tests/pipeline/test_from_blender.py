@@ -6,6 +6,7 @@ import re
 import shlex
 import shutil
 from collections.abc import Callable
+from contextlib import chdir
 from pathlib import Path
 from typing import Any
 
@@ -33,7 +34,8 @@ def follow(paradize: Run, folder: Path, suffix: str, model: str = "chair") -> se
     """Runs the page's commands in a folder that holds the export; returns the baked artifacts' names."""
     for words in commands():
         message = [word.replace("chair.glb", f"{model}.{suffix}") for word in words]
-        done = paradize(*message, cwd=folder)
+        with chdir(folder):
+            done = paradize(*message)
         assert done.returncode == 0, (message, done.stdout, done.stderr)
     names = {path.name for path in (folder / "build/assets/chair").iterdir()}
     return {re.sub(r"-[0-9a-f]{8}\..*", "", name) for name in names}
@@ -41,10 +43,10 @@ def follow(paradize: Run, folder: Path, suffix: str, model: str = "chair") -> se
 
 @pytest.mark.parametrize("suffix", sweep(WRITERS, test=["glb"]))
 def test_the_commands_of_the_page_bake_an_export_with_its_maps(
-    suffix: str, tmp_path: Path, paradize: Run
+    suffix: str, tmp_path: Path, paradize_here: Run
 ) -> None:
     WRITERS[suffix](tmp_path / f"chair.{suffix}")
-    baked = follow(paradize, tmp_path, suffix)
+    baked = follow(paradize_here, tmp_path, suffix)
     wanted = MAPS | ({"occlusion"} if suffix == "glb" else set())
     assert {f"chair_{name}" for name in wanted} | {"chair_mesh"} <= baked
 
@@ -69,11 +71,11 @@ EXPORTED = (
 @pytest.mark.deep
 @pytest.mark.parametrize("name", EXPORTED)
 def test_files_that_blender_exported_bake_by_the_page(
-    name: str, tmp_path: Path, corpus: Path, paradize: Run
+    name: str, tmp_path: Path, corpus: Path, paradize_here: Run
 ) -> None:
     source = corpus / name
     shutil.copytree(source.parent, tmp_path / "in", copy_function=shutil.copyfile)
-    baked = follow(paradize, tmp_path / "in", source.suffix[1:], source.stem)
+    baked = follow(paradize_here, tmp_path / "in", source.suffix[1:], source.stem)
     assert any(name.endswith("_mesh") and name != "terrain_mesh" for name in baked)
 
 

@@ -14,6 +14,7 @@ from tests.pipeline.scenes import ball, make_cove
 from tests.sweeps import sweep
 
 Shell = Callable[[str], "subprocess.CompletedProcess[str]"]
+Run = Callable[..., "subprocess.CompletedProcess[str]"]
 
 
 @pytest.fixture
@@ -33,6 +34,21 @@ def shell(tmp_path: Path, root: Path) -> Shell:
             text=True,
             timeout=300,
         )
+        assert "Traceback" not in result.stderr and "internal error" not in result.stderr, result.stderr
+        return result
+
+    return call
+
+
+@pytest.fixture
+def here(tmp_path: Path, paradize_here: Run, monkeypatch: pytest.MonkeyPatch) -> Run:
+    """Runs the words of a line in the same folder, in this process."""
+    make_cove(tmp_path)
+    monkeypatch.setenv("PARADIZE_STORE", str(tmp_path / "store"))
+    monkeypatch.chdir(tmp_path)
+
+    def call(words: str) -> subprocess.CompletedProcess[str]:
+        result = paradize_here(*words.split())
         assert "Traceback" not in result.stderr and "internal error" not in result.stderr, result.stderr
         return result
 
@@ -69,8 +85,8 @@ def test_a_reader_that_goes_away_costs_no_traceback(shell: Shell) -> None:
     "words",
     ["mesh --json", "mesh post.obj -o a.glb --lods 0 --json", "paint --json", "check --json", "--json"],
 )
-def test_wrong_usage_is_one_object_too(shell: Shell, words: str) -> None:
-    message = shell(f"$P {words}")
+def test_wrong_usage_is_one_object_too(here: Run, words: str) -> None:
+    message = here(words)
     assert message.returncode == 2 and len(json.loads(message.stdout)["error"]) == 1
     assert json.loads(message.stdout)["error"][0] in message.stderr
 
@@ -79,8 +95,8 @@ def test_wrong_usage_is_one_object_too(shell: Shell, words: str) -> None:
     "words",
     ["mesh post.obj -o a.glb --js", "maps wood.png -o m --uv post.obj --gloss-groups ,"],
 )
-def test_options_are_neither_abbreviated_nor_empty(shell: Shell, words: str) -> None:
-    assert shell(f"$P {words}").returncode == 2
+def test_options_are_neither_abbreviated_nor_empty(here: Run, words: str) -> None:
+    assert here(words).returncode == 2
 
 
 PIPES = [
@@ -118,8 +134,8 @@ def test_a_device_or_a_pipe_is_never_replaced_by_a_baked_file(shell: Shell, tmp_
         ("--errors 0.2,0.1", "--errors: 0.2,0.1 is not rising"),
     ],
 )
-def test_a_value_that_an_option_cannot_take_is_named(shell: Shell, words: str, said: str) -> None:
-    message = shell(f"$P mesh post.obj -o a.glb {words}")
+def test_a_value_that_an_option_cannot_take_is_named(here: Run, words: str, said: str) -> None:
+    message = here(f"mesh post.obj -o a.glb {words}")
     assert message.returncode == 2 and said in message.stderr
 
 
@@ -135,8 +151,8 @@ IMPOSSIBLE = [
 
 
 @pytest.mark.parametrize("words", sweep(IMPOSSIBLE, test=[IMPOSSIBLE[k] for k in (0, 1, 2, 4)]))
-def test_names_that_no_file_can_have_are_one_message(shell: Shell, words: str) -> None:
-    message = shell(f"$P {words}")
+def test_names_that_no_file_can_have_are_one_message(here: Run, words: str) -> None:
+    message = here(words)
     assert message.returncode == 1 and len((message.stdout + message.stderr).splitlines()) <= 2
 
 
@@ -155,9 +171,9 @@ def test_names_that_are_no_text_keep_messages_on_one_line(shell: Shell, tmp_path
     assert len(message.stderr.splitlines()) == 1
 
 
-def test_a_name_as_long_as_a_file_system_takes_can_be_written(shell: Shell, tmp_path: Path) -> None:
+def test_a_name_as_long_as_a_file_system_takes_can_be_written(here: Run, tmp_path: Path) -> None:
     name = "日" * 83 + ".glb"
-    assert shell(f"$P mesh post.obj -o {name}").returncode == 0 and (tmp_path / name).is_file()
+    assert here(f"mesh post.obj -o {name}").returncode == 0 and (tmp_path / name).is_file()
 
 
 @pytest.mark.deep
