@@ -51,6 +51,17 @@ class Cluster:
             if process:
                 end(process)
 
+    def listens(self) -> bool:
+        """Whether its scheduler runs."""
+        return self.scheduler is not None and self.scheduler.poll() is None
+
+    def replace_workers(self) -> None:
+        """Starts workers in place of those that were killed."""
+        for worker in [worker for worker in self.workers if worker.poll() is not None]:
+            self.workers.remove(worker)
+            end(worker)
+            self.add_worker()
+
     def stalled_job(self) -> str:
         """Waits until `stall` runs; returns what it writes."""
         return self.fifo.read_text()

@@ -31,13 +31,27 @@ from tests.processes import started
 
 
 @pytest.fixture(scope="module")
-def standing(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Cluster]:
-    """A scheduler with two workers, for tests that leave them whole."""
-    made = Cluster(tmp_path_factory.mktemp("standing"))
+def started_clusters() -> Iterator[list[Cluster]]:
+    """Clusters of this module, closed at its end."""
+    made: list[Cluster] = []
     try:
-        yield made.start(2)
+        yield made
     finally:
-        made.close()
+        for one in made:
+            one.close()
+
+
+@pytest.fixture
+def standing(started_clusters: list[Cluster], tmp_path_factory: pytest.TempPathFactory) -> Cluster:
+    """A scheduler with two workers, which tests share. What one of them killed is started again: they come
+    last."""
+    if not started_clusters or not started_clusters[-1].listens():
+        started_clusters.append(Cluster(tmp_path_factory.mktemp("standing")))
+        started_clusters[-1].start(2)
+    found = started_clusters[-1]
+    found.replace_workers()
+    found.fifo.with_suffix(".done").unlink(missing_ok=True)
+    return found
 
 
 @pytest.fixture
@@ -165,16 +179,6 @@ def test_a_worker_killed_in_mid_bake_costs_nothing_but_time(
     assert contents(tmp_path / "here") == contents(tmp_path / "there")
 
 
-def test_files_that_go_with_a_worker_are_sent_anew(start: Callable[[int], Cluster], tmp_path: Path) -> None:
-    """One job at a time: the worker that is killed has the only copy."""
-    own, file = start(2), tmp_path / "file"
-    file.write_bytes(os.urandom(1_000_000))
-    jobs = [Job(f"job {i}", read_late, {"paths": [file]}, files={file: True}) for i in range(4)]
-    with killing_who_stalls(own) as killed:
-        outcomes = run_on_cluster(own.address, jobs, max_parallel=1)
-    assert killed and [outcome.value for outcome in outcomes] == [[file.read_bytes()]] * 4
-
-
 @pytest.mark.deep
 def test_a_job_that_kills_two_workers_is_told_and_kills_no_third(start: Callable[[int], Cluster]) -> None:
     own = start(3)
@@ -185,32 +189,6 @@ def test_a_job_that_kills_two_workers_is_told_and_kills_no_third(start: Callable
     assert "twice" in str(outcomes.pop("killer").error)
     assert [outcome.value for outcome in outcomes.values()] == [0, 2, 4, 6, 8, 10]
     assert sorted(worker.poll() is None for worker in own.workers) == [False, False, True]
-
-
-def test_a_scheduler_that_goes_leaves_the_old_scene_and_what_was_baked(
-    start: Callable[[int], Cluster], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    own, scene, out = start(1), make_cove(tmp_path / "scene"), tmp_path / "out"
-    assert not bake(scene, out, BuildOptions(jobs=1)).errors
-    before = contents(out)
-    module, _ = registry.BAKERS["sound"]
-    monkeypatch.setitem(registry.BAKERS, "sound", (module, stall_once))
-
-    def kill() -> None:
-        own.stalled_job()
-        assert own.scheduler
-        own.scheduler.kill()
-
-    thread = threading.Thread(target=kill, daemon=True)
-    thread.start()
-    report = bake(scene, out, BuildOptions(force=True, cluster=own.address))
-    thread.join()
-    (said,) = {str(error) for error in report.errors}
-    assert (
-        said.startswith(f"{own.address}: the connection to the scheduler was lost")
-        and "start it again" in said
-    )
-    assert contents(out) == before
 
 
 def test_no_scheduler_is_one_message(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
@@ -270,7 +248,6 @@ def test_a_worker_of_another_version_gets_nothing(
 
 def test_an_interrupted_bake_leaves_nothing_running_there(standing: Cluster, tmp_path: Path) -> None:
     """`stalled_job` returns when the other job runs; its process is waited for through its descriptor."""
-    standing.fifo.with_suffix(".done").unlink(missing_ok=True)
     found: list[int] = []
 
     def interrupt(outcome: Outcome) -> None:
@@ -286,7 +263,6 @@ def test_an_interrupted_bake_leaves_nothing_running_there(standing: Cluster, tmp
 
 
 def test_a_bake_that_is_killed_leaves_nothing_running_there(standing: Cluster) -> None:
-    standing.fifo.with_suffix(".done").unlink(missing_ok=True)
     code = (
         "import sys; from paradize.cluster.scheduler import run_on_cluster; "
         "from paradize.jobs.pool import Job; from tests.pipeline.clusters import stall; "
@@ -342,3 +318,40 @@ def test_without_the_library_one_message_says_how_to_get_it(monkeypatch: pytest.
     monkeypatch.setitem(sys.modules, "distributed", None)
     with pytest.raises(BakeError, match=r"pip install 'paradize\[cluster\]'"):
         run_on_cluster("tcp://127.0.0.1:1", [Job("a", double, {"value": 1})])
+
+
+def test_files_that_go_with_a_worker_are_sent_anew(standing: Cluster, tmp_path: Path) -> None:
+    """One job at a time: the worker that is killed has the only copy."""
+    file = tmp_path / "file"
+    file.write_bytes(os.urandom(1_000_000))
+    jobs = [Job(f"job {i}", read_late, {"paths": [file]}, files={file: True}) for i in range(4)]
+    with killing_who_stalls(standing) as killed:
+        outcomes = run_on_cluster(standing.address, jobs, max_parallel=1)
+    assert killed and [outcome.value for outcome in outcomes] == [[file.read_bytes()]] * 4
+
+
+def test_a_scheduler_that_goes_leaves_the_old_scene_and_what_was_baked(
+    standing: Cluster, cove_store: Callable[[Path], Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    cove_store(tmp_path / "store")
+    scene, out = make_cove(tmp_path / "scene"), tmp_path / "out"
+    assert not bake(scene, out, BuildOptions(jobs=1)).errors
+    before = contents(out)
+    module, _ = registry.BAKERS["sound"]
+    monkeypatch.setitem(registry.BAKERS, "sound", (module, stall_once))
+
+    def kill() -> None:
+        standing.stalled_job()
+        assert standing.scheduler
+        standing.scheduler.kill()
+
+    thread = threading.Thread(target=kill, daemon=True)
+    thread.start()
+    report = bake(scene, out, BuildOptions(force=True, cluster=standing.address))
+    thread.join()
+    (said,) = {str(error) for error in report.errors}
+    assert (
+        said.startswith(f"{standing.address}: the connection to the scheduler was lost")
+        and "start it again" in said
+    )
+    assert contents(out) == before
