@@ -18,7 +18,8 @@ def copy_package(folder: Path) -> Path:
     """Copies the package with its kernels into `folder`; an interpreter with that folder in PYTHONPATH
     imports the copy, though another is installed."""
     package = folder / "paradize"
-    shutil.copytree(ROOT / "pipeline/paradize", package, ignore=shutil.ignore_patterns("__pycache__"))
+    unfinished = shutil.ignore_patterns("*.pyc.*")  # bytecode that another process is writing
+    shutil.copytree(ROOT / "pipeline/paradize", package, ignore=unfinished)
     for path in kernels():
         shutil.copy(path, package / "kernels" / path.parent.name)
     (folder / "sitecustomize.py").write_text(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import os
 import resource
 import signal
@@ -13,6 +14,7 @@ from typing import Any
 
 from paradize.jobs.progress import report_step
 from paradize.kernels.threads import VARIABLE as THREADS
+from paradize.kernels.threads import default_threads
 
 MB = 1_000_000
 
@@ -29,6 +31,17 @@ def climb(steps: int) -> int:
 
 def tell_threads() -> str | None:
     return os.environ.get(THREADS)
+
+
+def threads_of_kernels() -> list[int]:
+    from paradize.kernels import maps
+
+    defaults = inspect.signature(maps.halve).parameters["threads"].default
+    return [maps.THREADS, defaults, default_threads(8)]
+
+
+def blas_threads() -> str | None:
+    return os.environ.get("OPENBLAS_NUM_THREADS")
 
 
 def crash(tally: Path, times: int) -> str:

@@ -187,7 +187,7 @@ def test_a_changed_module_or_kernel_bakes_its_products_and_no_others(tmp_path: P
         "import sys; from pathlib import Path; import paradize\n"
         "from paradize.build.bake import bake; from paradize.build.options import BuildOptions\n"
         f"assert list(paradize.__path__) == [{str(package)!r}], paradize.__path__\n"
-        "report = bake(Path(sys.argv[1]), Path(sys.argv[2]), BuildOptions(jobs=2))\n"
+        "report = bake(Path(sys.argv[1]), Path(sys.argv[2]), BuildOptions(jobs=1))\n"
         "assert not report.errors, report.errors\n"
         "print(*[row['name'] for row in report.rows if row['status'] == 'baked'])"
     )
