@@ -18,8 +18,10 @@ import numpy as np
 import pytest
 
 from paradize.cli import main as cli
+from paradize.errors import BakeError
 from paradize.jobs.progress import Step
 from paradize.watch import loop as watch_module
+from paradize.watch.rebake import Baked
 from tests.pipeline.own_package import copy_package
 from tests.pipeline.scenes import make_cove, write_image
 from tests.processes import kill, start
@@ -260,6 +262,15 @@ def test_a_bake_shows_its_start_its_jobs_and_its_end(tmp_path: Path, monkeypatch
     assert [step.done for step in counted] == list(range(len(steps))) and counted[-1].total == len(steps)
 
 
+def test_errors_are_told_again_only_after_a_bake_without_them(tmp_path: Path) -> None:
+    told: list[Baked] = []
+    watched = watch_module.Watch(tmp_path / "a.toml", None, 1, None, lambda event: told.append(event.baked))
+    broken, sound = Baked(errors=[BakeError("is no picture", file="wood.png")]), Baked()
+    for baked in (broken, broken, sound, broken):
+        watched._report(baked)
+    assert told == [broken, sound, broken]
+
+
 def test_nothing_is_baked_again_for_a_stamp_that_a_bake_left_as_it_was(tmp_path: Path) -> None:
     """A bake whose record never agrees with a file, whatever the reason, ends after one more."""
     odd = tmp_path / "odd"
@@ -319,13 +330,12 @@ def test_an_interrupt_in_a_bake_ends_it_and_leaves_nothing_half_done(
 ) -> None:
     make_cove(tmp_path / "cove")
     watched = watch(store=tmp_path / "store")
-    rooms = tmp_path / "store/rooms"
-    locks = tmp_path / "store/locks"
-    while not locks.is_dir():  # the bake has begun
+    scratch = tmp_path / "store/scratch"
+    while not list(scratch.glob("*")):  # the bake has begun
         with pytest.raises(subprocess.TimeoutExpired):  # the watch still runs
             watched.process.wait(0.01)
     assert watched.end(number) == 0
-    assert not list(rooms.glob("*")) and watched.lines.empty()
+    assert not list(scratch.glob("*")) and watched.lines.empty()
     assert not (watched.out / "scene.json").exists()
     assert not [line for line in watched.said if "Traceback" in line or "error" in line]
 
