@@ -40,9 +40,8 @@ def test_a_new_scene_says_how_to_go_on(tmp_path: Path, capsys: pytest.CaptureFix
 def test_the_commands_that_new_prints_bake_and_show_the_scene_as_they_stand(
     tmp_path: Path, on_path: bool, cove_store: Callable[[Path], Path]
 ) -> None:
-    """In any folder, whatever the scene's own is called, and where the programs are not on the path. A
-    smaller scene takes the place of the one it wrote, which test_new.py bakes; of it the sound alone is not
-    in the store."""
+    """In any folder, whatever the scene's own is called, and where the programs are not on the path. A sky
+    with a sound takes the place of the scene it wrote, which test_new.py bakes; the store has the sky."""
     programs = f"{ROOT}/build/venv/bin:{ROOT}/build/bin"
     environment = {**os.environ, **RENDER_ENVIRONMENT, "PARADIZE_STORE": str(cove_store(tmp_path / "store"))}
     environment["PATH"] = f"{programs if on_path else ''}:/usr/bin:/bin"
@@ -53,9 +52,8 @@ def test_the_commands_that_new_prints_bake_and_show_the_scene_as_they_stand(
         cwd=tmp_path, env=environment, capture_output=True, text=True, check=True,
     ).stdout.splitlines()  # fmt: skip
     smaller = make_cove(tmp_path / "my scenes/-it's mine")
-    smaller.with_name("scene.toml").write_text(
-        smaller.read_text().replace('name = "cove"', 'name = "it_s_mine"')
-    )
+    text = smaller.read_text().replace('name = "cove"', 'name = "it_s_mine"')
+    smaller.with_name("scene.toml").write_text(text[: text.index("[shadow]")] + text[text.index("[sound]") :])
     (smaller.parent / "sea.ogg").write_bytes(tone(220.0))
     lines = [line.partition(":")[2] for line in output[1:]]
     assert [shlex.split(line)[0] in ("paradize", "paradize-player") for line in lines] == [on_path] * 2
