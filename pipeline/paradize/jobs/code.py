@@ -36,6 +36,7 @@ _DIGEST = re.compile(rb"paradize-kernel-digest:([0-9a-f]{64})\0")
 _SYMBOL, _SYMBOL_BYTES = "paradize_digest", 87
 
 
+@cache
 def code_files(module: str) -> tuple[Path, ...]:
     """The Python and native files of this package that `module` imports, directly or indirectly, sorted."""
     return tuple(sorted(_closure(module).values()))
@@ -65,7 +66,7 @@ def code_digest(module: str, *extra: str) -> str:
 
 def clear_caches() -> None:
     """Clears all caches. A process that bakes more than once calls it to see changed files."""
-    for known in (code_of, library_versions, _find, _names, _scan):
+    for known in (code_files, code_of, library_versions, _find, _names, _scan):
         known.cache_clear()
 
 
@@ -140,11 +141,18 @@ def _scan(path: Path) -> tuple[str, tuple[str, ...]]:
     if path.suffix != ".py":
         return kernel_digest(path), ()
     source = path.read_bytes()
+    return hashlib.sha256(source).hexdigest(), _imports(source)
+
+
+@cache
+def _imports(source: bytes) -> tuple[str, ...]:
+    """The names that a Python source imports from this package. Kept for good, as nothing else decides
+    them."""
     imports = []
     for package, names, plain in _IMPORT.findall(source):
         base = (package or plain).decode()
         imports += [base, *(f"{base}.{word}" for word in re.findall(r"\w+", names.decode()))]
-    return hashlib.sha256(source).hexdigest(), tuple(imports)
+    return tuple(imports)
 
 
 def _closure(module: str) -> dict[str, Path]:
