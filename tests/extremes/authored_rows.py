@@ -124,9 +124,7 @@ def _reference_resized(plane: F32) -> Any:
 def _reference_resize_error(plane: F32, made: Any) -> float:
     """From the shares that texels have in areas."""
     rows, columns = made.shape
-    across = np.stack(
-        [truth.area_matrix(plane.shape[1], columns) @ line for line in plane.astype(np.float64)]
-    )
+    across = plane.astype(np.float64) @ truth.area_matrix(plane.shape[1], columns).T
     wanted = truth.area_matrix(plane.shape[0], rows) @ across
     return float(np.abs(made - wanted).max()) / unit_of(plane)
 

@@ -63,7 +63,7 @@ def _beyond_bound(heights: F32, made: Mesh) -> float:
         (x0, x1, x2), (y0, y1, y2), high = column[t], row[t], at[t, 1]
         down, across = (slice(int(min(line)), int(max(line)) + 1) for line in ((y0, y1, y2), (x0, x1, x2)))
         box = (down, across)
-        y, x = (k.astype(np.float64) for k in np.mgrid[box])
+        y, x = np.arange(down.start, down.stop)[:, None], np.arange(across.start, across.stop)
         b = ((x - x0) * (y2 - y0) - (x2 - x0) * (y - y0)) / area
         c = ((x1 - x0) * (y - y0) - (x - x0) * (y1 - y0)) / area
         inside = (b >= -1e-12) & (c >= -1e-12) & (b + c <= 1 + 1e-12)

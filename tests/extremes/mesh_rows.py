@@ -32,7 +32,7 @@ from paradize.stages.sway import sway
 from paradize.stages.tangents import tangent_frames
 from paradize.stages.validate import Report, validate_mesh
 from paradize.stages.weld import Welding, weld
-from tests.extremes.shapes import MESHES, angles_deg, areas, side_of, turned_over, unit
+from tests.extremes.shapes import MESHES, angles_deg, areas, side_of, sliver, turned_over, unit
 from tests.extremes.table import Row
 from tests.pipeline.searched import searched
 
@@ -60,7 +60,7 @@ def _wrongly_kept(mesh: Mesh, made: tuple[Mesh, Report]) -> float:
     seen: set[tuple[int, ...]] = set()
     doubled = np.zeros(len(mesh.triangles), np.bool_)
     for at, t in enumerate(mesh.triangles.tolist()):
-        key = min(tuple(np.roll(t, k)) for k in range(3)) if len(mesh.triangles) < 9999 else tuple(t)
+        key = min((*t[k:], *t[:k]) for k in range(3)) if len(mesh.triangles) < 9999 else tuple(t)
         doubled[at] = key in seen
         seen.add(key)
     return float((made[1].kept[::step] == (flat | doubled[::step])).sum())
@@ -149,7 +149,7 @@ def _lean(made: Mesh) -> float:
 def _faces(mesh: Mesh) -> Counter[bytes]:
     """The triangles by their corners' places, whichever is first."""
     corners = mesh.positions[mesh.triangles] + np.float32(0)
-    keys = [[np.roll(t, k, axis=0).tobytes() for k in range(3)] for t in corners]
+    keys = [[t[turn].tobytes() for turn in ([0, 1, 2], [2, 0, 1], [1, 2, 0])] for t in corners]
     return Counter(min(three) for three in keys)
 
 
@@ -232,14 +232,14 @@ def _fitted(mesh: Mesh) -> Mesh:
     clean = sound(mesh)
     level = simplify(clean, max(1, len(clean.triangles) // 2)).mesh
     judge = Original(clean)
-    reach_m = judge.distance(level, 20_000)["error_max"] * judge.diagonal_m
+    reach_m = judge.distance(level, samples=0)["error_max"] * judge.diagonal_m
     moved = replace(level, positions=fit_positions(clean, level, reach_m).astype(np.float32))
     return replace(moved, normals=fit_normals(clean, moved))
 
 
 def _level_error(mesh: Mesh, made: Mesh) -> float:
     """The largest distance between the level and the surface, of the diagonal."""
-    return Original(sound(mesh)).distance(made, samples=20_000)["error_max"]
+    return Original(sound(mesh)).distance(made, samples=0)["error_max"]  # a bound without samples
 
 
 def _meshopt(mesh: Mesh) -> np.ndarray:
@@ -258,7 +258,7 @@ def _meshopt_error(mesh: Mesh, made: np.ndarray) -> float:
         return 0.0
     mesh = sound(mesh)
     scaled = replace(mesh, positions=unit(mesh.positions).astype(np.float32), groups=())
-    return Original(scaled).distance(replace(scaled, triangles=made), samples=20_000)["error_max"]
+    return Original(scaled).distance(replace(scaled, triangles=made), samples=0)["error_max"]
 
 
 def _layout_faults(mesh: Mesh, made: Mesh) -> float:
@@ -275,14 +275,14 @@ def _layout_faults(mesh: Mesh, made: Mesh) -> float:
 def _inside_out(mesh: Mesh) -> tuple[Mesh, Any]:
     """Seen from inside, where round surfaces are dark at a flat angle: the wall there is within reach."""
     mesh = turned_over(sound(mesh))
-    made = mesh_occlusion(mesh, mesh.triangles, mesh.triangles, height=32, width=64, reach=0.3, rays=256)
+    made = mesh_occlusion(mesh, mesh.triangles, mesh.triangles, height=16, width=32, reach=0.3, rays=256)
     return mesh, made
 
 
 def _occlusion_error(mesh: Mesh, made: tuple[Mesh, Any]) -> float:
     inside, found = made
     on = inside.triangles
-    return cast_errors(found.values, inside, on, on, reach=0.3, samples=128).get("cast_mean", 0.0)
+    return cast_errors(found.values, inside, on, on, reach=0.3, samples=64).get("cast_mean", 0.0)
 
 
 def _lean_error(mesh: Mesh, made: np.ndarray) -> float:
@@ -373,6 +373,8 @@ ROWS = [
             0,
             part=unwrapper,
             refused=GUARDED,
+            # xatlas rasterises a chart of this shape for seconds, so it gets few triangles.
+            inputs=MESHES if unwrapper == "paradize" else {**MESHES, "sliver": lambda: sliver(3)},
         )
         for module, unwrapper in (("atlas", "paradize"), ("unwrappers", "xatlas"))
     ],

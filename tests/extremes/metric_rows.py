@@ -42,7 +42,7 @@ def _cast(mesh: Mesh) -> dict[str, float]:
     """Of a grey map. All of these surfaces are flat, or round seen from outside: lit all over."""
     mesh = sound(mesh)
     grey = np.full((32, 64), _GREY, np.float32)
-    return cast_errors(grey, mesh, mesh.triangles, mesh.triangles, reach=0.05, samples=128)
+    return cast_errors(grey, mesh, mesh.triangles, mesh.triangles, reach=0.05, samples=64)
 
 
 def _cast_error(mesh: Mesh, made: dict[str, float]) -> float:

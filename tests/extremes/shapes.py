@@ -130,22 +130,28 @@ def large() -> Mesh:
     return sphere(120)
 
 
+def sliver(cells: int = 12) -> Mesh:
+    """A square of cells x cells quads, pressed to a strip a million times as long as wide."""
+    plane = grid(cells)
+    return replace(plane, positions=plane.positions * np.array([1, 1, 1e-6], np.float32))
+
+
 MESHES: dict[str, Make] = {
     "zero": _empty,
     "one": _one,
     "many": lambda: ball(40),
     "constant": lambda: replace(ball(), positions=np.full_like(ball().positions, 2.5)),
-    "tiny": lambda: loaded(ball(), 1e-30),
-    "huge": lambda: loaded(ball(), 1e30),
-    "far": lambda: loaded(ball(), offset=(1e6, -1e6, 1e6)),
-    "denormal": lambda: loaded(ball(), 1e-40),
+    "tiny": cache(lambda: loaded(ball(), 1e-30)),
+    "huge": cache(lambda: loaded(ball(), 1e30)),
+    "far": cache(lambda: loaded(ball(), offset=(1e6, -1e6, 1e6))),
+    "denormal": cache(lambda: loaded(ball(), 1e-40)),
     "nan": lambda: with_value(ball(), float("nan")),
     "inf": lambda: with_value(ball(), float("inf")),
     "parallel": lambda: grid(8),
     "opposite": lambda: joined(grid(8), turned_over(grid(8))),
     "degenerate": _degenerate,
     "mirrored": lambda: joined(ball(), mirrored(ball())),
-    "sliver": lambda: replace(grid(12), positions=grid(12).positions * np.array([1, 1, 1e-6], np.float32)),
+    "sliver": sliver,
     "largest": large,
 }
 

@@ -67,9 +67,16 @@ def area_matrix(size: int, to: int) -> np.ndarray:
 
 def mean(values: np.ndarray, level: int) -> np.ndarray:
     """The area mean (h, w, c) of values (h, w, c) at a level."""
-    rows, columns = (max(1, size >> level) for size in values.shape[:2])
-    down, across = area_matrix(values.shape[0], rows), area_matrix(values.shape[1], columns)
-    return np.einsum("lk,ikc->ilc", across, np.einsum("ij,jkc->ikc", down, values))
+    values = values.astype(np.float64)
+    for axis in (0, 1):
+        size = values.shape[axis]
+        to = max(1, size >> level)
+        if size % to == 0:  # whole texels in each part
+            values = values.reshape(*values.shape[:axis], to, size // to, *values.shape[axis + 1 :])
+            values = values.mean(axis=axis + 1)
+        else:
+            values = np.moveaxis(np.tensordot(area_matrix(size, to), values, (1, axis)), 0, axis)
+    return values
 
 
 def extended(heights: np.ndarray, reach: int, axis: int, repeats: bool) -> np.ndarray:
