@@ -19,6 +19,7 @@ from paradize.jobs.process import Job, Worker, WorkerPool
 
 # Of the environment, what no worker reads.
 ELSEWHERE = {"PARADIZE_STORE", "PARADIZE_REPORT", "PARADIZE_JOBS", "PYTEST_CURRENT_TEST"}
+ELSEWHERE |= {"HOME", "SSH_AUTH_SOCK"}
 
 
 class KeptPool(WorkerPool):

@@ -9,6 +9,7 @@ from __future__ import annotations
 import argparse
 import asyncio
 import getpass
+import json
 import os
 import shutil
 import signal
@@ -16,7 +17,7 @@ import socket
 import subprocess
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import asyncssh
@@ -29,10 +30,11 @@ _MOUNTED = 'mount -t tmpfs -o mode=755 none /run && mkdir /run/sshd && exec "$@"
 
 
 class Home:
-    """A user's home with an SSH key, and the key of the host that it knows."""
+    """A user's home with an SSH key, and the key of the host that it knows. servers: this program, which
+    serves its hosts."""
 
-    def __init__(self, path: Path) -> None:
-        self.path = path
+    def __init__(self, path: Path, servers: subprocess.Popen[str]) -> None:
+        self.path, self.servers = path, servers
         (path / ".ssh").mkdir(parents=True)
         for name in ("id_ed25519", "host"):
             key = asyncssh.generate_private_key("ssh-ed25519")
@@ -50,12 +52,25 @@ class Home:
 @contextmanager
 def asyncssh_server(home: Home, *options: str) -> Iterator[int]:
     """The port of a server of this program with these options."""
-    command = [sys.executable, "-m", "tests.pipeline.ssh_server", str(home.host_key), str(home.user_key)]
-    with started([*command, *options], stdout=subprocess.PIPE, text=True, cwd=ROOT) as process:
-        assert process.stdout is not None
-        port = int(process.stdout.readline())
-        home.know(port)
+    assert home.servers.stdin is not None and home.servers.stdout is not None
+    home.servers.stdin.write(json.dumps([str(home.host_key), str(home.user_key), *options]) + "\n")
+    home.servers.stdin.flush()
+    port, number = map(int, home.servers.stdout.readline().split())
+    home.know(port)
+    try:
         yield port
+    finally:
+        with suppress(ProcessLookupError):  # it may have died
+            os.kill(number, signal.SIGKILL)
+
+
+@contextmanager
+def asyncssh_servers() -> Iterator[subprocess.Popen[str]]:
+    """This program as it waits for servers to serve: to start it for each takes half a second."""
+    command = [sys.executable, "-m", "tests.pipeline.ssh_server"]
+    pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE}
+    with started(command, **pipes, text=True, cwd=ROOT) as process:
+        yield process
 
 
 @contextmanager
@@ -116,19 +131,23 @@ async def _serve(options: argparse.Namespace) -> None:
         authorized_client_keys=str(options.user_key),
         sftp_factory=_Failing,
     )
-    print(server.get_port(), flush=True)
+    print(server.get_port(), os.getpid(), flush=True)
     await server.wait_closed()
 
 
 def main() -> None:
-    """Serves until it is killed. --die N, --stop N: ends, or stops, as the Nth file is opened."""
+    """Serves in a process of its own for each line of standard input, until that is killed: a list of the
+    host's key, the user's key and options. --die N, --stop N: ends, or stops, as the Nth file is opened."""
     parser = argparse.ArgumentParser()
     parser.add_argument("host_key", type=Path)
     parser.add_argument("user_key", type=Path)
     parser.add_argument("--die", type=int)
     parser.add_argument("--stop", type=int)
     parser.add_argument("--read-only", action="store_true")
-    asyncio.run(_serve(parser.parse_args()))
+    signal.signal(signal.SIGCHLD, signal.SIG_IGN)  # nobody waits for them
+    for line in sys.stdin:
+        if os.fork() == 0:
+            asyncio.run(_serve(parser.parse_args(json.loads(line))))
 
 
 if __name__ == "__main__":

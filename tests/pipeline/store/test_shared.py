@@ -9,7 +9,7 @@ import os
 import shutil
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any
@@ -26,7 +26,7 @@ from paradize.store.local import Store, hashes_in, seal
 from paradize.store.remote_folder import RemoteFolder, shown
 from paradize.store.shared import SharedStore
 from tests.pipeline.scenes import make_cove, make_free_cove
-from tests.pipeline.ssh_server import Home, asyncssh_server, openssh_server, url_of
+from tests.pipeline.ssh_server import Home, asyncssh_server, asyncssh_servers, openssh_server, url_of
 from tests.processes import started
 from tests.sweeps import sweep
 
@@ -45,9 +45,15 @@ def own_places(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None
     gc.collect()  # what a test left open is told in that test
 
 
+@pytest.fixture(scope="module")
+def servers() -> Iterator[subprocess.Popen[str]]:
+    with asyncssh_servers() as process:
+        yield process
+
+
 @pytest.fixture
-def home(tmp_path: Path) -> Home:
-    return Home(tmp_path / "home")
+def home(tmp_path: Path, servers: subprocess.Popen[str]) -> Home:
+    return Home(tmp_path / "home", servers)
 
 
 @pytest.fixture(scope="module")
@@ -360,7 +366,7 @@ def test_blobs_go_before_the_product_that_names_them(tmp_path: Path, monkeypatch
     assert names == ["blobs"] * 4 + ["products"]
 
 
-@pytest.mark.parametrize("count", sweep([1, 4, 9, 16, 25], test=[4, 16]))
+@pytest.mark.parametrize("count", sweep([1, 4, 9, 16, 25], test=[9]))
 def test_a_push_that_is_killed_leaves_nothing_that_misses_a_file(
     baked: Path, tmp_path: Path, count: int
 ) -> None:
@@ -441,24 +447,31 @@ def test_a_store_in_memory_is_a_store(tmp_path: Path) -> None:
     assert fetch_all(tmp_path / "b", "memory://studio/store") == (ALL, [])
 
 
-def test_passwords_are_told_to_nobody(baked: Path, home: Home, tmp_path: Path) -> None:
+def test_passwords_are_told_to_nobody(
+    baked: Path, home: Home, tmp_path: Path, paradize_here: Callable[..., subprocess.CompletedProcess[str]]
+) -> None:
     with asyncssh_server(home) as port:
         url = f"sftp://anna:gehe%21m@127.0.0.1:{port}{tmp_path}/remote?token=gehe%21m"
         (home.path / ".ssh" / "id_ed25519").unlink()
-        command = [sys.executable, "-m", "paradize.cli.main", "bake", str(baked / "scene" / "cove.toml")]
+        words = ["bake", str(baked / "scene" / "cove.toml")]
         shutil.copytree(baked / "store", tmp_path / "store")
         done = subprocess.run(
-            [*command, "-o", str(tmp_path / "out"), "--json", "--store", url],
+            [
+                sys.executable,
+                "-m",
+                "paradize.cli.main",
+                *words,
+                "-o",
+                str(tmp_path / "out"),
+                "--json",
+                "--store",
+                url,
+            ],
             capture_output=True,
             text=True,
             check=False,
         )
-        refused = subprocess.run(
-            [*command, "--force", "--store", url.replace("sftp", "gopher")],
-            capture_output=True,
-            text=True,
-            check=False,
-        )
+        refused = paradize_here(*words, "--force", "--store", url.replace("sftp", "gopher"))
     assert done.returncode == 0 and "Permission denied" in json.loads(done.stdout)["warnings"][-1]
     assert refused.returncode == 1 and "no known protocol" in refused.stderr
     texts = [done.stdout, done.stderr, refused.stdout, refused.stderr]
