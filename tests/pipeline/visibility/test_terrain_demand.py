@@ -81,18 +81,19 @@ class Known:
         """The diamonds, by level and place, of whose patches one is in view with too large an error."""
         pixels = 90 / (2 * math.tan(math.radians(flight.fov_deg) / 2))
         away = np.linalg.norm(self.centers - eye, axis=1) - self.radii
-        seen = visible(self.centers, self.radii, eye, target, flight)
+        large = np.flatnonzero(self.errors * pixels > np.maximum(flight.near_m, away))
+        centers, radii = self.centers[large], self.radii[large]
+        seen = visible(centers, radii, eye, target, flight)
         if mirror_m is not None and eye[1] > mirror_m:
-            flipped = self.centers * [1.0, -1.0, 1.0] + [0.0, 2 * mirror_m, 0.0]
-            above = self.centers[:, 1] + self.radii > mirror_m
-            seen |= above & visible(flipped, self.radii, eye, target, flight)
+            flipped = centers * [1.0, -1.0, 1.0] + [0.0, 2 * mirror_m, 0.0]
+            above = centers[:, 1] + radii > mirror_m
+            seen |= above & visible(flipped, radii, eye, target, flight)
         if water_m is not None and eye[1] > water_m:  # refraction may show it anywhere below the surface
             for share in np.linspace(0.0, 1.0, 23):
-                lifted_spheres = self.centers.copy()
+                lifted_spheres = centers.copy()
                 lifted_spheres[:, 1] += share * np.maximum(0.0, water_m - lifted_spheres[:, 1])
-                seen |= visible(lifted_spheres, self.radii, eye, target, flight)
-        wants = seen & (self.errors * pixels > np.maximum(flight.near_m, away))
-        return {self.names[k] for k in np.flatnonzero(wants)}
+                seen |= visible(lifted_spheres, radii, eye, target, flight)
+        return {self.names[k] for k in large[seen]}
 
 
 @pytest.fixture(scope="module")
