@@ -15,7 +15,7 @@ name = "panels"
 [[object]]
 name = "panel"
 mesh = "panel.obj"
-lods = 2
+lods = 1
 [object.material.metal]
 occlusion = "orm.png"
 roughness = "orm.png"
@@ -71,9 +71,10 @@ def noise(seed: int, channels: int = 3, size: int = 64) -> np.ndarray:
     return np.asarray(both + 0.5, np.uint8)
 
 
-def make_panels(folder: Path) -> Path:
+def make_panels(folder: Path, lods: int = 1) -> Path:
     """The scene's file. wood: colour and normals of the MTL; metal: occlusion, roughness and metalness packed
-    in one picture; leaf: a colour map with holes, of which nobody says a word."""
+    in one picture; leaf: a colour map with holes, of which nobody says a word. lods: more than one are
+    measured, which takes longer than all maps."""
     folder.mkdir(parents=True, exist_ok=True)
     write_image(folder / "wood.png", noise(1))
     tilt = (noise(2, 2).astype(np.float64) - 127.0) / 500.0
@@ -89,5 +90,5 @@ def make_panels(folder: Path) -> Path:
     (folder / "panel.mtl").write_text(MTL)
     (folder / "panel.obj").write_text(squares(["wood", "metal", "leaf"], "panel.mtl"))
     scene = folder / "panels.toml"
-    scene.write_text(SCENE)
+    scene.write_text(SCENE.replace("lods = 1", f"lods = {lods}"))
     return scene

@@ -124,7 +124,7 @@ def test_a_wall_with_holes_holds_back_no_light(tmp_path: Path) -> None:
 def test_a_drawn_occlusion_stays_and_others_get_theirs(tmp_path: Path) -> None:
     """wood and leaf of the panels bring none; metal does. The leaf has holes, and holds back no light."""
     scene = make_panels(tmp_path / "s")
-    scene.write_text(scene.read_text().replace("lods = 2", 'lods = 2\nocclusion = "mesh"\nocclusion_px = 64'))
+    scene.write_text(scene.read_text().replace("lods = 1", 'lods = 1\nocclusion = "mesh"\nocclusion_px = 64'))
     _, manifest = baked(scene, tmp_path / "out")
     artifacts = manifest["artifacts"]
     assert "occlusion_cast_p99" not in artifacts["panel_metal_occlusion"]["errors"]
