@@ -3,6 +3,7 @@ baked."""
 
 from __future__ import annotations
 
+import shutil
 from collections.abc import Callable
 from pathlib import Path
 
@@ -11,6 +12,7 @@ import pytest
 
 from paradize.build.bake import bake
 from paradize.build.options import BuildOptions, JobObserver
+from paradize.build.provenance import BakeReport
 from tests.pipeline.scenes import make_cove, write_image
 from tests.sweeps import sweep
 
@@ -18,6 +20,18 @@ from tests.sweeps import sweep
 @pytest.fixture(autouse=True)
 def own_store(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("PARADIZE_STORE", str(tmp_path / "store"))
+
+
+@pytest.fixture(scope="module")
+def baked(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path, BakeReport]:
+    """The cove that nobody edits: its scene, the store of its bake, and what that reports."""
+    top = tmp_path_factory.mktemp("cove")
+    scene = make_cove(top / "scene")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("PARADIZE_STORE", str(top / "store"))
+        report = bake(scene, top / "out", BuildOptions())
+    assert not report.errors
+    return scene, top / "store", report
 
 
 class Ended(JobObserver):
@@ -39,8 +53,11 @@ def test_a_scene_edited_during_its_bake_is_baked_again(tmp_path: Path) -> None:
     assert bake(scene, out).count("reused") == 14
 
 
-def test_a_source_edited_during_its_bake_spoils_that_artifact_and_not_the_store(tmp_path: Path) -> None:
-    scene, out = make_cove(tmp_path / "scene"), tmp_path / "out"
+def test_a_source_edited_during_its_bake_spoils_that_artifact_and_not_the_store(
+    tmp_path: Path, baked: tuple[Path, Path, BakeReport]
+) -> None:
+    shutil.copytree(baked[0].parent, tmp_path / "scene")
+    scene, out = tmp_path / "scene" / baked[0].name, tmp_path / "out"
     before = (scene.parent / "wood.png").read_bytes()
     white = np.full((32, 32, 3), 255, np.uint8)
     observer = Ended(lambda: write_image(scene.parent / "wood.png", white))
@@ -50,8 +67,7 @@ def test_a_source_edited_during_its_bake_spoils_that_artifact_and_not_the_store(
     (scene.parent / "wood.png").write_bytes(before)
     report = bake(scene, out, BuildOptions())
     assert not report.errors
-    anew = bake(scene, tmp_path / "anew", BuildOptions(force=True))
-    assert [row["sha256"] for row in report.rows] == [row["sha256"] for row in anew.rows]
+    assert [row["sha256"] for row in report.rows] == [row["sha256"] for row in baked[2].rows]
 
 
 @pytest.mark.parametrize("late", sweep(["post.mtl", "wood.png"], test=["post.mtl"]))
@@ -72,9 +88,12 @@ DECAYED = [b"3", b"[]", b'{"mesh": 3, "color": {"sha256": "x"}}', b"{", b""]
 
 
 @pytest.mark.parametrize("decayed", sweep(DECAYED, test=DECAYED[4:]))
-def test_products_that_decay_in_the_store_are_baked_again(tmp_path: Path, decayed: bytes) -> None:
-    scene = make_cove(tmp_path / "scene")
-    assert not bake(scene, tmp_path / "out", BuildOptions()).errors
+def test_products_that_decay_in_the_store_are_baked_again(
+    tmp_path: Path, baked: tuple[Path, Path, BakeReport], decayed: bytes
+) -> None:
+    scene, store, _ = baked
+    shutil.copytree(store, tmp_path / "store")
+    assert bake(scene, tmp_path / "out", BuildOptions()).count("reused") == 14
     for path in (tmp_path / "store" / "products").glob("*/*"):
         path.write_bytes(decayed)
     again = bake(scene, tmp_path / "anew", BuildOptions())
