@@ -466,7 +466,9 @@ def test_a_scene_is_measured_in_what_it_uses_and_by_its_budget(
 
 
 def test_the_command_writes_both_files_and_refuses_what_it_cannot_measure_or_write(
-    tmp_path: Path, paradize: Callable[..., subprocess.CompletedProcess[str]]
+    tmp_path: Path,
+    paradize: Callable[..., subprocess.CompletedProcess[str]],
+    paradize_here: Callable[..., subprocess.CompletedProcess[str]],
 ) -> None:
     write_image(tmp_path / "rock.png", np.arange(81, dtype=np.uint16).reshape(9, 9, 1))
     done = paradize("measure", tmp_path / "rock.png", "-o", tmp_path / "out" / "deep", "--runs", 1, "--json")
@@ -479,7 +481,7 @@ def test_the_command_writes_both_files_and_refuses_what_it_cannot_measure_or_wri
         (("nothing.obj", "-o", tmp_path / "new"), "nothing.obj: there is no such file"),
         ((tmp_path / "rock.png", "-o", tmp_path / "rock.png"), "rock.png: looks like the name of a file"),
     ):
-        refused = paradize("measure", *words)
+        refused = paradize_here("measure", *words)
         assert refused.returncode == 1
         assert refused.stderr.startswith("paradize: error: ")
         assert text in refused.stderr
