@@ -9,12 +9,12 @@ import numpy.typing as npt
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from hypothesis.extra import numpy as hnp
 
 from paradize.data import Heightfield
 from paradize.kernels.terrain import Corners, patch
 from paradize.metrics.terrain import patch_error
 from paradize.stages.terrain import pixels_mesh
+from tests.pipeline.height_grids import height_grids
 
 F32 = npt.NDArray[np.float32]
 Pixel = tuple[int, int]
@@ -146,12 +146,10 @@ def test_every_pixel_of_a_patch_keeps_its_bound(name: str) -> None:
     assert worst > 0.0 or name in ("plane", "constant", "2 x 2")
 
 
-shapes = hnp.array_shapes(min_dims=2, max_dims=2, min_side=2, max_side=20)
-grids = hnp.arrays(np.float32, shapes, elements=st.integers(-50, 50).map(lambda k: np.float32(k / 4)))
 places = st.tuples(st.integers(-9, 25), st.integers(-9, 25))
 
 
-@given(grids, places, st.integers(1, 20), st.integers(0, 7), st.sampled_from([0.0, 0.3, 5.0]))
+@given(height_grids(20), places, st.integers(1, 20), st.integers(0, 7), st.sampled_from([0.0, 0.3, 5.0]))
 @settings(max_examples=150, deadline=None)
 def test_any_patch_of_any_field_keeps_its_bound(
     heights: F32, right: Pixel, leg: int, turn: int, bound: float
