@@ -65,8 +65,9 @@ def as_obj(parts: dict[str, list[Face]], *, normals: bool = True, shades: bool =
 
 def _normal(face: Face) -> Point:
     """Of a polygon, by Newell's sum."""
-    points = np.array(face)
-    x, y, z = np.cross(points, np.roll(points, -1, axis=0)).sum(axis=0)
+    x = y = z = 0.0
+    for (a, b, c), (d, e, f) in zip(face, face[1:] + face[:1], strict=True):
+        x, y, z = x + b * f - c * e, y + c * d - a * f, z + a * e - b * d
     length = float(np.hypot(np.hypot(x, y), z))
     return (x / length, y / length, z / length)
 
@@ -105,11 +106,11 @@ def kit() -> dict[str, str]:
 
 def write_kit(folder: Path) -> None:
     folder.mkdir(parents=True)
-    for name, text in kit().items():
+    models = kit()
+    for name, text in models.items():
         (folder / f"{name}.obj").write_text(text)
-    plain = (
-        kit()["tree"].replace("usemtl palette", "usemtl Brown", 1).replace("usemtl palette", "usemtl Green")
-    )
+    plain = models["tree"].replace("usemtl palette", "usemtl Brown", 1)
+    plain = plain.replace("usemtl palette", "usemtl Green")
     (folder / "plain.obj").write_text(plain.replace("kit.mtl", "plain.mtl"))
     (folder / "plain.mtl").write_text("newmtl Brown\nKd 0.3 0.2 0.1\n\nnewmtl Green\nKd 0.07 0.25 0.05\n")
     (folder / "kit.mtl").write_text("newmtl palette\nKd 1 1 1\nmap_Kd palette.png\n")

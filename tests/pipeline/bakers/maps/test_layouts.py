@@ -60,13 +60,13 @@ def covered(corners: Corners) -> np.ndarray:
                     )
             continue
         low, high = np.floor(triangle.min(axis=0)).astype(int), np.ceil(triangle.max(axis=0)).astype(int)
-        for y in range(low[1], high[1]):
-            for x in range(low[0], high[0]):
-                mask[y % SIZE, x % SIZE] |= all(
-                    ((square + np.array((x, y)) - a) @ normal * np.sign((c - a) @ normal)).max() > 1e-9
-                    for a, b, c in (np.roll(triangle, k, axis=0) for k in range(3))
-                    for normal in [np.array([a[1] - b[1], b[0] - a[0]])]
-                )
+        x, y = np.meshgrid(np.arange(low[0], high[0]), np.arange(low[1], high[1]))
+        squares = np.stack([x, y], axis=-1)[:, :, None] + square
+        meets = np.ones(x.shape, np.bool_)
+        for a, b, c in (triangle, triangle[[1, 2, 0]], triangle[[2, 0, 1]]):
+            normal = np.array([a[1] - b[1], b[0] - a[0]])
+            meets &= ((squares - a) @ normal * np.sign((c - a) @ normal)).max(axis=2) > 1e-9
+        mask[y[meets] % SIZE, x[meets] % SIZE] = True
     return mask
 
 
