@@ -16,7 +16,6 @@ from typing import Any
 import pytest
 from hypothesis import settings
 
-from tests.made import make_sources
 from tests.places import CORPUS, ROOT
 from tests.processes import take_signals
 
@@ -59,6 +58,7 @@ def pytest_collection_finish(session: pytest.Session) -> None:
     """Collected tests live to the end, so the garbage collector looks at them once, not again and again."""
     gc.collect()
     gc.freeze()
+    gc.set_threshold(20_000, 20, 20)  # by default it looks at what is new after each 700 objects
     gc.enable()
 
 
@@ -104,6 +104,8 @@ def corpus() -> Path:
 @pytest.fixture(scope="session")
 def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Files that the tests make themselves, in folders as the corpus has them."""
+    from tests.made import make_sources  # here: it loads numpy and OpenImageIO, which pytest itself does not
+
     return make_sources(tmp_path_factory.mktemp("sources") / "made")
 
 
