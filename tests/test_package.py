@@ -12,6 +12,7 @@ import sysconfig
 import tarfile
 import tomllib
 import zipfile
+from collections.abc import Iterator, Sequence
 from importlib.metadata import packages_distributions, version
 from pathlib import Path
 
@@ -31,11 +32,19 @@ def named(requirement: str) -> str:
     return re.sub(r"[-_.]+", "-", name[0]).lower()
 
 
+def statements(block: Sequence[ast.AST]) -> Iterator[ast.AST]:
+    """All statements of a block, those inside others too. No expression holds one."""
+    for statement in block:
+        yield statement
+        for field in ("body", "orelse", "finalbody", "handlers", "cases"):
+            yield from statements(getattr(statement, field, ()))
+
+
 def imported() -> set[str]:
     """The first names of all modules that the package imports, wherever it does."""
     found = set()
     for path in PACKAGE.rglob("*.py"):
-        for node in ast.walk(ast.parse(path.read_text())):
+        for node in statements(ast.parse(path.read_text()).body):
             if isinstance(node, ast.Import):
                 found |= {alias.name.partition(".")[0] for alias in node.names}
             elif isinstance(node, ast.ImportFrom) and node.module:
@@ -57,13 +66,36 @@ def test_each_package_that_the_code_imports_is_named_as_a_dependency() -> None:
     assert expected - used == set(), "named, and nothing imports it"
 
 
+BUILD = """
+import sys
+from scikit_build_core.build import build_sdist, build_wheel
+build_sdist(sys.argv[1])
+build_wheel(sys.argv[2], {"wheel.cmake": "false"})
+"""
+
+
 @pytest.fixture(scope="module")
-def source_package(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    folder = tmp_path_factory.mktemp("sdist")
-    build = "import sys; from scikit_build_core.build import build_sdist; build_sdist(sys.argv[1])"
-    subprocess.run([sys.executable, "-c", build, folder], cwd=ROOT, check=True, capture_output=True)
-    (package,) = folder.iterdir()
-    return package
+def packages(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
+    """The source package, and a wheel without the compiled kernels: what Python files and data go in is
+    decided without compiling. Our build/ holds tens of thousands of files, which are all looked at: this
+    checkout's holds one."""
+    folder = tmp_path_factory.mktemp("packages")
+    checkout = folder / "checkout"
+    (checkout / "build").mkdir(parents=True)
+    (checkout / "build/CMakeCache.txt").touch()
+    (checkout / ".gitignore").symlink_to(ROOT / ".gitignore")
+    for path in ROOT.iterdir():
+        if path.name != "build" and not path.name.startswith("."):
+            (checkout / path.name).symlink_to(path)
+    call = [sys.executable, "-c", BUILD, folder / "sdist", folder / "wheel"]
+    subprocess.run(call, cwd=checkout, check=True, capture_output=True)
+    (source,), (wheel,) = (folder / "sdist").iterdir(), (folder / "wheel").iterdir()
+    return source, wheel
+
+
+@pytest.fixture(scope="module")
+def source_package(packages: tuple[Path, Path]) -> Path:
+    return packages[0]
 
 
 def test_the_source_package_holds_the_pipeline_alone_in_less_than_a_megabyte(source_package: Path) -> None:
@@ -99,14 +131,8 @@ def test_the_source_package_installs_into_an_empty_environment_and_makes_maps(
 
 
 @pytest.fixture(scope="module")
-def pure_wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A wheel without the compiled kernels: what Python files and data go in is decided without compiling."""
-    folder = tmp_path_factory.mktemp("wheel")
-    build = "import sys; from scikit_build_core.build import build_wheel; "
-    build += "build_wheel(sys.argv[1], {'wheel.cmake': 'false'})"
-    subprocess.run([sys.executable, "-c", build, folder], cwd=ROOT, check=True, capture_output=True)
-    (wheel,) = folder.iterdir()
-    return wheel
+def pure_wheel(packages: tuple[Path, Path]) -> Path:
+    return packages[1]
 
 
 def test_the_wheel_holds_types_and_fields_and_no_sources_of_kernels(pure_wheel: Path) -> None:
