@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -91,8 +92,9 @@ def ball(segments: int = 12) -> str:
     return "\n".join(lines) + "\n"
 
 
+@cache
 def tone(hertz: float) -> bytes:
-    """A second of a tone, as Ogg Vorbis."""
+    """A second of a tone, as Ogg Vorbis. In a file of its own a stream gets a random number each time."""
     waves = 0.2 * np.sin(2 * np.pi * hertz * np.arange(8000) / 8000.0)
     file = io.BytesIO()
     soundfile.write(file, waves.astype(np.float32), 8000, format="OGG", subtype="VORBIS")
