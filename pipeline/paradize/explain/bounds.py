@@ -17,8 +17,11 @@ from paradize.map_table import MAPS
 MIXED, MIXED_MOST = 0.32, 1.25 / 255.0
 
 
-def bounds_of(manifest: dict[str, Any], folder: Path) -> dict[str, dict[str, Any]]:
-    """Artifact -> {"value", "unit", "what", "terms", "open"}.
+def bounds_of(
+    manifest: dict[str, Any], folder: Path, artifact: str | None = None
+) -> dict[str, dict[str, Any]]:
+    """Artifact -> {"value", "unit", "what", "terms", "open"}. artifact: the one to bound, if
+    not all. Other meshes and terrains, which take long, are then left out.
 
     `what` ("a pixel", "a texel") is off by at most `value` of `unit` ("px", "codes" of 255, "degrees", "%");
     None: no bound. terms: the parts of the value, each {"name", "value", "unit", ...}. open: what is not
@@ -28,8 +31,12 @@ def bounds_of(manifest: dict[str, Any], folder: Path) -> dict[str, dict[str, Any
     from paradize.explain.surfaces import mesh_bound, terrain_bounds
 
     camera = Camera(manifest)
-    bounds = {item["mesh"]: mesh_bound(manifest, folder, item, camera) for item in manifest["objects"]}
-    if manifest["terrain"]:
+    bounds = {
+        item["mesh"]: mesh_bound(manifest, folder, item, camera)
+        for item in manifest["objects"]
+        if artifact in (None, item["mesh"])
+    }
+    if manifest["terrain"] and (artifact is None or artifact in manifest["terrain"]["tiles"]):
         bounds |= terrain_bounds(manifest, folder, camera)
     parallax = {
         name

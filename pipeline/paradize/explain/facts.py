@@ -81,7 +81,7 @@ def explain(scene_path: Path, artifact: str | None = None, out: Path | None = No
             f"requires no artifact {artifact!r}", file=scene_path, mend=mend + ", ".join(sorted(required))
         )
     names = [artifact] if artifact is not None else list(required)
-    known = _Known(manifest, folder, inputs_of(folder)) if manifest else None
+    known = _Known(manifest, folder, inputs_of(folder), artifact) if manifest else None
     facts = [_facts(scene, *required[name], known, folder) for name in names]
     for fact in facts:
         fact["sources"] = {role: renamed(path, found.inside) for role, path in fact["sources"].items()}
@@ -113,12 +113,12 @@ def _last_bake(folder: Path) -> tuple[dict[str, Any] | None, str]:
 
 
 class _Known:
-    """The facts of the last bake by artifact, collected once for all artifacts."""
+    """The facts of the last bake by artifact, collected once for all artifacts, or for one."""
 
-    def __init__(self, manifest: dict[str, Any], folder: Path, inputs: Any) -> None:
+    def __init__(self, manifest: dict[str, Any], folder: Path, inputs: Any, artifact: str | None) -> None:
         self.manifest, self.inputs = manifest, inputs
         self.textures = textures_by_owner(manifest)
-        self.bounds = bounds_of(manifest, folder)
+        self.bounds = bounds_of(manifest, folder, artifact)
         self.same_as = {also: name for name, entry in manifest["artifacts"].items() for also in entry["also"]}
         self.owners: dict[str, dict[str, Any]] = {}  # materials that read a texture, by the texture
         for item in manifest["objects"]:

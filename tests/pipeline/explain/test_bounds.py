@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 import OpenImageIO as oiio
 import pytest
+from scipy.spatial import cKDTree
 
 from paradize.build.bake import bake
 from paradize.build.options import BuildOptions
@@ -122,8 +123,14 @@ def spread(triangles: F64, parts: int = 3) -> F64:
 
 def nearest(places: F64, triangles: F64) -> F64:
     """The nearest place on the triangles to each place: among the inner ones and those on the sides."""
-    best, found = np.full(len(places), np.inf), np.zeros_like(places)
+    spots = triangles.reshape(-1, 3)
+    least, at = cKDTree(spots).query(places)
+    everywhere, nearest_yet = places, spots[at]
     for a, b, c in triangles:
+        middle = (a + b + c) / 3.0
+        reach = max(np.linalg.norm(spot - middle) for spot in (a, b, c))
+        rows = np.flatnonzero(np.linalg.norm(everywhere - middle, axis=1) - reach <= least)
+        places, best, found = everywhere[rows], least[rows], nearest_yet[rows]
         normal = np.cross(b - a, c - a)
         candidates = []
         square = normal @ normal
@@ -143,7 +150,8 @@ def nearest(places: F64, triangles: F64) -> F64:
             away = np.linalg.norm(candidate - places, axis=1)
             better = away < best
             best[better], found[better] = away[better], candidate[better]
-    return found
+        least[rows], nearest_yet[rows] = best, found
+    return nearest_yet
 
 
 def stand(places: F64, instance: dict[str, Any]) -> F64:
@@ -177,15 +185,19 @@ def test_no_place_of_a_mesh_moves_farther_in_any_picture(baked: Any, quality: st
     pairs = []
     for lod in drawn:
         level = lod.mesh.absolute_positions[lod.mesh.triangles].astype(np.float64)
-        there, back = spread(source), spread(level)
-        pairs.append([(there, nearest(there, level)), (back, nearest(back, source))])
+        ours, back = spread(source), spread(level)
+        pairs.append([(ours, nearest(ours, level)), (back, nearest(back, source))])
     result = bounds["post_mesh"]
     largest = [0.0] * len(drawn)
+    there = [
+        (instance, [[(stand(a, instance), stand(b, instance)) for a, b in level] for level in pairs])
+        for instance in item["instances"]
+    ]
     for view in views(manifest):
-        for instance in item["instances"]:
+        for instance, stood in there:
             level = taken(item, instance, view, share * manifest["lod_error_px"])
-            for a, b in pairs[level]:
-                px = view.moved(stand(a, instance), stand(b, instance))
+            for a, b in stood[level]:
+                px = view.moved(a, b)
                 largest[level] = max(largest[level], float(px.max(initial=0.0)))
     first = result["terms"][0]
     assert first["name"] == "level 0"

@@ -56,6 +56,9 @@ def test_every_artifact_is_explained_and_nothing_else(close: tuple[Path, Path]) 
         assert artifact["passes"] or artifact["kind"] == "sound"
         assert artifact["first_needed_s"] == manifest["artifacts"][artifact["name"]]["first_needed_s"]
     assert explanation.baked
+    for artifact in explanation.artifacts:
+        if artifact["name"] in ("post_mesh", "post_color", "terrain_mesh"):
+            assert explained(scene, out, artifact["name"]) == artifact
 
 
 def test_an_artifact_names_the_passes_of_its_own_scene(tmp_path: Path) -> None:

@@ -65,6 +65,13 @@ def model(request: pytest.FixtureRequest) -> tuple[str, Obj]:
 
 
 @pytest.fixture(scope="module")
+def mask(model: tuple[str, Obj]) -> np.ndarray:
+    """The texels that the model's layout covers, (height, width)."""
+    name, obj = model
+    return covered(obj.uvs, *ATLAS_PX[name])
+
+
+@pytest.fixture(scope="module")
 def scripts() -> Any:
     """The scripts of raw_assets/make, imported the way they import one another."""
     sys.path.insert(0, str(RAW / "make"))
@@ -225,10 +232,9 @@ def test_uvs_stay_inside_the_atlas(model: tuple[str, Obj]) -> None:
     assert obj.uvs.max() <= 1.0
 
 
-def test_uv_islands_are_a_gutter_apart(model: tuple[str, Obj]) -> None:
-    name, obj = model
-    width, height = ATLAS_PX[name]
-    labels, count = ndimage.label(covered(obj.uvs, width, height), structure=np.ones((3, 3)))
+def test_uv_islands_are_a_gutter_apart(model: tuple[str, Obj], mask: np.ndarray) -> None:
+    name, _ = model
+    labels, count = ndimage.label(mask, structure=np.ones((3, 3)))
     assert count == ISLANDS[name]
     away, (row, column) = ndimage.distance_transform_edt(labels == 0, return_indices=True)
     nearest = labels[row, column]
@@ -238,11 +244,9 @@ def test_uv_islands_are_a_gutter_apart(model: tuple[str, Obj]) -> None:
         assert (away[first] + away[second])[border].min() + 1.0 >= GUTTER_PX
 
 
-def test_gutters_are_painted_so_that_mips_do_not_bleed(model: tuple[str, Obj]) -> None:
-    name, obj = model
-    width, height = ATLAS_PX[name]
+def test_gutters_are_painted_so_that_mips_do_not_bleed(model: tuple[str, Obj], mask: np.ndarray) -> None:
+    name, _ = model
     pixels = read(RAW / name / {"palm": "palm.ppm", "jetty": "jetty.png"}[name])
-    mask = covered(obj.uvs, width, height)
     around = ndimage.binary_dilation(mask, iterations=4) & ~mask
     assert pixels[around].max(axis=1).min() > 8.0  # nowhere black
     _, (row, column) = ndimage.distance_transform_edt(~mask, return_indices=True)

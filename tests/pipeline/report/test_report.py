@@ -241,17 +241,19 @@ def picture(path: Path, size: int = 64) -> Path:
 
 
 def test_maps_draws_a_sheet_where_it_is_asked_to(
-    tmp_path: Path, paradize: Callable[..., subprocess.CompletedProcess[str]]
+    tmp_path: Path, paradize_here: Callable[..., subprocess.CompletedProcess[str]]
 ) -> None:
     source = picture(tmp_path / "bark.png")
-    result = paradize("maps", source, "-o", tmp_path / "out", "--report", tmp_path / "sheets", "--json")
+    result = paradize_here("maps", source, "-o", tmp_path / "out", "--report", tmp_path / "sheets", "--json")
     assert result.returncode == 0, result.stderr
     sheet = tmp_path / "sheets/bark.png"
     assert json.loads(result.stdout)["sheets"] == [str(sheet)]
     with Image.open(sheet) as drawn:
         assert drawn.width > 1000
     assert sorted(path.suffix for path in (tmp_path / "out").iterdir()) == [".ktx2"] * 4
-    wrong = paradize("maps", source, "-o", tmp_path / "o2", "--report", tmp_path / "s2", "--format", "png")
+    wrong = paradize_here(
+        "maps", source, "-o", tmp_path / "o2", "--report", tmp_path / "s2", "--format", "png"
+    )
     assert wrong.returncode == 1
     assert "--report" in wrong.stderr
 
