@@ -100,14 +100,19 @@ def _places(
     usable = np.flatnonzero(whole != 0.0)
     a, b, c, whole = a[usable], b[usable], c[usable], whole[usable]
     found: list[tuple[int, npt.NDArray[np.int64], F64]] = []
-    corners = np.concatenate([a, b, c])
-    low, high = corners.min(axis=0, initial=0.0), corners.max(axis=0, initial=0.0)
+    low, high = np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
+    left, top = low.min(axis=0, initial=0.0)
+    right_most, bottom = high.max(axis=0, initial=0.0)
+    tiles = [
+        (right * width, down * height)
+        for right, down in _TILES
+        if left < (right + 1) * width and right * width < right_most
+        if top < (down + 1) * height and down * height < bottom
+    ]
     for column, row in texels.tolist():
-        for right, down in _TILES:
-            p = np.array([column + 0.5 + right * width, row + 0.5 + down * height])
-            if (p < low).any() or (p > high).any():
-                continue
-            near = np.flatnonzero(_around(a, b, c, p))
+        for right, down in tiles:
+            p = np.array([column + 0.5 + right, row + 0.5 + down])
+            near = np.flatnonzero(((low <= p) & (p <= high)).all(axis=1))
             second = _area(p - a[near], c[near] - a[near]) / whole[near]
             third = _area(b[near] - a[near], p - a[near]) / whole[near]
             weights = np.stack([1.0 - second - third, second, third], axis=1)
@@ -141,12 +146,6 @@ _TILES = [(x, y) for x in (-1, 0, 1) for y in (-1, 0, 1)]  # a triangle may cros
 
 def _area(u: F64, v: F64) -> F64:
     return np.asarray(u[..., 0] * v[..., 1] - u[..., 1] * v[..., 0])
-
-
-def _around(a: F64, b: F64, c: F64, p: F64) -> npt.NDArray[np.bool_]:
-    """Whether a point lies in the triangles' boxes."""
-    low, high = np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
-    return np.asarray(((low <= p) & (p <= high)).all(axis=1))
 
 
 def _unit(vectors: F64) -> F64:
