@@ -60,6 +60,15 @@ def cove_store(baked_cove: Path) -> Callable[[Path], Path]:
 
 
 @pytest.fixture(scope="session", autouse=True)
+def few_samples() -> Iterator[None]:
+    """5,000 points instead of 50,000 measure a level of a mesh that is baked in this process: they are most
+    of a small bake's time. Workers keep to 50,000, and tests of metrics give a number of their own."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("paradize.bakers.mesh.lods._SAMPLES", 5_000)
+        yield
+
+
+@pytest.fixture(scope="session", autouse=True)
 def small_ground() -> Iterator[None]:
     """64 texels instead of 2048 a side: drawing it takes seconds. tests/e2e/test_export.py exports it all."""
     with pytest.MonkeyPatch.context() as patch:

@@ -274,7 +274,8 @@ def test_planks_lose_their_thickness_before_their_width(each: int, least: float,
     assert Original(deck).distance(as_mesh(found))["error_rms"] * size < most_rms
 
 
-def test_a_level_of_broken_boxes_is_not_made_and_the_reason_is_told() -> None:
+def test_a_level_of_broken_boxes_is_not_made_and_the_reason_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("paradize.bakers.mesh.lods._SAMPLES", 50_000)  # whose p99 decides, as in any bake
     steps, notes = make_levels(planks(20, (1, 1, 1)), Plan(count=2), "balanced")
     assert len(steps) == 1
     (result,) = [note for note in notes if "triangles turn normals by" in note]
@@ -335,12 +336,12 @@ def test_an_offset_of_a_million_diagonals_changes_no_choice() -> None:
 
 
 def test_the_order_of_triangles_changes_errors_by_less_than_a_tenth() -> None:
-    ball = sphere(64)
+    ball = sphere(40)
     errors = []
     for seed in range(3):
         order = np.random.default_rng(seed).permutation(len(ball.triangles))
         mixed = Mesh(ball.positions, np.ascontiguousarray(ball.triangles[order]))
-        errors.append(Original(ball).distance(as_mesh(made(mixed, 600)))["error_rms"])
+        errors.append(Original(ball).distance(as_mesh(made(mixed, 400)))["error_rms"])
     assert max(errors) < 1.1 * min(errors)
 
 

@@ -208,7 +208,7 @@ def cove(tmp_path: Path, **instance: object) -> tuple[dict, list[dict], float]:
 @pytest.mark.parametrize("tier", sweep(["balanced", "exact"], test=["balanced"]))
 def test_by_sight_nothing_finer_than_a_pixel_at_the_nearest_view_is_baked(tmp_path: Path, tier: str) -> None:
     seen, stands, pixel = cove(tmp_path, position=(0.0, 0.0, 0.0))
-    mesh = sphere(64, radius=0.5)
+    mesh = sphere(32, radius=0.5)
     plan = plan_by_flight(seen, [placed(one) for one in stands])(mesh, Plan(count=8))
     flight = plan_flight(load_scene(tmp_path / "cove.toml").flight)
     met = sightings_of(flight, 50.0, 1280 / 720, [((0.0, 0.0, 0.0), diagonal(mesh) / 2)])[0]
