@@ -77,7 +77,8 @@ def up(dx: np.ndarray, dy: np.ndarray) -> np.ndarray:
 def angles_between(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """Degrees between unit vectors (..., 3), right for small ones too."""
     a, b = a.astype(np.float64), b.astype(np.float64)
-    return np.degrees(2 * np.arctan2(np.linalg.norm(a - b, axis=-1), np.linalg.norm(a + b, axis=-1)))
+    apart, together = (np.sqrt(np.einsum("...k,...k", v, v)) for v in (a - b, a + b))
+    return np.degrees(2 * np.arctan2(apart, together))
 
 
 def save(path: Path, pixels: np.ndarray, kind: object = oiio.UINT8) -> Path:

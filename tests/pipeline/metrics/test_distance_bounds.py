@@ -54,9 +54,10 @@ def dense(mesh: Mesh, steps: int) -> tuple[np.ndarray, float]:
     """Points of every triangle, and how far any point of it lies from one at most."""
     corners = mesh.positions[mesh.triangles].astype(np.float64)
     shares = [(i / steps, j / steps) for i in range(steps + 1) for j in range(steps + 1 - i)]
-    points = [(1 - x - y) * corners[:, 0] + x * corners[:, 1] + y * corners[:, 2] for x, y in shares]
+    x, y = np.array(shares).T[:, :, None, None]
+    points = (1 - x - y) * corners[:, 0] + x * corners[:, 1] + y * corners[:, 2]
     longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=-1).max()
-    return np.concatenate(points), float(longest) / steps
+    return points.reshape(-1, 3), float(longest) / steps
 
 
 def truth_between(a: Mesh, b: Mesh, steps: int) -> tuple[float, float]:

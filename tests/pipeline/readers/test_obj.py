@@ -173,14 +173,18 @@ def test_an_outline_that_crosses_itself_is_cut_and_told(tmp_path: Path) -> None:
 def test_a_hostile_polygon_costs_bounded_work(tmp_path: Path) -> None:
     rng = np.random.default_rng(5)
 
-    def cut(count: int) -> None:
-        rows = "".join(f"v {x:.6f} {y:.6f} 0\n" for x, y in rng.random((count, 2)))
-        result = read(tmp_path, rows + "f " + " ".join(map(str, range(1, count + 1))) + "\n")
+    def polygon(count: int) -> tuple[str, int]:
+        rows = "".join(f"v {x:.6f} {y:.6f} 0\n" for x, y in rng.random((count, 2)).tolist())
+        return rows + "f " + " ".join(map(str, range(1, count + 1))) + "\n", count
+
+    def cut(text: str, count: int) -> None:
+        result = read(tmp_path, text)
         assert len(result.mesh.triangles) == count - 2
         assert any("beyond the work limit; triangles may overlap" in warning for warning in result.warnings)
 
+    few, many = polygon(10_000), polygon(100_000)
     # 10; 100 where each corner looks at all others.
-    assert ratio(lambda: cut(100_000), lambda: cut(10_000)) < 20
+    assert ratio(lambda: cut(*many), lambda: cut(*few)) < 20
 
 
 def test_corners_without_uv_or_normal_are_filled_in_and_told(tmp_path: Path) -> None:

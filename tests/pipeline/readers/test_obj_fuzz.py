@@ -74,9 +74,9 @@ def test_mutated_models_are_read_or_refused(sources: Path, tmp_path: Path) -> No
     rng = np.random.default_rng(20)
     models: list[bytes] = list(small_models(sources))
     outcomes = []
-    for turn in range(1500):
+    for turn in range(750):
         outcomes.append(check(tmp_path / "a.obj", mutate(rng, models[turn % len(models)])))
-    assert 150 < sum(outcomes) < 1450, "both ways must be met"
+    assert 75 < sum(outcomes) < 725, "both ways must be met"
 
 
 @pytest.mark.deep
@@ -126,9 +126,9 @@ def random_text(rng: np.random.Generator, count: int) -> bytes:
     return ("\n".join(lines) + "\n").encode()
 
 
-@pytest.mark.parametrize("count", [1, 30, 9000])
+@pytest.mark.parametrize("count", [1, 30, 4000])
 def test_the_plain_way_and_the_careful_way_give_the_same_bytes(tmp_path: Path, count: int) -> None:
-    """9000: more text than a block of the file, so that blocks end within lines."""
+    """4000: more text than a block of the file, so that blocks end within lines."""
     rng = np.random.default_rng(count)
     text = random_text(rng, count)
     plain = parse_obj(text)

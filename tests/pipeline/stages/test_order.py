@@ -108,7 +108,7 @@ def overdraw(mesh: Mesh, side: int = 64) -> float:
 
 
 def test_what_hides_is_drawn_before_what_is_hidden() -> None:
-    balls = [sphere(24, radius=r) for r in (1.0, 2.0, 3.0, 4.0)]
+    balls = [sphere(12, radius=r) for r in (1.0, 2.0, 3.0, 4.0)]
     shift = np.cumsum([0] + [len(b.positions) for b in balls])
     nested = Mesh(
         np.concatenate([b.positions for b in balls]),

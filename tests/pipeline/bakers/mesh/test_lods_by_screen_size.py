@@ -34,10 +34,10 @@ def alike(mesh: Mesh, level: Mesh, size_px: float, limits: Limits) -> bool:
 
 def test_each_level_looks_alike_at_its_size_and_one_of_fewer_triangles_does_not() -> None:
     ball, limits = sphere(10), Limits(normal_deg=5.0, silhouette=0.02)
-    size = ScreenSize(32.0, limits.normal_deg, limits.silhouette, flip=1.0)
+    size = ScreenSize(16.0, limits.normal_deg, limits.silhouette, flip=1.0)
     levels = levels_of(ball, Plan(count=3, screen_size=size))
     assert len(levels) == 3
-    for before, level, size_px in zip(levels, levels[1:], (32.0, 16.0), strict=False):
+    for before, level, size_px in zip(levels, levels[1:], (16.0, 8.0), strict=False):
         assert alike(ball, level, size_px, limits)
         fewer = simplify(before, int(0.85 * len(level.triangles)), original=ball).mesh
         assert not alike(ball, fewer, size_px, limits)
@@ -157,7 +157,7 @@ def test_the_judge_draws_back_faces_of_two_sided_materials_alone() -> None:
     leaf = Mesh(corners, np.array([[0, 1, 2], [0, 2, 3]], np.uint32), groups=group)
     turned = replace(leaf, triangles=np.array([[0, 1, 2], [3, 2, 0]], np.uint32))
     for two_sided, accepted in ((("leaf",), True), ((), False), (("bark",), False)):
-        judge = ScreenSize(64.0, two_sided=two_sided).judge(leaf, 1, leaf)
+        judge = ScreenSize(16.0, two_sided=two_sided).judge(leaf, 1, leaf)
         assert judge.accepts(turned) is accepted
         assert (judge.fault(turned) == "") is accepted
 

@@ -171,7 +171,8 @@ def test_no_cut_has_a_crack_or_a_t_junction(whole: Any) -> None:
     for split in some_cuts(tables, 30):
         edges = Counter(edge for p in drawn(tables, split) for edge in rims[p])
         assert max(edges.values()) <= 2
-        assert {edge for edge, count in edges.items() if count == 1} == outer & edges.keys()
+        alone = {edge for edge, count in edges.items() if count == 1}
+        assert not alone ^ (outer & edges.keys())
 
 
 def test_every_pair_of_patches_that_a_cut_may_show_shares_its_border_bit_by_bit(whole: Any) -> None:
@@ -228,8 +229,9 @@ def test_the_error_of_a_patch_is_what_brute_force_finds(whole: Any) -> None:
         height = (np.stack([u, v, w], axis=1) * y).sum(axis=1) / area
         worst = np.abs(height - heights[row, column])[inside].max()
         covered = np.unique(row[inside] * columns + column[inside])
-        assert patch.error is not None
-        assert patch.error.max_m == pytest.approx(worst, rel=1e-4, abs=1e-5)
+        error = patch.error  # apart: to print a patch, and with it the tree, takes pytest minutes
+        assert error is not None
+        assert error.max_m == pytest.approx(worst, rel=1e-4, abs=1e-5)
         assert len(covered) >= patch.area_px
         if patch.level == grower.shape.finest:
             assert worst <= 0.2
@@ -352,7 +354,8 @@ def test_codes_keep_the_bound_and_leave_no_crack() -> None:
     for split in some_cuts(tables, 20):
         edges = Counter(edge for p in drawn(tables, split) for edge in rims[p])
         assert set(edges.values()) == {1, 2}
-        assert {edge for edge, count in edges.items() if count == 1} == outer & edges.keys()
+        alone = {edge for edge, count in edges.items() if count == 1}
+        assert not alone ^ (outer & edges.keys())
 
 
 def test_codes_of_all_patches_have_the_same_types() -> None:
