@@ -83,14 +83,15 @@ class Exhibit:
     table: bool = False
 
 
+ONE_LEVEL = "lods = 1\n"  # where a model of the same kind has all levels of detail
 MADE = (  # the tall ones first: they stand behind
-    Exhibit("house", "kit/house.obj", size_m=1.8),
-    Exhibit("tower", "kit/tower.obj", size_m=2.2),
-    Exhibit("tree", "kit/tree.obj", stands=(UPRIGHT, MIRRORED, UNEVEN), table=True, size_m=1.8),
-    Exhibit("plain", "kit/plain.obj", size_m=1.8),
+    Exhibit("house", "kit/house.obj", ONE_LEVEL, size_m=1.8),
+    Exhibit("tower", "kit/tower.obj", ONE_LEVEL, size_m=2.2),
+    Exhibit("tree", "kit/tree.obj", ONE_LEVEL, stands=(UPRIGHT, MIRRORED, UNEVEN), table=True, size_m=1.8),
+    Exhibit("plain", "kit/plain.obj", ONE_LEVEL, size_m=1.8),
     Exhibit("urn", "kit/urn.obj", stands=(UNEVEN,)),
     Exhibit("chair", "chair/chair.glb", stands=(UPRIGHT, MIRRORED)),
-    Exhibit("stool", "stool/stool.obj", stands=((140.0, (1.0, 1.0, 1.0)),)),
+    Exhibit("stool", "stool/stool.obj", ONE_LEVEL, stands=((140.0, (1.0, 1.0, 1.0)),)),
     Exhibit("window", "window.gltf", stands=((20.0, (1.0, 1.0, 1.0)), (-20.0, (-1.0, 1.0, 1.0)))),
     Exhibit("lantern", "lantern.gltf"),
     Exhibit("ball", "ball.glb"),
@@ -100,7 +101,8 @@ MADE = (  # the tall ones first: they stand behind
     Exhibit(
         "vase",
         "vase/vase.obj",
-        '[object.material.default]\ncolor = "vase/color.png"\nnormal = "vase/down.png"\ngreen = "down"\n'
+        'lods = 2\n[object.material.default]\ncolor = "vase/color.png"\n'
+        'normal = "vase/down.png"\ngreen = "down"\n'
         'smoothness_map = "vase/smooth.png"\nmetalness = "vase/metal.png"\nspecular = 0.5\n',
         stands=(UPRIGHT, UNEVEN),
     ),

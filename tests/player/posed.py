@@ -77,13 +77,15 @@ class Posed:
         key = json.dumps([manifest, disable, quality, time_s, frames, sorted(files or {})], sort_keys=True)
         if key in self.kept:
             return self.kept[key]
-        room = Path(tempfile.mkdtemp(dir=self.folder))
+        # One folder for all scenes without other files: the player checks its files once.
+        room = Path(tempfile.mkdtemp(dir=self.folder)) if files else self.folder / "scene"
+        room.mkdir(exist_ok=True)
         for name, artifact in manifest["artifacts"].items():
             place = room / artifact["file"]
             if files and name in files:
                 place.write_bytes(files[name])
                 artifact |= identity(files[name])
-            else:
+            elif not place.exists():
                 place.symlink_to((self.source / artifact["file"]).resolve())
         (room / "scene.json").write_text(json.dumps(manifest))
         out = room / "picture.png"

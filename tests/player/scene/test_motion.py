@@ -16,6 +16,7 @@ from tests.pictures import load
 from tests.player.posed import Posed, Vec, differs
 
 Player = Callable[..., subprocess.CompletedProcess[str]]
+OFF = "sky,shafts,post"  # animals are looked at, and their shadows on the sand
 
 
 @pytest.fixture(scope="module")
@@ -30,11 +31,12 @@ def only(posed: Posed, name: str) -> dict[str, Any]:
     for lit in (scene, scene["terrain"], *kept):
         lit.pop("light_sets", None)
     scene.pop("lights", None)
+    scene["shadow"]["size"] = 1024
     return scene | {"water": None, "particles": [], "objects": kept}
 
 
 def moments(posed: Posed, scene: dict[str, Any], eye: Vec, target: Vec, *seconds: float) -> list[Any]:
-    return [posed.render(eye, target, scene=scene, time_s=second) for second in seconds]
+    return [posed.render(eye, target, scene=scene, time_s=second, disable=OFF) for second in seconds]
 
 
 def crab_views(posed: Posed) -> tuple[dict[str, Any], Vec, Vec]:
