@@ -5,7 +5,7 @@ from __future__ import annotations
 import copy
 import json
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -41,15 +41,16 @@ class Posed:
         return scene
 
     def render(self, eye: Vec, target: Vec, **options: Any) -> Picture:
-        """(180, 320, 3) float32 in 0..1, sRGB-encoded, from `eye` to `target`. options: those of `play`."""
-        (picture,) = self.play(eye, target, 1, **options)
+        """(180, 320, 3) float32 in 0..1, sRGB-encoded, from `eye` to `target`. options: those of `views`."""
+        (picture,) = self.views([(eye, target)], **options)
         return picture
 
-    def play(
+    def play(self, eye: Vec, target: Vec, frames: int, **options: Any) -> list[Picture]:
+        return self.views([(eye, target)] * frames, **options)
+
+    def views(
         self,
-        eye: Vec,
-        target: Vec,
-        frames: int,
+        poses: Sequence[tuple[Vec, Vec]],
         *,
         disable: str = "",
         quality: str = "balanced",
@@ -57,10 +58,10 @@ class Posed:
         scene: dict[str, Any] | None = None,
         files: dict[str, bytes] | None = None,
     ) -> list[Picture]:
-        """Pictures of one start of the player, 1/30 s apart, from `time_s` on; every value is checked to be
-        finite before it is encoded. `files` replaces artifacts by name."""
+        """Pictures of one start of the player, each from its pose, 1/30 s apart, from `time_s` on. Every
+        value is checked to be finite before it is encoded. `files` replaces artifacts by name."""
         manifest = self.scene() if scene is None else copy.deepcopy(scene)
-        duration_s = manifest["flight"]["duration_s"]
+        duration_s, frames = manifest["flight"]["duration_s"], len(poses)
         manifest["flight"] |= {
             "fov_rad": FOV_RAD,
             "segments": [
@@ -69,9 +70,14 @@ class Posed:
                     "target": [[v, 0.0, 0.0, 0.0] for v in target],
                     "roll": [0.0, 0.0, 0.0, 0.0],
                 }
+                for eye, target in poses
             ],
-            "time_table": [[0.0, 0.0, 1.0 / duration_s], [duration_s, 1.0, 1.0 / duration_s]],
+            "time_table": [[0.0, 0.0, 1.0 / duration_s], [duration_s, frames, 1.0 / duration_s]],
         }
+        if frames > 1:  # each in the middle of its segment
+            knots = [[time_s + i / 30, i + 0.5, 0.0] for i in range(frames)]
+            begin = [] if time_s == 0.0 else [[0.0, 0.0, 0.0]]
+            manifest["flight"]["time_table"] = [*begin, *knots, [duration_s, frames, 0.0]]
         if "waypoint_u" in manifest["flight"]:
             manifest["flight"]["waypoint_u"] = [0]
         key = json.dumps([manifest, disable, quality, time_s, frames, sorted(files or {})], sort_keys=True)
