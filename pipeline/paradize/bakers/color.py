@@ -35,10 +35,10 @@ from paradize.scene.budget import METRICS
 from paradize.stages import gutter
 from paradize.stages.compress import (
     LevelWriter,
+    block_warnings,
     encode_rows,
     formats_of,
     with_unseen_in_range,
-    without_blocks,
 )
 from paradize.stages.mips import color_rows
 from paradize.stages.resample import resized
@@ -92,12 +92,12 @@ def bake_color(
         root=root,
     )
     rows, columns = values.shape[:2]
-    if not used.uncompressed:
-        warnings = [*warnings, *without_blocks(path, rows, columns)]
     if name == "emission" and (values == values[0, 0]).all():
         light = linear_light(values[:1, :1], encoded=encoded)[0, 0]
         constant = tuple(min(max(float(value), 0.0), 1.0) for value in light)  # as a texture holds it
         return constant_product(constant, columns, rows, tier, warnings)
+    if not used.uncompressed:
+        warnings = [*warnings, *block_warnings(path, rows, columns)]
     cutoff = used.alpha_cutoff if values.shape[2] == 4 and used.alpha_cutoff > 0.0 else None
 
     formats, other, alpha_weight = color_formats(

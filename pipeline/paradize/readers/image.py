@@ -43,8 +43,8 @@ from paradize.readers.notes import (
 )
 from paradize.readers.pillow import psd_alpha, read_with_pillow
 from paradize.readers.pnm import exact_shares
-from paradize.readers.profile import declared_note, profile_note
-from paradize.readers.rare_tiff import read_rare_tiff
+from paradize.readers.profile import declared_note, primaries_note, profile_note
+from paradize.readers.rare_tiff import read_rare_tiff, tiles_of_doubles
 from paradize.readers.silence import silenced
 
 if TYPE_CHECKING:
@@ -76,11 +76,8 @@ _LAYERED = ("psd",)  # the first picture of these is all layers together
 _TARGA_MULTIPLIED = 4  # type of alpha
 _SPELLED = {"red": "r", "green": "g", "blue": "b", "alpha": "a"}  # long names of channels
 _CODEC = re.compile(r"(\w+) compression support is not configured|(scheme \d+) .*not implemented")
-_JPEG_NOTES = {  # libjpeg's word about a file that it reads whole -> our note; "" where no texel is touched
-    r"extraneous bytes before marker": "some bytes of its header belong to nothing and are skipped",
-    r"unknown JFIF revision number|Unknown Adobe color transform code": "",
-    r"premature end of data segment": "some of its data are missing; a part of it may be grey or coarse",
-}
+_JUNK = re.compile(r"Corrupt JPEG data: (\d+) extraneous bytes before marker")  # between whole segments
+_MISSING = "premature end of data segment"  # in libjpeg's word about a file of several scans
 _PLAIN_NUMBERS = {"half": 16, "float": 32, "double": 32, "int8": 8, "int16": 16, "int": 32}  # bits
 _TYPES: dict[str, tuple[Any, Any, float]] = {  # type to ask for, type of the result, value of 1.0
     "uint8": (oiio.UINT8, np.uint8, 255.0),
@@ -187,7 +184,9 @@ def _read_open(source: Any, path: Path, head: bytes, color_space: str | None, fi
     channels, others = _channels(spec, kind, path)
     name = types[channels[0]]
     values: npt.NDArray[Any]
-    if len(set(types)) == 1:
+    if kind == "tiff" and spec.tile_width and types == ["double"]:
+        values = tiles_of_doubles(path, spec.width, spec.height)
+    elif len(set(types)) == 1:
         values = _decode(source, spec, name, path, 0, spec.nchannels)
         if channels != list(range(spec.nchannels)):
             values = np.ascontiguousarray(values[:, :, channels])
@@ -199,7 +198,11 @@ def _read_open(source: Any, path: Path, head: bytes, color_space: str | None, fi
         values, top = exact_shares(path, values)
     if finite and values.dtype == np.float32:
         require_finite(values, path)
-    if kind == "tiff" and spec.get_int_attribute("tiff:PhotometricInterpretation", 1) == 0:
+    if (
+        top is not None
+        and kind == "tiff"
+        and spec.get_int_attribute("tiff:PhotometricInterpretation", 1) == 0
+    ):
         values = _from_white(values)
     color = color_space != "data"  # numbers are no colours that alpha could be multiplied into
     has_alpha = len(channels) in (2, 4) and _is_alpha(spec, channels[-1])
@@ -226,22 +229,24 @@ def _read_open(source: Any, path: Path, head: bytes, color_space: str | None, fi
     colors: tuple[str, ...] = ()
     if color_space == "srgb" and (profile := spec.getattribute("ICCProfile")) is not None:
         colors = profile_note(bytes(profile))
-    elif color and kind in ("png", "openexr"):
-        colors = declared_note(declared, spec.getattribute("chromaticities"), color_space)
+    elif color and kind == "png":
+        colors = declared_note(declared, color_space)
+    elif color and kind == "openexr":
+        colors = primaries_note(spec.getattribute("chromaticities"))
     return Image(values, color_space, bits, top, notes=notes, color_notes=colors)
 
 
 def _jpeg_note(said: str) -> str | None:
-    """The note for what libjpeg told of a header; None where it is damage."""
-    for pattern, note in _JPEG_NOTES.items():
-        if re.search(pattern, said):
-            return note
-    return None
+    """The note for libjpeg's word about a header; None where it is damage. A word about something harmless
+    would keep it from telling damage behind."""
+    if junk := _JUNK.search(said):
+        return f"{junk[1]} bytes of its header belong to nothing and are skipped"
+    return "some of its data are missing; a part of it may be grey or coarse" if _MISSING in said else None
 
 
 def _unsupported(said: str, path: Path) -> SourceError | None:
     """The error for a sound file of a kind that its decoder lacks; None for damage."""
-    if "unsupported" not in said.lower():
+    if "Unsupported JPEG data precision" not in said:
         return None
     return SourceError(f"is not read: {said}", file=path, mend="save it as a PNG of 8 or 16 bits")
 
@@ -293,10 +298,9 @@ def _require_shape(spec: Any, types: list[str], path: Path) -> None:
     if bits > read and spec.get_string_attribute("compression") == "jpeg":  # a decoder of 8 bits
         what = f"{bits} bits of a channel, compressed as JPEG, are not read"
         raise SourceError(what, file=path, mend="save it with Deflate or LZW")
-    if "double" in types and height == 1:
-        raise SourceError(
-            "one row of 64-bit floats is not decoded reliably", file=path, mend="save it as 32-bit float"
-        )
+    if "double" in types and (height == 1 or (spec.tile_width and spec.nchannels > 1)):
+        what = "one row, or tiles of several channels, of 64-bit floats are not decoded reliably"
+        raise SourceError(what, file=path, mend="save it as 32-bit float")
 
 
 _BAND = 256  # rows checked at a time
@@ -339,17 +343,18 @@ def _channels(spec: Any, kind: str, path: Path) -> tuple[list[int], str]:
 
 
 def _named_channels(names: list[str]) -> list[int]:
-    """Indices of R, G, B of the first layer that has them, and of its A; else of the first that has X, Y, Z
-    or fewer of these. Channels outside layers come first."""
+    """Indices of R, G, B of the first layer that has them, and of its A; else of X, Y, Z, of two of either
+    (which leave A out), of U, V, or of Y. Channels outside layers come first."""
     layers: dict[str, dict[str, int]] = {"": {}}
     for k, name in enumerate(names):
         layer, _, channel = name.rpartition(".")
         word = channel.lower()
         layers.setdefault(layer, {}).setdefault(_SPELLED.get(word, word), k)
-    for wanted in ("rgb", "xyz", "rg", "y"):
+    for wanted in ("rgb", "xyz", "rg", "xy", "uv", "y"):
         for found in layers.values():
             if all(letter in found for letter in wanted):
-                return [found[letter] for letter in wanted + "a" * ("a" in found)]
+                alpha = "a" if "a" in found and len(wanted) != 2 else ""
+                return [found[letter] for letter in wanted + alpha]
     return []
 
 

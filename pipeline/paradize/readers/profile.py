@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -15,18 +15,23 @@ _OFF = 0.02  # of a primary
 _NEAR = 10  # codes of 255: profiles are written with rounded primaries and curves
 
 
-def declared_note(declared: str, primaries: Sequence[float] | None, color_space: str) -> tuple[str, ...]:
-    """The note for colours that a header, not a profile, says to be others than sRGB's. declared:
-    OpenImageIO's word. primaries: x and y of red, green, blue and white. color_space: what they are read as,
-    "srgb" or "linear"."""
-    if primaries is not None and np.abs(np.subtract(primaries, _PRIMARIES)).max() > _OFF:
-        declared = "of other primaries (chromaticities)"
-    elif declared == "lin_rec709_scene":
+def declared_note(declared: str, color_space: str) -> tuple[str, ...]:
+    """The note for colours that a PNG's header, not a profile, says to be others than sRGB's. declared:
+    OpenImageIO's word. color_space: what they are read as, "srgb" or "linear"."""
+    if declared == "lin_rec709_scene":
         return ("says that it is linear, and is read so",) if color_space == "linear" else ()
-    elif declared in _READ_SO:
+    what = f"its colours are declared {declared}, read as if they were sRGB; convert it to sRGB"
+    return () if declared in _READ_SO else (what,)
+
+
+def primaries_note(primaries: Any) -> tuple[str, ...]:
+    """The note for an OpenEXR of other primaries: x and y of red, green, blue and white, or none of that."""
+    known = isinstance(primaries, tuple) and len(primaries) == len(_PRIMARIES)
+    if not known or not all(isinstance(value, float) for value in primaries):
         return ()
-    read_as = "sRGB" if color_space == "srgb" else "linear colours of Rec. 709"
-    return (f"its colours are declared {declared}, read as if they were {read_as}; convert it",)
+    if np.abs(np.subtract(primaries, _PRIMARIES)).max() <= _OFF:
+        return ()
+    return ("its colours are of other primaries (chromaticities), read as if they were Rec. 709; convert it",)
 
 
 def profile_note(profile: bytes) -> tuple[str, ...]:

@@ -1,15 +1,17 @@
 """Reads those TIFFs that OpenImageIO 3.2 reads wrong or not at all.
 
-It takes a palette's alpha for another index, gives one colour for YCbCr whose texels are damaged or packed
-in a way that it does not know, and memory that nobody wrote for tiles of 64-bit floats. It lacks Zstandard
-and LZMA. Pillow reads all of these but the floats. Sources: Adobe, "TIFF 6.0", 1992; Adobe, "Photoshop TIFF
-Technical Note 3", 2005 (floats as differences).
+It takes a palette's alpha for another index, gives one green for YCbCr that it cannot unpack, memory that
+nobody wrote for tiles of 64-bit floats, and lacks Zstandard and LZMA. Pillow reads all of these but the
+floats. Sources: Adobe, "TIFF 6.0", 1992; Adobe, "Photoshop TIFF Technical Note 3", 2005 (floats as
+differences).
 """
 
 from __future__ import annotations
 
+import math
 import struct
 import zlib
+from contextlib import suppress
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
@@ -20,144 +22,179 @@ from paradize.errors import SourceError
 from paradize.files import open_file
 from paradize.readers.damage import check_damage, damaged
 from paradize.readers.limits import require_size
-from paradize.readers.notes import NARROWED, pages
+from paradize.readers.notes import pages
 from paradize.readers.profile import profile_note
 from paradize.readers.silence import silenced
 from paradize.readers.tiff import first_directory
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping
+    from collections.abc import Iterator, Mapping
     from pathlib import Path
 
     import numpy.typing as npt
 
+    from paradize.data import F32
+
+    Tags = Mapping[int, tuple[int, ...]]
+
 _MAGIC = (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+")
-_ROLE, _WIDTH, _HEIGHT, _BITS, _PACKING, _PHOTOMETRIC, _SAMPLES = 254, 256, 257, 258, 259, 262, 277
-_STRIP_OFFSETS, _TURN, _STRIP_BYTES = 273, 274, 279
-_PREDICTOR, _TILE_WIDTH, _TILE_HEIGHT, _TILE_OFFSETS, _TILE_BYTES, _FORMAT = 317, 322, 323, 324, 325, 339
-_TAGS = frozenset(range(_ROLE, _FORMAT + 1))
-_PALETTE, _YCBCR = 3, 6  # photometric interpretations
-_PLAIN, _DEFLATE, _LZMA, _ZSTD = (1,), (8, 32946), (34925,), (50000,)  # compressions
-_YCBCR_PACKINGS = (1, 5, 6, 7, 32773, *_DEFLATE, *_LZMA, *_ZSTD)  # that Pillow unpacks
+_ROLE, _WIDTH, _HEIGHT, _BITS, _PACKING, _PHOTOMETRIC, _STRIP_OFFSETS = 254, 256, 257, 258, 259, 262, 273
+_TURN, _SAMPLES, _STRIP_BYTES, _PREDICTOR, _PALETTE, _TILE_WIDTH = 274, 277, 279, 317, 320, 322
+_TILE_HEIGHT, _TILE_OFFSETS, _TILE_BYTES, _EXTRA, _FORMAT = 323, 324, 325, 338, 339
+_TAGS = {_WIDTH, _HEIGHT, _BITS, _PACKING, _PHOTOMETRIC, _STRIP_OFFSETS, _TURN, _SAMPLES, _STRIP_BYTES}
+_TAGS |= {_PREDICTOR, _PALETTE, _TILE_WIDTH, _TILE_HEIGHT, _TILE_OFFSETS, _TILE_BYTES, _EXTRA, _FORMAT}
+_PALETTES, _YCBCR = 3, 6  # photometric interpretations
+_DEFLATE, _NEWER = (8, 32946), {34925: "LZMA", 50000: "Zstandard"}  # compressions
+_PILLOWS = (5, 6, 7, 32773, *_DEFLATE, *_NEWER)  # compressions that it unpacks
 _MEND = "save it as TIFF with Deflate or LZW, or as PNG"
-_COLORS = {"1": "L", "P": "RGB", "PA": "RGBA", "LA": "LA", "L": "L", "RGB": "RGB", "RGBA": "RGBA"}
-_NUMBERS: dict[str, tuple[Any, int, int | None]] = {  # type, bits, value of 1.0
-    "I;16": (np.uint16, 16, 65535),
-    "I;16B": (np.uint16, 16, 65535),
-    "I": (np.float32, 16, None),
-    "F": (np.float32, 32, None),
+# Bits, sample format, photometric interpretation and samples of what Pillow reads of the newer compressions:
+# its mode, the type, bits and value of 1.0 of the values.
+_KINDS: dict[tuple[int, int, int, int], tuple[str, Any, int, int | None]] = {
+    (8, 1, 1, 1): ("L", np.uint8, 8, 255),
+    (8, 1, 2, 3): ("RGB", np.uint8, 8, 255),
+    (8, 1, 2, 4): ("RGBA", np.uint8, 8, 255),
+    (16, 1, 1, 1): ("I;16", np.uint16, 16, 65535),
+    (16, 2, 1, 1): ("I", np.float32, 16, None),
+    (32, 3, 1, 1): ("F", np.float32, 32, None),
 }
-_ERRORS = (OSError, ValueError, SyntaxError, RuntimeError, KeyError)  # of damaged files
+_COLORS = ("RGB", np.uint8, 8, 255)
+_WITH_ALPHA = ("RGBA", np.uint8, 8, 255)
+_STRAIGHT = 2  # alpha that colour is not multiplied by
 
 
 def read_rare_tiff(path: Path, head: bytes, color_space: str | None) -> Image | None:
-    """The picture; None for a file that OpenImageIO reads, or nothing does.
+    """The picture, of which Pillow reads the texels; None for a file that OpenImageIO reads, or nothing does.
 
     Raises SourceError where it is damaged, beyond the limits, or of a kind that nothing here decodes.
     """
-    if head[:4] not in _MAGIC:
+    tags = _tags(path) if head[:4] in _MAGIC else {}
+    width, height = (tags.get(tag, (0,))[0] for tag in (_WIDTH, _HEIGHT))
+    packing, samples = tags.get(_PACKING, (1,))[0], tags.get(_SAMPLES, (1,))[0]
+    photometric, bits = tags.get(_PHOTOMETRIC, (-1,))[0], tags.get(_BITS, (1,))
+    ycbcr = photometric == _YCBCR and packing != 1
+    palette = photometric == _PALETTES and samples == 2
+    if min(width, height) < 1 or not (ycbcr or palette or packing in _NEWER):
         return None
+    require_size(width, height, samples * max(1, bits[0] // 8), path)
+    check_damage(path, "tiff")
+    way = tags.get(_TURN, (1,))[0]
+    if way > 1:
+        raise SourceError(
+            f"a turned picture (orientation {way}) of its kind", file=path, mend="save it upright"
+        )
+    if ycbcr and packing not in _PILLOWS:
+        raise SourceError(f"is compressed by scheme {packing}, which is not read", file=path, mend=_MEND)
+    if palette:
+        return _with_pillow(path, _palette_kind(path, tags, bits, packing), color_space)
+    kind = _COLORS if ycbcr else _KINDS.get((bits[0], tags.get(_FORMAT, (1,))[0], photometric, samples))
+    if kind is None or (samples == len(_WITH_ALPHA[0]) and tags.get(_EXTRA) != (_STRAIGHT,)):
+        what = f"{samples} channels of {bits[0]} bits (photometric {photometric}), compressed by"
+        raise SourceError(f"{what} {_NEWER.get(packing)}, are not read", file=path, mend=_MEND)
+    return _with_pillow(path, kind, color_space, swapped=packing in _NEWER and head[:2] == b"MM")
+
+
+def _tags(path: Path) -> Tags:
+    """The numbers of the tags that decide how texels are read; none where the directory cannot be read."""
     try:
         with open_file(path) as file:
-            tags = first_directory(file, _TAGS)
-        first = {tag: int(tags[tag][0]) for tag in tags if tags[tag]}
-        width, height = first[_WIDTH], first[_HEIGHT]
-    except (ValueError, KeyError, struct.error):
-        return None  # told with OpenImageIO's reason
-    bits, packing = first.get(_BITS, 1), first.get(_PACKING, 1)
-    samples, photometric = first.get(_SAMPLES, 1), first.get(_PHOTOMETRIC)
-    if _TILE_WIDTH in first and (bits, first.get(_FORMAT)) == (64, 3):
-        require_size(width, height, 8 * samples, path)
-        return _tiles_of_doubles(path, tags, first, color_space)
-    palette = photometric == _PALETTE and samples > 1
-    if not palette and photometric != _YCBCR and packing not in (*_LZMA, *_ZSTD):
-        return None
-    if photometric == _YCBCR and packing not in _YCBCR_PACKINGS:
-        raise SourceError(f"is compressed by scheme {packing}, which is not read", file=path, mend=_MEND)
-    if first.get(_TURN, 1) != 1:
-        mend = "save it upright, as PNG"
-        raise SourceError(f"a turned picture (orientation {first[_TURN]}) of its kind", file=path, mend=mend)
-    require_size(width, height, samples * max(1, bits // 8), path)
-    check_damage(path, "tiff")
-    if packing in _DEFLATE:  # Pillow does not tell what does not unpack
-        places = zip(tags.get(_STRIP_OFFSETS, ()), tags.get(_STRIP_BYTES, ()), strict=False)
-        _unpacked(path, places, packing, most=2 * width * height * samples * max(1, bits // 8))
-    return _with_pillow(path, first, color_space)
+            found = first_directory(file, _TAGS)
+    except (ValueError, struct.error):
+        return {}  # OpenImageIO has the reason
+    return {
+        tag: tuple(int(value) for value in values)
+        for tag, values in found.items()
+        if values and all(math.isfinite(value) and 0 <= value < 1 << 63 for value in values)
+    }
 
 
-def _with_pillow(path: Path, first: Mapping[int, int], color_space: str | None) -> Image:
+def _palette_kind(path: Path, tags: Tags, bits: tuple[int, ...], packing: int) -> tuple[str, Any, int, int]:
+    """Pillow's mode of a palette with alpha, whose colours and texels are all there."""
+    rows, needed = tags[_HEIGHT][0], 2 * tags[_WIDTH][0] * tags[_HEIGHT][0]
+    if bits != (8, 8) or tags.get(_EXTRA) != (_STRAIGHT,) or packing not in (1, *_PILLOWS):
+        what = f"a palette with another channel of {bits[-1]} bits, of its kind, is not read"
+        raise SourceError(what, file=path, mend=_MEND)
+    if len(tags.get(_PALETTE, ())) < 3 << bits[0]:
+        raise damaged(f"{len(tags.get(_PALETTE, ()))} numbers of a palette of {3 << bits[0]}", path)
+    if packing == 1 and sum(tags.get(_STRIP_BYTES, ())[:rows]) < needed:
+        raise damaged(f"its strips hold less than {needed} bytes", path)
+    return _WITH_ALPHA
+
+
+def _with_pillow(
+    path: Path, kind: tuple[str, Any, int, int | None], color_space: str | None, *, swapped: bool = False
+) -> Image:
+    """swapped: Pillow gives signed integers and floats with their bytes in the other order."""
+    mode, dtype, bits, top = kind
     opener = import_module("PIL.TiffImagePlugin").TiffImageFile
+    further: list[str] = []
+    said: list[str] = []
     try:
-        with silenced(), open_file(path) as stream, opener(stream) as picture:
-            mode = picture.mode
-            values = np.asarray(picture.convert(_COLORS[mode]) if mode in _COLORS else picture)
-            further = pages(_roles(picture))
-            colors = profile_note(profile) if (profile := picture.info.get("icc_profile")) else ()
-        dtype, bits, top = (np.uint8, 8, 255) if mode in _COLORS else _NUMBERS[mode]
-    except _ERRORS as error:
-        what = f"is not a readable TIFF: {error}"
-        raise SourceError(what, file=path, mend=_MEND) from None
-    values = values.astype(dtype, copy=False).reshape(*values.shape[:2], -1)
-    if top is None and first.get(_FORMAT, 1) == 1:
-        raise SourceError("integers of 32 bits, compressed in its way, are not read", file=path, mend=_MEND)
+        with silenced() as said, open_file(path) as stream, opener(stream) as picture:
+            found, profile = picture.mode, picture.info.get("icc_profile")
+            values = np.asarray(picture.convert(mode) if dtype is np.uint8 else picture)
+            with suppress(Exception):  # further pages may be of any kind
+                further = pages(_roles(picture))
+    except Exception as error:
+        raise SourceError(f"is not a readable TIFF: {error}", file=path, mend=_MEND) from None
+    if said := [line for line in said if "warning" not in line.lower()]:  # libtiff's, which Pillow drops
+        raise damaged(said[0], path)
+    if dtype is not np.uint8 and not found.startswith(mode):
+        raise SourceError(f"is not a readable TIFF: Pillow calls it {found}", file=path, mend=_MEND)
+    if mode == "I":
+        values = values.astype(np.int16)
+    values = (values.byteswap() if swapped and mode in ("I", "F") else values).astype(dtype, copy=False)
     color_space = color_space or ("srgb" if top is not None else "linear")
-    narrowed = mode in _COLORS and first.get(_BITS, 1) > 8
-    notes = ((NARROWED,) if narrowed else ()) + tuple(further)
-    colors = colors if color_space == "srgb" else ()
-    return Image(values, color_space, bits, top, notes=notes, color_notes=colors)
+    told = isinstance(profile, bytes) and color_space == "srgb"
+    colors = profile_note(profile) if told else ()
+    shaped = values.reshape(*values.shape[:2], -1)
+    return Image(shaped, color_space, bits, top, notes=tuple(further), color_notes=colors)
 
 
 def _roles(picture: Any) -> Iterator[int]:
+    """The roles of the pictures after the first, as TIFF's NewSubfileType."""
     for page in range(1, picture.n_frames):
         picture.seek(page)
         yield int(picture.tag_v2.get(_ROLE, 0))
 
 
-def _unpacked(path: Path, places: Iterable[tuple[float, float]], packing: int, most: int) -> list[bytes]:
-    """The bytes of each strip or tile, whose offsets and lengths are given. Raises SourceError where one does
-    not unpack, or to more than `most` bytes."""
-    parts = []
-    with open_file(path) as file:
-        for k, (offset, count) in enumerate(places):
-            file.seek(int(offset))
-            part = file.read(int(count))
-            if packing not in _PLAIN:
-                unpacker = zlib.decompressobj()
-                try:
-                    part = unpacker.decompress(part, most + 1)
-                except zlib.error as error:
-                    raise damaged(f"strip or tile {k} does not unpack: {error}", path) from None
-                if not unpacker.eof or len(part) > most:
-                    raise damaged(f"strip or tile {k} does not unpack to {most} bytes at most", path)
-            parts.append(part)
-    return parts
-
-
-def _tiles_of_doubles(
-    path: Path, tags: Mapping[int, Any], first: Mapping[int, int], color_space: str | None
-) -> Image:
-    """Heights as GDAL writes them: one channel of 64-bit floats in tiles."""
-    packing, predictor = first.get(_PACKING, 1), first.get(_PREDICTOR, 1)
-    if first.get(_SAMPLES, 1) != 1 or packing not in (*_PLAIN, *_DEFLATE) or predictor not in (1, 2, 3):
+def tiles_of_doubles(path: Path, width: int, height: int) -> F32:
+    """The texels (h, w, 1) of one channel of 64-bit floats in tiles, as GDAL writes heights. Raises
+    SourceError where a tile is missing, does not unpack, or is compressed in another way than Deflate."""
+    tags = _tags(path)
+    packing, predictor = tags.get(_PACKING, (1,))[0], tags.get(_PREDICTOR, (1,))[0]
+    across, down = (tags.get(tag, (0,))[0] for tag in (_TILE_WIDTH, _TILE_HEIGHT))
+    known = packing in (1, *_DEFLATE) and predictor in (1, 2, 3)
+    if not known or tags.get(_BITS) != (64,) or min(across, down) < 1:
         what = "tiles of 64-bit floats, compressed in its way or of several channels, are not read"
         raise SourceError(what, file=path, mend="save it as 32-bit float")
-    check_damage(path, "tiff")
-    with open_file(path) as file:
-        order = "<" if file.read(2) == b"II" else ">"
-    width, height, across, down = (first.get(tag, 0) for tag in (_WIDTH, _HEIGHT, _TILE_WIDTH, _TILE_HEIGHT))
-    columns, rows = -(-width // max(across, 1)), -(-height // max(down, 1))
+    require_size(across, down, 8, path)
+    columns, rows = -(-width // across), -(-height // down)
+    places = list(zip(tags.get(_TILE_OFFSETS, ()), tags.get(_TILE_BYTES, ()), strict=False))
     size = 8 * across * down
-    places = zip(tags.get(_TILE_OFFSETS, ()), tags.get(_TILE_BYTES, ()), strict=False)
-    parts = _unpacked(path, places, packing, most=size)
-    if size == 0 or len(parts) != rows * columns or any(len(part) != size for part in parts):
-        raise damaged(f"{rows * columns} tiles of {size} bytes are needed", path)
+    if len(places) != rows * columns:
+        raise damaged(f"{len(places)} tiles; {rows * columns} are needed", path)
     whole = np.empty((rows * down, columns * across), np.float32)
-    with np.errstate(over="ignore"):  # a double beyond float32 becomes infinity, which is refused later
-        for k, part in enumerate(parts):
+    with open_file(path) as file, np.errstate(over="ignore"):  # beyond float32: infinity, refused later
+        order = "<" if file.read(2) == b"II" else ">"
+        for k, (offset, count) in enumerate(places):
+            file.seek(offset)
+            tile = file.read(count)
+            tile = tile if packing == 1 else _unpacked(tile, size)
+            if len(tile) != size:
+                raise damaged(f"tile {k} does not unpack to {size} bytes", path)
             y, x = k // columns * down, k % columns * across
-            whole[y : y + down, x : x + across] = _rows_of_doubles(part, down, order, predictor)
-    values = np.ascontiguousarray(whole[:height, :width])[:, :, None]
-    return Image(values, color_space or "linear", 32, None)
+            part = _rows_of_doubles(tile, down, order, 1 if packing == 1 else predictor)
+            whole[y : y + down, x : x + across] = part
+    return np.ascontiguousarray(whole[:height, :width])[:, :, None]
+
+
+def _unpacked(data: bytes, size: int) -> bytes:
+    """The bytes of a deflated tile; others than `size` where it is damaged."""
+    unpacker = zlib.decompressobj()
+    with suppress(zlib.error):
+        out = unpacker.decompress(data, size + 1)
+        return out if unpacker.eof else b""
+    return b""
 
 
 def _rows_of_doubles(part: bytes, rows: int, order: str, predictor: int) -> npt.NDArray[np.float64]:

@@ -29,7 +29,7 @@ _TEXEL_BYTES = {"R8": 1, "RG8": 2, "R16": 2, "RG16": 4, "RGBA8": 4}
 # Texels of a colour picture up to which blocks save less than 5 KiB. Such a picture is drawn texel by texel
 # (swatches, pixel art), and a block makes up to 16 colours of two.
 SMALL = 32 * 32
-_CHEAP = 128 * 128  # texels without blocks that are worth no word
+_CHEAP = 128 * 128  # texels up to which blocks save less than 50 KB
 
 
 def formats_of(
@@ -60,7 +60,7 @@ def formats_of(
     return known
 
 
-def without_blocks(path: Path, rows: int, columns: int) -> list[str]:
+def block_warnings(path: Path, rows: int, columns: int) -> list[str]:
     """A warning where the sides of a picture keep it from the block formats, and that costs much."""
     if (rows % 4 == 0 and columns % 4 == 0) or rows * columns <= _CHEAP:
         return []

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import struct
 import zlib
 from pathlib import Path
 
 import numpy as np
 import PIL.Image
 import pytest
+import zstandard
 
 from paradize.errors import SourceError
 from paradize.readers.heightmap import read_heightmap
@@ -71,10 +73,10 @@ def test_tiles_of_doubles_that_are_not_whole_are_refused(tmp_path: Path) -> None
     data = file.read_bytes()
     at = data.index(b"\x78\x9c") + 8  # inside the first tile
     file.write_bytes(data[:at] + bytes([data[at] ^ 0x55]) + data[at + 1 :])
-    with pytest.raises(SourceError, match="damaged or cut: strip or tile 0 does not unpack"):
+    with pytest.raises(SourceError, match="damaged or cut: tile 0 does not unpack to 2048 bytes"):
         read_image(file)
     short = tiff(tmp_path / "b.tif", np.ones((20, 20)), parts=[bytes(8)] * 4, more={322: [SIDE], 323: [SIDE]})
-    with pytest.raises(SourceError, match="4 tiles of 2048 bytes are needed"):
+    with pytest.raises(SourceError, match="tile 0 does not unpack to 2048 bytes"):
         read_image(short)
     more = {322: [SIDE], 323: [SIDE], 259: [5]}
     lzw = tiff(tmp_path / "c.tif", np.ones((20, 20)), parts=[bytes(8)] * 4, more=more)
@@ -83,7 +85,7 @@ def test_tiles_of_doubles_that_are_not_whole_are_refused(tmp_path: Path) -> None
     bomb = tiled(tmp_path / "d.tif", np.ones((20, 20)))
     large = zlib.compress(bytes(1 << 22))
     tiff(bomb, np.ones((20, 20)), parts=[large] * 4, more={322: [SIDE], 323: [SIDE], 259: [8]})
-    with pytest.raises(SourceError, match="does not unpack to 2048 bytes at most"):
+    with pytest.raises(SourceError, match="tile 0 does not unpack to 2048 bytes"):
         read_image(bomb)
 
 
@@ -93,10 +95,18 @@ def test_a_palette_with_alpha_gives_its_colours(tmp_path: Path) -> None:
     colors[:, :3] = [[65535, 0, 0], [0, 65535, 0], [0, 0, 65535]]
     texels = bytes([0, 255, 1, 0, 2, 9, 1, 200])
     more = {258: [8, 8], 262: [3], 277: [2], 320: colors.ravel().tolist(), 338: [2], 339: [1, 1]}
-    picture = read_image(tiff(tmp_path / "a.tif", np.zeros((1, 4), np.uint8), parts=[texels], more=more))
+    plane = np.zeros((1, 4), np.uint8)
+    picture = read_image(tiff(tmp_path / "a.tif", plane, parts=[texels], more=more))
     assert picture.color_space == "srgb" and picture.top == 255
     red, green, blue = np.eye(3, dtype=int) * 255
     assert picture.values[0].tolist() == [[*red, 255], [*green, 0], [*blue, 9], [*green, 200]]
+
+    with pytest.raises(SourceError, match="its strips hold less than 8 bytes"):
+        read_image(tiff(tmp_path / "b.tif", plane, parts=[texels[:5]], more=more))
+    with pytest.raises(SourceError, match="12 numbers of a palette of 768"):
+        read_image(tiff(tmp_path / "c.tif", plane, parts=[texels], more={**more, 320: [0] * 12}))
+    with pytest.raises(SourceError, match=r"a palette with another channel .* is not read"):
+        read_image(tiff(tmp_path / "d.tif", plane, parts=[texels], more={**more, 338: [1]}))
 
 
 @pytest.mark.parametrize("codec", ["zstd", "lzma"])
@@ -107,6 +117,46 @@ def test_newer_compressions_give_what_was_written(tmp_path: Path, codec: str, ki
     picture = read_image(tmp_path / "a.tif", color_space="data")
     assert picture.values.dtype == kind and np.array_equal(picture.values[:, :, 0], values)
     assert picture.notes == ()
+
+
+@pytest.mark.parametrize("order", "<>")
+@pytest.mark.parametrize("kind", [np.uint16, np.int16, np.float32])
+def test_either_order_of_bytes_gives_the_same_numbers(tmp_path: Path, order: str, kind: type) -> None:
+    values = (np.arange(12).reshape(3, 4) * 1000 - (0 if kind == np.uint16 else 5000)).astype(kind)
+    strip = zstandard.compress(values.astype(np.dtype(kind).newbyteorder(order)).tobytes())
+    file = tiff(tmp_path / "a.tif", values, order=order, parts=[strip], more={259: [50000]})
+    picture = read_image(file, color_space="data")
+    assert np.array_equal(picture.values[:, :, 0], values)
+    assert picture.top == (65535 if kind == np.uint16 else None)
+
+
+@pytest.mark.parametrize(
+    ("more", "reason"),
+    [
+        ({262: [0]}, "photometric 0"),
+        ({258: [12]}, "1 channels of 12 bits"),
+        ({339: [2]}, "1 channels of 8 bits"),
+        ({258: [8] * 4, 262: [2], 277: [4], 338: [0], 339: [1] * 4}, "4 channels of 8 bits"),
+        ({274: [6]}, r"a turned picture \(orientation 6\)"),
+    ],
+)
+def test_kinds_that_would_come_out_wrong_are_refused_by_name(
+    tmp_path: Path, more: dict[int, list[int]], reason: str
+) -> None:
+    strip = zstandard.compress(bytes(4 * 4 * 4))
+    file = tiff(tmp_path / "a.tif", np.zeros((4, 4), np.uint8), parts=[strip], more={259: [50000], **more})
+    with pytest.raises(SourceError, match=rf"{reason}.*save it"):
+        read_image(file)
+
+
+def test_tags_that_nobody_needs_may_be_broken(tmp_path: Path) -> None:
+    """Where the reader gave up on them, OpenImageIO gave memory that nobody wrote."""
+    file = tiled(tmp_path / "a.tif", np.full((20, 20), 7.0))
+    data = bytearray(file.read_bytes())
+    at = data.index(struct.pack("<HHI", 277, 4, 1))  # samples: becomes a text far beyond the end
+    struct.pack_into("<HHII", data, at, 305, 2, 99, 1 << 30)
+    file.write_bytes(data)
+    assert (read_image(file).values == 7.0).all()
 
 
 def test_copies_in_a_file_of_a_newer_compression_are_no_pictures(tmp_path: Path) -> None:
@@ -130,7 +180,7 @@ def test_ycbcr_is_read_and_its_damage_is_told(tmp_path: Path) -> None:
     assert np.abs(read_image(sound).values.astype(int) - 120).max() <= 1
     data = zlib.compress(np.random.default_rng(1).integers(0, 256, (8, 8, 3), np.uint8).tobytes())
     bad = ycbcr(tmp_path / "b.tif", 8, data[:-1] + bytes([data[-1] ^ 1]))
-    with pytest.raises(SourceError, match="damaged or cut: strip or tile 0 does not unpack"):
+    with pytest.raises(SourceError, match="damaged or cut: ZIPDecode"):
         read_image(bad)
     unknown = ycbcr(tmp_path / "c.tif", 34712, bytes(200))  # JPEG 2000
     with pytest.raises(SourceError, match="is compressed by scheme 34712, which is not read; save it as"):
@@ -145,6 +195,13 @@ def test_sixteen_bits_that_a_decoder_of_eight_would_lose_are_refused(tmp_path: P
     file = tiff(tmp_path / "a.tif", np.zeros((8, 8), np.uint16), parts=[bytes(99)], more={259: [7]})
     with pytest.raises(SourceError, match="16 bits of a channel, compressed as JPEG, are not read"):
         read_image(file)
+
+
+def test_where_zero_is_white_numbers_are_as_they_are(tmp_path: Path) -> None:
+    for kind in (np.int16, np.float32):
+        values = np.array([[-9999, 0, 300]], kind)
+        found = read_image(tiff(tmp_path / "a.tif", values, more={262: [0]}), color_space="data").values
+        assert np.array_equal(found[:, :, 0], values)
 
 
 @pytest.mark.parametrize("kind", [np.uint8, np.uint16, np.uint32])

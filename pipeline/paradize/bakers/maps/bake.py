@@ -31,7 +31,7 @@ from paradize.readers.model import read_model
 from paradize.scene.baker_settings import MapSettings
 from paradize.scene.settings import Relief
 from paradize.stages import gutter
-from paradize.stages.compress import without_blocks
+from paradize.stages.compress import block_warnings
 from paradize.stages.destep import destep_pixels
 from paradize.stages.filters import choose_filter
 from paradize.stages.gloss import GlossSettings
@@ -63,9 +63,9 @@ def bake_maps(
     if used.fmt == "png":
         maps = png_maps(rows, tier=tier, warnings=picture.warnings, measure=measure)
     else:
-        wide = [] if used.uncompressed else without_blocks(path, *rows.height_map.heights.shape)
-        said = [*picture.warnings, *wide]
-        maps = ktx2_maps(rows, used, tier=tier, warnings=said, measure=measure)
+        sides = [] if used.uncompressed else block_warnings(path, *rows.height_map.heights.shape)
+        warnings = [*picture.warnings, *sides]
+        maps = ktx2_maps(rows, used, tier=tier, warnings=warnings, measure=measure)
     return {
         name: replace(baked_map, source=picture.source, guess=picture.guess)
         for name, baked_map in maps.items()

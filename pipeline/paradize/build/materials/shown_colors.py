@@ -24,9 +24,9 @@ _SHARED = 0.1  # of the texels shows on several places, where gradients are a pa
 _SIDE = 1024  # texels a side of the raster in which these are counted
 _SAME = 1.0 / 255.0
 _HALF = (0.05, 0.95)  # alpha between these is neither a hole nor opaque
-_FEW = 0.02  # of the texels shows: too few to say what alpha means
-_VARIED = 0.05  # standard deviation of an alpha that is no plain transparency
-_FIRM = 0.1  # times as many opaque texels as in between, at least, has a mask; smoke has none
+_FEW = 0.01  # of the texels that show: too few to say what alpha means
+_BUSY = 2.0 / 255.0  # mean change from texel to texel of heights or gloss; glass, fog and water change less
+_FIRM = 0.1  # of the texels in between: at least so many are opaque in a mask; smoke has none
 _DETAIL = 0.5 / 255.0  # mean change of colour from texel to texel of a painted surface, at least
 _PAINTED = 1.1  # times as much as where alpha is 1: a photograph cut out may have as much around the shape
 _GREEN = 0.02  # of the range by which the mean green of a leaf exceeds red and blue
@@ -91,22 +91,20 @@ def shown_colors(
     whole, sampled = pixels[:, :, channel], colors[:, :, channel]
     if alpha_map is not None and alpha_map.inverted:
         whole, sampled = 1.0 - whole, 1.0 - sampled
-    if (sampled >= _HALF[1]).all():
-        return palette, shrink, "opaque"
-    if (
-        sampled <= _HALF[0]
-    ).all() and alpha_map is None:  # a channel that the program that wrote it left empty
-        return palette, shrink, HIDDEN
     owners = owners_of(mesh, pixels.shape, wrap)
     shown = sampled if owners is None or (owners >= 0).sum() < sampled.size else whole[owners >= 0]
     holes, full = float((shown <= _HALF[0]).mean()), float((shown >= _HALF[1]).mean())
     between = 1.0 - holes - full
+    if full == 1.0:
+        return palette, shrink, "opaque"
     if alpha_map is None:
-        if holes == 0.0 and between < _FEW:
+        if holes == 1.0:  # a channel that the program that wrote it left empty
+            return palette, shrink, HIDDEN
+        if holes + between < _FEW:
             return palette, shrink, "opaque"
         if min(holes, full) >= _FEW and _is_painted_below(pixels, owners):
             return palette, shrink, PAINTED
-        if max(holes, full) < _FEW and shown.std() > _VARIED:
+        if max(holes, full) < _FEW and _changes(whole, owners) > _BUSY:
             return palette, shrink, VARIED
     return palette, shrink, "mask" if between <= holes and between * _FIRM <= full else "blend"
 
@@ -127,6 +125,17 @@ def _is_painted_below(pixels: npt.NDArray[np.float32], owners: npt.NDArray[np.in
             numbers[k] += pairs.sum()
     below, above = totals / np.maximum(numbers, 1)
     return bool(below >= max(_PAINTED * above, _DETAIL))
+
+
+def _changes(values: npt.NDArray[np.float32], owners: npt.NDArray[np.int32] | None) -> float:
+    """The mean change from texel to texel, along rows and columns, of values (h, w) that show."""
+    shown = np.ones(values.shape, np.bool_) if owners is None else owners >= 0
+    total = number = 0.0
+    for axis in (0, 1):
+        pairs = np.delete(shown, 0, axis) & np.delete(shown, -1, axis)
+        total += float(np.abs(np.diff(values, axis=axis))[pairs].sum(dtype=np.float64))
+        number += float(pairs.sum())
+    return total / max(number, 1.0)
 
 
 def is_solid(picture: Picture, decoded: dict[Any, Any], alpha_map: MapSource | None = None) -> bool:
