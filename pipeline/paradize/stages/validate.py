@@ -55,7 +55,7 @@ def validate_mesh(mesh: Mesh, file: object = None) -> tuple[Mesh, Report]:
     positions do not change.
 
     Dropped: triangles without area (two corners at one position, or all on a line), triangles that repeat the
-    vertices of an earlier one in the same direction, vertices that no triangle uses.
+    vertices of an earlier one of their material in the same direction, vertices that no triangle uses.
     Raises SourceError if arrays do not fit, a value is not finite, or nothing is left.
     """
     _require_arrays(mesh, file)
@@ -188,11 +188,15 @@ def _flat(mesh: Mesh) -> npt.NDArray[np.bool_]:
 
 
 def _doubled(mesh: Mesh, flat: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
-    """Returns which triangles have the vertices of an earlier kept one, in the same direction."""
+    """Returns which triangles have the vertices of an earlier kept one, in the same direction, and its
+    material: another material is a layer that may be blended, as decals are."""
     triangles = mesh.triangles.astype(np.int64)
     turn = triangles.argmin(axis=1)
     rows = np.arange(len(triangles))
     key = np.stack([triangles[rows, (turn + k) % 3] for k in range(3)], axis=1)
+    numbers = {name: i for i, name in enumerate(dict.fromkeys(group.material for group in mesh.all_groups))}
+    for group in mesh.all_groups:
+        key[group.first : group.first + group.count, 0] += numbers[group.material] * len(mesh.positions)
     # Triangles without area match none: each gets a key of its own.
     key[flat] = np.stack([-1 - rows[flat]] * 3, axis=1)
     order = np.lexsort((rows, key[:, 2], key[:, 1], key[:, 0]))

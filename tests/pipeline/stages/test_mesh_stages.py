@@ -43,6 +43,18 @@ def test_degenerate_and_repeated_triangles_are_dropped_and_told_with_their_line(
     assert result[1] == "1 triangle that repeats an earlier one dropped (first: line 14)"
 
 
+def test_triangles_of_another_material_on_the_same_vertices_are_a_layer_and_stay() -> None:
+    """A sticker on a wall; one of the sticker's own material is a repeat wherever it comes."""
+    wall, sticker = ("wall", "wall"), ("sticker", "sticker")
+    runs = [Group(*wall, 0, 1), Group(*sticker, 1, 2), Group(*wall, 3, 1), Group("again", "sticker", 4, 1)]
+    faces = [(0, 1, 2), (1, 2, 0), (2, 0, 1), (3, 2, 1), (0, 1, 2)]
+    points = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (1, 1, 0)]
+    sound, report = validate_mesh(replace(soup(points, faces), groups=tuple(runs)))
+    assert report.kept.tolist() == [True, True, False, True, False]
+    assert [group.material for group in sound.groups] == ["wall", "sticker", "wall"]
+    assert messages(report)[0] == "2 triangles that repeat an earlier one dropped (first: triangle 2)"
+
+
 def test_slivers_are_kept() -> None:
     _, report = validate_mesh(soup([(0, 0, 0), (1, 0, 0), (0.5, 1e-30, 0)], [(0, 1, 2)]))
     assert report.degenerate == 0
