@@ -103,7 +103,9 @@ def publish(
     baked = _Baked({artifact.name: artifact for artifact in report.artifacts})
     try:
         _collect(baked, tasks)
-        report.errors += _missing_materials(context, baked)
+        missing, without_triangles = _missing_materials(context, maps, baked)
+        report.errors += missing
+        report.warnings += without_triangles
         if report.errors:
             return False
         report.warnings += [
@@ -189,18 +191,27 @@ def _collect(baked: _Baked, tasks: list[Task]) -> None:
                 baked.meshes[output.artifact] = mesh_facts(read_artifact(data), file)
 
 
-def _missing_materials(context: BuildContext, baked: _Baked) -> list[ParadizeError]:
-    """Returns an error for each material that the scene sets and its mesh lacks."""
+def _missing_materials(
+    context: BuildContext, maps: SceneMaps, baked: _Baked
+) -> tuple[list[ParadizeError], list[str]]:
+    """Returns an error for each material that the scene sets and its model lacks, and a warning for each that
+    the model has, but whose triangles were all dropped."""
     errors: list[ParadizeError] = []
+    warnings: list[str] = []
     for i, item in enumerate(context.scene.objects):
         known = baked.meshes[f"{item.name}_mesh"].materials
         for material in item.materials:
-            if material not in known:
-                place = f"object[{i}].material.{material}"
+            place = f"object[{i}].material.{material}"
+            if material in known:
+                continue
+            if material in maps.objects[item.name].drawn:
+                why = f"no triangle of this material in {item.mesh} has an area, so all were dropped"
+                warnings.append(f"{context.scene_path}: {place}: sets nothing: {why}")
+            else:
                 mend = f"it has: {', '.join(known)}"
                 what = f"the mesh of {item.name} has no such material"
                 errors.append(SceneError(what, file=context.scene_path, place=place, mend=mend))
-    return errors
+    return errors, warnings
 
 
 def _sightings(context: BuildContext, baked: _Baked) -> dict[str, ObjectSighting]:

@@ -37,6 +37,7 @@ from paradize.readers.record import Model as ReadModel
 from paradize.readers.record import Vec3, Views
 from paradize.scene.schema import FARTHEST as SCENE_FARTHEST_M
 from paradize.scene.settings import RESERVED
+from paradize.stages.validate import validate_mesh
 
 LEAST_M, MOST_M = 0.05, 500.0  # a model with a radius outside these is scaled towards one metre
 SMALLEST, LARGEST, FARTHEST = 1e-8, 1e9, 1e9  # limits of a model's radius; of its distance from 0, in radii
@@ -146,7 +147,7 @@ def copy_model(source: Path, aside: Path) -> Model:
         _add_parts(model, source, reads, aside, folder / place)
     else:
         file = (place / resolved(source).name).as_posix()
-        model.parts = [_part(_object_name(source.stem), file, reads[0].model)]
+        model.parts = [_part(source, _object_name(source.stem), file, reads[0].model)]
     return model
 
 
@@ -235,11 +236,11 @@ def _add_parts(model: Model, source: Path, reads: Sequence[_Read], aside: Path, 
         if entry.mesh is None:
             file = _free(folder, source.stem, ".gltf")
             (folder / file).write_bytes(gltf_text(entry.document, binary))
-            model.parts.append(_part(_object_name(source.stem), file, entry.model, place))
+            model.parts.append(_part(source, _object_name(source.stem), file, entry.model, place))
         else:
             name = _object_name(entry.mesh.name or f"{source.stem} copies", names)
             (mesh, table) = (_free(folder, name, suffix) for suffix in (".gltf", ".csv"))
-            part = replace(_part(name, mesh, entry.model, place), table=f"{place}/{table}")
+            part = replace(_part(source, name, mesh, entry.model, place), table=f"{place}/{table}")
             model.parts.append(part)
             model._copies.append(_Copies(part, entry.mesh, entry.document, binary))
             what = f"{len(entry.mesh.matrices)} copies of {entry.mesh}"
@@ -247,11 +248,14 @@ def _add_parts(model: Model, source: Path, reads: Sequence[_Read], aside: Path, 
         names.add(model.parts[-1].name)
 
 
-def _part(name: str, file: str, read: ReadModel, place: str = "model") -> Part:
+def _part(source: Path, name: str, file: str, read: ReadModel, place: str = "model") -> Part:
+    """An object of the scene, made of what was read of `source`."""
     used = dict.fromkeys(group.material for group in read.mesh.groups)
-    return Part(
-        name, f"{place}/{file}", tuple(material for material in used if _is_cut(read.materials.get(material)))
-    )
+    cutouts = [material for material in used if _is_cut(read.materials.get(material))]
+    if cutouts:  # a bake refuses settings of materials that its mesh lacks
+        baked = {group.material for group in validate_mesh(read.mesh, source)[0].groups}
+        cutouts = [material for material in cutouts if material in baked]
+    return Part(name, f"{place}/{file}", tuple(cutouts))
 
 
 def _object_name(text: str, taken: Iterable[str] = ()) -> str:

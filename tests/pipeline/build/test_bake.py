@@ -23,6 +23,7 @@ from paradize.formats.scene.manifest import decode_scene
 from paradize.jobs import process
 from paradize.jobs.process import WorkerPool
 from paradize.store.atomic import PARTIAL
+from tests.pipeline import material_scene
 from tests.pipeline.scenes import make_cove, write_image
 from tests.processes import started
 from tests.sweeps import sample
@@ -210,6 +211,19 @@ def test_a_scene_that_names_an_unknown_material_is_refused(copied: tuple[Path, P
     assert len(report.errors) == 1
     assert "material.stone" in str(report.errors[0]) and "wood" in str(report.errors[0])
     assert state_of(out) == before
+
+
+def test_settings_of_a_material_whose_triangles_were_all_dropped_are_a_warning(tmp_path: Path) -> None:
+    triangles = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 2 0 0\nusemtl wood\nf 1 2 3\nusemtl line\nf 1 2 4\n"
+    (tmp_path / "panel.obj").write_text(triangles)
+    scene = tmp_path / "panels.toml"
+    head, tail = material_scene.SCENE.split("[object.material.metal]")
+    table = "[object.material.line]\ntwo_sided = true\n"
+    scene.write_text(head + table + tail[tail.index("[[object.instance]]") :])
+    report = bake(scene, tmp_path / "out", BuildOptions(jobs=1))
+    assert not report.errors
+    (warning,) = (text for text in report.warnings if "object[0].material.line" in text)
+    assert str(scene) in warning and "no triangle of this material" in warning and "dropped" in warning
 
 
 def test_an_object_without_a_colour_map_takes_the_one_of_its_materials(copied: tuple[Path, Path]) -> None:

@@ -140,6 +140,15 @@ def test_maps_and_materials_come_along_and_nothing_else(tmp_path: Path) -> None:
     }  # fmt: skip
 
 
+def test_a_scene_sets_nothing_for_materials_whose_triangles_a_bake_drops(tmp_path: Path) -> None:
+    obj = "mtllib thing.mtl\n" + QUAD + "v 2 0 0\nusemtl {}\nf 1/1 2/2 3/3 4/4\nusemtl {}\nf 1/1 2/2 5/3\n"
+    mtl = "newmtl a\nmap_Kd skin.png\nmap_d holes.png\nnewmtl b\nmap_Kd skin.png\nmap_d holes.png\n"
+    for kept, flat in (("a", "b"), ("b", "a")):
+        source = write_model(tmp_path / f"m{kept}", obj.format(kept, flat), mtl, "skin.png", "holes.png")
+        (item,) = load_scene(new_scene(tmp_path / f"s{kept}", source).scene).objects
+        assert list(item.materials) == [kept]
+
+
 def test_pictures_in_the_folder_above_come_along_and_no_others(tmp_path: Path) -> None:
     obj = "mtllib thing.mtl\n" + QUAD + "usemtl a\nf 1/1 2/2 3/3 4/4\n"
     mtl = "newmtl a\nmap_Kd ../textures/skin.png\nmap_Pr ..\\..\\far.png\n"
