@@ -2,6 +2,7 @@
 Pairs are the least and the largest value."""
 
 VIEWS = ("camera", "shadow", "reflection", "refraction")  # that an object may be drawn in
+LARGEST_M = 1e7  # radius of an object's mesh, and a coordinate from the mesh's own origin; also glb.cpp there
 FARTHEST_UV = 1e7  # tiles from 0; payload.cpp there
 SCALES = (1e-6, 1e6)  # of an instance along an axis; mirrored: negative
 FLIGHT_S = (1e-3, 86_400.0)

@@ -43,13 +43,15 @@ _STREAMING = ("cubemap", "mesh", *_BY_RANK, "sound")
 class MeshFacts:
     """Facts of a GLB that the manifest states: bounding box (metres) of the finest level; (node, error in
     metres) of each level, finest first; linear base colours by material name. switch_m: of each level the
-    error by which a player selects it, metres, at least its own (build/measurements/lods_seen.py)."""
+    error by which a player selects it, metres, at least its own (build/measurements/lods_seen.py).
+    farthest: the largest coordinate of any level as the file has it, from the mesh's own origin."""
 
     low: Vec
     high: Vec
     lods: tuple[tuple[str, float], ...]
     materials: dict[str, Vec]
     switch_m: tuple[float, ...]
+    farthest: float = 0.0
 
     @property
     def center(self) -> Vec:
@@ -69,10 +71,17 @@ def mesh_facts(glb: bytes, name: str) -> MeshFacts:
     try:
         tree, _ = glb_document(glb, name)
         nodes = tree["nodes"]
-        accessors = [
-            tree["accessors"][primitive["attributes"]["POSITION"]]
-            for primitive in tree["meshes"][nodes[0]["mesh"]]["primitives"]
+        levels = [
+            [
+                tree["accessors"][primitive["attributes"]["POSITION"]]
+                for primitive in tree["meshes"][node["mesh"]]["primitives"]
+            ]
+            for node in nodes
         ]
+        accessors = levels[0]
+        farthest = max(
+            abs(float(bound)) for level in levels for a in level for bound in (*a["min"], *a["max"])
+        )
         step = nodes[0].get("scale", [1.0, 1.0, 1.0])  # quantised values become metres
         origin = nodes[0].get("translation", [0.0, 0.0, 0.0])
         low = tuple(origin[k] + step[k] * min(float(a["min"][k]) for a in accessors) for k in range(3))
@@ -82,7 +91,7 @@ def mesh_facts(glb: bytes, name: str) -> MeshFacts:
     except (KeyError, IndexError, TypeError, ValueError) as error:
         raise FormatError(f"is not a mesh that Paradize wrote: {error}", file=name) from None
     switch_m = tuple(error_m for _, error_m in lods)
-    return MeshFacts((low[0], low[1], low[2]), (high[0], high[1], high[2]), lods, materials, switch_m)
+    return MeshFacts((low[0], low[1], low[2]), (high[0], high[1], high[2]), lods, materials, switch_m, farthest)
 
 
 def _base_color(material: dict[str, Any]) -> Vec:

@@ -13,6 +13,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+from paradize import player_limits
 from paradize.artifact import Artifact
 from paradize.build.artifacts import Artifacts, keep_artifact, read_artifact
 from paradize.build.manifest import MeshFacts, build_manifest, mesh_facts
@@ -27,7 +28,7 @@ from paradize.build.tasks import Task
 from paradize.build.tiers.auto_tier import LateErrors, TriedTiers
 from paradize.build.trim import find_required_detail, levels_never_drawn, trimmed
 from paradize.documents import SCENE_FILE, parse_json
-from paradize.errors import BakeError, GroupedError, ParadizeError, SceneError
+from paradize.errors import BakeError, GroupedError, ParadizeError, SceneError, SourceError
 from paradize.files import read_file
 from paradize.formats.device import device_bytes
 from paradize.formats.scene.manifest import encode_scene
@@ -104,7 +105,7 @@ def publish(
     try:
         _collect(baked, tasks)
         missing, without_triangles = _missing_materials(context, maps, baked)
-        report.errors += missing
+        report.errors += missing + _too_large(context, baked)
         report.warnings += without_triangles
         if report.errors:
             return False
@@ -212,6 +213,22 @@ def _missing_materials(
                 what = f"the mesh of {item.name} has no such material"
                 errors.append(SceneError(what, file=context.scene_path, place=place, mend=mend))
     return errors, warnings
+
+
+def _too_large(context: BuildContext, baked: _Baked) -> list[ParadizeError]:
+    """Returns an error for each mesh that is larger than the player takes one."""
+    errors: list[ParadizeError] = []
+    limit = f"limit {player_limits.LARGEST_M:g}"
+    for item in {item.mesh: item for item in context.scene.objects}.values():
+        facts = baked.meshes[f"{item.name}_mesh"]
+        if facts.radius_m > player_limits.LARGEST_M:
+            what = f"its radius is {facts.radius_m:g} metres, {limit}"
+            errors.append(SourceError(what, file=item.mesh, mend="scale the model down"))
+        elif facts.farthest > player_limits.LARGEST_M:
+            what = f"a coordinate is {facts.farthest:g} metres, {limit}"
+            mend = "scale the model down, or move it nearer to its origin"
+            errors.append(SourceError(what, file=item.mesh, mend=mend))
+    return errors
 
 
 def _sightings(context: BuildContext, baked: _Baked) -> dict[str, ObjectSighting]:

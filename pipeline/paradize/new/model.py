@@ -40,7 +40,8 @@ from paradize.scene.settings import RESERVED
 from paradize.stages.validate import validate_mesh
 
 LEAST_M, MOST_M = 0.05, 500.0  # a model with a radius outside these is scaled towards one metre
-SMALLEST, LARGEST, FARTHEST = 1e-8, 1e9, 1e9  # limits of a model's radius; of its distance from 0, in radii
+SMALLEST, LARGEST = 1e-8, 1e9  # limits of a model's radius; of one object of it: player_limits.LARGEST_M
+FARTHEST = 1e9  # limit of a model's distance from 0, in radii
 PICTURES = {".png", ".jpg", ".jpeg", ".tga", ".tif", ".tiff", ".exr"}
 _MOST_SPLIT = 64  # instanced meshes that become objects
 
@@ -166,6 +167,7 @@ def _measure(model: Model, source: Path, reads: Sequence[_Read]) -> None:
     if not SMALLEST <= model.radius <= LARGEST:
         what = f"its radius is {model.radius:g}; a scene can show {SMALLEST:g} to {LARGEST:g}"
         raise SourceError(what, file=source, mend="scale the model")
+    _refuse_large(source, reads)
     away = max(abs(c) for c in model.center)
     limit = min(FARTHEST * model.radius, SCENE_FARTHEST_M / model.scale)
     if away > limit:
@@ -176,6 +178,24 @@ def _measure(model: Model, source: Path, reads: Sequence[_Read]) -> None:
         model.notes.append(
             _white(source, "in its vertex colours" if read.mesh.colors is not None else "white")
         )
+
+
+def _refuse_large(source: Path, reads: Sequence[_Read]) -> None:
+    """Raises SourceError for a mesh that the player does not take. A scale of its object does not help,
+    because the player judges the mesh; those of many places are written at the size that is shown."""
+    limit = player_limits.LARGEST_M
+    for entry in reads:
+        if entry.mesh:
+            continue
+        low, high = (ends.tolist() for ends in bounds([Shape.of(entry.model.mesh)]))
+        radius = 0.5 * sqrt(sum((b - a) * (b - a) for a, b in zip(low, high, strict=True)))
+        if radius > limit:
+            what = f"its radius is {radius:g} metres; the player shows meshes of up to {limit:g}"
+            raise SourceError(what, file=source, mend="scale the model down in the program that made it")
+        coordinate = float(abs(entry.model.mesh.positions).max())
+        if coordinate > limit:
+            what = f"a coordinate is {coordinate:g} metres; the player takes up to {limit:g}"
+            raise SourceError(what, file=source, mend="scale the model down, or move it nearer to its origin")
 
 
 def _parts(source: Path, model: Model, root: Path) -> list[_Read]:

@@ -213,6 +213,21 @@ def test_a_scene_that_names_an_unknown_material_is_refused(copied: tuple[Path, P
     assert state_of(out) == before
 
 
+def test_meshes_larger_than_the_player_takes_are_refused_with_their_size_and_limit(tmp_path: Path) -> None:
+    (tmp_path / "panel.obj").write_text("v 0 0 0\nv 1.5e7 0 0\nv 0 1.5e7 0\nf 1 2 3\n")
+    (tmp_path / "far.obj").write_text("v 9e6 0 0\nv 1.1e7 0 0\nv 9e6 1e6 0\nf 1 2 3\n")
+    head, tail = material_scene.SCENE.split("[object.material.metal]")
+    instance, flight = tail[tail.index("[[object.instance]]") :].split("[flight]")
+    far = head[head.index("[[object]]") :].replace("panel", "far")
+    scene = tmp_path / "panels.toml"
+    scene.write_text(f"{head}{instance}{far}{instance}[flight]{flight}")
+    report = bake(scene, tmp_path / "out", BuildOptions(jobs=1))
+    assert not (tmp_path / "out" / "scene.json").exists()
+    first, second = sorted(map(str, report.errors))
+    assert "far.obj: a coordinate is 1.1e+07 metres, limit 1e+07" in first
+    assert "panel.obj: its radius is 1.06066e+07 metres, limit 1e+07; scale the model down" in second
+
+
 def test_settings_of_a_material_whose_triangles_were_all_dropped_are_a_warning(tmp_path: Path) -> None:
     triangles = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 2 0 0\nusemtl wood\nf 1 2 3\nusemtl line\nf 1 2 4\n"
     (tmp_path / "panel.obj").write_text(triangles)

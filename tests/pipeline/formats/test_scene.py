@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -11,6 +12,8 @@ import pytest
 
 from paradize.errors import FormatError
 from paradize.formats.scene.manifest import decode_scene, map_sets
+from paradize.player_limits import LARGEST_M
+from tests.places import ROOT
 from tests.player.synthetic import write_scene
 
 Change = Callable[[dict[str, Any]], object]
@@ -47,6 +50,8 @@ def box(tree: dict[str, Any]) -> dict[str, Any]:
 @pytest.mark.parametrize(
     "change, place",
     [
+        (lambda m: m["objects"][0].update(radius_m=1.001e7), "objects[0].radius_m"),
+        (lambda m: m["objects"][0]["lods"][0].update(error_m=1.001e7), "objects[0].lods[0].error_m"),
         (lambda m: wood(m)["maps"].update(normal="no_such"), "objects[0].materials.wood.maps.normal"),
         (lambda m: wood(m)["maps"].update(color="box_mesh"), "objects[0].materials.wood.maps.color"),
         (lambda m: wood(m)["maps"].pop("emission"), "objects[0].materials.wood.maps.emission"),
@@ -98,3 +103,9 @@ def test_materials_with_the_same_maps_used_alike_are_one_set(manifest: dict[str,
     assert names == {"wood", "leaf"}
     wood(manifest)["wrap"] = None
     assert sorted(sorted(names) for _, names in map_sets(item)) == [["leaf"], ["wood"]]
+
+
+def test_the_largest_mesh_is_the_largest_that_the_player_takes() -> None:
+    for file in ("player/assets/scene/fields.hpp", "player/assets/glb.cpp"):
+        (limit,) = re.findall(r"constexpr double max_length_m = (\S+);", (ROOT / file).read_text())
+        assert float(limit) == LARGEST_M

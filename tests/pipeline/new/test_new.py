@@ -56,7 +56,7 @@ def test_without_a_model_it_makes_a_scene_that_bakes(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("scale", "offset"),
-    [(1.0, 0.0), (0.3, 5000.0), (1.0, -5_234_567.25), (3.0, 9e8), (1e-6, 0.0), (1e8, 1e9)],
+    [(1.0, 0.0), (0.3, 5000.0), (1.0, -5_234_567.25), (3.0, 9e8), (1e-6, 0.0), (2e6, 1e9)],
 )
 def test_the_model_stands_on_the_ground_and_fills_every_view(
     tmp_path: Path, scale: float, offset: float
@@ -227,6 +227,20 @@ def test_a_model_beyond_what_a_scene_can_show_is_refused(
     with pytest.raises(SourceError, match=words):
         new_scene(tmp_path / "s", write_model(tmp_path / "m", text + "f 1 2 3\n", ""))
     assert not (tmp_path / "s").exists()
+
+
+@pytest.mark.parametrize(
+    ("corners", "words"),
+    [
+        ("v 0 0 0\nv 1.5e7 0 0\nv 0 1.5e7 0\n", r"radius is 1\.06066e\+07 metres.* up to 1e\+07.*scale"),
+        ("v 9e6 0 0\nv 1.1e7 0 0\nv 9e6 1e6 0\n", r"coordinate is 1\.1e\+07 metres.* up to 1e\+07.*nearer"),
+    ],
+)
+def test_a_mesh_that_the_player_would_not_take_is_refused_with_its_limit(
+    tmp_path: Path, corners: str, words: str
+) -> None:
+    with pytest.raises(SourceError, match=words):
+        new_scene(tmp_path / "s", write_model(tmp_path / "m", corners + "f 1 2 3\n", ""))
 
 
 @pytest.mark.parametrize("axis", [0, 1, 2])

@@ -40,6 +40,7 @@ def _view_name(value: Any, place: str) -> None:
 
 
 _real, _positive, _share = number(), number(0.0), number(0.0, 1.0)
+_mesh_length = number(0.0, player_limits.LARGEST_M)
 _vec2, _vec3 = list_of(_real, size=2), list_of(_real, size=3)
 _cubic = list_of(_real, size=4)
 _level = whole(0, 31)
@@ -319,8 +320,8 @@ MANIFEST = table(
             views=list_of(_view_name, min_size=1),
             mesh=text,
             center=_vec3,
-            radius_m=_positive,
-            lods=list_of(table(node=text, error_m=_positive), min_size=1),
+            radius_m=_mesh_length,
+            lods=list_of(table(node=text, error_m=_mesh_length), min_size=1),
             materials=map_of(_material),
             sway=or_null(table(lean_m=_positive, flutter_m=_positive)),
             motion=or_null(_motion),
