@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from paradize import player_limits
+from paradize.errors import SourceError
 from paradize.new.instances import instance_of
 from paradize.new.model import copy_model
 from paradize.new.scene import new_scene
@@ -205,6 +206,22 @@ def test_of_very_many_meshes_some_stay_triangles(tmp_path: Path, monkeypatch: py
     assert [part.name for part in model.parts] == ["a", "blade"]
     assert "the 37 copies of 'slab' are no instances: at most 1 meshes become objects" in model.notes[0]
     assert "37 copies become triangles" in model.notes[1]
+
+
+def test_copies_too_many_to_unfold_are_refused_with_the_command_that_shows_them(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    made, primitive = square()
+    places = made.add("accessors", componentType=5126, count=500, type="VEC3")  # all at the origin
+    several = {INSTANCING: {"attributes": {"TRANSLATION": places}}}
+    made.show(made.add("nodes", mesh=made.mesh(primitive), extensions=several))
+    model = made.glb(tmp_path / "a.glb")
+    monkeypatch.setattr("paradize.readers.gltf.document._SPARE_VALUES", 2000)
+    with pytest.raises(SourceError, match="copies unfold to more than") as caught:
+        read_model(model)
+    assert "`paradize new FOLDER --from FILE` makes a scene" in str(caught.value.mend)
+    (item,) = load_scene(new_scene(tmp_path / "s", model).scene).objects
+    assert len(item.instances) == 500
 
 
 def test_children_and_other_meshes_of_the_file_stay_where_they_are(tmp_path: Path) -> None:

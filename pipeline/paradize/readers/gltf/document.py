@@ -17,16 +17,19 @@ _HEADER, _CHUNK = struct.Struct("<4sII"), struct.Struct("<I4s")
 _MAX_WARNINGS = 100
 _SPARE_VALUES = 1 << 25  # values that a file of any size may unfold to
 MEND = "export the model again"
+_FEWER = "export the model without so many copies"
 
 
 class Document:
     """A glTF file. file: its path. tree: its JSON. binary: the BIN chunk of a GLB, else None. warnings: what
-    was left out. Each fault names its place, a JSON pointer or a byte."""
+    was left out. copies_mend: what to do about too many copies. Each fault names its place, a JSON
+    pointer or a byte."""
 
     def __init__(self, file: Path) -> None:
         self.file = file
         self.warnings: list[str] = []
         self.tables: dict[str, list[Any]] = {}
+        self.copies_mend = _FEWER
         try:
             data = read_file(file)
         except OSError as error:
@@ -105,8 +108,9 @@ class Document:
         """Counts values that are unfolded. Raises SourceError beyond what files of this size may hold."""
         self._spent += values
         if self._spent > self.limit:
+            mend = self.copies_mend if what == "copies" else _FEWER
             what = f"its {what} unfold to more than {self.limit} values, far beyond the size of its files"
-            raise self.fault(what, place, "export the model without so many copies")
+            raise self.fault(what, place, mend)
 
     def get(self, owner: object, where: str, key: str, kind: type, default: Any = ...) -> Any:
         """owner[key], of type `kind`; a whole number may be written as 3.0, a number as 3."""

@@ -19,11 +19,13 @@ from paradize.readers.gltf.nodes import Matrix, Nodes
 from paradize.readers.gltf.pictures import Pictures
 from paradize.readers.gltf.primitives import Primitive, read_primitive
 from paradize.readers.gltf.skins import default_weights, joints_of, morphed, vertex_matrices
+from paradize.readers.gltf.split import has_instances
 from paradize.readers.gltf.views import read_views
 from paradize.readers.names import root_of
 from paradize.readers.record import DEFAULT_NAME, Model
 
 _MAX_NAME = 120
+_NEW_DRAWS = "makes a scene that bakes one and draws it at all places"
 
 
 def read_gltf(path: Path, root: Path | None = None, on_library: list[Path] | None = None) -> Model:
@@ -35,6 +37,8 @@ def read_gltf(path: Path, root: Path | None = None, on_library: list[Path] | Non
     """
     document = Document(path)
     check_extensions(document)
+    if has_instances(document):  # `new` itself reads documents
+        document.copies_mend = f"`paradize new FOLDER --from FILE` {_NEW_DRAWS}"
     read = read_document(document, root_of(path) if root is None else root, on_library)
     if read is None:
         raise nothing_shown(document)
@@ -119,8 +123,7 @@ class _Reader:
         if self.nodes.copies:
             document.warn(
                 f"EXT_mesh_gpu_instancing: {self.nodes.copies} copies become triangles of one mesh, each "
-                "baked and stored; `paradize new FOLDER --from FILE` makes a scene that bakes one and draws "
-                "it at all places"
+                f"baked and stored; `paradize new FOLDER --from FILE` {_NEW_DRAWS}"
             )
         return out
 

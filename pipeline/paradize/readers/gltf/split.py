@@ -41,7 +41,7 @@ def instanced_meshes(document: Document, root: Path, most: int) -> list[Instance
     """Returns the meshes that the scene shows at two or more places by EXT_mesh_gpu_instancing, in the order
     of its nodes. Nodes with the same mesh and the same weights of morph targets are together. most: copies
     that may have matrices, over all meshes."""
-    if not any(map(_is_instanced, document.table("nodes"))):
+    if not has_instances(document):
         return []
     nodes, accessors = Nodes(document), Accessors(document, Buffers(document, root))
     found: dict[tuple[int, str], list[int]] = {}
@@ -69,6 +69,11 @@ def instanced_meshes(document: Document, root: Path, most: int) -> list[Instance
         if seen or not matrices:
             meshes.append(InstancedMesh(name, mesh, tuple(shown), count, seen))
     return meshes
+
+
+def has_instances(document: Document) -> bool:
+    """Whether a node stands at many places by EXT_mesh_gpu_instancing."""
+    return any(map(_is_instanced, document.table("nodes")))
 
 
 def _is_instanced(node: object) -> bool:
