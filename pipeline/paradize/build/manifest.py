@@ -91,7 +91,9 @@ def mesh_facts(glb: bytes, name: str) -> MeshFacts:
     except (KeyError, IndexError, TypeError, ValueError) as error:
         raise FormatError(f"is not a mesh that Paradize wrote: {error}", file=name) from None
     switch_m = tuple(error_m for _, error_m in lods)
-    return MeshFacts((low[0], low[1], low[2]), (high[0], high[1], high[2]), lods, materials, switch_m, farthest)
+    return MeshFacts(
+        (low[0], low[1], low[2]), (high[0], high[1], high[2]), lods, materials, switch_m, farthest
+    )
 
 
 def _base_color(material: dict[str, Any]) -> Vec:

@@ -28,6 +28,7 @@ _PLAIN = 0.05  # share of the area that shows edges, up to which a map counts as
 # Inside the triangle: its corners may lie on the centres of texels, where nothing is mixed.
 _FEW = 10_000  # triangles, up to which edges are looked for more closely
 _OVERLAP = 0.05  # of the covered texels
+_LIT = 1.0 - 1.5 / 255.0  # share of the light that arrives, from which on a texel is not in shade
 _UNEVEN = 8.0  # texels a metre: the densest twentieth of the area over the sparsest
 
 
@@ -53,7 +54,21 @@ def check_layouts(manifest: dict[str, Any], folder: Path) -> Iterator[Finding]:
                     edge *= (
                         1 << color["required_detail"]["left_out"]
                     )  # a palette's gradients, now as much steeper
-                yield from isolated(check_layout(mesh, mesh.uvs, file, picture, edge), file)
+                shaded = _is_shaded(manifest, folder, material)
+                findings = check_layout(mesh, mesh.uvs, file, picture, edge, shaded=shaded)
+                yield from isolated(findings, file)
+
+
+def _is_shaded(manifest: dict[str, Any], folder: Path, material: dict[str, Any]) -> bool:
+    """Whether an occlusion map darkens places of a material. One without shade holds metalness alone."""
+    name = material["maps"]["occlusion"]
+    if name is None or material["occlusion_strength"] == 0.0:
+        return False
+    try:
+        texels = decode_texels(decode_ktx2(read_entry(folder, manifest["artifacts"][name])))
+    except (OSError, ParadizeError):  # another rule reports it
+        return False
+    return bool(texels[:, :, 0].min() < _LIT)
 
 
 def check_layout(
@@ -62,9 +77,13 @@ def check_layout(
     file: str,
     picture: Callable[[], bytes],
     edge: float = _EDGE,
+    *,
+    shaded: bool = True,
 ) -> Iterator[Finding]:
     """The findings in the layout of one map set. mesh: its triangles, with these UVs. file: for messages.
-    picture: returns the KTX2 of its colour map. edge: difference of neighbours that counts as one."""
+    picture: returns the KTX2 of its colour map. edge: difference of neighbours that counts as one. shaded:
+    whether an occlusion map darkens it, which holds one place for each texel; sheets of colour are tiled and
+    mirrored on purpose."""
     used = np.flatnonzero(mesh.is_used)  # other materials of the model may repeat their maps
     outside = np.abs(uvs[used] - 0.5).max(axis=1) - 0.5
     bad = outside > _BEYOND
@@ -85,12 +104,13 @@ def check_layout(
     spread[places] = points
     size = float(np.ptp(points, axis=0).max()) or 1.0
     triangles = places[shown].astype(np.uint32)
-    covered, twice, _ = layout_raster(
-        (points - points.min(axis=0)) / size, shown, corners, resolution=_SIDE, gap=0
-    )
-    if covered and twice > _OVERLAP * covered:
-        what = f"{100.0 * twice / covered:.0f} % of the covered texels belong to several places"
-        yield Finding("PZ232", file, what, "lod0")
+    if shaded:
+        covered, twice, _ = layout_raster(
+            (points - points.min(axis=0)) / size, shown, corners, resolution=_SIDE, gap=0
+        )
+        if covered and twice > _OVERLAP * covered:
+            what = f"{100.0 * twice / covered:.0f} % of the covered texels belong to several places"
+            yield Finding("PZ232", file, what, "lod0")
     yield from _density(spread, triangles, corners, file)
 
 

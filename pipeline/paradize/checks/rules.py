@@ -130,7 +130,7 @@ RULES: dict[str, Rule] = {
     "PZ232": Rule(
         "warning",
         "texture coordinates overlap",
-        "two places of an object share texels: what is painted on one shows on the other",
+        "two places of an object share texels of its occlusion map: the shade of one shows on the other",
         'lay the islands apart; if it is meant so, write PZ232 = "off" under [check]',
     ),
     "PZ233": Rule(

@@ -7,8 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from paradize.bakers.authored.bake import bake_authored
 from paradize.bakers.color import bake_color
-from paradize.checks.layouts import check_layout
+from paradize.bakers.mesh.bake import bake_mesh
+from paradize.checks.layouts import check_layout, check_layouts
 from paradize.readers.model import read_model
 from tests.pipeline.heights import save
 from tests.pipeline.layouts import cards, rect
@@ -28,3 +30,31 @@ def test_overlap_counts_where_something_is_drawn_and_not_on_gradients(
     assert mesh.uvs is not None
     findings = check_layout(mesh, mesh.uvs, "kit.glb", lambda: texture)
     assert [finding.code for finding in findings] == said
+
+
+@pytest.mark.parametrize(
+    ("held", "strength", "said"),
+    [(None, 1.0, []), ("metalness", 1.0, []), ("occlusion", 0.0, []), ("occlusion", 1.0, ["PZ232"])],
+)
+def test_overlap_is_told_only_where_an_occlusion_map_shades_it(
+    tmp_path: Path, held: str | None, strength: float, said: list[str]
+) -> None:
+    """A tiled sheet: two quads that show one picture from edge to edge."""
+    noise = np.random.default_rng(7).integers(0, 256, (64, 64, 3), np.uint8)
+    picture = save(tmp_path / "sheet.png", noise)
+    (tmp_path / "sheet.obj").write_text(cards([rect(0, 0, 64, 64)] * 2, 64))
+    files = {
+        "mesh": bake_mesh(tmp_path / "sheet.obj", lods=1).glb,
+        "color": bake_color(picture).data,
+    }
+    if held:
+        shade = save(tmp_path / "shade.png", noise[:, :, :1])
+        files["occlusion"] = bake_authored({held: shade}, wrap="repeat")["occlusion"].data
+    for name, data in files.items():
+        (tmp_path / name).write_bytes(data)
+    plain = {"gutter": None, "max_level": None, "required_detail": None}
+    artifacts = {name: {"file": name, "bytes": len(data), **plain} for name, data in files.items()}
+    maps = {"color": "color", "occlusion": "occlusion" if held else None}
+    wood = {"maps": maps, "wrap": None, "occlusion_strength": strength}
+    manifest = {"objects": [{"mesh": "mesh", "materials": {"wood": wood}}], "artifacts": artifacts}
+    assert [finding.code for finding in check_layouts(manifest, tmp_path)] == said

@@ -209,6 +209,22 @@ def unguarded(plant: Callable[[Path], None]) -> Callable[[Path], None]:
     return fault
 
 
+def shaded(plant: Callable[[Path], None]) -> Callable[[Path], None]:
+    """The same with an occlusion map, which the strength of highlights stands for."""
+
+    def fault(scene: Path) -> None:
+        plant(scene)
+        change(
+            scene,
+            lambda m: [
+                one["maps"].update(occlusion=one["maps"]["gloss"])
+                for one in m["objects"][0]["materials"].values()
+            ],
+        )
+
+    return fault
+
+
 def lower(tree: dict[str, Any], by_m: float) -> None:
     for segment in tree["flight"]["segments"]:
         segment["eye"][1][0] -= by_m
@@ -396,7 +412,7 @@ PLANTED: list[tuple[str, str, Callable[[Path], Any]]] = [
     ("PZ210", "textures a tenth smaller", measured(lambda m: m.update(uv_per_m=m["uv_per_m"] * 1.1))),
     ("PZ231", "a coordinate beside the map", edit_mesh("TEXCOORD_0", put(3, 0, 1.5))),
     ("PZ231", "a coordinate before the map", unguarded(edit_mesh("TEXCOORD_0", put(3, 1, -0.01)))),
-    ("PZ232", "a layout that is folded", unguarded(edit_mesh("TEXCOORD_0", folded))),
+    ("PZ232", "a layout that is folded", shaded(unguarded(edit_mesh("TEXCOORD_0", folded)))),
     ("PZ233", "a layout whose half is squeezed", unguarded(edit_mesh("TEXCOORD_0", squeezed))),
     ("PZ234", "a ball turned inside out", edit_mesh("indices", turned)),
     ("PZ424", "a light in the sky", manifest(lambda m: lit_by(m, [0.0, 900.0, 0.0]))),
