@@ -8,7 +8,7 @@ The limits are those that stages/README.md explains.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -38,6 +38,11 @@ class Borders:
         for name, ids in self.materials.items():
             found[ids] = np.maximum(found[ids], shifts.get(name, 0.0))
         return found
+
+    def with_gutters_as_they_are(self) -> Borders:
+        """The borders where a gutter holds what its texels show, not the nearest texel of its island."""
+        texels = np.arange(self.layout.source.size, dtype=np.int32).reshape(self.layout.source.shape)
+        return replace(self, layout=replace(self.layout, source=texels))
 
     def walked(self, levels: list[F32], kind: str, reach: npt.NDArray[np.float64]) -> list[Bleed]:
         """The findings of a walk along the borders, by level."""

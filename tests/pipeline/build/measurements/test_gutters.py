@@ -14,11 +14,13 @@ import numpy as np
 import pytest
 
 from paradize.bakers.color import bake_color
+from paradize.bakers.mesh.bake import bake_mesh
 from paradize.build.bake import bake
 from paradize.build.measurements.gutter_limits import measure_gutters
 from paradize.build.options import BuildOptions
 from paradize.build.trim import gutter_without_finest
 from paradize.checks import check_paths
+from paradize.checks.gutters import check_gutters
 from paradize.data import Group, Lod, Mesh, Texture
 from paradize.formats.glb.encode import encode_glb
 from paradize.formats.ktx2.cut import cut_ktx2
@@ -470,32 +472,103 @@ def test_a_black_gutter_is_found_at_its_place(scene: Path) -> None:
     assert (x, 31 <= y <= 36) == (23, True)
 
 
-def test_a_fault_is_named_by_the_level_that_is_published(scene: Path) -> None:
-    """The finest level is left out: what was level 1 is level 0 now, with half as many texels."""
-    paint(1, 3, 4, slice(4, 5))(scene)  # texels 12 to 15 of 32 across: beside the left island's border
+def without_finest(scene: Path) -> None:
+    """Leaves the finest level of the colour map out, as a bake does that no view needs."""
     data = cut_ktx2(file_of(scene, "post_color").read_bytes(), 1, zstd_level=None)
     replace(scene, "post_color", data)
-    result: dict[str, Any] = {
+    detail: dict[str, Any] = {
         "left_out": 1,
         "saved_bytes": 1,
         "texels": 9.0,
         "second_s": 0.0,
-        "levels_s": [0.0],
+        "view": "camera",
     }
-    result["view"] = "camera"
 
     def edit(tree: dict[str, Any]) -> None:
         entry = tree["artifacts"]["post_color"]
         facts = gutter_without_finest(entry["gutter"] | {"max_level": entry["max_level"]}, 1)
         entry.update(
-            required_detail=result, max_level=facts.pop("max_level"), gutter=facts, levels=entry["levels"][1:]
+            required_detail=detail | {"levels_s": [0.0]},
+            max_level=facts.pop("max_level"),
+            gutter=facts,
+            levels=entry["levels"][1:],
         )
 
     change(scene, edit)
-    found = [finding for finding in check_paths([scene]) if finding.code == "PZ221"]
-    assert len(found) == 1
-    place = re.fullmatch(r"post_color level 0 texel \((\d+), (\d+)\)", found[0].place)
-    assert place is not None and abs(int(place[1]) - 12) <= 2 and 14 <= int(place[2]) <= 21
+
+
+def test_a_fault_is_named_by_the_level_that_is_published(scene: Path) -> None:
+    """The finest level is left out: what was level 1 is level 0 now, with half as many texels."""
+    without_finest(scene)
+    assert check_paths([scene]) == []
+    far_parallax(scene)
+    found = [one for one in check_paths([scene]) if one.place.startswith("post_color level 0 ")]
+    (finding,) = found
+    place = re.fullmatch(r"post_color level 0 texel \((\d+), (\d+)\)", finding.place)
+    assert finding.code == "PZ222" and place is not None
+    assert int(place[1]) in (11, 20) and 2 <= int(place[2]) <= 29  # the islands' borders at the gap
+
+
+def test_a_measure_beyond_the_bound_is_told_where_the_finest_level_is_left_out(scene: Path) -> None:
+    without_finest(scene)
+    last = scene_of(scene)["artifacts"]["post_color"]["max_level"]
+    for bleed, place in (
+        ({"bleed_p99": [0.0] * last + [0.13], "bleed_max": [0.0] * last + [0.2]}, f"post_color level {last}"),
+        ({"bleed_p99": [0.1], "bleed_max": [0.32]}, "post_color level 0"),
+    ):
+        change(scene, lambda m, new=bleed: m["artifacts"]["post_color"]["gutter"].update(new))
+        (finding,) = check_paths([scene])
+        assert (finding.code, finding.place) == ("PZ221", place)
+        assert "when it was baked; 0.125 is accepted" in finding.what
+    read_by_none = {"bleed_p99": [0.0] * (last + 1) + [0.9], "bleed_max": [0.0] * (last + 1) + [0.9]}
+    change(scene, lambda m: m["artifacts"]["post_color"]["gutter"].update(read_by_none))
+    assert check_paths([scene]) == []
+
+
+def test_busy_borders_of_a_map_without_its_finest_level_are_no_bleeding(tmp_path: Path) -> None:
+    """Islands with an outline one texel wide, which their gutters repeat: the mean of outline and island is
+    another colour."""
+    obj, picture = two_tone(16, RED, GREEN)
+    for left, right in ((4, 24), (40, 60)):
+        picture[4:60, left:right] //= 8
+        picture[5:59, left + 1 : right - 1] *= 8
+    (tmp_path / "post.obj").write_text(obj)
+    write_image(tmp_path / "post.png", picture)
+    glb = bake_mesh(tmp_path / "post.obj", lods=1).glb
+    data = bake_color(tmp_path / "post.png", uv=tmp_path / "post.obj", tier="exact").data
+    measured = measure_gutters(
+        glb,
+        {"color": data},
+        name="post",
+        parallax={"wood": (0.0, 0.0)},
+        bleed=0.125,
+        repeat=False,
+        pixel_m=None,
+    )["maps"]["color"]
+    files = {"mesh": glb, "color": cut_ktx2(data, 1, zstd_level=None)}
+    for name, content in files.items():
+        (tmp_path / name).write_bytes(content)
+    facts = gutter_without_finest(measured, 1)
+    entries: dict[str, dict[str, Any]] = {
+        "mesh": {"gutter": None, "max_level": None, "required_detail": None},
+        "color": {
+            "gutter": facts,
+            "max_level": facts.pop("max_level"),
+            "required_detail": {"left_out": 1},
+        },
+    }
+    manifest = {
+        "objects": [
+            {
+                "mesh": "mesh",
+                "materials": {"wood": {"maps": {"color": "color", "height": None}, "wrap": None}},
+            }
+        ],
+        "artifacts": {name: {"file": name, "bytes": len(files[name]), **of} for name, of in entries.items()},
+    }
+    assert list(check_gutters(manifest, tmp_path)) == []
+    manifest["artifacts"]["color"]["gutter"] = facts | {"bound": 0.001}
+    assert list(check_gutters(manifest, tmp_path))
 
 
 def test_parallax_is_held_to_its_limit_whatever_is_asked(scene: Path) -> None:
