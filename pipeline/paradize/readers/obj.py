@@ -20,10 +20,10 @@ import numpy as np
 from paradize.data import Group, Mesh, SourcePositions
 from paradize.errors import SourceError
 from paradize.files import open_file
-from paradize.kernels.math import srgb_to_linear
 from paradize.kernels.obj import ParsedObj, parse_obj_file
 from paradize.kinds import MODEL, expecting
 from paradize.material import Material
+from paradize.readers.colors import linear_colors
 from paradize.readers.mtl import MAX_BYTES as MTL_BYTES
 from paradize.readers.mtl import read_mtl
 from paradize.readers.names import (
@@ -44,7 +44,6 @@ if TYPE_CHECKING:
 SHOWN = 3  # notes in the message about a file without faces
 MAX_WORDS = 16  # of a mtllib statement: each run of words may be a file name
 MAX_LIBRARIES = 256  # different mtllib statements
-_CODES = 255.0  # what stands for 1 in vertex colours of 8 bits
 
 _NOTES = {
     "lines": "{count} line elements ('l') skipped",
@@ -92,7 +91,9 @@ def read_obj(path: Path, root: Path | None = None, on_library: list[Path] | None
     )
     groups = defined.read_all(parsed.libraries, groups, on_library)
     warnings = list(dict.fromkeys(warnings))
-    colors = _linear(parsed.colors, path, warnings) if len(parsed.colors) else None
+    colors = None
+    if len(parsed.colors):
+        colors = linear_colors(parsed.colors, ["f4"] * 4, "vertex colours", path, warnings)
     mesh = Mesh(
         positions=parsed.positions,
         triangles=parsed.triangles,
@@ -192,23 +193,6 @@ class _Definitions:
                 self.materials[name] = material
                 self.transforms.pop(name, None)
                 self.transforms |= {name: more.transforms[name]} if name in more.transforms else {}
-
-
-def _linear(colors: npt.NDArray[np.float32], path: Path, warnings: list[str]) -> npt.NDArray[np.float32]:
-    """Vertex colours (n, 4) as linear light. Those who write them (Blender, MeshLab) write sRGB; alpha is
-    linear. Whole numbers up to 255 are codes; other values outside 0..1 stay."""
-    rgb = colors[:, :3]
-    if 1.0 < float(rgb.max()) <= _CODES and bool((rgb >= 0.0).all() and (rgb == np.rint(rgb)).all()):
-        warnings.append(
-            f"{path}: vertex colours are whole numbers up to {rgb.max():g}; read as codes, 255 is 1"
-        )
-        codes = colors.max(axis=0) > 1.0
-        colors = np.where([True, True, True, codes[3]], colors / np.float32(_CODES), colors)
-        rgb = colors[:, :3]
-    encoded = (rgb > 0.0) & (rgb < 1.0)
-    linear = colors.copy()
-    linear[:, :3][encoded] = srgb_to_linear(rgb[encoded])
-    return linear
 
 
 def _bounds_of(parsed: ParsedObj, groups: Sequence[Group]) -> Callable[[str], Bounds | None]:

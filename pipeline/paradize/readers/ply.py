@@ -15,10 +15,10 @@ import numpy as np
 from paradize.data import Group, Mesh, SourcePositions
 from paradize.errors import SourceError
 from paradize.files import read_file
-from paradize.kernels.math import srgb_to_linear
 from paradize.kernels.mesh import number_rows
 from paradize.kernels.obj import cut_polygons, origin_of
 from paradize.material import MapSource, Material, Picture
+from paradize.readers.colors import linear_colors
 from paradize.readers.names import inside, named_file, root_of, spelled_otherwise
 from paradize.readers.ply_elements import Lists, Ply, read_elements
 from paradize.readers.record import DEFAULT_NAME, LARGEST_COORDINATE, UNKNOWN_SMOOTHING, Model
@@ -200,11 +200,9 @@ def _colors(ply: Ply, element: str, path: Path, warnings: list[str]) -> npt.NDAr
     if bad.any():
         warnings.append(f"{path}: {int(bad.sum())} colours that are not finite; read as white")
     kinds = [ply.kinds[element][name] for name in held]
-    tops = [float(np.iinfo(kind).max) if kind[0] in "iu" else 1.0 for kind in kinds]
-    rows = np.where(bad[:, None], 1.0, np.clip(rows / tops, 0.0, 1.0))
-    colors = np.ones((len(rows), 4), np.float32)
-    colors[:, : len(held)] = rows
-    colors[:, :3] = srgb_to_linear(colors[:, :3])
+    what = "vertex colours" if element == "vertex" else "face colours"
+    colors = linear_colors(np.where(bad[:, None], 0.0, rows), kinds, what, path, warnings)
+    colors[bad] = 1.0
     return colors
 
 

@@ -13,8 +13,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from paradize.bakers.mesh.bake import bake_mesh
+from paradize.bakers.mesh.prepare import prepare_mesh
 from paradize.errors import SourceError
+from paradize.kernels.math import srgb_to_linear
 from paradize.readers.model import read_model
+from paradize.scene.baker_settings import MeshSettings
 
 CODES = {"float": "f", "double": "d", "uchar": "B", "int": "i", "ushort": "H"}
 ORDERS = {"binary_little_endian": "<", "binary_big_endian": ">"}
@@ -197,6 +200,51 @@ def test_colours_that_are_not_finite_are_white_and_told(form: str, tmp_path: Pat
     assert np.array_equal(at, np.array([[1, 0, 0, 1], [1, 1, 1, 1], [1, 1, 1, 1]], np.float32))
     (said,) = model.warnings
     assert said.endswith("2 colours that are not finite; read as white")
+
+
+@pytest.mark.parametrize("form", FORMS)
+@pytest.mark.parametrize(
+    ("kind", "values", "shares", "told"),
+    [
+        ("int", [200, 0, 255], [200 / 255, 0, 1], "whole numbers up to 255; read as codes, 255 is 1"),
+        ("ushort", [200, 0, 255], [200 / 255, 0, 1], "whole numbers up to 255; read as codes, 255 is 1"),
+        ("double", [200, 0, 7], [200 / 255, 0, 7 / 255], "whole numbers up to 200; read as codes, 255 is 1"),
+        ("int", [51400, 0, 65535], [200 / 255, 0, 1], "up to 65535; read as codes, 65535 is 1"),
+        ("int", [1, 0, 1], [1, 0, 1], "numbers up to 1 of 2.14748e+09; read as shares of 1"),
+        ("ushort", [51400, 0, 65535], [200 / 255, 0, 1], ""),
+        ("float", [0.5, 0, 1], [0.5, 0, 1], ""),
+        ("uchar", [1, 0, 1], [1 / 255, 0, 1 / 255], ""),
+    ],
+)
+def test_whole_numbers_of_wide_types_are_codes_of_colours_and_told(
+    form: str, kind: str, values: list[float], shares: list[float], told: str, tmp_path: Path
+) -> None:
+    """As scripts write them, whose arrays are ints or floats."""
+    colors = columns(kind, "red green blue", [values] * 3)
+    (tmp_path / "a.ply").write_bytes(ply(form, columns("float", "x y z", PLACES[:3]) | colors, [[0, 1, 2]]))
+    model = read_model(tmp_path / "a.ply")
+    assert model.mesh.colors is not None
+    assert np.allclose(model.mesh.colors[0], [*srgb_to_linear(shares), 1], atol=1e-6)
+    assert len(model.warnings) == bool(told) and told in "".join(model.warnings)
+
+
+def test_alpha_of_colours_in_codes_has_a_scale_of_its_own(tmp_path: Path) -> None:
+    for kind, alpha, share in (("int", 128, 128 / 255), ("float", 1, 1.0), ("uchar", 128, 128 / 255)):
+        colors = columns("int", "red green blue", [[255, 0, 0]] * 3) | columns(kind, "alpha", [[alpha]] * 3)
+        vertex = columns("float", "x y z", PLACES[:3]) | colors
+        (tmp_path / "a.ply").write_bytes(ply("ascii", vertex, [[0, 1, 2]]))
+        model = read_model(tmp_path / "a.ply")
+        assert model.mesh.colors is not None and len(model.warnings) == 1
+        assert np.allclose(model.mesh.colors[0], [1, 0, 0, share])
+
+
+def test_colours_beyond_their_range_are_clamped_and_told(tmp_path: Path) -> None:
+    colors = columns("float", "red green blue", [[1.5, 0, 0], [-0.25, 0, 0], [0.5, 1, 1]])
+    vertex = columns("float", "x y z", PLACES[:3]) | colors
+    (tmp_path / "a.ply").write_bytes(ply("ascii", vertex, [[0, 1, 2]]))
+    mesh, found = prepare_mesh(tmp_path / "a.ply", MeshSettings(), "fast")
+    assert mesh.colors is not None and 0.0 <= mesh.colors.min() and mesh.colors.max() == 1.0
+    assert any("vertex colours of -0.25 to 1.5, outside 0 to 1, clamped" in w for w in found.warnings)
 
 
 def test_lines_with_more_numbers_than_the_header_names_are_read_and_told(tmp_path: Path) -> None:

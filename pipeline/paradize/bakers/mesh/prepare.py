@@ -77,8 +77,9 @@ def prepare_mesh(
     )
     warnings += [f"{path}: {text}" for text in found]
     if mesh.colors is not None and (mesh.colors.min() < 0 or mesh.colors.max() > 1):
+        span = f"{mesh.colors.min():g} to {mesh.colors.max():g}"
+        warnings.append(f"{path}: vertex colours of {span}, outside 0 to 1, clamped")
         mesh = replace(mesh, colors=np.clip(mesh.colors, 0, 1))
-        warnings.append(f"{path}: vertex colours outside 0 to 1, clamped")
     smoothing, materials = read.smoothing[validation.kept], read.materials
     welded = {"welded": welding.joined, "welded_most_m": welding.largest_m}
     repaired: dict[str, Any] = {**read.repairs, **repairs(validation, read.lines), **welded}
