@@ -243,7 +243,7 @@ def test_colours_beyond_their_range_are_clamped_and_told(tmp_path: Path) -> None
     vertex = columns("float", "x y z", PLACES[:3]) | colors
     (tmp_path / "a.ply").write_bytes(ply("ascii", vertex, [[0, 1, 2]]))
     mesh, found = prepare_mesh(tmp_path / "a.ply", MeshSettings(), "fast")
-    assert mesh.colors is not None and 0.0 <= mesh.colors.min() and mesh.colors.max() == 1.0
+    assert mesh.colors is not None and mesh.colors.min() >= 0.0 and mesh.colors.max() == 1.0
     assert any("vertex colours of -0.25 to 1.5, outside 0 to 1, clamped" in w for w in found.warnings)
 
 
