@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import re
 from pathlib import Path, PurePosixPath, PureWindowsPath
@@ -50,13 +51,20 @@ def without_comment(name: str) -> str:
 
 
 def named_file(path: Path, named_by: str, limit: int = files.MAX_BYTES) -> bool:
-    """Whether a file exists that another file names. Raises SourceError where it exists but cannot be read or
-    is larger than `limit` bytes. named_by: the naming place, for the message."""
+    """Whether a file exists that another file names; a folder is none. Raises SourceError where it exists but
+    cannot be read or is larger than `limit` bytes. named_by: the naming place, for the message."""
     try:
         return is_there(path, limit)
     except OSError as error:
+        if error.errno == errno.EISDIR:
+            return False
         what = f"cannot be read: {error.strerror or error}"
         raise SourceError(what, file=path, mend=f"mend it, or take it out of {named_by}") from None
+
+
+def why_missing(path: Path | None) -> str:
+    """Why `named_file` found none, for a warning."""
+    return "is a folder" if path is not None and os.path.isdir(path) else "does not exist"  # noqa: PTH112
 
 
 def require_utf8_name(path: Path) -> None:
@@ -82,7 +90,8 @@ def spelled_otherwise(root: Path, folder: Path, name: str) -> tuple[Path, str] |
     file or several are meant."""
     plain = name.strip().strip("\"'").strip()
     for spelling in dict.fromkeys((name, plain, unquote(plain), without_comment(plain))):
-        why = "is a path of another machine" if _is_absolute(spelling) else "does not exist"
+        absolute = _is_absolute(spelling)
+        why = "is a path of another machine" if absolute else why_missing(inside(root, folder, spelling))
         for place, guess in _guesses(root, folder, spelling):
             path = inside(root, place, guess)
             if path is None:
@@ -92,7 +101,7 @@ def spelled_otherwise(root: Path, folder: Path, name: str) -> tuple[Path, str] |
             if found is not None:
                 spelled = (place, guess) == (folder, spelling)
                 there = found.name if spelled else os.path.relpath(found, resolved(folder))
-                beside = " beside the file" if why[0] == "i" and there == found.name else ""
+                beside = " beside the file" if absolute and there == found.name else ""
                 return found, f"{name[:120]!r} {why}; {there!r}{beside} is read instead"
     return None
 

@@ -32,6 +32,7 @@ from paradize.readers.names import (
     require_utf8,
     root_of,
     spelled_otherwise,
+    why_missing,
     without_comment,
 )
 from paradize.readers.placed import Bounds
@@ -319,7 +320,7 @@ def _libraries(path: Path, root: Path, statement: str, warnings: list[str], abse
             if not name:
                 continue
             library = inside(root, path.parent, name)
-            reason = "lies outside the root folder" if library is None else "is missing"
+            reason = "lies outside the root folder" if library is None else why_missing(library)
             if library is not None:
                 absent.append(library)
             if other := spelled_otherwise(root, path.parent, name):

@@ -19,7 +19,7 @@ from paradize.kernels.mesh import number_rows
 from paradize.kernels.obj import cut_polygons, origin_of
 from paradize.material import MapSource, Material, Picture
 from paradize.readers.colors import linear_colors
-from paradize.readers.names import inside, named_file, root_of, spelled_otherwise
+from paradize.readers.names import inside, named_file, root_of, spelled_otherwise, why_missing
 from paradize.readers.ply_elements import Lists, Ply, read_elements
 from paradize.readers.record import DEFAULT_NAME, LARGEST_COORDINATE, UNKNOWN_SMOOTHING, Model
 
@@ -236,7 +236,7 @@ def _picture(ply: Ply, path: Path, root: Path, warnings: list[str], absent: list
     absent += [found] if found is not None else []
     other = spelled_otherwise(root, path.parent, names[0])
     if other is None:
-        what = "does not exist; ignored: put it there, or correct the name"
+        what = f"{why_missing(found)}; ignored: put it there, or correct the name"
         if found is None:
             what = f"lies outside {root}; ignored: copy it beside the model"
         warnings.append(f"{path}: {_PICTURE}: {names[0][:120]!r} {what}")

@@ -22,6 +22,7 @@ import shutil
 from collections.abc import Iterable, Iterator
 from contextlib import AbstractContextManager, contextmanager, suppress
 from pathlib import Path
+from stat import S_ISDIR
 from typing import Any
 
 from paradize.documents import parse_json
@@ -36,10 +37,12 @@ ENTRY_BYTES = 64 << 20  # limit of an entry's JSON
 
 
 def stamp(path: Path | str) -> Stamp | None:
-    """The stamp of a file; None where it is missing."""
+    """The stamp of a file; None where it is missing, or a folder."""
     try:
         status = os.stat(path)  # noqa: PTH116 (called for every file of a bake)
     except (OSError, ValueError):  # a name that no file can have
+        return None
+    if S_ISDIR(status.st_mode):
         return None
     return [status.st_size, status.st_mtime_ns, status.st_ctime_ns, status.st_ino]
 

@@ -12,8 +12,10 @@ from paradize.errors import SourceError
 from paradize.readers.model import read_model
 from paradize.readers.names import spelled_otherwise
 from paradize.readers.obj import read_obj
+from paradize.store.local import stamp
 from tests.pipeline.readers.gltf.made import PNG, shown, square
 from tests.pipeline.readers.test_obj import TRIANGLE, read
+from tests.pipeline.readers.test_ply import columns, ply
 
 UVS = np.array([[0, 1], [1, 1], [1, 0], [0, 0]], np.float32)
 
@@ -176,6 +178,35 @@ def test_of_several_pictures_the_nearest_to_the_name_is_read(tmp_path: Path) -> 
         assert found is not None and found[0] == (tmp_path / file).resolve()
         (tmp_path / file).unlink()
     assert spelled_otherwise(tmp_path, tmp_path / "models", "D:\\x\\sub\\a.png") is None
+
+
+@pytest.mark.parametrize("name", [".", "textures/", "wood.png"])
+def test_a_folder_in_a_files_place_is_no_file_and_told(tmp_path: Path, name: str) -> None:
+    for folder in ("textures", "wood.png", "a.mtl"):
+        (tmp_path / folder).mkdir()
+    (tmp_path / "b.mtl").write_text(f"newmtl wood\nmap_Kd {name}\n")
+    (tmp_path / "a.obj").write_text(f"mtllib {name}\nmtllib b.mtl\n" + TRIANGLE + "usemtl wood\nf 1 2 3\n")
+    vertex = columns("float", "x y z s t", np.eye(3, 5))
+    (tmp_path / "a.ply").write_bytes(ply("ascii", vertex, [[0, 1, 2]], f"comment TextureFile {name}\n"))
+    made, primitive = square(TEXCOORD_0=UVS)
+    made.add("images", uri=name)
+    texture = {"index": made.add("textures", source=0)}
+    primitive["material"] = made.add("materials", pbrMetallicRoughness={"baseColorTexture": texture})
+    shown(primitive, made).gltf(tmp_path / "a.gltf", "data.bin")
+    (tmp_path / "data.bin").write_bytes(made.data)
+    for file, count in (("a.obj", 2), ("a.ply", 1), ("a.gltf", 1)):
+        model = read_model(tmp_path / file)
+        assert all(material.picture("color") is None for material in model.materials.values())
+        told = [text for text in model.warnings if f"{name!r} is a folder; " in text]
+        assert len(told) == len(model.warnings) == count, model.warnings
+        assert (tmp_path / name).resolve() in model.absent
+
+
+def test_a_bake_notices_a_file_in_the_place_of_a_folder_and_no_change_of_the_folder(tmp_path: Path) -> None:
+    """What a model names and is a folder is looked for as what is missing."""
+    assert stamp(tmp_path) is None and stamp(tmp_path / "none") is None
+    (tmp_path / "wood.png").write_bytes(PNG)
+    assert stamp(tmp_path / "wood.png")
 
 
 def test_the_buffer_of_another_model_is_not_read(tmp_path: Path) -> None:

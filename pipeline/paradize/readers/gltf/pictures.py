@@ -11,7 +11,7 @@ from paradize.material import MapSource, Picture, Wrap
 from paradize.readers.basis import HEAD_BYTES, has_reader, is_basis
 from paradize.readers.gltf.buffers import Buffers, beside, data_of
 from paradize.readers.gltf.document import Document
-from paradize.readers.names import named_file, spelled_otherwise
+from paradize.readers.names import named_file, spelled_otherwise, why_missing
 from paradize.readers.pillow import is_avif
 
 _WRAPS: dict[int, Wrap] = {33071: "clamp", 33648: "mirror", 10497: "repeat"}
@@ -110,7 +110,7 @@ class Pictures:
             self.absent.append(path)
             other = spelled_otherwise(root, document.file.parent, uri)
             if other is None:
-                what = f"picture {uri[:120]!r} does not exist; left out: put it beside the model"
+                what = f"picture {uri[:120]!r} {why_missing(path)}; left out: put it beside the model"
                 document.warn(what, place)
                 return None
             path, note = other

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from paradize.material import Channel, Wrap
-from paradize.readers.names import inside, named_file, spelled_otherwise
+from paradize.readers.names import inside, named_file, spelled_otherwise, why_missing
 
 # Largest number of arguments of each option.
 OPTIONS = {"-mm": 2, "-o": 3, "-s": 3, "-t": 3} | dict.fromkeys(
@@ -95,7 +95,7 @@ def read_map_statement(
             if other is None and path is None:
                 return f"{name[:120]!r} lies outside {root}; ignored: copy it beside the material file"
             if other is None:
-                return f"{name[:120]!r} does not exist; ignored: put it there, or correct the name"
+                return f"{name[:120]!r} {why_missing(path)}; ignored: put it there, or correct the name"
             path, note = other
     statement = MapStatement(keyword, path, line, note=note)
     for option, arguments in options.items():
