@@ -18,6 +18,20 @@ from paradize.readers.model import read_model
 BOX = trimesh.creation.box()
 
 
+CORNERS = ["0 0", "1 0", "1 1", "0 1", "-1 0.5"]
+
+
+def loops(*counts: int) -> bytes:
+    """A text of facets with so many corners, each one higher than that before."""
+    facets = [
+        "facet normal 0 0 1\nouter loop\n"
+        + "".join(f"vertex {corner} {z}\n" for corner in CORNERS[:count])
+        + "endloop\nendfacet\n"
+        for z, count in enumerate(counts)
+    ]
+    return f"solid vertex endloop\n{''.join(facets)}endsolid\n".encode()
+
+
 @pytest.mark.parametrize("form", ["stl", "stl_ascii"])
 def test_an_stl_is_read_and_baked_with_its_corners_joined(form: str, tmp_path: Path) -> None:
     data = BOX.export(file_type=form)
@@ -50,8 +64,14 @@ def test_a_broken_stl_is_refused_in_one_line(tmp_path: Path) -> None:
         (whole[:80] + b"\xff" * 4 + whole[84:], "cut: 684 bytes; its 4294967295 facets"),
         (bytes(84), "holds no facets"),
         (b"solid a\nendsolid a\n", "holds no facets"),
-        (b"solid a\nvertex 1 2 3\n", "1 corners are not whole facets"),
-        (b"solid a\n" + b"vertex 1 2 x\n" * 3, "a corner that is not a number"),
+        (b"solid a\nvertex 1 2 3\n", "line 2: 1 corners without an endloop behind them"),
+        (loops(3, 3).replace(b"endloop\nend", b"end", 1), "line 6: 3 corners without an endloop"),
+        (loops(3) + loops(2), "line 15: a loop of 2 corners, expected 3 or more"),
+        (loops(3, 3)[:-20], "line 13: 3 corners without an endloop behind them"),
+        (loops(3).replace(b"1 0 0\n", b"1 0\n"), "line 5: a corner at '1 0 vertex', expected three numbers"),
+        (loops(3).replace(b"1 0 0", b"1 0 x"), "line 5: a corner at '1 0 x', expected three numbers"),
+        (loops(3).replace(b"1 0 0", b"1_0 0 0"), "line 5: a corner at '1_0 0 0', expected three numbers"),
+        (loops(4, 3).replace(b"1 0 1", b"1 0 nan"), "facet 1: a corner at 1 0 nan"),
         (infinite, "facet 0: a corner at inf"),
         (b"", "is an empty file"),
         (b"words", "is not an STL: a text that begins with b'words'"),
@@ -83,3 +103,27 @@ def test_text_that_ends_between_two_facets_is_told(tmp_path: Path) -> None:
     assert read_model(tmp_path / "a.stl").warnings == [
         f"{tmp_path / 'a.stl'}: ends without endsolid: it may be cut; export the model again"
     ]
+
+
+def test_facets_of_a_text_with_more_corners_are_cut_and_told_and_no_triangle_joins_two(
+    tmp_path: Path,
+) -> None:
+    (tmp_path / "a.stl").write_bytes(loops(4, 5, 3, 4) + loops(4).replace(b"\n", b" "))
+    model = read_model(tmp_path / "a.stl")
+    heights = model.mesh.positions[model.mesh.triangles][:, :, 2]
+    assert heights.tolist() == [[z] * 3 for z in (0, 0, 1, 1, 1, 2, 3, 3, 0, 0)]
+    assert model.counts["faces"] == 5 and model.counts["triangles"] == 10
+    a, b, c = (model.mesh.positions[model.mesh.triangles[:, k], :2] for k in range(3))
+    area = ((b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]) / 2
+    assert (area > 0).all() and area.sum() == 1 + 1.5 + 0.5 + 1 + 1
+    (told,) = model.warnings
+    assert told.endswith("a.stl: 4 facets with more than three corners; cut into triangles")
+
+
+def test_facets_behind_those_that_a_binary_header_counts_are_told(tmp_path: Path) -> None:
+    whole = BOX.export(file_type="stl")
+    (tmp_path / "a.stl").write_bytes(whole[:80] + struct.pack("<I", 9) + whole[84:])
+    model = read_model(tmp_path / "a.stl")
+    assert model.counts["triangles"] == 9
+    (told,) = model.warnings
+    assert "holds bytes of 3 facets behind the 9 that its header says; these are left out" in told
