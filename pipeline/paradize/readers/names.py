@@ -12,7 +12,7 @@ from urllib.parse import unquote
 from paradize import files
 from paradize.errors import SourceError
 from paradize.files import is_there, resolved
-from paradize.spelling import entries, in_other_letters
+from paradize.spelling import entries, folded, in_other_letters
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 _BLANK = r"[\s\N{REPLACEMENT CHARACTER}]"  # a tab of a name is read as the latter
 _PICTURES = re.compile(r"tex(ture)?s?|images?|imgs?|maps?|pictures?|materials?")  # folders of them
 _PARTS, _ABOVE = 3, 3  # last parts of a path that are looked for, folders above in which they are
+_DEPTH, _FOLDERS = 3, 64  # of folders of pictures in one another, and how many of a depth are looked into
 _COMMENT = re.compile(rf"{_BLANK}+#(?:{_BLANK}|$)")
 
 
@@ -108,7 +109,8 @@ def spelled_otherwise(root: Path, folder: Path, name: str) -> tuple[Path, str] |
 
 def _guesses(root: Path, folder: Path, name: str) -> Iterator[tuple[Path, str]]:
     """Folders and what to look for there: the name itself, unless it is absolute; its last parts in the
-    folder and in those above it, up to the root; the last one in folders of pictures there."""
+    folder and in those above it, up to the root; the last one in folders of pictures there, and in the only
+    one below these that holds it, as Gazebo keeps them (materials/textures)."""
     if not _is_absolute(name):
         yield folder, name
     path = PureWindowsPath(name.removeprefix("file://"))
@@ -122,6 +124,22 @@ def _guesses(root: Path, folder: Path, name: str) -> Iterator[tuple[Path, str]]:
         for entry in entries(base):
             if _PICTURES.fullmatch(entry):
                 yield base, "/".join((entry, *parts[-1:]))
+    for base in bases if parts else []:
+        level, holding = [base], []
+        for depth in range(_DEPTH):
+            level = _picture_folders(root, level)
+            holding += [below for below in level if depth and folded(parts[-1]) in entries(below)]
+        if len(holding) == 1:
+            yield holding[0], parts[-1]
+
+
+def _picture_folders(root: Path, folders: list[Path]) -> list[Path]:
+    """The folders of pictures in these that lie inside `root`, links followed; at most _FOLDERS."""
+    found: dict[Path, None] = {}
+    for folder in folders:
+        names = [name for key, alike in entries(folder).items() if _PICTURES.fullmatch(key) for name in alike]
+        found |= {path: None for name in names if (path := inside(root, folder, name)) is not None}
+    return list(found)[:_FOLDERS]
 
 
 def _is_absolute(name: str) -> bool:

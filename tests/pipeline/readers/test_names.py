@@ -152,6 +152,9 @@ def test_a_path_of_another_machine_leads_to_the_file_beside(tmp_path: Path) -> N
         ("Wood.png", "Textures/wood.png"),
         ("wood.png", "models/tex/wood.png"),
         ("../bitmaps/wood.png", "maps/wood.png"),
+        ("wood.png", "materials/textures/wood.png"),
+        ("oak/Wood.png", "Materials/Textures/Maps/wood.png"),
+        ("C:\\wood.png", "models/Images/tex/wood.png"),
     ],
 )
 def test_a_picture_is_found_where_a_project_keeps_its_pictures(tmp_path: Path, name: str, file: str) -> None:
@@ -207,6 +210,24 @@ def test_a_bake_notices_a_file_in_the_place_of_a_folder_and_no_change_of_the_fol
     assert stamp(tmp_path) is None and stamp(tmp_path / "none") is None
     (tmp_path / "wood.png").write_bytes(PNG)
     assert stamp(tmp_path / "wood.png")
+
+
+def test_of_several_pictures_in_folders_of_folders_none_is_taken_and_none_outside_the_root(
+    tmp_path: Path,
+) -> None:
+    root, out = tmp_path / "root", tmp_path / "out"
+    for folder in (root / "materials/textures", root / "materials/images", out / "textures", root / "meshes"):
+        folder.mkdir(parents=True)
+    for folder in (root / "materials/textures", out / "textures", root / "materials/oak"):
+        folder.mkdir(exist_ok=True)
+        (folder / "a.png").write_bytes(PNG)
+    (root / "textures").symlink_to(out)
+    (root / "images").symlink_to(root / "materials")  # to the one picture again
+    found = spelled_otherwise(root, root / "meshes", "a.png")
+    assert found is not None and found[0] == root.resolve() / "materials/textures/a.png"
+    (root / "materials/images/a.png").write_bytes(PNG)
+    assert spelled_otherwise(root, root / "meshes", "a.png") is None
+    assert spelled_otherwise(root / "meshes", root / "meshes", "a.png") is None
 
 
 def test_the_buffer_of_another_model_is_not_read(tmp_path: Path) -> None:
