@@ -14,20 +14,19 @@ from paradize.readers.ranges import beyond, within
 
 _JSON_BYTES = 1 << 30  # a .gltf may hold its buffers and pictures as text
 _HEADER, _CHUNK = struct.Struct("<4sII"), struct.Struct("<I4s")
-_MAX_WARNINGS = 100
+_MAX_WARNINGS = 100  # different sentences
 _SPARE_VALUES = 1 << 25  # values that a file of any size may unfold to
 MEND = "export the model again"
 _FEWER = "export the model without so many copies"
 
 
 class Document:
-    """A glTF file. file: its path. tree: its JSON. binary: the BIN chunk of a GLB, else None. warnings: what
-    was left out. copies_mend: what to do about too many copies. Each fault names its place, a JSON
-    pointer or a byte."""
+    """A glTF file. file: its path. tree: its JSON. binary: the BIN chunk of a GLB, else None. copies_mend: the
+    mend of too many copies. Each fault names its place, a JSON pointer or a byte."""
 
     def __init__(self, file: Path) -> None:
         self.file = file
-        self.warnings: list[str] = []
+        self._told: dict[str, dict[str, None]] = {}  # the places of each sentence
         self.tables: dict[str, list[Any]] = {}
         self.copies_mend = _FEWER
         try:
@@ -52,7 +51,7 @@ class Document:
     def with_tree(self, tree: dict[str, Any]) -> Self:
         """This file with another JSON, and no warnings yet."""
         other = self.__class__.__new__(self.__class__)
-        vars(other).update(vars(self), tree=tree, tables={}, warnings=[], _spent=0)
+        vars(other).update(vars(self), tree=tree, tables={}, _told={}, _spent=0)
         return other
 
     def _chunks(self, data: bytes) -> tuple[memoryview, memoryview | None]:
@@ -99,10 +98,21 @@ class Document:
         return SourceError(what, file=self.file, place=place or None, mend=mend)
 
     def warn(self, what: str, place: str = "") -> None:
-        """Adds a warning once; after many, none."""
-        text = f"{self.file}: {place}: {what}" if place else f"{self.file}: {what}"
-        if len(self.warnings) < _MAX_WARNINGS and bounded(text, 1000) not in self.warnings:
-            self.warnings.append(bounded(text, 1000))
+        """Adds a warning."""
+        self._told.setdefault(bounded(what), {})[bounded(place, 200)] = None
+
+    @property
+    def warnings(self) -> list[str]:
+        """What was left out or read otherwise: a line for each sentence, which names its first place and how
+        many there are."""
+        lines = []
+        for what, places in list(self._told.items())[:_MAX_WARNINGS]:
+            place = next(iter(places))
+            count = f" (in {len(places)} places, this one first)" if len(places) > 1 else ""
+            lines.append(f"{self.file}: {place}{': ' if place else ''}{what}{count}")
+        if (more := len(self._told) - _MAX_WARNINGS) > 0:
+            lines.append(f"{self.file}: {more} more kinds of warnings are not shown")
+        return lines
 
     def spend(self, values: int, place: str, what: str = "accessors") -> None:
         """Counts values that are unfolded. Raises SourceError beyond what files of this size may hold."""

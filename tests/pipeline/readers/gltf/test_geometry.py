@@ -108,6 +108,25 @@ def test_points_and_lines_are_left_out_and_said(tmp_path: Path) -> None:
         read_model(made.glb(tmp_path / "b.glb"))
 
 
+def test_a_warning_stands_once_with_its_count_and_hides_no_other(tmp_path: Path) -> None:
+    made, primitive = square()
+    lines = [primitive | {"mode": 1}] * 300
+    made.show(made.add("nodes", mesh=made.mesh(primitive, *lines, primitive | {"attributes": {}})))
+    path = made.glb(tmp_path / "a.glb")
+    assert read_model(path).warnings == [
+        f"{path}: /meshes/0/primitives/1: lines are not read; left out (in 300 places, this one first)",
+        f"{path}: /meshes/0/primitives/301: a primitive without positions; left out",
+    ]
+
+
+def test_beyond_a_hundred_kinds_of_warnings_their_number_is_said(tmp_path: Path) -> None:
+    made, primitive = square()
+    made.tree["extensionsUsed"] = [f"NONE_{k}" for k in range(107)]
+    warnings = read_model(shown(primitive, made).glb(tmp_path / "a.glb")).warnings
+    assert len(warnings) == 101 and warnings[99].endswith("extension NONE_99 is left out")
+    assert warnings[100] == f"{tmp_path / 'a.glb'}: 7 more kinds of warnings are not shown"
+
+
 def test_nodes_turn_scale_and_move_what_hangs_on_them_and_a_mirror_keeps_the_outside(tmp_path: Path) -> None:
     made, primitive = square(NORMAL=np.tile(np.float32([0, 0, 1]), (4, 1)))
     mesh = made.mesh(primitive)
