@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import errno
 import os
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -91,7 +91,7 @@ def read_obj(path: Path, root: Path | None = None, on_library: list[Path] | None
         path, root_of(path) if root is None else root, warnings, _bounds_of(parsed, groups)
     )
     groups = defined.read_all(parsed.libraries, groups, on_library)
-    warnings = list(dict.fromkeys(warnings))
+    warnings = list(dict.fromkeys(warnings + _without_uvs(path, parsed, groups, defined.materials)))
     colors = None
     if len(parsed.colors):
         colors = linear_colors(parsed.colors, ["f4"] * 4, "vertex colours", path, warnings)
@@ -270,9 +270,7 @@ def _warnings(path: Path, parsed: ParsedObj) -> list[str]:
             word = note.code.removeprefix("keyword:")
             text = f"{note.count} statements with the unknown keyword {word!r} ignored"
         elif note.code == "faces_without_uv":
-            if not len(parsed.uvs):
-                continue
-            text = f"{note.count} of {parsed.faces} faces without texture coordinates; they get (0, 0)"
+            continue  # _without_uvs tells it, once the materials are read
         elif note.code == "faces_without_normal":
             if not len(parsed.normals):
                 continue
@@ -281,6 +279,25 @@ def _warnings(path: Path, parsed: ParsedObj) -> list[str]:
             text = _NOTES[note.code].format(count=note.count)
         warnings.append(f"{path}: line {note.line}: {text}")
     return warnings
+
+
+def _without_uvs(
+    path: Path, parsed: ParsedObj, groups: Sequence[Group], materials: Mapping[str, Material]
+) -> list[str]:
+    """A warning of faces without texture coordinates beside others; only of those whose material has a map,
+    because nothing reads the coordinates of the rest."""
+    note = next((note for note in parsed.notes if note.code == "faces_without_uv"), None)
+    if note is None or not len(parsed.uvs):
+        return []
+    names = {name for name, material in materials.items() if material.maps}
+    mapped = np.repeat([group.material in names for group in groups], [group.count for group in groups])
+    line, found = note.line, f"{note.count} of {parsed.faces} faces"
+    if not mapped.all():
+        bare = mapped & (parsed.uvs[parsed.triangles] == 0.0).all(axis=(1, 2))
+        if not bare.any():
+            return []
+        line, found = parsed.triangle_lines[bare.argmax()], f"{bare.sum()} of {len(bare)} triangles"
+    return [f"{path}: line {line}: {found} without texture coordinates; they get (0, 0)"]
 
 
 def _libraries(path: Path, root: Path, statement: str, warnings: list[str], absent: list[Path]) -> list[Path]:

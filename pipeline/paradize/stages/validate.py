@@ -7,6 +7,7 @@ counts its edges again; a different count is an error of ours.
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -50,9 +51,12 @@ class Report:
         return not (found.border.count or found.non_manifold.count or found.turned.count)
 
 
-def validate_mesh(mesh: Mesh, file: object = None) -> tuple[Mesh, Report]:
+def validate_mesh(
+    mesh: Mesh, file: object = None, mapped: Collection[str] | None = None
+) -> tuple[Mesh, Report]:
     """Drops triangles and vertices that no tool can use, and reports what is odd about the others. Their
-    positions do not change.
+    positions do not change. mapped: the materials that have maps, whose triangles need an area in the texture
+    (None: all).
 
     Dropped: triangles without area (two corners at one position, or all on a line), triangles that repeat the
     vertices of an earlier one of their material in the same direction, vertices that no triangle uses.
@@ -74,6 +78,8 @@ def validate_mesh(mesh: Mesh, file: object = None) -> tuple[Mesh, Report]:
     found = topology(welded, len(first))
     counted = _count_again(sound, welded, first, found, file)
     no_area = _zero_area_uv(mesh) & kept if mesh.uvs is not None else np.zeros(len(kept), np.bool_)
+    if mapped is not None:
+        no_area &= np.repeat([g.material in mapped for g in mesh.groups], [g.count for g in mesh.groups])
     return sound, Report(
         kept=kept,
         degenerate=int(flat.sum()),

@@ -189,11 +189,35 @@ def test_a_hostile_polygon_costs_bounded_work(tmp_path: Path) -> None:
 
 def test_corners_without_uv_or_normal_are_filled_in_and_told(tmp_path: Path) -> None:
     text = TRIANGLE + "vt 0.5 0.5\nvn 0 0 1\nf 1/1/1 2/1/1 3/1/1\nf 3 2 1\nf 1//1 2//1 3//1\n"
-    result = read(tmp_path, text)
+    lay_maps(tmp_path)
+    result = read(tmp_path, "mtllib m.mtl\nusemtl mapped\n" + text)
     assert result.mesh.uvs is not None and result.mesh.normals is not None
     assert result.counts["faces_without_uv"] == 2 and result.counts["faces_without_normal"] == 1
     assert (result.mesh.normals[result.mesh.triangles[1]] == 0).all()
     assert sum("computed" in warning or "(0, 0)" in warning for warning in result.warnings) == 2
+
+
+def lay_maps(folder: Path) -> None:
+    """Materials with a map and without."""
+    (folder / "a.png").write_bytes(b"a picture")
+    (folder / "m.mtl").write_text("newmtl mapped\nmap_Kd a.png\nnewmtl plain\nKd 1 0 0\n")
+
+
+def test_faces_without_texture_coordinates_are_told_only_where_their_material_has_a_map(
+    tmp_path: Path,
+) -> None:
+    lay_maps(tmp_path)
+    head = "mtllib m.mtl\n" + TRIANGLE + "v 1 1 0\nvt 0 1\nvt 1 0\nvt 0 0\n"
+    plain, sound, bare = "usemtl plain\nf 1 2 3\nf 2 3 4\n", "f 1/1 2/2 3/3\n", "f 1 2 4\n"
+    for text, told in (
+        (plain + "usemtl mapped\n" + sound, []),
+        (plain + "usemtl mapped\n" + sound + bare, ["line 14: 1 of 4 triangles without texture coordinates"]),
+        ("usemtl mapped\n" + sound + bare, ["line 11: 1 of 2 faces without texture coordinates"]),
+        (plain + sound, []),
+        ("usemtl nowhere\n" + bare + sound, []),
+    ):
+        warnings = [said for said in read(tmp_path, head + text).warnings if "without texture" in said]
+        assert [said.split(": ", 1)[1].partition(";")[0] for said in warnings] == told, text
 
 
 def test_vertex_colours_are_read_and_split_vertices(tmp_path: Path) -> None:

@@ -90,6 +90,9 @@ def test_images_without_area_are_counted() -> None:
     for uvs, count in (([(0, 0), (0.5, 0.25), (1, 0.5)], 1), ([(0, 0), (0.5, 0.5), (0.5, -0.5)], 0)):
         mesh = replace(soup(points, faces), uvs=np.array(uvs, np.float32))
         assert validate_mesh(mesh)[1].zero_area_uvs == count
+        mesh = replace(mesh, groups=(Group("part", "wood", 0, 1),))
+        assert validate_mesh(mesh, mapped={"wood"})[1].zero_area_uvs == count
+        assert validate_mesh(mesh, mapped={"another"})[1].zero_area_uvs == 0, "nothing reads them"
 
 
 def everything(mesh: Mesh) -> Mesh:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -66,7 +66,12 @@ def prepare_mesh(
             mend="scale the model down",
         )
     joined, welding = weld(read.mesh, settings.weld_m)
-    mesh, validation = _validated(joined, path, welding)
+    used = {group.material for group in read.mesh.groups}
+    mapped = {name for name in used if name in read.materials and read.materials[name].maps}
+    from_scene = not mapped and "TEXCOORD_0" in (
+        settings.attributes or ()
+    )  # maps that the model does not name
+    mesh, validation = _validated(joined, path, welding, None if from_scene else mapped)
     unused = validation.unused_vertices + read.counts["positions_unused"]
     validation = replace(validation, unused_vertices=unused)
     warnings = list(read.warnings)
@@ -126,10 +131,12 @@ def _without_tangents(mesh: Mesh) -> tuple[Mesh, list[str]]:
     return bare, [f"its tangents {' and '.join(differences)}; computed anew"]
 
 
-def _validated(mesh: Mesh, path: Path, welding: Welding) -> tuple[Mesh, Report]:
+def _validated(
+    mesh: Mesh, path: Path, welding: Welding, mapped: Collection[str] | None
+) -> tuple[Mesh, Report]:
     """validate_mesh; where places were joined, its error says so."""
     try:
-        return validate_mesh(mesh, path)
+        return validate_mesh(mesh, path, mapped)
     except SourceError as error:
         if not welding.joined:
             raise

@@ -27,10 +27,11 @@ if TYPE_CHECKING:
 @dataclass(frozen=True)
 class Part:
     """A primitive as it stands in the world. positions: (n, 3). triangles: (m, 3). The attributes: (n, k), or
-    None. name: of the group. material: its name."""
+    None. name: of the group. material: its name. mapped: whether it has maps."""
 
     name: str
     material: str
+    mapped: bool
     positions: F64
     triangles: npt.NDArray[np.int64]
     normals: F64 | None
@@ -95,6 +96,7 @@ def place_part(
     return Part(
         name=name,
         material=material.material.name,
+        mapped=placement is not None,
         positions=positions,
         triangles=triangles,
         normals=normals,
@@ -143,7 +145,7 @@ def joined(document: Document, parts: Sequence[Part]) -> tuple[Mesh, SourcePosit
             arrays[name] = rows
     if all(part.tangents is not None for part in parts):
         arrays["tangents"] = np.concatenate([part.tangents for part in parts]).astype(np.float32)
-    without = sum(len(part.triangles) for part in parts if part.uvs is None)
+    without = sum(len(part.triangles) for part in parts if part.mapped and part.uvs is None)
     if without and "uvs" in arrays:
         document.warn(f"{without} of {total} triangles without texture coordinates; they get (0, 0)")
     without = sum(len(part.triangles) for part in parts if part.normals is None)

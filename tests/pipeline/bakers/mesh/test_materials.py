@@ -11,9 +11,11 @@ import numpy as np
 import pytest
 
 from paradize.bakers.mesh.bake import bake_mesh
+from paradize.bakers.mesh.prepare import prepare_mesh
 from paradize.formats.glb.document import glb_document
 from paradize.material import Material
 from paradize.readers.model import read_model
+from paradize.scene.baker_settings import MeshSettings
 from tests.pipeline.readers.gltf.made import PNG, SQUARE, TWO, Made
 from tests.pipeline.scenes import write_image
 
@@ -137,3 +139,26 @@ def test_a_material_of_an_mtl_keeps_its_roughness_opacity_and_light(picture: str
     )
     assert found == wanted
     assert bool(picture) == any("the picture of color of 'wall'" in text for text in made.report["warnings"])
+
+
+def test_triangles_without_area_in_the_texture_are_told_only_where_maps_are_laid_on_them(
+    tmp_path: Path,
+) -> None:
+    """A scene lays maps that a model does not name."""
+    path = tmp_path / "a.obj"
+    (tmp_path / "a.png").write_bytes(PNG)
+    (tmp_path / "m.mtl").write_text("newmtl mapped\nmap_Kd a.png\nnewmtl plain\n")
+    text = "mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\n"
+    plain, mapped = "usemtl plain\nf 1/1 2/1 3/1\n", "usemtl mapped\nf 1/1 3/1 4/1\n"
+    for faces, attributes, count in (
+        (plain, None, 0),
+        (plain, ["TEXCOORD_0"], 1),
+        (plain, ["NORMAL"], 0),
+        (plain + mapped, None, 1),
+        (mapped, None, 1),
+    ):
+        path.write_text(text + faces)
+        _, found = prepare_mesh(path, MeshSettings(attributes=attributes), "fast")
+        assert found.validation.zero_area_uvs == count, (faces, attributes)
+        told = [said for said in found.warnings if "without area in the texture" in said]
+        assert len(told) == bool(count)

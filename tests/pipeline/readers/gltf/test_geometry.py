@@ -17,7 +17,7 @@ from paradize.data import Lod, Mesh
 from paradize.errors import SourceError
 from paradize.formats.glb.encode import encode_glb
 from paradize.readers.model import Model, read_model
-from tests.pipeline.readers.gltf.made import SQUARE, TWO, Made, shown, square
+from tests.pipeline.readers.gltf.made import PNG, SQUARE, TWO, Made, shown, square
 
 UVS = np.array([[0, 1], [1, 1], [1, 0], [0, 0]], np.float32)
 
@@ -263,7 +263,15 @@ def test_attributes_of_some_primitives_are_filled_in_for_the_others_and_said(tmp
     made.show(made.add("nodes", mesh=made.mesh(primitive, bare)))
     model = read_model(made.glb(tmp_path / "a.glb"))
     assert model.mesh.colors is not None and model.mesh.colors[4:].min() == 1.0
-    assert any("2 of 4 triangles without texture coordinates" in text for text in model.warnings)
+    assert not model.warnings, "no material has a map, so nothing reads texture coordinates"
+    made.add("images", bufferView=made.view(PNG), mimeType="image/png")
+    texture = {"index": made.add("textures", source=0)}
+    made.add("materials", pbrMetallicRoughness={"baseColorTexture": texture})
+    primitive["material"] = 0
+    assert not read_model(made.glb(tmp_path / "a.glb")).warnings, "that with the map has them"
+    bare["material"] = 0
+    told = read_model(made.glb(tmp_path / "a.glb")).warnings
+    assert any("2 of 4 triangles without texture coordinates" in text for text in told)
 
 
 def test_colours_that_are_not_finite_are_white_and_told(tmp_path: Path) -> None:
