@@ -17,6 +17,7 @@ from paradize.spelling import entries, folded, in_other_letters
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+END_MARKS = b"\0\x1a"  # bytes behind a text: Ctrl-Z of old systems, zeros that fill a block
 _BLANK = r"[\s\N{REPLACEMENT CHARACTER}]"  # a tab of a name is read as the latter
 _PICTURES = re.compile(r"tex(ture)?s?|images?|imgs?|maps?|pictures?|materials?")  # folders of them
 _PARTS, _ABOVE = 3, 3  # last parts of a path that are looked for, folders above in which they are

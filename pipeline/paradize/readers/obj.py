@@ -19,14 +19,15 @@ import numpy as np
 
 from paradize.data import Group, Mesh, SourcePositions
 from paradize.errors import SourceError
-from paradize.files import open_file
-from paradize.kernels.obj import ParsedObj, parse_obj_file
+from paradize.files import open_file, read_file
+from paradize.kernels.obj import ParsedObj, parse_obj, parse_obj_file
 from paradize.kinds import MODEL, expecting
 from paradize.material import Material
 from paradize.readers.colors import linear_colors
 from paradize.readers.mtl import MAX_BYTES as MTL_BYTES
 from paradize.readers.mtl import read_mtl
 from paradize.readers.names import (
+    END_MARKS,
     inside,
     named_file,
     require_utf8,
@@ -235,6 +236,9 @@ def _parse(path: Path) -> ParsedObj:
     try:
         with open_file(path) as file:
             require_utf8(os.pread(file.fileno(), 4, 0), path)
+            last = os.pread(file.fileno(), 1, max(os.fstat(file.fileno()).st_size - 1, 0))
+            if last.strip(END_MARKS) != last:
+                return parse_obj(read_file(path).rstrip(END_MARKS))
             return parse_obj_file(file.fileno())
     except (OSError, ValueError) as error:
         large = getattr(error, "errno", None) == errno.EFBIG

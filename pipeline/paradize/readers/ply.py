@@ -247,6 +247,10 @@ def _picture(ply: Ply, path: Path, root: Path, warnings: list[str], absent: list
 
 def _warn(ply: Ply, path: Path, warnings: list[str]) -> None:
     """Adds warnings of what is not read."""
+    for number, line in list(ply.skipped.items())[:1]:
+        more = f" (and {len(ply.skipped) - 1} more)" if len(ply.skipped) > 1 else ""
+        what = f"{line[:80]!r} is not a statement of PLY; skipped{more}"
+        warnings.append(f"{path}: line {number}: {what}")
     if ply.longer:
         what = f"{ply.longer} lines with more numbers than the header names; the rest left out"
         warnings.append(f"{path}: {what}")

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from paradize.errors import SourceError
+from paradize.readers.names import END_MARKS
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -63,12 +64,14 @@ class Element:
 @dataclass
 class Ply:
     """columns: by element and property, (n,) each. kinds: the numpy code of a property, in the same way.
-    longer: rows of a text that hold more numbers than the header names, which are left out."""
+    skipped: lines of the header that are no statement, by number. longer: rows of a text that hold more
+    numbers than the header names, which are left out."""
 
     columns: dict[str, dict[str, npt.NDArray[Any]]]
     lists: dict[str, dict[str, Lists]]
     kinds: dict[str, dict[str, str]]
     comments: list[str]
+    skipped: dict[int, str]
     longer: int = 0
 
 
@@ -81,31 +84,31 @@ def read_elements(data: bytes, path: Path) -> Ply:
     end = _END.search(data[:_MOST_HEADER])
     if end is None:
         raise SourceError("its header has no end", file=path, mend=_MEND)
-    order, elements, comments = _header(data[: end.start()], path)
+    order, elements, empty = _header(data[: end.start()], path)
     if order is not None:
-        return _all_rows(_Binary(data, end.end(), order), elements, comments, path)
-    return _text(data[end.end() :], elements, comments, path)
+        return _all_rows(_Binary(data, end.end(), order), elements, empty, path)
+    return _text(data[end.end() :].rstrip(END_MARKS), elements, empty, path)
 
 
-def _text(body: bytes, elements: list[Element], comments: list[str], path: Path) -> Ply:
+def _text(body: bytes, elements: list[Element], empty: Ply, path: Path) -> Ply:
     """All elements of a text. Where its numbers are not those that the header names, each line is a row."""
     source, fault, ply = _Text(_numbers(body)), None, None
     try:
-        ply = _all_rows(source, elements, comments, path)
+        ply = _all_rows(source, elements, empty, path)
     except SourceError as error:
         fault = error
     if fault or source.left():
         with suppress(ValueError, IndexError, OverflowError):
             numbers, longer = _numbers_of_lines(body, elements)
-            return replace(_all_rows(_Text(numbers), elements, comments, path), longer=longer)
+            return replace(_all_rows(_Text(numbers), elements, empty, path), longer=longer)
     if ply is None:
         assert fault
         raise fault
     return ply
 
 
-def _all_rows(source: _Text | _Binary, elements: list[Element], comments: list[str], path: Path) -> Ply:
-    ply = Ply({}, {}, {}, comments)
+def _all_rows(source: _Text | _Binary, elements: list[Element], empty: Ply, path: Path) -> Ply:
+    ply = replace(empty, columns={}, lists={}, kinds={})
     for element in elements:
         ply.kinds[element.name] = {declared.name: declared.kind for declared in element.properties}
         try:
@@ -116,11 +119,11 @@ def _all_rows(source: _Text | _Binary, elements: list[Element], comments: list[s
     return ply
 
 
-def _header(head: bytes, path: Path) -> tuple[str | None, list[Element], list[str]]:
-    """The byte order (None: text), the elements in their order, and the comments."""
+def _header(head: bytes, path: Path) -> tuple[str | None, list[Element], Ply]:
+    """The byte order (None: text), the elements in their order, and a Ply without rows."""
     order: str | None = None
     elements: list[Element] = []
-    comments: list[str] = []
+    empty = Ply({}, {}, {}, [], {})
     known = False
     for number, line in enumerate(head.decode("latin-1").splitlines()[1:], 2):
         words = line.split()
@@ -128,7 +131,7 @@ def _header(head: bytes, path: Path) -> tuple[str | None, list[Element], list[st
             case [] | ["obj_info", *_]:
                 pass
             case ["comment", *_]:
-                comments.append(line.strip()[len("comment") :].strip())
+                empty.comments.append(line.strip()[len("comment") :].strip())
             case ["format", form, _] if form in _FORMATS:
                 order, known = _FORMATS[form] or None, True
             case ["element", name, count] if count.isdecimal() and count.isascii() and len(count) < 19:
@@ -139,6 +142,8 @@ def _header(head: bytes, path: Path) -> tuple[str | None, list[Element], list[st
                 elements[-1].properties.append(Property(name, _TYPES[kind], _TYPES[length]))
             case ["property", kind, name] if elements and kind in _TYPES:
                 elements[-1].properties.append(Property(name, _TYPES[kind]))
+            case [word, *_] if word not in ("format", "element", "property"):
+                empty.skipped[number] = line  # a comment without its word, as Blender 2.4 writes one
             case _:
                 raise SourceError(
                     f"{line[:80]!r} is not a statement of PLY", file=path, place=f"line {number}", mend=_MEND
@@ -147,7 +152,7 @@ def _header(head: bytes, path: Path) -> tuple[str | None, list[Element], list[st
     if not known or len(set(names)) < len(names):
         what = "an element twice" if known else "no format"
         raise SourceError(f"its header has {what}", file=path, mend=_MEND)
-    return order, elements, comments
+    return order, elements, empty
 
 
 def _numbers(body: bytes) -> F64:

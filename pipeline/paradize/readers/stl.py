@@ -18,6 +18,7 @@ from paradize.errors import SourceError
 from paradize.files import read_file
 from paradize.kernels.mesh import number_rows
 from paradize.kernels.obj import cut_polygons, origin_of
+from paradize.readers.names import END_MARKS
 from paradize.readers.record import DEFAULT_NAME, LARGEST_COORDINATE, UNKNOWN_SMOOTHING, Model
 
 if TYPE_CHECKING:
@@ -48,8 +49,10 @@ def read_stl(path: Path) -> Model:
     count = int.from_bytes(data[80:_HEADER], "little")
     needed = _HEADER + count * _FACET
     warnings = []
-    is_text = b"\0" not in data[:_HEAD]
-    if is_text and data[:_HEAD].lstrip(_BLANK)[:5].lower() == b"solid":
+    is_solid = data[:_HEAD].lstrip(_BLANK)[:5].lower() == b"solid"
+    is_text = b"\0" not in (data[:_HEAD].rstrip(END_MARKS) if is_solid else data[:_HEAD])
+    if is_text and is_solid:
+        data = data.rstrip(END_MARKS)
         places, counts = _text(data, path)
         if b"endsolid" not in data[-_HEAD:].lower():
             warnings.append(f"{path}: ends without endsolid: it may be cut; export the model again")

@@ -262,6 +262,35 @@ def test_no_other_spelling_leads_out_of_the_root_or_is_a_guess(tmp_path: Path) -
         assert spelled_otherwise(root, root, name) is None, name
 
 
+@pytest.mark.parametrize("end", [b"\x1a", b"\0", b"\n\x1a", b"\n" + bytes(5), b"\x1a\0\0"])
+def test_end_marks_behind_a_text_are_none_of_it(tmp_path: Path, end: bytes) -> None:
+    """Ctrl-Z of old systems, and zeros that fill a block."""
+    files = {
+        "a.obj": f"mtllib a.mtl\n{TRIANGLE}usemtl wood\nf 1 2 3".encode(),
+        "a.mtl": b"newmtl wood\nKd 1 0 0.5",
+        "a.ply": ply("ascii", columns("float", "x y z", np.eye(3)), [[0, 1, 2]]).rstrip(),
+        "a.stl": b"solid a\nfacet normal 0 0 1\nouter loop\n"
+        + b"vertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid",
+        "a.gltf": shown(square()[1], square()[0]).gltf(tmp_path / "b.gltf").read_bytes(),
+    }
+    for name, text in files.items():
+        (tmp_path / name).write_bytes(text + end)
+    for name in ("a.obj", "a.ply", "a.stl", "a.gltf"):
+        model = read_model(tmp_path / name)
+        assert model.counts["triangles"] == (2 if name == "a.gltf" else 1) and not model.warnings
+    assert read_model(tmp_path / "a.obj").materials["wood"].color == (1.0, 0.0, 0.5)
+
+
+def test_zeros_behind_the_json_of_a_glb_are_blanks(tmp_path: Path) -> None:
+    data = shown(square()[1], square()[0]).glb(tmp_path / "a.glb").read_bytes()
+    total, length = (int.from_bytes(data[at : at + 4], "little") for at in (8, 12))
+    sizes = [(total + 4).to_bytes(4, "little"), (length + 4).to_bytes(4, "little")]
+    padded = data[:8] + b"".join(sizes) + data[16 : 20 + length] + bytes(4) + data[20 + length :]
+    (tmp_path / "a.glb").write_bytes(padded)
+    model = read_model(tmp_path / "a.glb")
+    assert model.counts["triangles"] == 2 and not model.warnings
+
+
 def test_texts_of_models_in_utf_16_are_refused(tmp_path: Path) -> None:
     (tmp_path / "a.mtl").write_bytes("newmtl wood\n".encode("utf-16"))
     with pytest.raises(SourceError, match=r"a\.mtl: the text is UTF-16; save it as UTF-8"):

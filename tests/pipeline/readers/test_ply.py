@@ -337,6 +337,19 @@ def test_a_broken_ply_is_refused_in_one_line(tmp_path: Path) -> None:
         assert "\n" not in str(caught.value) and "a.ply" in str(caught.value)
 
 
+@pytest.mark.parametrize("form", FORMS)
+def test_a_header_line_that_is_no_statement_is_skipped_and_told(form: str, tmp_path: Path) -> None:
+    """As Blender 2.4 wrote a comment without its word."""
+    data = ply(form, columns("float", "x y z", PLACES), [[0, 1, 2]])
+    for line, more in (("Created by Blender3D\n", ""), ("Made by me\nTwice\n", " (and 1 more)")):
+        (tmp_path / "a.ply").write_bytes(data.replace(b"element v", line.encode() + b"element v", 1))
+        model = read_model(tmp_path / "a.ply")
+        assert np.array_equal(model.mesh.positions[model.mesh.triangles[0]], PLACES[:3])
+        shown = line.partition("\n")[0]
+        told = f"{tmp_path / 'a.ply'}: line 4: {shown!r} is not a statement of PLY; skipped{more}"
+        assert model.warnings == [told]
+
+
 def test_a_ply_of_another_name_is_read_as_one(tmp_path: Path) -> None:
     data = ply("ascii", columns("float", "x y z", PLACES), [[0, 1, 2]])
     (tmp_path / "scan.obj").write_bytes(data)

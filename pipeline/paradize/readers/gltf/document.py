@@ -10,6 +10,7 @@ from typing import Any, Self
 from paradize.documents import parse_json
 from paradize.errors import FormatError, SourceError, bounded
 from paradize.files import read_file
+from paradize.readers.names import END_MARKS
 from paradize.readers.ranges import beyond, within
 
 _JSON_BYTES = 1 << 30  # a .gltf may hold its buffers and pictures as text
@@ -40,7 +41,8 @@ class Document:
         if data.startswith(b"glTF"):
             text, self.binary = self._chunks(data)
         try:
-            tree = parse_json(text.tobytes().removeprefix(b"\xef\xbb\xbf"), limit=_JSON_BYTES)
+            words = text.tobytes().removeprefix(b"\xef\xbb\xbf").rstrip(END_MARKS)
+            tree = parse_json(words, limit=_JSON_BYTES)
         except FormatError as error:
             raise SourceError(error.what, file=file, place=error.place, mend=MEND) from None
         if not isinstance(tree, dict):

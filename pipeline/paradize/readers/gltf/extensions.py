@@ -31,6 +31,7 @@ LEFT_OUT = {
     "EXT_lights_image_based": "light",
     "EXT_mesh_features": "metadata",
     "EXT_structural_metadata": "metadata",
+    "FB_ngon_encoding": "which triangles are one polygon",
     "KHR_animation_pointer": "animations",
     "KHR_audio": "sounds",
     "KHR_materials_anisotropy": "anisotropic highlights",
@@ -43,6 +44,14 @@ LEFT_OUT = {
     "KHR_texture_ktx": "KTX2 pictures",
     "KHR_xmp": "metadata",
     "KHR_xmp_json_ld": "metadata",
+    "VRM": "an avatar's rig and its shading as a drawing",
+    "VRMC_materials_hdr_emissiveMultiplier": "stronger light of its own",
+    "VRMC_materials_mtoon": "shading as a drawing",
+    "VRMC_node_constraint": "nodes that follow others",
+    "VRMC_springBone": "bones that swing",
+    "VRMC_springBone_extended_collider": "bones that swing",
+    "VRMC_vrm": "an avatar's rig",
+    "VRMC_vrm_animation": "an avatar's animation",
 }
 
 

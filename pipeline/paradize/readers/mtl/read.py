@@ -19,7 +19,7 @@ from paradize.material import MAX_EMISSION, Material
 from paradize.readers.mtl.maps import floats, read_map_statement
 from paradize.readers.mtl.material import BLENDER_ROLES, PACKED, ROLES, Statements, material_of
 from paradize.readers.mtl.texture_transform import BoundsOf
-from paradize.readers.names import require_utf8
+from paradize.readers.names import END_MARKS, require_utf8
 from paradize.readers.ranges import beyond, within
 from paradize.readers.uv_transform import UvTransforms
 
@@ -70,7 +70,7 @@ def read_mtl(
     a material is used with; None: not known. Raises SourceError for an unreadable file
     or an invalid number with its line, GroupedError for several."""
     try:
-        raw = read_file(path, MAX_BYTES).removeprefix(b"\xef\xbb\xbf")
+        raw = read_file(path, MAX_BYTES).removeprefix(b"\xef\xbb\xbf").rstrip(END_MARKS)
     except OSError as error:
         raise SourceError(f"cannot be read: {error.strerror or error}", file=path) from None
     require_utf8(raw[:4], path)

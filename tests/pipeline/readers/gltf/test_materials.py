@@ -332,6 +332,10 @@ def test_an_extension_that_is_not_read_is_named_and_refused_only_where_it_is_req
         "extension KHR_materials_clearcoat is left out: clear coats",
         "extension ACME_gizmo is left out",
     ]
+    plain = ["FB_ngon_encoding", "VRM", "VRMC_vrm", "VRMC_springBone", "VRMC_node_constraint"]
+    made.tree["extensionsRequired"] = plain
+    told = read_model(made.glb(tmp_path / "b.glb")).warnings
+    assert [text.partition(" extension ")[2].partition(" is left out: ")[0] for text in told[:5]] == plain
     made.tree["extensionsRequired"] = ["ACME_gizmo"]
     with pytest.raises(SourceError, match="needs the extension ACME_gizmo, which is not read"):
         read_model(made.glb(tmp_path / "b.glb"))
