@@ -205,8 +205,8 @@ def test_a_folder_in_a_files_place_is_no_file_and_told(tmp_path: Path, name: str
         assert (tmp_path / name).resolve() in model.absent
 
 
-def test_a_bake_notices_a_file_in_the_place_of_a_folder_and_no_change_of_the_folder(tmp_path: Path) -> None:
-    """What a model names and is a folder is looked for as what is missing."""
+def test_a_folder_is_stamped_as_a_missing_file(tmp_path: Path) -> None:
+    """A bake looks again for what was missing: a folder that a model names stands for nothing there."""
     assert stamp(tmp_path) is None and stamp(tmp_path / "none") is None
     (tmp_path / "wood.png").write_bytes(PNG)
     assert stamp(tmp_path / "wood.png")
