@@ -162,7 +162,7 @@ def test_more_libraries_than_anyone_has_are_told_not_looked_for(tmp_path: Path) 
 def test_missing_libraries_maps_and_materials_are_told(tmp_path: Path) -> None:
     result = model(tmp_path, "gone.mtl a.mtl", "newmtl stone\nmap_Kd gone.png\n")
     message = " ".join(result.warnings)
-    for part in ("'gone.mtl' is missing", "'gone.png' does not exist", "'wood'"):
+    for part in ("'gone.mtl' does not exist", "'gone.png' does not exist", "'wood'"):
         assert part in message
 
 
