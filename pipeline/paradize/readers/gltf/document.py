@@ -105,8 +105,8 @@ class Document:
 
     @property
     def warnings(self) -> list[str]:
-        """What was left out or read otherwise: a line for each sentence, which names its first place and how
-        many there are."""
+        """A line for each sentence of what was left out or read otherwise, with its first place and how many
+        there are."""
         lines = []
         for what, places in list(self._told.items())[:_MAX_WARNINGS]:
             place = next(iter(places))
