@@ -172,6 +172,8 @@ def _numbers_of_lines(body: bytes, elements: list[Element]) -> tuple[F64, int]:
     owners = [element for element in elements for _ in range(element.count)]
     rows, longer = [], 0
     for element, line in zip(owners, lines[: len(owners)], strict=True):
+        if b"_" in line:  # 1_0, a form that only Python accepts
+            raise ValueError
         row = np.fromiter(map(float, line.split()), np.float64)
         named = 0
         for declared in element.properties:

@@ -309,6 +309,7 @@ def test_a_broken_ply_is_refused_in_one_line(tmp_path: Path) -> None:
         (text.replace(b"3 0 1 2", b"nan 0 1 2"), "element face: cut"),
         (text.replace(b"3 0 1 2", b"1e300 0 1 2"), "element face: cut"),
         (text.replace(b"3 0 1 2", b"3 0 1 2 two"), "element vertex: cut, or holds what is not a number"),
+        (text.replace(b"2.0", b"2_0.0"), "element vertex: cut, or holds what is not a number"),
         (text.replace(b"2.0", b"two"), "element vertex: cut, or holds what is not a number"),
         (text.replace(b"vertex 3", b"vertex 999999999999999999"), "element vertex: cut"),
         (little.replace(b"face 1", b"face 888888888888"), "element face: cut"),
