@@ -22,8 +22,8 @@ _FEWER = "export the model without so many copies"
 
 
 class Document:
-    """A glTF file. file: its path. tree: its JSON. binary: the BIN chunk of a GLB, else None. copies_mend: the
-    mend of too many copies. Each fault names its place, a JSON pointer or a byte."""
+    """A glTF file. file: its path. tree: its JSON. binary: the BIN chunk of a GLB, else None. copies_mend:
+    the mend of too many copies. Each fault names its place, a JSON pointer or a byte."""
 
     def __init__(self, file: Path) -> None:
         self.file = file
