@@ -79,13 +79,11 @@ void SkyPass::draw(const Frame &frame, const View &view) {
             drawing.star_turn,
             glm::mat3(glm::rotate(glm::mat4(1.0F), star_turns * turn * glm::two_pi<float>(), star_pole)));
     }
-    glDepthFunc(GL_LEQUAL); // the sky is drawn at the far plane, where depth is 1
-    glDepthMask(GL_FALSE);
+    glDepthMask(GL_FALSE); // it is drawn at the far plane
     glDisable(GL_CULL_FACE);
     frame.draw_fullscreen();
     glEnable(GL_CULL_FACE);
     glDepthMask(GL_TRUE);
-    glDepthFunc(GL_LESS);
 }
 
 } // namespace paradize

@@ -26,7 +26,7 @@ std::vector<std::unique_ptr<Pass>> make_passes(std::span<const std::size_t> inde
 
 void set_default_state() {
     glEnable(GL_DEPTH_TEST);
-    glDepthFunc(GL_LESS);
+    glDepthFunc(GL_LEQUAL); // the far plane has the sky; layers lie on triangles of other materials
     glDepthMask(GL_TRUE);
     glEnable(GL_CULL_FACE);
     glCullFace(GL_BACK);

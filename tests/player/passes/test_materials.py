@@ -650,3 +650,21 @@ def test_a_blended_object_shows_in_each_view(player: Callable[..., Any], tmp_pat
     changed = np.abs(whole - none).max(axis=2) > 20
     assert changed.sum() > 100
     assert np.abs((half - none) - 0.5 * (whole - none))[changed].max() < 4.0 * 255 * STEP
+
+
+@pytest.mark.parametrize("mode", ["mask", "blend"])
+def test_a_layer_on_the_triangles_of_another_material_is_drawn_over_them(render: Render, mode: str) -> None:
+    """As stickers on a wall: both have the same vertices, so the same depths."""
+    wall = quad()
+    layers = replace(
+        wall,
+        triangles=np.concatenate([wall.triangles, wall.triangles]),
+        groups=(Group("m", "wall", 0, 2), Group("m", "sticker", 2, 2)),
+        colors=None,
+    )
+    materials = {
+        "wall": material() | BLACK,
+        "sticker": material(alpha_mode=mode) | WHITE,
+    }
+    light = render([thing("a", materials)], {"a": layers}, ambient=1.0)
+    assert light[HEIGHT // 2, WIDTH // 2] == pytest.approx([0.75] * 3, abs=STEP)
