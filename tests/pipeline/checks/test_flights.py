@@ -11,11 +11,13 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from paradize.checks.flights import check_flight, distances, heights_at
+from paradize.checks.flights import _nearest_object, check_flight, distances, heights_at
 from paradize.data import Heightfield, Lod, Mesh
 from paradize.formats.glb.encode import encode_glb
 from paradize.formats.glb.tiles import TilePatch, encode_tiles
+from paradize.placement import to_world
 from paradize.scene.flight import plan_flight
+from paradize.scene.motion import moved
 from paradize.scene.settings import EyePoint, Flight, TargetPoint
 from paradize.stages.terrain import terrain_mesh
 from tests.pipeline.shapes import soup
@@ -153,3 +155,37 @@ def test_an_object_that_moves_is_near_where_it_is_when_the_eye_comes(tmp_path: P
     assert "within 0" in told and "flight at " in told
     across = instance([-2.0 * eye[0], eye[1], 0.0])  # where it goes, the eye is elsewhere
     assert not near_findings(tmp_path, mesh, across, motion=round_it)
+
+
+def test_distances_are_those_of_all_triangles_of_all_instances_at_every_moment(tmp_path: Path) -> None:
+    """Whatever boxes leave out: mirrored, turned and stretched instances, still and in motion."""
+    rng = np.random.default_rng(6)
+    x, y, z = 2.0 * rng.normal(size=(3, 30))
+    mesh = soup(
+        list(zip(x + 3.0, y, z + 1.0, strict=True)), [(3 * k, 3 * k + 1, 3 * k + 2) for k in range(10)]
+    )
+    glb = encode_glb((Lod(mesh, 0.0, 0.0),), "thing")
+    (tmp_path / "thing.glb").write_bytes(glb)
+    corners = mesh.positions.astype(np.float64)[mesh.triangles]
+    stands = [
+        instance([1.0, 0.0, 2.0], 1.0),
+        instance([-2.0, 1.0, 0.0], 4.0) | {"scale": [-0.4, 4.0, 1.0]},
+        instance([-13.0, 2.0, 0.0]) | {"scale": [3.0, -3.0, -0.3]},  # its corners reach far beyond its own
+    ]
+    motion = {"rise_m": 1.0, "bank_rad": 0.3, "ahead": True, "laps": 3, "radius_m": [4.0, 2.0]}
+    motion |= {"pauses": 0, "pause_share": 0.0, "beat": None}
+    item = {"mesh": "thing_mesh", "materials": {}, "instances": stands}
+    manifest = {
+        "objects": [item | {"motion": None}, item | {"motion": motion}],
+        "artifacts": {"thing_mesh": {"file": "thing.glb", "bytes": len(glb)}},
+    }
+    eyes, reach = 5.0 * np.sin(np.cumsum(0.02 * rng.normal(size=(200, 3)) + 0.02, axis=0)), 0.4
+    nearest = np.full(len(eyes), np.inf)
+    for k, stand in enumerate(stands):
+        for i, eye in enumerate(eyes):
+            for now in (stand, moved(stand, motion, k, i / len(eyes))):
+                world = np.stack(to_world(corners.transpose(2, 0, 1), now), axis=-1)
+                nearest[i] = min(nearest[i], distances(eye[None], world)[0])
+    wanted = np.where(nearest < reach, nearest, np.inf)
+    assert 20 < np.isfinite(wanted).sum() < 180
+    assert _nearest_object(manifest, tmp_path, eyes, reach) == pytest.approx(wanted, abs=1e-9)
