@@ -18,6 +18,7 @@ import paradize
 from paradize import api
 from paradize.errors import ArgumentError, GroupedError, SourceError
 from paradize.formats.png import encode_png
+from paradize.metrics.mapped_normal import SAMPLES
 from paradize.scene.setting_rules import RULES, require_right
 from tests.made.models import kit
 from tests.made.pictures import field, photograph
@@ -85,8 +86,9 @@ def test_loading_the_package_loads_nothing_of_it() -> None:
 
 
 def test_library_and_command_line_write_the_same_bytes(
-    folder: Path, tmp_path: Path, paradize: Callable[..., Any]
+    folder: Path, tmp_path: Path, paradize: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    monkeypatch.setattr("paradize.bakers.mesh.lods._SAMPLES", SAMPLES)  # tests take fewer (few_samples)
     written = api.mesh(folder / "rock.obj", api.MeshSettings(lods=2)).write(tmp_path / "a" / "library.glb")
     done = paradize("mesh", folder / "rock.obj", "--lods", 2, "-o", tmp_path / "cli.glb")
     assert done.returncode == 0, done.stderr
