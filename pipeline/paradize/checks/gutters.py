@@ -119,8 +119,8 @@ def _padded(levels: list[F32], left: int) -> list[F32]:
 
 
 def _measured(artifact: dict[str, Any], name: str, count: int, folder: Path) -> Iterator[Finding]:
-    """Judges the bake's own measure of a map whose finest levels were left out. Its gutters repeat the
-    outermost texels of a level that is gone, which no mean tells: a walk finds only what other islands do."""
+    """Judges the bake's own measure of a map whose finest levels were left out: its gutters repeat texels of
+    a level that is gone, which the walk cannot compare."""
     gutter = artifact["gutter"]
     levels = zip(gutter["bleed_p99"][:count], gutter["bleed_max"][:count], strict=False)
     for level, (p99, worst) in enumerate(levels):
@@ -130,6 +130,17 @@ def _measured(artifact: dict[str, Any], name: str, count: int, folder: Path) -> 
                 f"{p99:.3g} or more, when it was baked; {gutter['bound']:g} is accepted"
             )
             yield Finding("PZ221", str(folder / artifact["file"]), what, f"{name} level {level}")
+
+
+def _filled(excess: F32, bound: float, name: str, file: str) -> Iterator[Finding]:
+    """Finds a gutter that was filled with something else than its island. excess: Borders.gutter_excess."""
+    y, x = np.unravel_index(int(excess.argmax()), excess.shape)
+    if excess[y, x] > WORST * bound:
+        what = (
+            f"beside an island the gutter is {excess[y, x]:.3g} of the range beyond what the island's texels "
+            f"allow; {WORST * bound:g} is accepted"
+        )
+        yield Finding("PZ221", file, what, f"{name} level 0 texel ({x}, {y})")
 
 
 def _reach(material: dict[str, Any]) -> float:
@@ -156,9 +167,14 @@ def _walk(
     count = len(texture.levels) if artifact["max_level"] is None else artifact["max_level"] + 1
     if left:
         yield from _measured(artifact, name, count, folder)
-        borders, bound = borders.with_gutters_as_they_are(), _GUESSED * accepted
     known = [*[(1.0, 1.0)] * left, (baked[0], baked[1]), *[(0.0, 0.0)] * len(texture.levels)]  # by level
-    levels = _padded(compared_levels(texture, key)[:count], left)
+    shown = compared_levels(texture, key)[:count]
+    if left:
+        yield from _filled(
+            borders.gutter_excess(shown[0], left), accepted, name, str(folder / artifact["file"])
+        )
+        borders, bound = borders.with_gutters_as_they_are(), _GUESSED * accepted  # other islands alone
+    levels = _padded(shown, left)
     far = borders.reach(reaches)
     steep = borders.walked(levels, MAPS[key].kind, far)
     flat = steep

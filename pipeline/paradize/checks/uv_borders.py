@@ -20,6 +20,7 @@ from paradize.map_table import MAPS
 from paradize.metrics.texels import decode_texels
 
 F32 = npt.NDArray[np.float32]
+_WINDOW = 2  # texels round one of a gutter, of which the nearest of its island is one
 WORST = 2.5  # no sample is off by more than so many times the bound
 
 
@@ -43,6 +44,34 @@ class Borders:
         """The borders where a gutter holds what its texels show, not the nearest texel of its island."""
         texels = np.arange(self.layout.source.size, dtype=np.int32).reshape(self.layout.source.shape)
         return replace(self, layout=replace(self.layout, source=texels))
+
+    def gutter_excess(self, level: F32, left: int) -> F32:
+        """(h, w): how far the gutter beside an island lies beyond what the island allows, of the finest
+        published level (h, w, c) of a map of whose levels `left` are gone; 0 elsewhere, and within.
+
+        A gutter repeats outermost texels of the level that is gone. Each of them is one of 4**left texels
+        whose mean the island shows, so it lies so many times as far from them as they lie apart, at most.
+        """
+        rows, columns, _ = level.shape
+        inside = self.layout.inside.reshape(rows, 1 << left, columns, 1 << left).any(axis=(1, 3))
+        low, high = np.full(level.shape, np.inf, np.float32), np.full(level.shape, -np.inf, np.float32)
+        beside = np.zeros(inside.shape, np.bool_)
+        mode = "wrap" if self.layout.repeat else "constant"
+        near = np.pad(inside, _WINDOW, mode=mode)  # type: ignore[call-overload]
+        shown = np.pad(level, [(_WINDOW, _WINDOW), (_WINDOW, _WINDOW), (0, 0)], mode=mode)  # type: ignore[call-overload]
+        for y in range(2 * _WINDOW + 1):
+            for x in range(2 * _WINDOW + 1):
+                there = near[y : y + rows, x : x + columns]
+                texels = shown[y : y + rows, x : x + columns]
+                np.minimum(low, texels, out=low, where=there[:, :, None])
+                np.maximum(high, texels, out=high, where=there[:, :, None])
+                if max(abs(y - _WINDOW), abs(x - _WINDOW)) == 1:
+                    beside |= there
+        out = np.zeros(inside.shape, np.float32)
+        at = beside & ~inside
+        span = (4**left - 1) * (high[at] - low[at])
+        out[at] = np.maximum(low[at] - span - level[at], level[at] - high[at] - span).max(axis=1).clip(min=0)
+        return out
 
     def walked(self, levels: list[F32], kind: str, reach: npt.NDArray[np.float64]) -> list[Bleed]:
         """The findings of a walk along the borders, by level."""

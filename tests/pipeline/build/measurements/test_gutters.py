@@ -509,6 +509,15 @@ def test_a_fault_is_named_by_the_level_that_is_published(scene: Path) -> None:
     assert int(place[1]) in (11, 20) and 2 <= int(place[2]) <= 29  # the islands' borders at the gap
 
 
+def test_a_wrong_gutter_is_found_where_the_finest_level_is_left_out(scene: Path) -> None:
+    paint(1, 3, 4, slice(4, 5))(scene)  # texels 12 to 15 of 32 across: beside the left island's border
+    without_finest(scene)
+    found = next(finding for finding in check_paths([scene]) if finding.code == "PZ221")
+    assert "the gutter is" in found.what
+    place = re.fullmatch(r"post_color level 0 texel \((\d+), (\d+)\)", found.place)
+    assert place is not None and abs(int(place[1]) - 12) <= 2 and 14 <= int(place[2]) <= 21
+
+
 def test_a_measure_beyond_the_bound_is_told_where_the_finest_level_is_left_out(scene: Path) -> None:
     without_finest(scene)
     last = scene_of(scene)["artifacts"]["post_color"]["max_level"]
