@@ -12,7 +12,7 @@ from paradize.build.provenance import BakeReport
 
 
 def bake_apart(scene: Path, top: Path, *, whole: bool = False) -> BakeReport:
-    """Bakes a scene into top/out, with a store of its own, top/store; it must have no error. For fixtures of a
+    """Bakes a scene, without an error, into top/out, with a store of its own, top/store. For fixtures of a
     module: `monkeypatch` is of one test."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("PARADIZE_STORE", str(top / "store"))

@@ -11,9 +11,8 @@ from pathlib import Path
 
 import pytest
 
-from paradize.build.bake import bake
-from paradize.build.options import BuildOptions
 from paradize.cli.main import main
+from tests.pipeline.bakes import bake_apart
 from tests.pipeline.kept_workers import keeping_workers
 from tests.pipeline.scenes import make_cove
 
@@ -43,9 +42,7 @@ def paradize_here() -> Callable[..., subprocess.CompletedProcess[str]]:
 def baked_cove(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A store that holds the cove's products. To be read: see cove_store."""
     top = tmp_path_factory.mktemp("baked_cove")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("PARADIZE_STORE", str(top / "store"))
-        assert not bake(make_cove(top / "scene"), top / "out", BuildOptions(jobs=1)).errors
+    bake_apart(make_cove(top / "scene"), top)
     return top / "store"
 
 

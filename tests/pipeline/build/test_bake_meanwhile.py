@@ -13,6 +13,7 @@ import pytest
 from paradize.build.bake import bake
 from paradize.build.options import BuildOptions, JobObserver
 from paradize.build.provenance import BakeReport
+from tests.pipeline.bakes import bake_apart
 from tests.pipeline.scenes import make_cove, write_image
 from tests.sweeps import sweep
 
@@ -27,11 +28,7 @@ def baked(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path, BakeRep
     """The cove that nobody edits: its scene, the store of its bake, and what that reports."""
     top = tmp_path_factory.mktemp("cove")
     scene = make_cove(top / "scene")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("PARADIZE_STORE", str(top / "store"))
-        report = bake(scene, top / "out", BuildOptions())
-    assert not report.errors
-    return scene, top / "store", report
+    return scene, top / "store", bake_apart(scene, top)
 
 
 class Ended(JobObserver):

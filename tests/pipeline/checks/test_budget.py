@@ -25,6 +25,7 @@ from paradize.formats.ktx2.encode import encode_ktx2
 from paradize.scene.budget import METRICS, Excess, excesses
 from paradize.scene.schema import Limits
 from paradize.scene.settings import load_scene
+from tests.pipeline.bakes import bake_apart
 from tests.pipeline.scenes import make_cove
 from tests.pipeline.shapes import cube
 
@@ -33,10 +34,7 @@ from tests.pipeline.shapes import cube
 def baked(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with `scene` and its bake `out`, with all levels of detail."""
     top = tmp_path_factory.mktemp("cove")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("PARADIZE_STORE", str(top / "store"))
-        report = bake(make_cove(top / "scene"), top / "out", BuildOptions(jobs=1, whole=True))
-    assert not report.errors
+    bake_apart(make_cove(top / "scene"), top, whole=True)
     return top
 
 

@@ -19,8 +19,6 @@ import pytest
 import soundfile
 
 from paradize.bakers.mesh.bake import bake_mesh
-from paradize.build.bake import bake
-from paradize.build.options import BuildOptions
 from paradize.checks import Finding, check_paths, render
 from paradize.checks.glb_arrays import read_levels
 from paradize.checks.gutters import check_gutters
@@ -32,6 +30,7 @@ from paradize.formats.glb.reader import decode_glb
 from paradize.formats.ktx2.encode import encode_ktx2
 from paradize.formats.ktx2.reader import _read_key_values, decode_ktx2
 from paradize.formats.png import encode_png
+from tests.pipeline.bakes import bake_apart
 from tests.pipeline.scenes import ball, make_cove
 from tests.sweeps import CORPUS_DEEP
 
@@ -226,9 +225,7 @@ def test_every_file_is_findings_or_none_in_every_form(sources: Path) -> None:
 @pytest.fixture(scope="module")
 def cove(tmp_path_factory: pytest.TempPathFactory) -> Path:
     top = tmp_path_factory.mktemp("cove")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("PARADIZE_STORE", str(top / "store"))
-        assert not bake(make_cove(top / "cove"), top / "out", BuildOptions(jobs=1)).errors
+    bake_apart(make_cove(top / "cove"), top)
     return top / "out"
 
 

@@ -15,8 +15,6 @@ import OpenImageIO as oiio
 import pytest
 from scipy.spatial import cKDTree
 
-from paradize.build.bake import bake
-from paradize.build.options import BuildOptions
 from paradize.explain.bounds import bound_short, bound_words, bounds_of, mixed
 from paradize.explain.facts import explain
 from paradize.formats.glb.reader import decode_glb
@@ -24,6 +22,7 @@ from paradize.formats.glb.tiles import decode_tile
 from paradize.formats.ktx2.reader import decode_ktx2
 from paradize.metrics.texels import decode_texels
 from paradize.scene.flight import Flight
+from tests.pipeline.bakes import bake_apart
 from tests.pipeline.scenes import make_cove
 from tests.sweeps import sweep
 
@@ -57,10 +56,7 @@ def baked(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFacto
         )
         text = text.replace("[9, 2, 0]", "[5, 3.5, 1]").replace("[0, 2, 9]", "[0, 4, 70]")
     scene.write_text(text)
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("PARADIZE_STORE", str(top / "store"))
-        report = bake(scene, top / "out", BuildOptions(jobs=1))
-    assert not report.errors, report.errors
+    bake_apart(scene, top)
     manifest = json.loads((top / "out" / "scene.json").read_text())
     return scene, top / "out", (manifest, bounds_of(manifest, top / "out"))
 

@@ -20,6 +20,7 @@ from paradize.explain.facts import explain
 from paradize.explain.gutters import decides
 from paradize.explain.words import render
 from paradize.formats.ktx2.layout import IDENTIFIER
+from tests.pipeline.bakes import bake_apart
 from tests.pipeline.layouts import make_atlas_scene, two_tone
 from tests.pipeline.scenes import make_cove
 
@@ -35,9 +36,7 @@ def close(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
     scene = make_atlas_scene(
         top / "scene", *two_tone(4, RED, GREEN), parallax_scale=0.4, viewport="[320, 180]"
     )
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("PARADIZE_STORE", str(top / "store"))
-        assert not bake(scene, top / "out", BuildOptions(jobs=1)).errors
+    bake_apart(scene, top)
     return scene, top / "out"
 
 

@@ -12,10 +12,9 @@ import pytest
 
 from paradize.bakers.authored.bake import bake_authored
 from paradize.bakers.color import bake_color
-from paradize.build.bake import bake
-from paradize.build.options import BuildOptions
 from paradize.build.single_file import bake_single
 from paradize.scene.budget import METRICS
+from tests.pipeline.bakes import bake_apart
 from tests.pipeline.build.test_budget_measured import MAPS, MESH, TERRAIN
 from tests.pipeline.scenes import make_cove, write_image
 from tests.pipeline.shapes import CORNER_OBJ
@@ -43,10 +42,7 @@ def written(tmp_path_factory: pytest.TempPathFactory) -> set[str]:
     top = tmp_path_factory.mktemp("written")
     scene = make_cove(top / "scene")
     scene.write_text(scene.read_text().replace("lods = 3\n", "lods = 3\nquantise = true\nsway_m = 0.1\n"))
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("PARADIZE_STORE", str(top / "store"))
-        report = bake(scene, top / "out", BuildOptions(jobs=1))
-    assert not report.errors
+    bake_apart(scene, top)
     manifest: dict[str, Any] = json.loads((top / "out/scene.json").read_text())
     names = set(manifest["flight"]["errors"])
     for artifact in manifest["artifacts"].values():

@@ -25,6 +25,7 @@ from paradize.store.atomic import PARTIAL
 from paradize.store.local import Store, hashes_in, seal
 from paradize.store.remote_folder import RemoteFolder, shown
 from paradize.store.shared import SharedStore
+from tests.pipeline.bakes import bake_apart
 from tests.pipeline.scenes import make_cove, make_free_cove
 from tests.pipeline.ssh_server import Home, asyncssh_server, asyncssh_servers, openssh_server, url_of
 from tests.processes import started
@@ -60,9 +61,7 @@ def home(tmp_path: Path, servers: subprocess.Popen[str]) -> Home:
 def baked(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     """A folder with scene/cove.toml, its bake in out, and the store of that."""
     top = tmp_path_factory.mktemp("cove")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("PARADIZE_STORE", str(top / "store"))
-        assert not bake(make_free_cove(top / "scene"), top / "out", BuildOptions()).errors
+    bake_apart(make_free_cove(top / "scene"), top)
     yield top
 
 

@@ -34,6 +34,7 @@ from paradize.scene.baker_settings import TileSettings
 from paradize.stages.quantise import quantise, terrain_grid
 from paradize.store.local import key_of
 from paradize.visibility.query import plan_query
+from tests.pipeline.bakes import bake_apart
 from tests.pipeline.glb_json import document
 from tests.pipeline.scenes import make_cove, write_image
 from tests.pipeline.visibility.test_terrain_demand import flight_settings, flight_views_of
@@ -70,9 +71,7 @@ def coast(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path, Path]:
     """(scene, folder of its bake, store)"""
     top = tmp_path_factory.mktemp("coast")
     scene = make_coast(top / "scene")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("PARADIZE_STORE", str(top / "store"))
-        assert not bake(scene, top / "out", BuildOptions()).errors
+    bake_apart(scene, top)
     return scene, top / "out", top / "store"
 
 
