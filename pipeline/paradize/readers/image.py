@@ -221,13 +221,16 @@ def _read_open(source: Any, path: Path, head: bytes, color_space: str | None, fi
     declared = spec.get_string_attribute("oiio:ColorSpace").lower()
     if declared.startswith(("pq_", "hlg_")) and color_space != "data":
         raise high_range(declared.partition("_")[0].upper(), path)
+    profile = spec.getattribute("ICCProfile")
     if color_space is None:
-        linear = name in _PLAIN_NUMBERS or declared.startswith("lin")
+        linear = name in _PLAIN_NUMBERS or (
+            declared.startswith("lin") and profile is None
+        )  # it precedes gamma
         color_space = "linear" if linear else "srgb"
     bits = _PLAIN_NUMBERS.get(name) or {"uint8": 8, "uint16": 16}.get(name, 32)
     notes = (*filter(None, (skipped, dds.note, fourth, others)), *_notes(source, kind))
     colors: tuple[str, ...] = ()
-    if color_space == "srgb" and (profile := spec.getattribute("ICCProfile")) is not None:
+    if color_space == "srgb" and profile is not None:
         colors = profile_note(bytes(profile))
     elif color and kind == "png":
         colors = declared_note(declared, color_space)

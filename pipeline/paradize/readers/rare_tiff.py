@@ -13,6 +13,7 @@ import struct
 import zlib
 from contextlib import suppress
 from importlib import import_module
+from tempfile import TemporaryFile
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -46,6 +47,7 @@ _TAGS |= {_PREDICTOR, _PALETTE, _TILE_WIDTH, _TILE_HEIGHT, _TILE_OFFSETS, _TILE_
 _PALETTES, _YCBCR = 3, 6  # photometric interpretations
 _DEFLATE, _NEWER = (8, 32946), {34925: "LZMA", 50000: "Zstandard"}  # compressions
 _PILLOWS = (5, 6, 7, 32773, *_DEFLATE, *_NEWER)  # compressions that it unpacks
+_MOST = 1 << 16  # bytes of libtiff's words
 _MEND = "save it as TIFF with Deflate or LZW, or as PNG"
 # Bits, sample format, photometric interpretation and samples of what Pillow reads of the newer compressions:
 # its mode, the type, bits and value of 1.0 of the values.
@@ -79,15 +81,14 @@ def read_rare_tiff(path: Path, head: bytes, color_space: str | None) -> Image | 
     check_damage(path, "tiff")
     way = tags.get(_TURN, (1,))[0]
     if way > 1:
-        raise SourceError(
-            f"a turned picture (orientation {way}) of its kind", file=path, mend="save it upright"
-        )
+        what = f"says that it is to be turned (orientation {way}), which is not read of a TIFF of its kind"
+        raise SourceError(what, file=path, mend="save it upright")
     if ycbcr and packing not in _PILLOWS:
         raise SourceError(f"is compressed by scheme {packing}, which is not read", file=path, mend=_MEND)
     if palette:
         return _with_pillow(path, _palette_kind(path, tags, bits, packing), color_space)
     kind = _COLORS if ycbcr else _KINDS.get((bits[0], tags.get(_FORMAT, (1,))[0], photometric, samples))
-    if kind is None or (samples == len(_WITH_ALPHA[0]) and tags.get(_EXTRA) != (_STRAIGHT,)):
+    if kind is None or (samples == 4 and tags.get(_EXTRA) != (_STRAIGHT,)):
         what = f"{samples} channels of {bits[0]} bits (photometric {photometric}), compressed by"
         raise SourceError(f"{what} {_NEWER.get(packing)}, are not read", file=path, mend=_MEND)
     return _with_pillow(path, kind, color_space, swapped=packing in _NEWER and head[:2] == b"MM")
@@ -127,17 +128,18 @@ def _with_pillow(
     mode, dtype, bits, top = kind
     opener = import_module("PIL.TiffImagePlugin").TiffImageFile
     further: list[str] = []
-    said: list[str] = []
     try:
-        with silenced() as said, open_file(path) as stream, opener(stream) as picture:
+        with TemporaryFile() as said, silenced(said), open_file(path) as stream, opener(stream) as picture:
             found, profile = picture.mode, picture.info.get("icc_profile")
             values = np.asarray(picture.convert(mode) if dtype is np.uint8 else picture)
             with suppress(Exception):  # further pages may be of any kind
                 further = pages(_roles(picture))
+            said.seek(0)
+            lines = said.read(_MOST).decode(errors="replace").splitlines()
     except Exception as error:
         raise SourceError(f"is not a readable TIFF: {error}", file=path, mend=_MEND) from None
-    if said := [line for line in said if "warning" not in line.lower()]:  # libtiff's, which Pillow drops
-        raise damaged(said[0], path)
+    if errors := [line for line in lines if "warning" not in line.lower()]:  # libtiff's, which Pillow drops
+        raise damaged(errors[0], path)
     if dtype is not np.uint8 and not found.startswith(mode):
         raise SourceError(f"is not a readable TIFF: Pillow calls it {found}", file=path, mend=_MEND)
     if mode == "I":
@@ -165,7 +167,9 @@ def tiles_of_doubles(path: Path, width: int, height: int) -> F32:
     across, down = (tags.get(tag, (0,))[0] for tag in (_TILE_WIDTH, _TILE_HEIGHT))
     known = packing in (1, *_DEFLATE) and predictor in (1, 2, 3)
     if not known or tags.get(_BITS) != (64,) or min(across, down) < 1:
-        what = "tiles of 64-bit floats, compressed in its way or of several channels, are not read"
+        what = (
+            f"64-bit floats in tiles, compressed by scheme {packing} with predictor {predictor}, are not read"
+        )
         raise SourceError(what, file=path, mend="save it as 32-bit float")
     require_size(across, down, 8, path)
     columns, rows = -(-width // across), -(-height // down)

@@ -1,4 +1,4 @@
-"""Catches what libraries such as libpng and libtiff write to standard error."""
+"""Keeps libraries such as libpng and libtiff from writing to standard error."""
 
 from __future__ import annotations
 
@@ -6,34 +6,32 @@ import os
 import sys
 import threading
 from contextlib import contextmanager
-from tempfile import TemporaryFile
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
+    from typing import IO
 
 _silence = threading.Lock()
-_MOST = 1 << 16  # bytes that are kept of them
 
 
 @contextmanager
-def silenced() -> Iterator[list[str]]:
-    """Catches the lines that libraries write to the process's standard error; the list has them at its end.
-    One thread at a time."""
-    lines: list[str] = []
-    with _silence, TemporaryFile() as caught:
+def silenced(caught: IO[bytes] | None = None) -> Iterator[None]:
+    """While it lasts, all that is written to the process's standard error goes into the file `caught`; None:
+    nowhere. One thread at a time."""
+    with _silence:
         if sys.stderr is not None:
             sys.stderr.flush()
         try:
             saved = os.dup(2)
         except OSError:  # standard error is closed
-            yield lines
+            yield
             return
+        null = os.open(os.devnull, os.O_WRONLY)
         try:
-            os.dup2(caught.fileno(), 2)
-            yield lines
+            os.dup2(null if caught is None else caught.fileno(), 2)
+            yield
         finally:
             os.dup2(saved, 2)
+            os.close(null)
             os.close(saved)
-            caught.seek(0)
-            lines += caught.read(_MOST).decode(errors="replace").splitlines()
