@@ -22,14 +22,14 @@ class Patch:
 
     corners: Corners
     level: int
-    made_by: Diamond | None
+    made_by: Diamond | None = field(repr=False)  # as all that leads round in a circle
     sphere: Sphere
     error: TerrainError | None = None
     at: int = 0
     sizes: tuple[int, int] = (0, 0)
     area_px: float = 0.0
     first_s: float = 0.0
-    diamond: Diamond | None = None
+    diamond: Diamond | None = field(default=None, repr=False)
 
     @property
     def reported_error_m(self) -> float:
@@ -45,8 +45,8 @@ class Diamond:
 
     key: Point
     level: int
-    patches: list[Patch] = field(default_factory=list)
-    made: list[Patch] = field(default_factory=list)
+    patches: list[Patch] = field(default_factory=list, repr=False)
+    made: list[Patch] = field(default_factory=list, repr=False)
     split: bool = False
     runs: Runs | None = None
     kept: bool = False
@@ -61,8 +61,8 @@ class Tree:
     left_out: number of the other patches of the whole tree; left_out_bytes: their estimated size.
     needed_s: when the flight first needs the finest level; None if that is the roots'."""
 
-    patches: list[Patch]
-    diamonds: list[Diamond]
+    patches: list[Patch] = field(repr=False)
+    diamonds: list[Diamond] = field(repr=False)
     left_out: int
     left_out_bytes: int
     needed_s: float | None
