@@ -182,28 +182,9 @@ def _read_open(source: Any, path: Path, head: bytes, color_space: str | None, fi
     _require_shape(spec, types, path)
     check_damage(path, kind)
     channels, others = _channels(spec, kind, path)
-    name = types[channels[0]]
-    values: npt.NDArray[Any]
-    if kind == "tiff" and spec.tile_width and types == ["double"]:
-        values = tiles_of_doubles(path, spec.width, spec.height)
-    elif len(set(types)) == 1:
-        values = _decode(source, spec, name, path, 0, spec.nchannels)
-        if channels != list(range(spec.nchannels)):
-            values = np.ascontiguousarray(values[:, :, channels])
-    else:  # read one by one: OpenImageIO would convert mixed types to one
-        each = [_decode(source, spec, types[k], path, k, k + 1) for k in channels]
-        values = np.concatenate([Image(channel, "data", 32).pixels for channel in each], axis=2)
-    top = None if name in _PLAIN_NUMBERS else round(_TYPES[name][2])
-    if kind == "pnm" and top is not None:
-        values, top = exact_shares(path, values)
+    values, top = _texels(source, kind, types, channels, path)
     if finite and values.dtype == np.float32:
         require_finite(values, path)
-    if (
-        top is not None
-        and kind == "tiff"
-        and spec.get_int_attribute("tiff:PhotometricInterpretation", 1) == 0
-    ):
-        values = _from_white(values)
     color = color_space != "data"  # numbers are no colours that alpha could be multiplied into
     has_alpha = len(channels) in (2, 4) and _is_alpha(spec, channels[-1])
     dds = dds_head(path, head) or DdsHead()
@@ -221,14 +202,14 @@ def _read_open(source: Any, path: Path, head: bytes, color_space: str | None, fi
     declared = spec.get_string_attribute("oiio:ColorSpace").lower()
     if declared.startswith(("pq_", "hlg_")) and color_space != "data":
         raise high_range(declared.partition("_")[0].upper(), path)
-    profile = spec.getattribute("ICCProfile")
+    profile, name = spec.getattribute("ICCProfile"), types[channels[0]]
+    if (
+        kind == "png" and spec.getattribute("CICP") is not None
+    ):  # which precedes a profile, as that does gamma
+        profile = None
     if color_space is None:
-        linear = name in _PLAIN_NUMBERS or (
-            declared.startswith("lin") and profile is None
-        )  # it precedes gamma
-        color_space = "linear" if linear else "srgb"
-    bits = _PLAIN_NUMBERS.get(name) or {"uint8": 8, "uint16": 16}.get(name, 32)
-    notes = (*filter(None, (skipped, dds.note, fourth, others)), *_notes(source, kind))
+        linear = declared.startswith("lin") and profile is None
+        color_space = "linear" if linear or name in _PLAIN_NUMBERS else "srgb"
     colors: tuple[str, ...] = ()
     if color_space == "srgb" and profile is not None:
         colors = profile_note(bytes(profile))
@@ -236,7 +217,32 @@ def _read_open(source: Any, path: Path, head: bytes, color_space: str | None, fi
         colors = declared_note(declared, color_space)
     elif color and kind == "openexr":
         colors = primaries_note(spec.getattribute("chromaticities"))
+    bits = _PLAIN_NUMBERS.get(name) or {"uint8": 8, "uint16": 16}.get(name, 32)
+    notes = (*filter(None, (skipped, dds.note, fourth, others)), *_notes(source, kind))
     return Image(values, color_space, bits, top, notes=notes, color_notes=colors)
+
+
+def _texels(
+    source: Any, kind: str, types: list[str], channels: list[int], path: Path
+) -> tuple[npt.NDArray[Any], int | None]:
+    """The channels that are kept (h, w, c), black at 0, and the value of 1.0; None: numbers as they are."""
+    spec = source.spec()
+    values: npt.NDArray[Any]
+    if kind == "tiff" and spec.tile_width and types == ["double"]:
+        values = tiles_of_doubles(path, spec.width, spec.height)
+    elif len(set(types)) == 1:
+        values = _decode(source, spec, types[0], path, 0, spec.nchannels)
+        if channels != list(range(spec.nchannels)):
+            values = np.ascontiguousarray(values[:, :, channels])
+    else:  # read one by one: OpenImageIO would convert mixed types to one
+        each = [_decode(source, spec, types[k], path, k, k + 1) for k in channels]
+        values = np.concatenate([Image(channel, "data", 32).pixels for channel in each], axis=2)
+    name = types[channels[0]]
+    top = None if name in _PLAIN_NUMBERS else round(_TYPES[name][2])
+    if top is not None and kind == "pnm":
+        return exact_shares(path, values)
+    white = kind == "tiff" and spec.get_int_attribute("tiff:PhotometricInterpretation", 1) == 0
+    return _from_white(values) if white and top is not None else values, top
 
 
 def _jpeg_note(said: str) -> str | None:

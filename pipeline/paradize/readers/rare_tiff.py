@@ -167,9 +167,8 @@ def tiles_of_doubles(path: Path, width: int, height: int) -> F32:
     across, down = (tags.get(tag, (0,))[0] for tag in (_TILE_WIDTH, _TILE_HEIGHT))
     known = packing in (1, *_DEFLATE) and predictor in (1, 2, 3)
     if not known or tags.get(_BITS) != (64,) or min(across, down) < 1:
-        what = (
-            f"64-bit floats in tiles, compressed by scheme {packing} with predictor {predictor}, are not read"
-        )
+        kind = f"bits {tags.get(_BITS)}, compression {packing}, predictor {predictor}"
+        what = f"64-bit floats in tiles of this kind ({kind}) are not read"
         raise SourceError(what, file=path, mend="save it as 32-bit float")
     require_size(across, down, 8, path)
     columns, rows = -(-width // across), -(-height // down)

@@ -605,13 +605,15 @@ def test_colours_that_a_header_says_to_be_others_are_told(
         assert read_image(path, color_space="srgb").color_notes == ()
 
 
-def test_a_profile_in_a_png_precedes_its_gamma(tmp_path: Path) -> None:
+def test_a_profile_in_a_png_precedes_its_gamma_and_cicp_both(tmp_path: Path) -> None:
     profile = PIL.ImageCms.ImageCmsProfile(PIL.ImageCms.createProfile("sRGB")).tobytes()
     path = tmp_path / "a.png"
     PIL.Image.new("RGB", (2, 2), (99, 99, 99)).save(path, icc_profile=profile)
     with_chunk(path, b"gAMA" + struct.pack(">I", 100000))
     picture = read_image(path)
     assert picture.color_space == "srgb" and picture.color_notes == ()
+    with_chunk(path, b"cICP" + bytes([1, 8, 0, 1]))  # linear; it precedes both
+    assert read_image(path).color_space == "linear"
 
 
 def test_an_openexr_of_other_primaries_is_told(tmp_path: Path) -> None:
