@@ -14,19 +14,16 @@ import pytest
 
 from tests.made.crowd import write_crowd
 from tests.pictures import load
-from tests.sweeps import sweep
 
 Player = Callable[..., "subprocess.CompletedProcess[str]"]
 DAY, NIGHT = (75, 60), (214, 110)  # a second, and the most draw calls of its frames
 WITHOUT = {"MESA_EXTENSION_OVERRIDE": "-GL_ARB_multi_draw_indirect"}
 
 
+@pytest.mark.deep
 @pytest.mark.parametrize(
     ("palms", "second", "limit"),
-    sweep(
-        [(12, *DAY), (6, *NIGHT), (2000, *DAY), (2000, 77, 60), (2000, *NIGHT)],
-        test=[(12, *DAY), (6, *NIGHT)],
-    ),
+    [(12, *DAY), (6, *NIGHT), (2000, *DAY), (2000, 77, 60), (2000, *NIGHT)],
 )
 def test_palms_take_few_draw_calls_in_every_frame(
     player: Player, island: Path, tmp_path: Path, palms: int, second: int, limit: int

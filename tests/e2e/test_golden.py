@@ -18,6 +18,7 @@ from PIL import Image
 
 from paradize.report.folder import draw_folder
 from tests.pictures import MAX_FLIP, MAX_OUTLIERS, MAX_TILE_FLIP, difference, load, require_like, save
+from tests.sweeps import sweep
 
 # Open sea, bar, beach by day, under the palm, lagoon, dusk, night.
 MOMENTS_S = (10, 40, 62, 85, 118, 165, 214)
@@ -40,7 +41,7 @@ def require_as_approved(
     require_like(root / "tests/golden" / name, rendered)
 
 
-@pytest.mark.parametrize("time_s", MOMENTS_S)
+@pytest.mark.parametrize("time_s", sweep(MOMENTS_S, test=[214]))
 def test_moment_of_the_flight_looks_as_approved(
     time_s: int, island: Path, root: Path, player: Callable[..., subprocess.CompletedProcess[str]]
 ) -> None:

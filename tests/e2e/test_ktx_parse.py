@@ -12,6 +12,7 @@ import pytest
 from paradize.data import Texture
 from paradize.formats.ktx2.encode import encode_ktx2
 from paradize.formats.ktx2.layout import FORMATS, full_level_count, level_bytes
+from tests.sweeps import sweep
 
 Node = Callable[[str, list[object]], Any]
 
@@ -19,8 +20,9 @@ Node = Callable[[str, list[object]], Any]
 SIZES = [(20, 12), (1, 1), (1, 37), (33, 7), (64, 64)]
 
 
-@pytest.mark.parametrize("faces", [1, 6])
-@pytest.mark.parametrize("zstd_level", [None, 3])
+@pytest.mark.parametrize(
+    ("faces", "zstd_level"), sweep([(1, None), (1, 3), (6, None), (6, 3)], test=[(1, None), (6, 3)])
+)
 def test_every_format_and_size_reads_in_ktx_parse(
     tmp_path: Path, node: Node, faces: int, zstd_level: int | None
 ) -> None:

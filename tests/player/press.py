@@ -188,11 +188,16 @@ def take(step: str, display: Display, player: subprocess.Popen[bytes], seen: lis
     elif name == "save":
         Path(value).write_bytes(display.picture())
     elif step in {"still", "moved"}:
-        time.sleep(HOLD_S)
         before, now = seen[-1] if seen else b"", display.picture()
         if step == "still":
             time.sleep(HOLD_S)
-            before, now = now, display.picture()
+            before = display.picture()
+            time.sleep(HOLD_S)
+            now = display.picture()
+        end_s = time.monotonic() + PATIENCE_S
+        while step == "moved" and before == now and time.monotonic() < end_s:
+            time.sleep(0.05)
+            now = display.picture()
         seen.append(now)
         if (before == now) != (step == "still"):
             sys.exit(f"the picture is not {step}")

@@ -16,7 +16,9 @@ import watchfiles
 
 from paradize.build.bake import bake
 from tests.conftest import RENDER_ENVIRONMENT, ROOT
-from tests.pipeline.scenes import make_cove, write_image
+from tests.pipeline.kept_workers import keeping_workers
+from tests.pipeline.material_scene import make_panels
+from tests.pipeline.scenes import write_image
 from tests.player.app.test_player import pixels
 from tests.player.synthetic import checker, identity, texture, write_scene
 from tests.processes import end, start
@@ -152,14 +154,17 @@ def test_a_broken_scene_gives_one_message_and_the_previous_one_stays(
 def test_a_saved_and_baked_picture_is_shown(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """From a changed source through the bake to the player."""
     monkeypatch.setenv("PARADIZE_STORE", str(tmp_path / "store"))
-    scene, out = make_cove(tmp_path / "cove"), tmp_path / "out"
-    assert not bake(scene, out).errors
-    with running(out, tmp_path / "frames") as run:
-        run.picture(0)
-        write_image(scene.parent / "sand.png", np.full((32, 32, 3), [250, 10, 10], np.uint8))
-        report = bake(scene, out)
-        assert not report.errors
-        what, frame = run.swapped()
-        assert 1 <= int(what.split()[0]) <= report.count("baked")
-        change = run.picture(frame).astype(int) - run.picture(frame - 1).astype(int)
-        assert ((change[..., 0] - change[..., 1]) > 30).mean() > 0.05, "the sand did not become red"
+    scene, out = make_panels(tmp_path / "panels"), tmp_path / "out"
+    near = "position = [3.6, 0.0, 0.0]\nscale = 3.0"  # the wood before the camera
+    scene.write_text(scene.read_text().replace("position = [0.0, 0.0, 0.0]", near))
+    with keeping_workers():
+        assert not bake(scene, out).errors
+        with running(out, tmp_path / "frames") as run:
+            run.picture(0)
+            write_image(scene.parent / "wood.png", np.full((64, 64, 3), [250, 10, 10], np.uint8))
+            report = bake(scene, out)
+            assert not report.errors
+            what, frame = run.swapped()
+            assert 1 <= int(what.split()[0]) <= report.count("baked")
+            change = run.picture(frame).astype(int) - run.picture(frame - 1).astype(int)
+            assert ((change[..., 0] - change[..., 1]) > 30).mean() > 0.05, "the wood did not become red"

@@ -20,6 +20,7 @@ from tests.places import ROOT
 from tests.player.sanitized import BUILDS, play_sanitized
 from tests.player.streaming.test_streaming import report, six_boxes
 from tests.processes import started
+from tests.sweeps import sweep
 
 Player = Callable[..., "subprocess.CompletedProcess[str]"]
 
@@ -40,11 +41,12 @@ def resident_bytes(process: int) -> int | None:
     )
 
 
-@pytest.mark.parametrize("limit", [(), ("--vram", 4)], ids=["unlimited", "evicting"])
+@pytest.mark.parametrize("vram_mb", sweep([None, 4], test=[4]))
 def test_a_flight_twice_gives_the_same_pictures_while_it_streams(
-    limit: tuple[object, ...], player: Player, tmp_path: Path
+    vram_mb: int | None, player: Player, tmp_path: Path
 ) -> None:
     scene = six_boxes(tmp_path / "scene")
+    limit = () if vram_mb is None else ("--vram", vram_mb)
     pictures = []
     for turn in ("first", "second"):
         folder = tmp_path / turn

@@ -13,8 +13,10 @@ import pytest
 
 from paradize.build.bake import bake
 from tests.conftest import ROOT
-from tests.pipeline.scenes import make_cove
+from tests.pipeline.kept_workers import keeping_workers
+from tests.pipeline.material_scene import make_panels
 from tests.player.synthetic import checker, identity, sound, texture, write_scene
+from tests.sweeps import sweep
 
 Player = Callable[..., "subprocess.CompletedProcess[str]"]
 
@@ -112,7 +114,7 @@ def test_the_first_damaged_file_in_streaming_order_is_reported_whatever_the_thre
     for entry in manifest["artifacts"].values():
         path = scene / entry["file"]
         path.write_bytes(path.read_bytes()[:-1] + b"?")
-    for first in manifest["streaming"]:
+    for first in manifest["streaming"][::3]:
         manifest["streaming"] = [first]
         (scene / "scene.json").write_text(json.dumps(manifest))
         refused(player(scene), manifest["artifacts"][first]["file"])
@@ -161,7 +163,7 @@ def set_binary(values: bytes, at: int) -> Callable[[bytearray], None]:
     return change
 
 
-@pytest.mark.parametrize("value", ["nan", "inf", "1e30", "-1e30"])
+@pytest.mark.parametrize("value", sweep(["nan", "inf", "1e30", "-1e30"], test=["nan", "1e30"]))
 def test_a_mesh_with_an_invalid_number_is_rejected_with_its_vertex(
     player: Player, tmp_path: Path, value: str
 ) -> None:
@@ -189,12 +191,15 @@ def test_baking_again_repairs_a_damaged_file_as_the_message_says(
     player: Player, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("PARADIZE_STORE", str(tmp_path / "store"))
-    scene, out = make_cove(tmp_path / "cove"), tmp_path / "out"
-    assert not bake(scene, out).errors
-    damaged = next(iter(sorted(out.glob("*.ktx2"))))
-    whole = damaged.read_bytes()
-    damaged.write_bytes(whole[:-1] + bytes([whole[-1] ^ 1]))
-    refused(player(out, "--size", "16x16"), damaged.name, "bake the scene again: paradize bake SCENE.toml")
-    assert not bake(scene, out).errors
-    assert damaged.read_bytes() == whole
-    assert player(out, "--size", "16x16").returncode == 0
+    scene, out = make_panels(tmp_path / "panels"), tmp_path / "out"
+    with keeping_workers():
+        assert not bake(scene, out).errors
+        damaged = next(iter(sorted(out.glob("*.ktx2"))))
+        whole = damaged.read_bytes()
+        damaged.write_bytes(whole[:-1] + bytes([whole[-1] ^ 1]))
+        refused(
+            player(out, "--size", "16x16"), damaged.name, "bake the scene again: paradize bake SCENE.toml"
+        )
+        assert not bake(scene, out).errors
+        assert damaged.read_bytes() == whole
+        assert player(out, "--size", "16x16").returncode == 0

@@ -10,7 +10,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.pictures import load
 from tests.player.conftest import Counted
+from tests.player.passes.test_point_lights import lamp
 from tests.player.patches import tiled
 from tests.player.streaming.test_streaming import six_boxes
 from tests.player.synthetic import checker, identity, instance, texture, write_scene
@@ -31,11 +33,11 @@ def test_frames_of_every_pass_allocate_nothing(
     def allocations(frames: int, *options: str) -> int:
         return counted(scene, "--frames", frames, "--wait-resident", *options)[1]
 
-    few = allocations(6, *arguments)
-    assert few > 100  # the counter works: loading allocates,
-    assert allocations(26, *arguments) == few  # twenty more frames, no more allocations
+    many = allocations(26, *arguments)
+    assert many > 100  # the counter works: loading allocates,
+    assert allocations(6, *arguments) == many  # twenty more frames, no more allocations
     if not arguments:
-        assert allocations(16, "--check-finite") >= few + 16  # and so does the check of each picture
+        assert allocations(16, "--check-finite") >= many + 16  # and so does the check of each picture
 
 
 def plain(folder: Path, seconds: float) -> Path:
@@ -117,6 +119,45 @@ def test_streaming_keeps_to_its_budget_and_ends_with_the_same_picture(player: Pl
     assert picture("stream_0007.png") == picture("whole_0007.png")
 
 
+def test_a_lit_crowd_takes_few_draw_calls_and_more_where_they_are_not_joined_for_the_same_picture(
+    player: Player, tmp_path: Path
+) -> None:
+    """Three objects of two levels and two materials each, in three sets of lights. Five frames: in the first
+    all is drawn, with the shadow map's cascades."""
+    scene = write_scene(tmp_path / "scene")
+    manifest = json.loads((scene / "scene.json").read_text())
+    spots = np.linspace(-28.0, 28.0, 12)
+    stands = [
+        instance([float(x), 0.0, float(z)], float(x * z), 0.05 + 0.2 * (i % 3))
+        for i, (x, z) in enumerate((x, z) for x in spots for z in spots)
+    ]
+    manifest["lights"] = [lamp([0.0, 2.0, 0.0]), lamp([4.0, 2.0, -4.0])]
+    manifest["light_sets"] = [{"lights": lights, "glow": None} for lights in ([], [0], [0, 1])]
+    box = manifest["objects"][0]
+    box["lods"][1]["error_m"] = 1.0  # so that both levels are seen
+    manifest["objects"] = [
+        box
+        | {
+            "name": f"box{k}",
+            "instances": stands[k::3],
+            "light_sets": [i % 3 for i in range(len(stands[k::3]))],
+        }
+        for k in range(3)
+    ]
+    (scene / "scene.json").write_text(json.dumps(manifest))
+    most = {}
+    for name, env in (("joined", {}), ("single", {"MESA_EXTENSION_OVERRIDE": "-GL_ARB_multi_draw_indirect"})):
+        arguments = ["--frames", 5, "--wait-resident", "--json", "--screenshot", tmp_path / f"{name}.png"]
+        result = player(scene, *arguments, env=env)
+        assert result.returncode == 0, result.stderr
+        most[name] = json.loads(result.stdout)["most_draw_calls"]
+    assert most["joined"] <= 30 and most["single"] > 40, most
+    for i in range(5):
+        joined, single = (load(tmp_path / f"{name}_{i:04}.png") for name in most)
+        assert np.array_equal(joined, single), i
+    assert joined.std() > 0.05
+
+
 @pytest.mark.deep
 def test_two_thousand_instances_take_as_many_draw_calls_as_a_few_and_allocate_nothing(
     counted: Counted, tmp_path: Path
@@ -138,10 +179,10 @@ def test_two_thousand_instances_take_as_many_draw_calls_as_a_few_and_allocate_no
 
     few, _ = run(crowd(4), 2)
     many = crowd(45)
+    later, as_many = run(many, 12)
     calls, allocations = run(many, 2)
     # Two levels of detail and two materials, in three views and the shadow map's cascades, which are drawn
     # when they move.
     assert calls <= few + 2 * 2 * (3 + 2)
-    later, as_many = run(many, 12)
     assert later <= few + 2 * 2 * (3 + 2)
     assert as_many == allocations

@@ -66,6 +66,7 @@ def test_a_crab_walks_with_its_shadow_and_stops(posed: Posed) -> None:
     assert differs(*shadows).mean() > 0.0005
 
 
+@pytest.mark.deep
 def test_its_legs_step_and_without_a_beat_they_are_stiff(posed: Posed) -> None:
     """Compared in the crab's own place: the same moment with and without the beat."""
     scene, eye, target = crab_views(posed)
@@ -113,6 +114,7 @@ def test_the_flight_shows_a_crab_a_gull_and_the_bar(posed: Posed, player: Player
     assert gull.sum() > 20 and crab.sum() > 150 and bar.sum() > 1000, (gull.sum(), crab.sum(), bar.sum())
 
 
+@pytest.mark.deep
 def test_a_moment_in_play_is_the_moment_by_itself(posed: Posed, player: Player, tmp_path: Path) -> None:
     """Crabs walk through the view; their shadows go in steps of a tenth of a second."""
     for artifact in posed.scene()["artifacts"].values():

@@ -16,11 +16,13 @@ from tests.places import ROOT
 from tests.player.app.test_window import PLAYER, on_a_display
 from tests.player.boxes import row_of_boxes
 from tests.player.synthetic import texture
+from tests.sweeps import sweep
 
 Player = Callable[..., "subprocess.CompletedProcess[str]"]
 Slow = Callable[[int, int], dict[str, str]]
 EDGE = 1024
 FRAMES = 6
+LITTLE = ["--ram", 1, "--vram", 8]
 
 
 @pytest.fixture(scope="module")
@@ -47,7 +49,7 @@ def slow(tmp_path_factory: pytest.TempPathFactory, scene: Path) -> Slow:
     return lambda reads, ms: file | {"PARADIZE_SLOW_READS": str(reads), "PARADIZE_SLOW_MS": str(ms)}
 
 
-@pytest.mark.parametrize("limits", [[], ["--ram", 1, "--vram", 8]])
+@pytest.mark.parametrize("limits", sweep([[], LITTLE], test=[LITTLE]))
 def test_a_slow_disk_changes_no_picture_of_a_headless_run(
     player: Player, scene: Path, slow: Slow, tmp_path: Path, limits: list[object]
 ) -> None:
