@@ -13,7 +13,9 @@ import pytest
 from numpy.typing import NDArray
 
 from tests.pictures import load
+from tests.player.passes.test_beat import beating
 from tests.player.posed import Posed, Vec, differs
+from tests.player.synthetic import write_scene
 
 Player = Callable[..., subprocess.CompletedProcess[str]]
 OFF = "sky,shafts,post"  # animals are looked at, and their shadows on the sand
@@ -48,6 +50,51 @@ def crab_views(posed: Posed) -> tuple[dict[str, Any], Vec, Vec]:
     return scene, (x + 0.4, y + 0.9, z + 2.4), (x, y, z)
 
 
+class Walker:
+    """The small scene without its sea, its box on an ellipse with two stops a lap, the eye at one place."""
+
+    def __init__(self, folder: Path, player: Player) -> None:
+        none = {"particles": [], "water": None, "reflection": None, "refraction": None}
+        self.folder, self.player = write_scene(folder, **none), player
+        self.scene = json.loads((folder / "scene.json").read_text())
+        path = {"beat": None, "laps": 2, "radius_m": [1.5, 1.0], "pauses": 2, "pause_share": 0.4}
+        self.scene["objects"][0]["motion"] = beating() | path
+        self.leg_s = self.scene["flight"]["duration_s"] / 4
+        self.stop_s = 0.4 * self.leg_s
+        for segment in self.scene["flight"]["segments"]:
+            segment["eye"] = [[v, 0.0, 0.0, 0.0] for v in (3.0, 4.0, 9.0)]
+            segment["target"] = [[v, 0.0, 0.0, 0.0] for v in (0.0, 0.5, 0.0)]
+
+    def shown(self, second: float, *options: object, file: str = "a.png") -> NDArray[np.float32]:
+        (self.folder / "scene.json").write_text(json.dumps(self.scene))
+        arguments = ("--time", second, "--disable", OFF, "--screenshot", self.folder / "a.png", *options)
+        done = self.player(self.folder, *arguments)
+        assert done.returncode == 0, done.stderr
+        return load(self.folder / file)
+
+
+@pytest.fixture
+def walker(player: Player, tmp_path: Path) -> Walker:
+    return Walker(tmp_path / "scene", player)
+
+
+def test_a_box_walks_with_its_shadow_and_stops(walker: Walker) -> None:
+    first_s, then_s = (walker.stop_s + share * (walker.leg_s - walker.stop_s) for share in (0.4, 0.7))
+    assert not differs(walker.shown(0.1), walker.shown(walker.stop_s - 0.1)).any()
+    assert differs(walker.shown(first_s), walker.shown(then_s)).mean() > 0.02
+    walker.scene["objects"][0]["views"] = ["shadow"]
+    assert differs(walker.shown(first_s), walker.shown(then_s)).mean() > 0.005
+
+
+def test_a_moment_in_play_is_the_moment_by_itself(walker: Walker) -> None:
+    second = walker.stop_s + 0.5 * (walker.leg_s - walker.stop_s)
+    alone, before = walker.shown(second + 3 / 30), walker.shown(second)
+    last = walker.shown(second, "--wait-resident", "--frames", 4, file="a_0003.png")
+    assert (np.abs(last - alone).max(axis=2) > 3 / 255).mean() < 1e-3
+    assert differs(alone, before).mean() > 0.002
+
+
+@pytest.mark.deep
 def test_a_crab_walks_with_its_shadow_and_stops(posed: Posed) -> None:
     scene, eye, target = crab_views(posed)
     duration_s, motion = scene["flight"]["duration_s"], scene["objects"][0]["motion"]
@@ -115,7 +162,9 @@ def test_the_flight_shows_a_crab_a_gull_and_the_bar(posed: Posed, player: Player
 
 
 @pytest.mark.deep
-def test_a_moment_in_play_is_the_moment_by_itself(posed: Posed, player: Player, tmp_path: Path) -> None:
+def test_a_moment_in_play_of_the_island_is_the_moment_by_itself(
+    posed: Posed, player: Player, tmp_path: Path
+) -> None:
     """Crabs walk through the view; their shadows go in steps of a tenth of a second."""
     for artifact in posed.scene()["artifacts"].values():
         (tmp_path / artifact["file"]).symlink_to(posed.source / artifact["file"])
