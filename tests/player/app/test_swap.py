@@ -28,7 +28,7 @@ FRAME_S = 1.0 / 30.0
 
 
 class Running:
-    """A player that draws frames into numbered pictures until it is ended."""
+    """A player that draws frames into numbered pictures until it is ended, as many as one thread can."""
 
     def __init__(self, scene: Path, frames: Path) -> None:
         self.frames = frames
@@ -37,7 +37,7 @@ class Running:
             [ROOT / "build/bin/paradize-player", scene, *words],
             stderr=subprocess.PIPE,
             text=True,
-            env=os.environ | RENDER_ENVIRONMENT,
+            env=os.environ | RENDER_ENVIRONMENT | {"LP_NUM_THREADS": "0"},
         )
 
     def next_message(self) -> str:
