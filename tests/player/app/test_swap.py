@@ -22,6 +22,7 @@ from tests.pipeline.scenes import write_image
 from tests.player.app.test_player import pixels
 from tests.player.synthetic import checker, identity, texture, write_scene
 from tests.processes import end, start
+from tests.sweeps import sweep
 
 Player = Callable[..., "subprocess.CompletedProcess[str]"]
 FRAME_S = 1.0 / 30.0
@@ -124,7 +125,10 @@ def test_changed_settings_take_effect_without_a_new_upload(tmp_path: Path) -> No
 UNKNOWN = '{"format": "paradize-scene", "version": 99}'
 
 
-@pytest.mark.parametrize(("broken", "part"), [("{", "is not valid JSON"), (UNKNOWN, "version: is 99")])
+BROKEN = [("{", "is not valid JSON"), (UNKNOWN, "version: is 99")]
+
+
+@pytest.mark.parametrize(("broken", "part"), sweep(BROKEN, test=BROKEN[:1]))
 def test_a_broken_scene_gives_one_message_and_the_previous_one_stays(
     tmp_path: Path, broken: str, part: str
 ) -> None:

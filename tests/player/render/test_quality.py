@@ -112,7 +112,7 @@ def test_balanced_is_the_default(draw: Draw, tmp_path: Path) -> None:
 
 def test_shadows_approach_the_reference_from_fast_to_exact(draw: Draw, tmp_path: Path) -> None:
     folder = changed(write_scene(tmp_path / "scene"), wide_sun)
-    truth = draw(folder, "--reference", 64)
+    truth = draw(folder, "--reference", 32)
     errors = [error(truth, draw(folder, *at("shadow", tier))) for tier in ("fast", "balanced", "exact")]
     assert errors[0] > errors[1] > errors[2] > 0.0, errors
 
@@ -159,7 +159,7 @@ def test_shadow_quality_changes_shadow_edges_only(draw: Draw, tmp_path: Path) ->
 def test_the_reference_is_not_shifted_against_normal_frames(draw: Draw, tmp_path: Path) -> None:
     """With sharp edges everywhere, a shift of half a pixel in any direction errs more than no shift."""
     folder = changed(write_scene(tmp_path / "scene", bare=True), lambda scene: None)
-    truth = draw(folder, "--reference", 64)
+    truth = draw(folder, "--reference", 32)
     plain = draw(folder)
     here = error(truth, plain)
     doubled = np.repeat(np.repeat(plain, 2, 0), 2, 1)
