@@ -17,9 +17,9 @@ import watchfiles
 from paradize.build.bake import bake
 from tests.conftest import RENDER_ENVIRONMENT, ROOT
 from tests.pipeline.kept_workers import keeping_workers
-from tests.pipeline.material_scene import make_panels
 from tests.pipeline.scenes import write_image
 from tests.player.app.test_player import pixels
+from tests.player.panel import make_panel
 from tests.player.synthetic import checker, identity, texture, write_scene
 from tests.processes import end, start
 from tests.sweeps import sweep
@@ -158,9 +158,7 @@ def test_a_broken_scene_gives_one_message_and_the_previous_one_stays(
 def test_a_saved_and_baked_picture_is_shown(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """From a changed source through the bake to the player."""
     monkeypatch.setenv("PARADIZE_STORE", str(tmp_path / "store"))
-    scene, out = make_panels(tmp_path / "panels"), tmp_path / "out"
-    near = "position = [3.6, 0.0, 0.0]\nscale = 3.0"  # the wood before the camera
-    scene.write_text(scene.read_text().replace("position = [0.0, 0.0, 0.0]", near))
+    scene, out = make_panel(tmp_path / "panel"), tmp_path / "out"
     with keeping_workers():
         assert not bake(scene, out).errors
         with running(out, tmp_path / "frames") as run:

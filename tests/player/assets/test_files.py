@@ -14,7 +14,7 @@ import pytest
 from paradize.build.bake import bake
 from tests.conftest import ROOT
 from tests.pipeline.kept_workers import keeping_workers
-from tests.pipeline.material_scene import make_panels
+from tests.player.panel import make_panel
 from tests.player.synthetic import checker, identity, sound, texture, write_scene
 from tests.sweeps import sweep
 
@@ -191,7 +191,7 @@ def test_baking_again_repairs_a_damaged_file_as_the_message_says(
     player: Player, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("PARADIZE_STORE", str(tmp_path / "store"))
-    scene, out = make_panels(tmp_path / "panels"), tmp_path / "out"
+    scene, out = make_panel(tmp_path / "panel"), tmp_path / "out"
     with keeping_workers():
         assert not bake(scene, out).errors
         damaged = next(iter(sorted(out.glob("*.ktx2"))))
