@@ -31,7 +31,7 @@ def test_frames_of_every_pass_allocate_nothing(
     scene = write_scene(tmp_path / "scene")
 
     def allocations(frames: int, *options: str) -> int:
-        return counted(scene, "--frames", frames, "--wait-resident", *options)[1]
+        return counted(scene, "--size", "48x27", "--frames", frames, "--wait-resident", *options)[1]
 
     many = allocations(26, *arguments)
     assert many > 100  # the counter works: loading allocates,
