@@ -6,6 +6,13 @@ from collections.abc import Iterable
 from typing import Any
 
 import pytest
+from hypothesis import settings
+
+
+def tries(count: int) -> int:
+    """The number of cases for Hypothesis: a third of them in `make test`, which tries the same each time, all
+    of them in `make deep`."""
+    return max(4, count // 3) if settings.get_current_profile_name() == "same_cases" else count
 
 
 def sweep(cases: Iterable[Any], *, test: Iterable[Any]) -> list[Any]:

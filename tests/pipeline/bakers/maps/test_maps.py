@@ -27,7 +27,7 @@ from paradize.scene.settings import FILTERS
 from tests.pipeline.heights import angles_between, rounded, save, sinusoids, up, waves
 from tests.pipeline.scenes import make_cove, write_image
 from tests.places import PEAK
-from tests.sweeps import sweep
+from tests.sweeps import CORPUS_DEEP, sweep
 
 MEMORY = (
     PEAK
@@ -228,9 +228,9 @@ def test_a_budget_that_blocks_meet_changes_no_byte(rough: Path) -> None:
 
 
 def test_a_scenes_budget_decides_formats_is_part_of_the_key_and_the_reason_is_told(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, cove_store: Callable[[Path], Path]
 ) -> None:
-    monkeypatch.setenv("PARADIZE_STORE", str(tmp_path / "store"))
+    monkeypatch.setenv("PARADIZE_STORE", str(cove_store(tmp_path / "store")))
     scene = make_cove(tmp_path / "scene")
     text = scene.read_text()
     rows = []
@@ -241,7 +241,7 @@ def test_a_scenes_budget_decides_formats_is_part_of_the_key_and_the_reason_is_to
         rows.append({row["name"]: row for row in report.rows})
     blocks, uncompressed = rows
     assert blocks["post_color"]["format"] == "BC1_RGB_SRGB"
-    assert (blocks["post_color"]["reason"], blocks["post_color"]["status"]) == (None, "baked")
+    assert (blocks["post_color"]["reason"], blocks["post_color"]["status"]) == (None, "reused")
     assert uncompressed["post_color"]["format"] == "RGBA8_SRGB"
     assert "exceeds the budget: color_psnr_db" in uncompressed["post_color"]["reason"]
     assert uncompressed["post_color"]["status"] == uncompressed["post_height"]["status"] == "baked"
@@ -384,6 +384,7 @@ def pictures(sources: Path) -> list[Path]:
     return [path for path in found if path.suffix.lower() not in kinds]
 
 
+@CORPUS_DEEP
 def test_a_sample_of_pictures_is_baked_or_refused_with_a_message(sources: Path) -> None:
     small = [path for path in pictures(sources) if path.stat().st_size < 60_000]
     found = bake_all(small[:: max(1, len(small) // 30)])

@@ -63,7 +63,7 @@ def moebius(turns: int = 40) -> Mesh:
     return soup([tuple(p) for p in points.reshape(-1, 3).tolist()], faces)
 
 
-@pytest.mark.parametrize("scale", [1e-30, 1e-6, 1.0, 1e9, 1e30])
+@pytest.mark.parametrize("scale", sample([1e-30, 1e-6, 1.0, 1e9, 1e30], every=2))
 @pytest.mark.parametrize("offset", [0.0, 1e4])
 def test_any_size_and_place_gets_a_sound_atlas(scale: float, offset: float) -> None:
     mesh = bare(sphere(6))
@@ -78,7 +78,7 @@ def test_any_size_and_place_gets_a_sound_atlas(scale: float, offset: float) -> N
 
 
 @pytest.mark.parametrize("mesh", [cube(), moebius(), cards(300), bare(grid(12, height=0.3)), cards(2)])
-@pytest.mark.parametrize("tier", sorted(TIERS))
+@pytest.mark.parametrize("tier", sweep(sorted(TIERS), test=["exact"]))
 def test_closed_open_one_sided_and_scattered_meshes_get_sound_atlases(mesh: Mesh, tier: str) -> None:
     quality = atlas_quality(make_atlas(mesh, tier=tier))
     require_sound(quality)
@@ -103,7 +103,7 @@ def rough(rings: int, share: float, seed: int) -> Mesh:
 
 
 @pytest.mark.parametrize("seed", sweep(range(3), test=[0]))
-@pytest.mark.parametrize("rough_by", sample([0.005, 0.02, 0.05, 0.3], every=3))
+@pytest.mark.parametrize("rough_by", sample([0.005, 0.02, 0.05, 0.3], every=4))
 def test_rough_sheets_and_balls_of_any_kind_get_sound_atlases(rough_by: float, seed: int) -> None:
     """Their charts are pinched at corners, where two parts of one came to lie over each other."""
     for mesh in (bumpy(60, rough_by, seed), rough(24, 4 * rough_by, seed)):
@@ -119,11 +119,11 @@ def test_large_rough_sheets_get_sound_atlases(side: int, height: float) -> None:
 
 
 def test_thousands_of_triangles_that_touch_nothing_are_packed() -> None:
-    points = np.random.default_rng(2).normal(size=(60_000, 3)).astype(np.float32)
-    quality = atlas_quality(make_atlas(Mesh(points, np.arange(60_000, dtype=np.uint32).reshape(-1, 3))))
+    points = np.random.default_rng(2).normal(size=(15_000, 3)).astype(np.float32)
+    quality = atlas_quality(make_atlas(Mesh(points, np.arange(15_000, dtype=np.uint32).reshape(-1, 3))))
     require_sound(quality)
-    assert quality["charts"] == 20_000
-    assert quality["packing"] > 0.03  # of 52 texels each the gutter takes most
+    assert quality["charts"] == 5_000
+    assert quality["packing"] > 0.03  # the gutter takes most
 
 
 def test_a_grid_stays_one_chart_and_a_cube_is_cut() -> None:
@@ -139,7 +139,9 @@ def test_slivers_and_triangles_without_an_area_keep_the_rest_sound() -> None:
     assert (quality["overlap"], quality["flipped"], quality["near"]) == (0.0, 0, 0)
 
 
-@pytest.mark.parametrize(("resolution", "padding"), [(64, 0), (64, 4), (512, 2), (2048, 8), (8192, 64)])
+@pytest.mark.parametrize(
+    ("resolution", "padding"), sample([(64, 0), (64, 4), (512, 2), (2048, 8), (8192, 64)], every=2)
+)
 def test_the_gutter_is_kept_at_every_resolution(resolution: int, padding: int) -> None:
     done = make_atlas(bare(sphere(10)), resolution=resolution, padding=padding, tier="fast")
     quality = atlas_quality(
@@ -181,7 +183,7 @@ def test_more_charts_than_the_square_has_room_for_are_refused_at_once() -> None:
     assert ratio(lambda: packed(40_000), lambda: packed(4_000)) < 2
 
 
-@pytest.mark.parametrize("resolution", [100, 512, 1000, 4096])
+@pytest.mark.parametrize("resolution", sample([100, 512, 1000, 4096], every=2))
 def test_charts_of_every_width_are_packed_apart(resolution: int) -> None:
     """Rectangles a few texels to the whole square wide, with gutters up to the widest."""
     rng = np.random.default_rng(resolution)

@@ -149,11 +149,11 @@ print(peak() - before)
 
 def test_reading_takes_no_more_than_ten_times_the_bytes_of_the_file(tmp_path: Path) -> None:
     """Also where every corner is a vertex of its own and where faces are short."""
-    quads = "".join(f"v {i % 997} {i % 991} {i}\n" for i in range(200_000))
-    quads += "".join(f"f {i} {i + 1} {i + 2} {i + 3}\n" for i in range(1, 200_000 - 4, 4))
-    fans = "".join(f"v {i}.5 {i % 7} 0\nvt 0.{i} 1\n" for i in range(100_000))
-    fans += "".join(f"f 1/{i} 2/{i + 1} 3/{i + 2}\n" for i in range(1, 99_000))
-    for text in (quads, fans, "v 0 0 0\nv 1 0 0\nv 0 1 0\n" + "f 1 2 3\n" * 250_000):
+    quads = "".join(f"v {i % 997} {i % 991} {i}\n" for i in range(80_000))
+    quads += "".join(f"f {i} {i + 1} {i + 2} {i + 3}\n" for i in range(1, 80_000 - 4, 4))
+    fans = "".join(f"v {i}.5 {i % 7} 0\nvt 0.{i} 1\n" for i in range(40_000))
+    fans += "".join(f"f 1/{i} 2/{i + 1} 3/{i + 2}\n" for i in range(1, 39_000))
+    for text in (quads, fans, "v 0 0 0\nv 1 0 0\nv 0 1 0\n" + "f 1 2 3\n" * 100_000):
         path = tmp_path / "a.obj"
         path.write_text(text)
         done = subprocess.run(

@@ -50,6 +50,7 @@ def assert_alike(found: dict[str, Any], want: dict[str, Any]) -> None:
         assert after["error_max"] >= before["error_max"] - 1e-6
 
 
+@pytest.mark.deep
 @given(st.integers(0, 10**6), st.sampled_from([1e-12, 0.37, 1.0, 1e9]))
 @settings(max_examples=3, deadline=None)
 def test_turning_moving_and_scaling_change_no_more_than_they_must(
