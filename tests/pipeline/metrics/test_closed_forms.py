@@ -19,6 +19,7 @@ from paradize.scene.settings import EyePoint, TargetPoint
 from paradize.scene.settings import Flight as Settings
 from paradize.stages.terrain import terrain_mesh
 from tests.pipeline.shapes import soup, sphere
+from tests.sweeps import sweep
 
 GOLDEN = (1 + 5**0.5) / 2
 
@@ -47,10 +48,10 @@ def solid(name: str) -> tuple[Mesh, float]:
     return soup([tuple(p) for p in places], faces), inner
 
 
-@pytest.mark.parametrize("name", ["octahedron", "icosahedron"])
+@pytest.mark.parametrize("name", sweep(["octahedron", "icosahedron"], test=["icosahedron"]))
 def test_a_ball_is_as_far_from_a_solid_inside_it_as_their_radii_differ(name: str) -> None:
     """Above the middle of a face; the ball is a mesh too, inside the true one by 1 - cos(pi / 2 / rings)."""
-    rings = 120
+    rings = 60
     ball = sphere(rings)
     inside, inner = solid(name)
     assert len(inside.triangles) == {"octahedron": 8, "icosahedron": 20}[name]

@@ -23,7 +23,7 @@ from paradize.bakers.color import bake_color
 from paradize.bakers.maps.bake import bake_maps
 from paradize.bakers.mesh.bake import bake_mesh
 from tests.pipeline import map_truth as truth
-from tests.sweeps import sample, sweep
+from tests.sweeps import sample
 
 SAMPLES = 3000  # on each surface, besides all vertices
 
@@ -86,7 +86,8 @@ def holds(stated: dict[str, Any], found: tuple[float, float]) -> None:
 ISLAND = [("tall_mesh", 3, SAMPLES), ("palm_mesh", 2, SAMPLES), ("slab_mesh", 3, 12 * SAMPLES)]
 
 
-@pytest.mark.parametrize(("name", "least", "samples"), sweep(ISLAND, test=ISLAND[:2]))
+@pytest.mark.deep
+@pytest.mark.parametrize(("name", "least", "samples"), ISLAND)
 def test_the_islands_levels_are_as_near_as_they_say_by_trimesh(
     island: Path, name: str, least: int, samples: int
 ) -> None:
@@ -104,7 +105,7 @@ OTHERS = ("kaykit-medieval-hexagon", "kenney-hexagon-kit", "kenney-watercraft", 
 
 
 @pytest.mark.parametrize(
-    "kit", sample(["made/obj-kits/made", *(f"corpus/obj-kits/{name}" for name in OTHERS)], every=4)
+    "kit", sample(["made/obj-kits/made", *(f"corpus/obj-kits/{name}" for name in OTHERS)], every=9)
 )
 def test_levels_of_kits_are_as_near_as_they_say_by_trimesh(source: Callable[[str], Path], kit: str) -> None:
     path = sorted(source(kit).rglob("*.obj"), key=lambda p: (p.stat().st_size, p.name))[-3]
@@ -191,8 +192,18 @@ def bc5_signed(data: bytes, width: int, height: int) -> np.ndarray:
 
 
 @pytest.mark.parametrize(("tier", "dxgi"), [("balanced", 71), ("exact", 98)])
-@pytest.mark.parametrize("name", ["made/textures/photo.png", "made/textures/beach.jpg",
-                                  "corpus/textures/gras_02.png", "corpus/textures/leaf.png"])  # fmt: skip
+@pytest.mark.parametrize(
+    "name",
+    sample(
+        [
+            "made/textures/photo.png",
+            "made/textures/beach.jpg",
+            "corpus/textures/gras_02.png",
+            "corpus/textures/leaf.png",
+        ],
+        every=2,
+    ),
+)
 def test_the_noise_of_colours_is_what_they_say_by_pillow(
     source: Callable[[str], Path], tmp_path: Path, name: str, tier: str, dxgi: int
 ) -> None:
@@ -251,6 +262,7 @@ def test_angles_of_normals_are_what_they_say_by_numpy(
         assert stated["max_deg"] == pytest.approx(away.max(), rel=1e-3, abs=1e-4), level
 
 
+@pytest.mark.deep
 def test_the_islands_sand_is_as_noisy_as_it_says_by_pillow(island: Path, root: Path) -> None:
     entry = json.loads((island / "scene.json").read_text())["artifacts"]["sand_color"]
     rows = 512  # of each level's size, from its top: enough to tell

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import json
 import re
+from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -37,9 +39,10 @@ def table() -> set[str]:
 
 
 @pytest.fixture(scope="module")
-def written(tmp_path_factory: pytest.TempPathFactory) -> set[str]:
+def written(tmp_path_factory: pytest.TempPathFactory, cove_store: Callable[[Path], Path]) -> set[str]:
     """All names of errors that a scene's bake and the commands of one file write."""
     top = tmp_path_factory.mktemp("written")
+    cove_store(top / "store")
     scene = make_cove(top / "scene")
     scene.write_text(scene.read_text().replace("lods = 3\n", "lods = 3\nquantise = true\nsway_m = 0.1\n"))
     bake_apart(scene, top)

@@ -15,6 +15,7 @@ from paradize.stages.authored import NormalCoding, decoded_normals, is_signed, s
 from paradize.stages.green import guess_green
 from paradize.stages.resample import resized
 from tests.pipeline import map_truth as truth
+from tests.sweeps import tries
 
 CODES = {np.uint8: 255, np.uint16: 65535}
 
@@ -43,7 +44,7 @@ CODINGS = st.builds(
 )
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=tries(60), deadline=None)
 @given(
     texels=st.one_of(
         arrays(np.uint8, (3, 5, 3), elements=st.integers(0, 255)),
@@ -67,7 +68,7 @@ def test_any_codes_become_unit_normals_above_the_surface_that_the_reference_agre
     assert degrees(found, wanted) < 1e-4
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=tries(40), deadline=None)
 @given(
     vectors=arrays(np.float32, (2, 4, 3), elements=st.floats(-(2.0**127), 2.0**127, width=32)),
     signed=st.booleans(),
@@ -97,7 +98,7 @@ def test_a_survey_counts_what_is_wrong_inside_alone() -> None:
     assert seen + seen == type(seen)(14, 2, 2, 2, 2, 0j, 6.0, 1.0)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=tries(40), deadline=None)
 @given(plane=arrays(np.uint16, (3, 4)), gain=st.floats(-2, 2), offset=st.floats(-1, 2))
 def test_shares_are_the_nearest_floats_and_stay_within_0_and_1(
     plane: np.ndarray, gain: float, offset: float
@@ -137,7 +138,7 @@ def coded(normals: np.ndarray) -> np.ndarray:
     return decoded_normals(np.rint(normals * 127.5 + 127.5).astype(np.uint8), NormalCoding())
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=tries(25), deadline=None)
 @given(seed=st.integers(0, 10_000), steep=st.floats(0.1, 6.0), rows=st.integers(16, 200))
 def test_green_is_found_of_any_heights_and_turns_with_the_picture(seed: int, steep: float, rows: int) -> None:
     normals = coded(hills(rows, 96, seed, steep))
@@ -175,7 +176,7 @@ def test_green_is_not_guessed_where_the_slopes_do_not_tell(name: str) -> None:
 # Another size.
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=tries(60), deadline=None)
 @given(
     plane=arrays(
         np.float32, st.tuples(st.integers(1, 9), st.integers(1, 9)), elements=st.floats(0, 1, width=32)

@@ -11,6 +11,7 @@ from paradize.errors import BakeError
 from paradize.kernels import filter as kernel
 from paradize.stages.destep import STEP_8_BIT, destep, destep_pixels
 from tests.pipeline.heights import angles_between, normals, rounded, sinusoids, up
+from tests.sweeps import sample, tries
 
 BOTH = (True, True)
 
@@ -20,7 +21,7 @@ def furthest(found: np.ndarray, source: np.ndarray) -> float:
     return float(np.abs(found.astype(np.float64) - source.astype(np.float64)).max())
 
 
-@settings(deadline=None, max_examples=60)
+@settings(deadline=None, max_examples=tries(60))
 @given(
     st.integers(0, 10_000),
     st.integers(1, 40),
@@ -54,7 +55,7 @@ def test_a_constant_stays_as_it_is(shape: tuple[int, int], level: float, wrap: t
     assert np.array_equal(destep(flat, wrap=wrap), flat)
 
 
-@pytest.mark.parametrize("slope", [0.03, 0.1, 0.3, 1.0, 1.7, 6.2])
+@pytest.mark.parametrize("slope", sample([0.03, 0.1, 0.3, 1.0, 1.7, 6.2], every=2))
 @pytest.mark.parametrize("turn", [0.0, 0.4])
 def test_a_ramp_in_steps_becomes_a_slope(slope: float, turn: float) -> None:
     y, x = np.mgrid[0:96, 0:256]
@@ -87,7 +88,10 @@ def test_texture_of_many_steps_per_texel_is_left_alone() -> None:
     # limit: degrees between normals of the de-stepped heights, by the fourth-order filter, and the truth (the
     # best plain filter on the steps themselves makes 1.58 of the first). gain: how much better than with
     # steps.
-    [(32, 256, 1.0, 0.6, 12), (16, 128, 1.0, 1.0, 5), (8, 64, 1.0, 1.75, 1.4), (4, 16, 1.0, 1.7, 0.95)],
+    sample(
+        [(32, 256, 1.0, 0.6, 12), (16, 128, 1.0, 1.0, 5), (8, 64, 1.0, 1.75, 1.4), (4, 16, 1.0, 1.7, 0.95)],
+        every=2,
+    ),
 )
 def test_normals_of_de_stepped_heights_are_far_nearer_to_the_truth(
     shortest: int, longest: int, rms_slope: float, limit: float, gain: float

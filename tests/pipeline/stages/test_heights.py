@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from paradize.data import Image
 from paradize.kernels.maps import Levels
 from paradize.stages.height import height_from_color, height_from_height
+from tests.sweeps import tries
 
 LEVELS = st.builds(
     Levels,
@@ -35,7 +36,7 @@ def luminance(codes: np.ndarray, *, encoded: bool) -> np.ndarray:
     return np.asarray(linear[:, :, :3] @ [0.2126, 0.7152, 0.0722])
 
 
-@settings(deadline=None, max_examples=60)
+@settings(deadline=None, max_examples=tries(60))
 @given(
     st.integers(0, 1000),
     LEVELS,

@@ -22,7 +22,7 @@ from paradize.stages.lod import simplify
 from paradize.stages.validate import validate_mesh
 from paradize.tiers import SEAM_SIMPLIFIERS, TIERS
 from tests.pipeline.shapes import grid, sphere
-from tests.sweeps import sweep
+from tests.sweeps import sample, sweep, tries
 
 
 def areas(mesh: Mesh) -> np.ndarray:
@@ -32,7 +32,7 @@ def areas(mesh: Mesh) -> np.ndarray:
 
 @pytest.mark.parametrize("tier", sweep(TIERS, test=["balanced"]))
 def test_every_level_has_fewer_triangles_and_stays_near(tmp_path: Path, tier: str) -> None:
-    mesh = sphere(32)
+    mesh = sphere(20)
     levels = bake_mesh(write_obj(tmp_path / "ball.obj", mesh), tier=tier).lods
     counts = [len(level.mesh.triangles) for level in levels]
     assert len(levels) == 4 and counts == sorted(counts, reverse=True)
@@ -117,7 +117,7 @@ def cards(count: int) -> Mesh:
     )
 
 
-@pytest.mark.parametrize("method", SEAM_SIMPLIFIERS)
+@pytest.mark.parametrize("method", sample(SEAM_SIMPLIFIERS, every=2))
 def test_leaf_cards_do_not_vanish(tmp_path: Path, method: str) -> None:
     mesh = cards(200)
     baked = [level.mesh for level in bake_mesh(write_obj(tmp_path / "cards.obj", mesh)).lods]
@@ -128,7 +128,7 @@ def test_leaf_cards_do_not_vanish(tmp_path: Path, method: str) -> None:
         assert areas(level).sum() > 0.45 * areas(mesh).sum()
 
 
-@pytest.mark.parametrize("method", SEAM_SIMPLIFIERS)
+@pytest.mark.parametrize("method", sample(SEAM_SIMPLIFIERS, every=2))
 def test_where_every_face_is_an_island_of_the_texture_no_triangle_reaches_over_two(
     tmp_path: Path, method: str
 ) -> None:
@@ -181,7 +181,7 @@ def test_an_unknown_method_is_an_error() -> None:
 
 
 @given(st.integers(0, 2**32 - 1), st.sampled_from(SEAM_SIMPLIFIERS), st.floats(0.05, 0.95))
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=tries(25), deadline=None)
 def test_any_triangles_are_simplified_or_left(seed: int, method: str, ratio: float) -> None:
     rng = np.random.default_rng(seed)
     points = rng.integers(0, 4, (30, 3)).astype(np.float32)

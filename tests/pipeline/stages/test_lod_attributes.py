@@ -142,6 +142,7 @@ def test_how_large_an_image_is_drawn_does_not_matter(method: str) -> None:
     assert np.array_equal(found[0].triangles, found[1].triangles)
 
 
+@pytest.mark.deep
 def test_a_texture_that_would_slide_is_held_at_next_to_no_cost_of_shape(
     root: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

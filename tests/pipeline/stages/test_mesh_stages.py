@@ -21,6 +21,7 @@ from paradize.stages.tangents import tangent_frames
 from paradize.stages.validate import messages, validate_mesh
 from paradize.stages.weld import weld
 from tests.pipeline.shapes import cube, grid, soup, sphere
+from tests.sweeps import tries
 
 
 def test_a_sound_mesh_comes_through_unchanged() -> None:
@@ -164,7 +165,7 @@ def test_what_cannot_be_a_mesh_is_refused_with_its_file(broken: Mesh) -> None:
 
 
 @given(st.lists(st.tuples(*[st.integers(0, 7)] * 3), min_size=1, max_size=60))
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=tries(150), deadline=None)
 def test_any_faces_over_a_cube_are_mended_or_refused(faces: list[tuple[int, int, int]]) -> None:
     mesh = replace(cube(), triangles=np.array(faces, np.uint32))
     try:

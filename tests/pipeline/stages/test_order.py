@@ -20,6 +20,7 @@ from paradize.readers.obj import read_obj
 from paradize.stages import order
 from paradize.stages.order import draw_order
 from tests.pipeline.shapes import cube, grid, soup, sphere
+from tests.sweeps import tries
 
 
 def shuffled(mesh: Mesh, seed: int = 1) -> Mesh:
@@ -61,7 +62,7 @@ def test_the_set_of_triangles_stays_exactly_the_same() -> None:
 @given(
     st.lists(st.tuples(*[st.integers(0, 9)] * 3).filter(lambda t: len(set(t)) == 3), min_size=1, max_size=40)
 )
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=tries(60), deadline=None)
 def test_any_triangles_come_back(faces: list[tuple[int, int, int]]) -> None:
     points = np.random.default_rng(3).normal(size=(10, 3)).astype(np.float32)
     mesh = Mesh(points, np.array(faces, np.uint32), groups=(Group("g", "m", 0, len(faces)),))

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import json
 import struct
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -40,6 +41,7 @@ from paradize.stages.terrain import pixels_mesh
 from tests.pipeline.glb_json import document, with_document
 from tests.pipeline.scenes import make_cove
 from tests.pipeline.shapes import cube, sphere
+from tests.sweeps import sweep
 
 
 def ball(rings: int = 24, **place: Any) -> Mesh:
@@ -427,7 +429,7 @@ def hills(tmp_path: Path) -> Path:
     return path
 
 
-@pytest.mark.parametrize("tier", ["fast", "balanced", "exact"])
+@pytest.mark.parametrize("tier", sweep(["fast", "balanced", "exact"], test=["fast"]))
 def test_a_terrain_of_codes_keeps_the_bound_that_was_asked_for(tmp_path: Path, tier: str) -> None:
     size = {"size_m": (160.0, 128.0), "height_m": 20.0}
     plain = bake_terrain(hills(tmp_path), TerrainSettings(**size, max_error_m=0.1), tier=tier)
@@ -497,11 +499,17 @@ def test_patches_of_two_grids_are_no_terrain() -> None:
         list(encode_tiles(patches))
 
 
-@pytest.mark.parametrize(("accepted", "kind"), [(0.1, np.int16), (1.0, np.int8)])
+@pytest.mark.parametrize(
+    ("accepted", "kind"), sweep([(0.1, np.int16), (1.0, np.int8)], test=[(0.1, np.int16)])
+)
 def test_a_scenes_budget_decides_how_its_objects_codes_are_made(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, accepted: float, kind: type
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    cove_store: Callable[[Path], Path],
+    accepted: float,
+    kind: type,
 ) -> None:
-    monkeypatch.setenv("PARADIZE_STORE", str(tmp_path / "store"))
+    monkeypatch.setenv("PARADIZE_STORE", str(cove_store(tmp_path / "store")))
     scene = make_cove(tmp_path / "scene")
     text = scene.read_text().replace("lods = 3", "lods = 3\nquantise = true")
     scene.write_text(f"{text}\n[budget]\nquantise_normal_max_deg = {accepted}\n")

@@ -27,6 +27,7 @@ from paradize.stages.tangents import METHODS, method_of, tangent_frames
 from paradize.stages.validate import validate_mesh
 from tests.bench import meshes
 from tests.pipeline.shapes import corner_tangents, grid, sphere
+from tests.sweeps import tries
 
 Corners = npt.NDArray[np.float32]
 DENSE = meshes.sphere(3_000, mirrored=True)
@@ -164,7 +165,7 @@ def test_mirroring_the_image_turns_the_signs(method: str, axis: int) -> None:
     st.sampled_from([0.0, 1e-30, 1e-6, 1.0, 1e30]),
     st.sampled_from(METHODS),
 )
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=tries(150), deadline=None)
 def test_slivers_of_any_size_have_frames(seed: int, squeeze: float, image: float, method: str) -> None:
     """Squeezed along an axis, in space and in the image; normals anywhere, along the surface too."""
     random = np.random.default_rng(seed)

@@ -18,6 +18,7 @@ from paradize.readers.obj import read_obj
 from paradize.stages.normals import complete_normals
 from paradize.stages.tangents import tangent_frames
 from tests.pipeline.shapes import corner_tangents, cube, grid, sphere
+from tests.sweeps import tries
 
 Corners = npt.NDArray[np.float64]
 
@@ -190,7 +191,7 @@ def test_a_huge_fan_costs_bounded_time() -> None:
     st.lists(st.floats(-1, 1, width=32), min_size=16, max_size=16),
     st.lists(st.tuples(*[st.integers(0, 7)] * 3).filter(lambda f: len(set(f)) == 3), min_size=1, max_size=30),
 )
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=tries(150), deadline=None)
 def test_any_image_over_any_faces_gives_frames(uvs: list[float], faces: list[tuple[int, int, int]]) -> None:
     mesh = replace(cube(), triangles=np.array(faces, np.uint32), uvs=np.array(uvs, np.float32).reshape(8, 2))
     assert_frames(tangent_frames(complete_normals(mesh, crease_deg=45.0)[0]))

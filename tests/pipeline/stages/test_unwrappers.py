@@ -28,7 +28,7 @@ from paradize.tradeoff.plan import FileOptions, file_groups
 from tests.pipeline.bakers.mesh.test_atlas import bare, bumpy, cards, moebius, require_sound, rough
 from tests.pipeline.shapes import cube, grid, soup, sphere
 from tests.pipeline.stages.test_lod import write_obj
-from tests.sweeps import sample
+from tests.sweeps import sample, sweep
 
 needs_xatlas = pytest.mark.skipif(unwrapper_version("xatlas") is None, reason="xatlas is not installed")
 FIN = soup([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1), (0, -1, 0)], [(0, 1, 2), (0, 1, 3), (0, 1, 4)])
@@ -59,13 +59,13 @@ def file_of(folder: Path, mesh: Mesh) -> Path:
 @needs_xatlas
 @pytest.mark.parametrize(
     "mesh",
-    [
+    sample([
         *(cube(), moebius(), cards(300), cards(2), bare(grid(12, height=0.3)), bare(sphere(24)), ONE, FIN),
         *(two_sizes(), bumpy(24, 0.05, 1), rough(24, 0.2, 1)),
         soup([(0, 0, 0), (1, 0, 0), (0, 1, 0)], [(0, 1, 2), (0, 1, 2), (2, 1, 0)]),
         Mesh(np.random.default_rng(2).normal(size=(900, 3)).astype(np.float32),
              np.arange(900, dtype=np.uint32).reshape(-1, 3)),
-    ],
+    ], every=4),
 )  # fmt: skip
 def test_xatlas_gives_every_kind_of_mesh_a_sound_layout_of_all_its_triangles(mesh: Mesh) -> None:
     made = unwrapped(mesh)
@@ -127,7 +127,7 @@ def test_the_bytes_are_the_same_on_every_run_and_on_one_core(tmp_path: Path) -> 
 
 
 @needs_xatlas
-@pytest.mark.parametrize("name", UNWRAPPERS)
+@pytest.mark.parametrize("name", sweep(UNWRAPPERS, test=["xatlas"]))
 def test_the_report_names_the_unwrapper_and_measures_it(tmp_path: Path, name: str) -> None:
     report = bake_mesh(file_of(tmp_path, bare(sphere(8))), atlas=True, unwrapper=name).report
     assert report["unwrapper"] == name and (report["unwrapper_version"] is None) == (name == "paradize")
