@@ -57,27 +57,25 @@ def configure(clone: Path, command: str, *, doctest: bool) -> subprocess.Complet
     )
 
 
-def test_make_run_before_make_test_still_runs_every_cpp_suite(clone: Path) -> None:
+def test_make_test_after_make_run_names_the_missing_doctest_and_with_it_runs_every_cpp_suite(
+    clone: Path,
+) -> None:
     """`make run` configures the player before `make test` installs doctest."""
     first = [line for line in recipe("run") if "cmake --preset" in line]
     assert len(first) == 1
     result = configure(clone, first[0], doctest=False)
     assert result.returncode == 0, result.stdout + result.stderr
-    for line in recipe("test"):
-        if "cmake --preset" in line:
-            result = configure(clone, line, doctest=True)
-            assert result.returncode == 0, result.stdout + result.stderr
+    lines = [line for line in recipe("test") if "cmake --preset" in line]
+    without = [configure(clone, line, doctest=False) for line in lines]
+    stopped = [result for result in without if result.returncode]
+    assert stopped and "doctest" in stopped[0].stdout + stopped[0].stderr
+    for line in lines:
+        result = configure(clone, line, doctest=True)
+        assert result.returncode == 0, result.stdout + result.stderr
     assert registered(clone) == (0, SUITES)
 
 
-def test_make_test_without_doctest_stops_and_names_it(clone: Path) -> None:
-    for line in recipe("test"):
-        if "cmake --preset" in line and (result := configure(clone, line, doctest=False)).returncode:
-            break
-    assert result.returncode and "doctest" in result.stdout + result.stderr
-
-
-@pytest.mark.parametrize("target", ["test", "deep"])
+@pytest.mark.parametrize("target", sweep(["test", "deep"], test=["test"]))
 def test_no_cpp_test_found_is_a_failure(clone: Path, target: str) -> None:
     """On a build that was configured and holds no test."""
     commands = [line for line in recipe(target) if "bin/ctest " in line]
@@ -139,7 +137,8 @@ def test_a_log_without_cpp_cases_is_an_error(tmp_path: Path, text: str) -> None:
         pytest_terminal_summary(config, config)
 
 
-@pytest.mark.parametrize("text", sweep(NO_CASES, test=NO_CASES[:1]))
+@pytest.mark.deep
+@pytest.mark.parametrize("text", NO_CASES)
 def test_a_run_without_cpp_cases_is_a_failure(tmp_path: Path, text: str) -> None:
     result = closing_lines(tmp_path, text, "-n0")
     assert result.returncode != 0 and "no C++ suite ran" in result.stdout + result.stderr
