@@ -31,9 +31,10 @@ from tests.pipeline.shapes import cube
 
 
 @pytest.fixture(scope="module")
-def baked(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def baked(tmp_path_factory: pytest.TempPathFactory, cove_store: Callable[[Path], Path]) -> Path:
     """A folder with `scene` and its bake `out`, with all levels of detail."""
     top = tmp_path_factory.mktemp("cove")
+    cove_store(top / "store")
     bake_apart(make_cove(top / "scene"), top, whole=True)
     return top
 
@@ -220,7 +221,7 @@ def test_of_several_waivers_the_one_that_holds_longest_counts() -> None:
             assert bool(found.waived) is holds and "2026-06-30" in str(found)
 
 
-def test_a_waived_finding_passes_up_to_its_day_and_fails_after_it(cove: Path) -> None:
+def test_a_waived_finding_passes_up_to_its_day_and_fails_after_it(cove: Path, capsys: Any) -> None:
     out = rebaked(cove, "[budget]\nterrain_max_m = 1e-6\n" + WAIVER)
     (held,) = check_paths([out], CheckOptions(today=date(2026, 6, 30)))
     assert not held.fails and held.severity == "error"
@@ -231,10 +232,7 @@ def test_a_waived_finding_passes_up_to_its_day_and_fails_after_it(cove: Path) ->
     assert 'skipped="1"' in render([held], "junit") and 'failures="0"' in render([held], "junit")
     (late,) = check_paths([out], CheckOptions(today=date(2026, 7, 1)))
     assert late.fails and "its waiver ended on 2026-06-30" in str(late)
-
-
-def test_the_command_line_takes_the_day_and_its_exit_code_follows(cove: Path, capsys: Any) -> None:
-    out = rebaked(cove, "[budget]\nterrain_max_m = 1e-6\n" + WAIVER)
+    # By the command line, whose exit code follows.
     assert main(["check", str(out), "--today", "2026-01-01"]) == 0
     assert main(["check", str(out), "--today", "2027-01-01"]) == 1
     capsys.readouterr()
@@ -245,10 +243,9 @@ def test_a_check_says_where_no_error_is_judged(cove: Path, capsys: Any) -> None:
     assert main(["check", out]) == 0
     note = f"{out}/scene.json: the scene sets no [budget], so errors are recorded and none is judged"
     assert note in capsys.readouterr().out.splitlines()
-    for budget in ("color_psnr_db = 1", "color_psnr_db = { soft = 1 }"):
-        text = (cove / "scene" / "cove.toml").read_text().split("[budget]")[0]
-        (cove / "scene" / "cove.toml").write_text(text)
-        rebaked(cove, f"\n[budget]\n{budget}\n")
+    for kind in ("hard", "soft"):
+        limits = {"hard": {}, "soft": {}} | {kind: {"color_psnr_db": 1.0}}
+        change(cove / "out", lambda m, limits=limits: m.update(budget=limits))
         main(["check", out])
         assert "[budget]" not in capsys.readouterr().out
 

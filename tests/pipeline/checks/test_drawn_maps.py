@@ -14,6 +14,7 @@ from tests.pipeline.bakers.authored.test_authored import codes as normal_codes
 from tests.pipeline.bakers.authored.test_authored import noise, write
 from tests.pipeline.checks.test_maps import Files, codes, with_level
 from tests.pipeline.heights import normals, waves
+from tests.sweeps import sample
 
 
 def drawn(folder: Path, seed: int = 3) -> Files:
@@ -43,12 +44,12 @@ def folder(tmp_path: Path) -> Path:
     return tmp_path / "maps"
 
 
-@pytest.mark.parametrize("seed", [3, 11])
+@pytest.mark.parametrize("seed", sample([3, 11], every=2))
 def test_drawn_maps_of_one_surface_pass(tmp_path: Path, folder: Path, seed: int) -> None:
     assert codes(folder, drawn(tmp_path, seed)) == []
 
 
-@pytest.mark.parametrize("kind", ["emission", "occlusion", "gloss", "height"])
+@pytest.mark.parametrize("kind", sample(["emission", "occlusion", "gloss", "height"], every=2))
 def test_a_level_of_another_drawn_map_is_found(tmp_path: Path, folder: Path, kind: str) -> None:
     one = drawn(tmp_path)[kind]
     flat = bytes(len(one.levels[2]))

@@ -7,7 +7,7 @@ import numpy.typing as npt
 import pytest
 
 from paradize.checks.loudness import loudness_lufs
-from tests.sweeps import sample
+from tests.sweeps import sample, sweep
 
 
 def tone(
@@ -24,15 +24,18 @@ def test_a_tone_of_997_hz_at_full_scale_in_one_channel_has_minus_3_01() -> None:
     assert loudness_lufs(tone(997.0, (0.0, 5.0), channels=1), 48000) == pytest.approx(-3.01, abs=0.01)
 
 
-@pytest.mark.parametrize("rate", sample([48000, 22050, 44100, 32000, 96000], every=2))
+@pytest.mark.parametrize("rate", sweep([48000, 22050, 44100, 32000, 96000], test=[22050]))
 @pytest.mark.parametrize(
     ("parts", "lufs"),
-    [
-        (((-23.0, 8.0),), -23.0),
-        (((-33.0, 8.0),), -33.0),
-        (((-36.0, 3.0), (-23.0, 18.0), (-36.0, 3.0)), -23.0),
-        (((-72.0, 2.0), (-36.0, 3.0), (-23.0, 18.0), (-36.0, 3.0), (-72.0, 2.0)), -23.0),
-    ],
+    sample(
+        [
+            (((-23.0, 8.0),), -23.0),
+            (((-33.0, 8.0),), -33.0),
+            (((-36.0, 3.0), (-23.0, 18.0), (-36.0, 3.0)), -23.0),
+            (((-72.0, 2.0), (-36.0, 3.0), (-23.0, 18.0), (-36.0, 3.0), (-72.0, 2.0)), -23.0),
+        ],
+        every=3,
+    ),
 )
 def test_the_signals_of_ebu_tech_3341(parts: tuple[tuple[float, float], ...], lufs: float, rate: int) -> None:
     """EBU Tech 3341, "Loudness Metering: 'EBU mode'", 2016, table 1: signals 1 to 4, within 0.1 LU."""

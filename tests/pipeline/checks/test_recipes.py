@@ -167,7 +167,7 @@ def test_new_scenes_of_the_corpus_pass(
         passes_as_a_scene(paradize_here, model, tmp_path / str(i))
 
 
-SEEDS = [*range(6), *(pytest.param(seed, marks=pytest.mark.deep) for seed in range(6, 200))]
+SEEDS = sweep(range(200), test=[0, 3])
 
 
 @pytest.mark.parametrize("seed", SEEDS)

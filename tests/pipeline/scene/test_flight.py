@@ -24,6 +24,7 @@ from paradize.scene.flight import (
 )
 from paradize.scene.settings import EyePoint, TargetPoint
 from paradize.scene.settings import Flight as Settings
+from tests.sweeps import tries
 
 Points = list[tuple[float, float, float]]
 
@@ -59,7 +60,7 @@ def paths(draw: Any) -> tuple[Points, list[float]]:
 
 
 @given(paths())
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=tries(40), deadline=None)
 def test_any_path_passes_through_its_waypoints_smoothly_and_on_time(path: tuple[Points, list[float]]) -> None:
     points, speeds = path
     try:
@@ -196,7 +197,7 @@ def test_a_sphere_is_met_where_it_is_near_and_when_it_is_seen() -> None:
     st.floats(20.0, 100.0),
     st.floats(0.5, 2.5),
 )
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=tries(30), deadline=None)
 def test_what_is_met_is_what_angles_at_every_moment_say(
     spheres: list[tuple[tuple[float, float, float], float]], fov_deg: float, aspect: float
 ) -> None:
