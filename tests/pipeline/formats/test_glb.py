@@ -22,6 +22,7 @@ from paradize.formats.glb.encode import encode_glb
 from paradize.formats.glb.reader import decode_glb
 from tests.pipeline.glb_json import document, with_document
 from tests.pipeline.shapes import sphere
+from tests.sweeps import tries
 
 
 def card(size: float = 1.0) -> Mesh:
@@ -139,7 +140,7 @@ def test_any_changed_byte_is_refused_or_read_without_harm() -> None:
 
 
 @given(st.binary(max_size=200))
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=tries(200), deadline=None)
 def test_arbitrary_bytes_are_refused(data: bytes) -> None:
     with pytest.raises(FormatError):
         decode_glb(data)

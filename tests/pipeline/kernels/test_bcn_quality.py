@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 from paradize.data import Texture
 from paradize.kernels import bcn
 from paradize.metrics.texels import decode_texels
+from tests.sweeps import tries
 
 # sha256 of what the tiers make of one picture: other bytes are another version of the encoder.
 GOLDEN = {
@@ -119,7 +120,7 @@ def random_colours(seed: int) -> np.ndarray:
     return colours.clip(0, 255).astype(np.uint8).reshape(64, 64, 3)
 
 
-@settings(deadline=None, max_examples=25)
+@settings(deadline=None, max_examples=tries(25))
 @given(st.integers(0, 2**32))
 def test_no_block_of_values_is_worse_at_a_later_tier(seed: int) -> None:
     values = random_values(seed)
@@ -130,7 +131,7 @@ def test_no_block_of_values_is_worse_at_a_later_tier(seed: int) -> None:
         last = errors
 
 
-@settings(deadline=None, max_examples=25)
+@settings(deadline=None, max_examples=tries(25))
 @given(st.integers(0, 2**32))
 def test_no_block_of_colours_is_worse_at_a_later_tier(seed: int) -> None:
     colours = random_colours(seed)
@@ -139,7 +140,7 @@ def test_no_block_of_colours_is_worse_at_a_later_tier(seed: int) -> None:
     assert (exact <= balanced * (1 + 1e-4) + 0.1).all()
 
 
-@settings(deadline=None, max_examples=25)
+@settings(deadline=None, max_examples=tries(25))
 @given(st.integers(0, 2**32))
 def test_no_texel_of_a_block_is_farther_off_than_the_worst_at_an_earlier_tier(seed: int) -> None:
     colours, values = random_colours(seed), random_values(seed)
@@ -163,7 +164,7 @@ def test_blocks_of_bytes_are_in_order_where_texels_stand_halfway_between_two_pla
         last = worst
 
 
-@settings(deadline=None, max_examples=25)
+@settings(deadline=None, max_examples=tries(25))
 @given(st.integers(0, 2**32))
 @example(368)
 def test_no_block_of_vectors_is_turned_farther_at_a_later_tier(seed: int) -> None:
@@ -180,7 +181,7 @@ def test_no_block_of_vectors_is_turned_farther_at_a_later_tier(seed: int) -> Non
         last = found
 
 
-@settings(deadline=None, max_examples=25)
+@settings(deadline=None, max_examples=tries(25))
 @given(st.integers(0, 2**32))
 def test_no_block_is_worse_than_the_naive_one(seed: int) -> None:
     """But in fast, or where that would have a texel farther off than the fast tier has any."""

@@ -8,6 +8,7 @@ its baseline.
 
 from __future__ import annotations
 
+import io
 import json
 import os
 import platform
@@ -15,6 +16,7 @@ import re
 import shutil
 import subprocess
 import sys
+from contextlib import redirect_stdout
 from pathlib import Path
 
 import numpy as np
@@ -156,7 +158,7 @@ def sources(tmp_path_factory: pytest.TempPathFactory) -> Path:
     )
     vectors = normals(waves(96, 133, 7), scale=(0.4, 0.4)) * 127.5 + 127.5
     write_image(folder / "normal.png", np.rint(vectors).astype(np.uint8))
-    text = ball(24)
+    text = ball(16)
     (folder / "post.obj").write_text(text)
     bare = [line for line in text.splitlines() if not line.startswith("vt ")]
     (folder / "corner.obj").write_text(CORNER_OBJ)
@@ -203,8 +205,15 @@ def said_on_both(script: str, lesser: dict[str, str], *arguments: object) -> tup
 
 @pytest.fixture(scope="module")
 def fast(sources: Path, lesser: dict[str, str]) -> tuple[Lines, Lines]:
-    """KERNELS, and on the last line BAKERS of the tier `fast`: one process for all, since each loads both."""
-    return said_on_both(KERNELS + BAKERS, lesser, sources, "fast")
+    """KERNELS, and on the last line BAKERS of the tier `fast`: one process for all, since each loads both. On
+    this processor in this process, which has loaded them."""
+    narrow = said(KERNELS + BAKERS, lesser, sources, "fast")
+    wide = io.StringIO()
+    with redirect_stdout(wide), pytest.MonkeyPatch.context() as patch:
+        patch.setattr(sys, "argv", ["-c", str(sources), "fast"])
+        patch.setattr("paradize.bakers.mesh.lods._SAMPLES", 50_000)  # as in any other process
+        exec(KERNELS + BAKERS, {"__name__": "__main__"})
+    return narrow.splitlines(), wide.getvalue().splitlines()
 
 
 def test_the_lesser_processor_has_no_wide_vectors(fast: tuple[Lines, Lines]) -> None:

@@ -14,6 +14,7 @@ from paradize.kernels import normals
 from paradize.kernels.normals import normals_from_heights, normals_from_slopes
 from tests.pipeline.heights import angles_between, waves
 from tests.pipeline.map_truth import normals as true_normals
+from tests.sweeps import tries
 
 TAPS: dict[str, tuple[list[float], list[float]]] = {
     "central": ([1 / 2], [1.0]),
@@ -41,7 +42,7 @@ def reference(heights: np.ndarray, name: str, **more: tuple[float, float]) -> np
 
 
 @pytest.mark.parametrize("name", TAPS)
-@settings(deadline=None, max_examples=25)
+@settings(deadline=None, max_examples=tries(25))
 @given(
     st.integers(0, 1000),
     st.integers(1, 9),
@@ -60,7 +61,7 @@ def test_normals_agree_with_float64(
 
 
 @pytest.mark.parametrize("name", TAPS)
-@settings(deadline=None, max_examples=15)
+@settings(deadline=None, max_examples=tries(15))
 @given(
     st.tuples(st.integers(1, 6), st.integers(1, 35)),
     st.floats(-(2.0**99), 2.0**99, width=32),

@@ -9,6 +9,7 @@ import numpy.typing as npt
 import pytest
 
 from paradize.kernels.mesh import project
+from tests.sweeps import sample
 
 Points = npt.NDArray[np.float64]
 INSET, FACING = 0.05, 0.25  # as kernels/mesh/project.hpp promises: a little inside, facing the same way
@@ -48,7 +49,7 @@ def nearest(p: Points, corners: Points, allowed: npt.NDArray[np.bool_]) -> int:
 
 
 @pytest.mark.parametrize("one_chart", [False, True])
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", sample(range(4), every=4))
 def test_every_corner_takes_the_nearest_triangle_that_faces_its_way(seed: int, one_chart: bool) -> None:
     """Or, with one chart, the nearest of the chart under its triangle's middle. Corners of one vertex in one
     chart share the nearest of what they found."""

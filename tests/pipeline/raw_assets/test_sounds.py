@@ -15,6 +15,7 @@ import soundfile
 from paradize.checks.loudness import loudness_lufs
 from paradize.scene.settings import load_scene
 from tests.pipeline.raw_assets.test_pictures import RAW, script
+from tests.sweeps import sample
 
 Samples = npt.NDArray[np.float64]
 # by file: seconds, channels, the least and largest middle of its spectrum's power, Hz
@@ -40,7 +41,7 @@ def test_all_sounds_together_stay_below_1_5_megabytes() -> None:
     assert 0 < sum(path.stat().st_size for path in RAW.rglob("*.ogg")) <= LIMIT_BYTES
 
 
-@pytest.mark.parametrize("name", FILES)
+@pytest.mark.parametrize("name", sample(FILES, every=3))
 def test_a_loop_has_its_length_level_and_spectrum_and_no_click(name: str) -> None:
     seconds, channels, low_hz, high_hz = FILES[name]
     samples, rate = kept(name)

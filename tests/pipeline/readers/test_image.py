@@ -21,6 +21,7 @@ from paradize.readers.damage import check_damage
 from paradize.readers.image import read_image
 from paradize.readers.targa import check_targa
 from tests.pipeline.raw_files import exr
+from tests.sweeps import CORPUS_DEEP, sample
 
 
 def write(path: Path, pixels: np.ndarray, kind: object, **attributes: object) -> Path:
@@ -119,7 +120,7 @@ def test_any_size_from_one_texel_up_is_read(tmp_path: Path, size: tuple[int, int
 
 
 @pytest.mark.parametrize("name", ["a.png", "a.jpg", "a.tga", "a.tif", "a.exr", "a.bmp", "a.ppm", "a.hdr"])
-@pytest.mark.parametrize("share", [0.0, 0.05, 0.3, 0.6, 0.9])
+@pytest.mark.parametrize("share", sample([0.0, 0.05, 0.3, 0.6, 0.9], every=2))
 def test_a_cut_file_is_refused(tmp_path: Path, name: str, share: float) -> None:
     rng = np.random.default_rng(5)
     codes = rng.integers(0, 256, (64, 64, 3), dtype=np.uint8)
@@ -463,6 +464,7 @@ def malformed(sources: Path) -> list[Path]:
     return sorted(path for path in (sources / "malformed").rglob("*") if path.is_file())
 
 
+@CORPUS_DEEP
 def test_a_sample_of_malformed_files_is_survived(sources: Path) -> None:
     counts = survive(malformed(sources)[::4])
     assert counts["refused"] > counts["read"]
@@ -474,7 +476,9 @@ def test_every_malformed_file_is_survived(sources: Path) -> None:
     assert counts["refused"] > counts["read"]
 
 
-@pytest.mark.parametrize("top", [1, 2, 7, 100, 127, 254, 255, 256, 1000, 1023, 4095, 32767, 65534, 65535])
+@pytest.mark.parametrize(
+    "top", sample([1, 2, 7, 100, 127, 254, 255, 256, 1000, 1023, 4095, 32767, 65534, 65535], every=3)
+)
 def test_each_code_of_a_pgm_is_its_share_of_the_files_largest(tmp_path: Path, top: int) -> None:
     """Codes of 0..100 came out up to a whole step of 255 too low."""
     codes = np.arange(-(-(top + 1) // 256) * 256).reshape(-1, 256).clip(0, top)

@@ -64,6 +64,7 @@ def few(paths: list[Path]) -> list[Path]:
     return paths[:: max(1, len(paths) // 10)]
 
 
+@CORPUS_DEEP
 def test_every_face_of_every_file_is_read(sources: Path) -> None:
     read, paths = 0, models(sources, FOLDERS)
     for path in paths:

@@ -15,6 +15,7 @@ from paradize.errors import SourceError
 from paradize.readers.obj import read_obj
 from paradize.readers.record import UNKNOWN_SMOOTHING, Model
 from tests.processor_time import ratio
+from tests.sweeps import tries
 
 TRIANGLE = "v 0 0 0\nv 1 0 0\nv 0 1 0\n"
 
@@ -453,7 +454,7 @@ def test_numbers_are_the_nearest_float32(tmp_path: Path) -> None:
         max_size=40,
     )
 )
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=tries(60), deadline=None)
 def test_any_decimal_is_the_nearest_float32(
     tmp_path_factory: pytest.TempPathFactory, parts: list[tuple[int, int]]
 ) -> None:
@@ -463,7 +464,7 @@ def test_any_decimal_is_the_nearest_float32(
 
 
 @given(st.text(alphabet="vtnfgos 0123456789.-/\\\n\r\t#eu", max_size=300))
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=tries(300), deadline=None)
 def test_any_text_is_read_or_refused(tmp_path_factory: pytest.TempPathFactory, text: str) -> None:
     try:
         result = read(tmp_path_factory.getbasetemp(), text)

@@ -12,6 +12,7 @@ import pytest
 from paradize.errors import SourceError
 from paradize.kernels.obj import ParsedObj, parse_obj, parse_obj_file
 from paradize.readers.obj import read_obj
+from tests.sweeps import CORPUS_DEEP
 
 PIECES = [b"\n", b"\r", b"\r\n", b"\\\n", b" ", b"\t", b"/", b"//", b"-1", b"0", b"f ", b"v ", b"vt ", b"vn "]
 PIECES += [
@@ -70,6 +71,7 @@ def check(path: Path, text: bytes) -> bool:
     return True
 
 
+@CORPUS_DEEP
 def test_mutated_models_are_read_or_refused(sources: Path, tmp_path: Path) -> None:
     rng = np.random.default_rng(20)
     models: list[bytes] = list(small_models(sources))

@@ -131,6 +131,7 @@ def test_the_surface_is_where_trimesh_puts_it(corpus: Path) -> None:
     assert compared > 100
 
 
+@pytest.mark.deep
 def test_no_broken_model_crashes_hangs_or_fills_the_screen(corpus: Path) -> None:
     """One process with limits reads all of them, so that what the reader loads is loaded once."""
     code = (

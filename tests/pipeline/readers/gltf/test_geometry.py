@@ -18,6 +18,7 @@ from paradize.errors import SourceError
 from paradize.formats.glb.encode import encode_glb
 from paradize.readers.model import Model, read_model
 from tests.pipeline.readers.gltf.made import PNG, SQUARE, TWO, Made, shown, square
+from tests.sweeps import tries
 
 UVS = np.array([[0, 1], [1, 1], [1, 0], [0, 0]], np.float32)
 
@@ -284,7 +285,7 @@ def test_colours_that_are_not_finite_are_white_and_told(tmp_path: Path) -> None:
     assert any(text.endswith("2 colours are not finite; read as 1") for text in model.warnings)
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=tries(20), deadline=None)
 @given(seed=st.integers(0, 2**32 - 1), faces=st.integers(1, 60))
 def test_what_our_writer_and_trimesh_wrote_is_read_back_equal(
     seed: int, faces: int, tmp_path_factory: pytest.TempPathFactory
