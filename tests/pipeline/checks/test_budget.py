@@ -107,10 +107,11 @@ def test_a_limit_is_a_number_or_a_soft_and_a_hard_one(cove: Path) -> None:
     ],
 )
 def test_a_limit_or_waiver_that_makes_no_sense_is_refused_by_its_place(
-    cove: Path, text: str, message: str
+    baked: Path, tmp_path: Path, text: str, message: str
 ) -> None:
+    shutil.copytree(baked / "scene", tmp_path / "scene")
     with pytest.raises(ParadizeError) as caught:
-        load_scene(with_toml(cove, text))
+        load_scene(with_toml(tmp_path, text))
     assert message in str(caught.value)
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -19,9 +18,14 @@ from tests.player.synthetic import write_scene
 Change = Callable[[dict[str, Any]], object]
 
 
+@pytest.fixture(scope="module")
+def text(tmp_path_factory: pytest.TempPathFactory) -> str:
+    return (write_scene(tmp_path_factory.mktemp("scene"), bare=True) / "scene.json").read_text()
+
+
 @pytest.fixture
-def manifest(tmp_path: Path) -> dict[str, Any]:
-    manifest: dict[str, Any] = json.loads((write_scene(tmp_path, bare=True) / "scene.json").read_text())
+def manifest(text: str) -> dict[str, Any]:
+    manifest: dict[str, Any] = json.loads(text)
     return manifest
 
 

@@ -336,6 +336,7 @@ def test_an_offset_of_a_million_diagonals_changes_no_choice() -> None:
     assert np.abs(corners - want.positions[want.triangles]).max() <= 0.126
 
 
+@pytest.mark.deep
 def test_the_order_of_triangles_changes_errors_by_less_than_a_tenth() -> None:
     ball = sphere(40)
     errors = []

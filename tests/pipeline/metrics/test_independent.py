@@ -129,6 +129,7 @@ print(distance("max"), distance("RMS", samplevert=False, sampleedge=False, sampl
 """
 
 
+@pytest.mark.deep
 def test_the_palms_levels_are_as_near_as_they_say_by_meshlab(island: Path, tmp_path: Path) -> None:
     """In a process of its own: it brings libraries that others cannot share."""
     there = subprocess.run([sys.executable, "-c", "import pymeshlab"], capture_output=True, check=False)

@@ -286,7 +286,7 @@ def test_the_jetty_shows_every_pattern_and_never_one_twice_in_a_row(scripts: Any
     assert shown == {0, 1, 2, 3}
 
 
-@pytest.mark.parametrize("name", ["palm", "jetty"])
+@pytest.mark.parametrize("name", sweep(["palm", "jetty"], test=["palm"]))
 def test_the_scripts_give_the_same_models_again(scripts: Any, name: str, tmp_path: Path) -> None:
     scripts[name].write_model(tmp_path)
     again = sorted((tmp_path / name).iterdir())

@@ -252,6 +252,7 @@ def test_spheres_hold_their_meshes(whole: Any) -> None:
         assert away.max() <= patch.sphere.radius_m * (1 + 1e-6)
 
 
+@pytest.mark.deep
 def test_noise_fills_16_bit_indices_and_no_more() -> None:
     """A coarse patch that would need every pixel keeps to the limit, and says what that costs."""
     rng = np.random.default_rng(1)

@@ -527,6 +527,7 @@ def test_a_transform_of_texture_coordinates_beyond_float32_is_told(tmp_path: Pat
     assert model.mesh.uvs is not None and np.isfinite(model.mesh.uvs).all()
 
 
+@pytest.mark.deep
 def test_ten_times_as_many_materials_take_some_ten_times_as_long(tmp_path: Path) -> None:
     """Each of one name was numbered from 1 on, and looked for its primitives among all: minutes for many."""
 
