@@ -113,6 +113,7 @@ def test_beams_rise_from_the_lamps(moment: Any) -> None:
     assert 0.004 < changed[:54].mean() < 0.2
 
 
+@pytest.mark.deep
 def test_starfish_are_seen_on_the_floor_of_the_lagoon(moment: Any) -> None:
     def without(one: dict[str, Any]) -> None:
         one["objects"].remove(item(one, "starfish"))
@@ -121,6 +122,7 @@ def test_starfish_are_seen_on_the_floor_of_the_lagoon(moment: Any) -> None:
     assert differs(seen, bare).mean() > 0.003
 
 
+@pytest.mark.deep
 def test_grass_leans_in_the_wind(moment: Any) -> None:
     def calm(one: dict[str, Any]) -> None:
         for name in ("grass", "far_grass"):

@@ -39,33 +39,39 @@ def frames(posed: Posed) -> list[Picture]:
     return posed.play(EYE, TARGET, 3, time_s=5.0, scene=sea(posed))
 
 
+@pytest.mark.deep
 def test_waves_are_seen_low_over_the_sea(posed: Posed) -> None:
     assert differs(frames(posed)[0], seen(posed, 5.0, wave_height_m=0.0)).mean() > 0.2
 
 
+@pytest.mark.deep
 def test_they_run_and_nothing_jumps_from_one_frame_to_the_next(posed: Posed) -> None:
     for before, after in pairwise(frames(posed)):
         assert differs(before, after, 1 / 255).mean() > 0.05
         assert differs(before, after, 40 / 255).mean() < 0.004
 
 
+@pytest.mark.deep
 def test_the_grid_moves_with_the_eye_and_the_waves_do_not(posed: Posed) -> None:
     """On both sides of a place where the grid goes on by a cell of 1 m."""
     first, second = (seen(posed, 5.0, (x, *EYE[1:]), (x - 10.0, *TARGET[1:])) for x in (52.499, 52.501))
     assert differs(first, second, 24 / 255).mean() < 0.01
 
 
+@pytest.mark.deep
 def test_they_repeat_with_the_flight(posed: Posed) -> None:
     duration_s = posed.scene()["flight"]["duration_s"]
     assert np.array_equal(frames(posed)[0], seen(posed, 5.0 + duration_s))
 
 
+@pytest.mark.deep
 def test_the_waterline_and_its_swash_stay_as_they_are(posed: Posed) -> None:
     with_waves = seen(posed, 7.5, SHORE, SHORE_TARGET)
     without = seen(posed, 7.5, SHORE, SHORE_TARGET, wave_height_m=0.0)
     assert differs(with_waves, without, 2 / 255).mean() < 0.002
 
 
+@pytest.mark.deep
 def test_quality_fast_has_none(island: Path, player: Callable[..., Any], tmp_path: Path) -> None:
     def fast(*args: object) -> Any:
         return player(*args, "--quality", "fast")

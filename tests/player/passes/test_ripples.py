@@ -34,6 +34,7 @@ def frames(posed: Posed) -> list[Picture]:
     return posed.play(EYE, TARGET, 2, time_s=TIME_S, scene=sea(posed))
 
 
+@pytest.mark.deep
 def test_they_are_seen_round_the_poles_and_nowhere_else(posed: Posed) -> None:
     changed = differs(
         frames(posed)[0], posed.render(EYE, TARGET, time_s=TIME_S, scene=sea(posed, height_m=0.0))
@@ -42,6 +43,7 @@ def test_they_are_seen_round_the_poles_and_nowhere_else(posed: Posed) -> None:
     assert not changed[: len(changed) // 3].any()
 
 
+@pytest.mark.deep
 def test_they_run_repeat_with_the_flight_and_nothing_jumps(posed: Posed) -> None:
     for before, after in pairwise(frames(posed)):
         assert differs(before, after, 2 / 255).mean() > 0.005

@@ -14,7 +14,6 @@ from scipy.ndimage import maximum_filter
 
 from tests.pictures import load
 from tests.player.posed import differs
-from tests.sweeps import sweep
 
 Render = Callable[..., NDArray[Any]]
 CASTERS = {"palm", "jetty"}
@@ -47,6 +46,7 @@ def render(island: Path, player: Callable[..., Any], tmp_path_factory: pytest.Te
     return picture
 
 
+@pytest.mark.deep
 def test_fronds_cast_shadows_into_air_that_is_bright_towards_the_sun(render: Render) -> None:
     lit, plain = render(FRONDS_S), render(FRONDS_S, "--disable", "shafts")
     assert differs(lit, plain).mean() > 0.3
@@ -58,6 +58,7 @@ def test_fronds_cast_shadows_into_air_that_is_bright_towards_the_sun(render: Ren
     assert np.percentile(np.abs(np.diff(change[:20, :40], 2, axis=1)), 90) < 4 / 255
 
 
+@pytest.mark.deep
 def test_edges_of_leaves_before_bright_air_have_no_dark_line(render: Render) -> None:
     """Half of a pixel on an edge is sky, which gets its share of the light."""
     plain = render(FRONDS_S, "--disable", "shafts", size="320x180")[:90, :160]
@@ -68,6 +69,7 @@ def test_edges_of_leaves_before_bright_air_have_no_dark_line(render: Render) -> 
     assert dark.sum() < 0.004 * sky.sum()
 
 
+@pytest.mark.deep
 def test_the_air_glows_towards_a_low_sun_and_nowhere_else(render: Render) -> None:
     sunset, plain = render(SUNSET_S), render(SUNSET_S, "--disable", "shafts")
     assert differs(sunset, plain).mean() > 0.2
@@ -77,9 +79,10 @@ def test_the_air_glows_towards_a_low_sun_and_nowhere_else(render: Render) -> Non
     assert away.mean() < 0.02
 
 
+@pytest.mark.deep
 @pytest.mark.parametrize(
     ("second", "quality"),
-    sweep([(DUSK_S, "balanced"), (FRONDS_S, "fast")], test=[(DUSK_S, "balanced")]),
+    [(DUSK_S, "balanced"), (FRONDS_S, "fast")],
 )
 def test_without_light_or_in_fast_quality_there_are_none(render: Render, second: float, quality: str) -> None:
     options = (second, "--quality", quality)

@@ -44,6 +44,7 @@ def foam(picture: Picture, calm: Picture) -> NDArray[np.bool_]:
     return np.asarray((picture - calm)[..., 2] > 40 / 255)
 
 
+@pytest.mark.deep
 def test_waves_run_up_the_beach_with_foam_and_leave_the_dry_sand_alone(posed: Posed) -> None:
     calm = seen(posed, RUNS_UP_S, swash_height_m=0.0)
     running = frames(posed)[0]
@@ -52,6 +53,7 @@ def test_waves_run_up_the_beach_with_foam_and_leave_the_dry_sand_alone(posed: Po
     assert not differs(running, calm)[-HEIGHT // 8 :].any()
 
 
+@pytest.mark.deep
 def test_the_edge_advances_and_the_sand_that_it_left_stays_dark(posed: Posed) -> None:
     calm = seen(posed, RUNS_UP_S, swash_height_m=0.0)
     running = frames(posed)[0]
@@ -64,17 +66,20 @@ def test_the_edge_advances_and_the_sand_that_it_left_stays_dark(posed: Posed) ->
     assert (after < -4 / 255).mean() > 0.3
 
 
+@pytest.mark.deep
 def test_they_are_a_function_of_the_second_that_repeats_with_the_flight(posed: Posed) -> None:
     duration_s = posed.scene()["flight"]["duration_s"]
     assert np.array_equal(frames(posed)[0], seen(posed, RUNS_UP_S + duration_s))
 
 
+@pytest.mark.deep
 def test_from_one_frame_to_the_next_nothing_jumps(posed: Posed) -> None:
     """Also where a wave ends and the next one begins, which is somewhere in the picture at any second."""
     for before, after in pairwise(frames(posed)):
         assert differs(before, after, 40 / 255).mean() < 0.004
 
 
+@pytest.mark.deep
 def test_without_height_there_are_none(posed: Posed) -> None:
     first, second = (seen(posed, s, swash_height_m=0.0) for s in (BREAKS_S, RUNS_UP_S))
     assert np.array_equal(first, second)

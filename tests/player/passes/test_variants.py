@@ -53,6 +53,7 @@ def sink_one_more(scene: dict[str, Any]) -> None:
         item["light_sets"].append(0)  # no lamp reaches it
 
 
+@pytest.mark.deep
 def test_what_stands_ashore_looks_the_same_whether_or_not_another_one_lies_in_the_sea(posed: Posed) -> None:
     scene = quiet(posed)
     whole = seen(posed, scene)
@@ -63,6 +64,7 @@ def test_what_stands_ashore_looks_the_same_whether_or_not_another_one_lies_in_th
     assert not differs(whole, with_sunken, 1.5 / 255.0).any()
 
 
+@pytest.mark.deep
 def test_what_also_lies_in_the_sea_is_lit_in_its_pixels(posed: Posed) -> None:
     scene = alone(posed)
     at_vertices = seen(posed, scene)
@@ -72,6 +74,7 @@ def test_what_also_lies_in_the_sea_is_lit_in_its_pixels(posed: Posed) -> None:
     assert np.array_equal(sunken, seen(posed, lit_in_pixels(scene)))
 
 
+@pytest.mark.deep
 def test_no_highlight_looks_as_one_that_is_too_faint_to_see(posed: Posed) -> None:
     scene = quiet(posed)
     matte = seen(posed, scene)

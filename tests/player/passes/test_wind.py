@@ -47,6 +47,7 @@ def moved(
     return differs(first, second)
 
 
+@pytest.mark.deep
 def test_the_crown_moves_and_the_picture_around_it_does_not(posed: Posed) -> None:
     changed = moved(posed, dry(posed))
     assert changed.mean() > 0.02
@@ -56,6 +57,7 @@ def test_the_crown_moves_and_the_picture_around_it_does_not(posed: Posed) -> Non
     assert not upper[:, : WIDTH // 20].any() and not upper[:, -WIDTH // 20 :].any()
 
 
+@pytest.mark.deep
 def test_its_shadow_moves_with_it_and_nothing_else(posed: Posed) -> None:
     scene, top = dry(posed), crown(posed)
     palm_of(scene)["views"] = ["shadow"]
@@ -90,12 +92,14 @@ def test_the_water_mirrors_it_as_it_leans(posed: Posed) -> None:
     assert (leaning & ~moved(posed, scene, eye, target)).mean() > 0.001
 
 
+@pytest.mark.deep
 def test_without_reach_all_stands_still(posed: Posed) -> None:
     scene = dry(posed)
     palm_of(scene)["sway"] = None
     assert not moved(posed, scene).any()
 
 
+@pytest.mark.deep
 def test_a_palm_leans_where_the_wind_blows_and_as_far_as_the_scene_says(posed: Posed) -> None:
     """The wind blows along the picture: the crown leans to one side, and to the other where it blows back."""
     ahead = np.subtract(TARGET, EYE)
