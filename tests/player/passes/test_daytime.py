@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from tests.pictures import load
 from tests.player.posed import differs
 from tests.player.synthetic import identity, texture, write_scene
+from tests.sweeps import sample
 
 Picture = NDArray[Any]
 DAY_S, DUSK_S, NIGHT_S, DAWN_S = 1.0, 4.0, 6.0, 8.5  # of the keys, on a flight of 10 s
@@ -80,8 +81,16 @@ def scene(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+@pytest.fixture(scope="module")
+def kept() -> dict[str, Picture]:
+    """Pictures that more than one test looks at."""
+    return {}
+
+
 @pytest.fixture
-def picture(scene: Path, player: Callable[..., Any], tmp_path: Path) -> Callable[..., Picture]:
+def picture(
+    scene: Path, player: Callable[..., Any], tmp_path: Path, kept: dict[str, Picture]
+) -> Callable[..., Picture]:
     """Renders the scene at a second, looking from `eye` along `ahead`, after a change of its manifest.
     frames: how many, if more than one, 1/30 s apart."""
     plain = json.loads((scene / "plain.json").read_text())
@@ -104,6 +113,9 @@ def picture(scene: Path, player: Callable[..., Any], tmp_path: Path) -> Callable
         manifest["flight"] |= {"segments": [still], "waypoint_u": [0]}
         manifest["flight"]["time_table"] = [[0.0, 0.0, 0.1], [10.0, 1.0, 0.1]]
         change(manifest)
+        wanted = repr((time_s, arguments, frames, manifest))
+        if wanted in kept:
+            return kept[wanted]
         (scene / "scene.json").write_text(json.dumps(manifest))
         out = tmp_path / "picture.png"
         size = f"{SIZE[0]}x{SIZE[1]}"
@@ -112,9 +124,10 @@ def picture(scene: Path, player: Callable[..., Any], tmp_path: Path) -> Callable
             given += ["--frames", frames, "--wait-resident"]
         result = player(scene, *given, *arguments)
         assert result.returncode == 0, result.stderr
-        if frames == 1:
-            return load(out)
-        return np.stack([load(tmp_path / f"picture_{i:04}.png") for i in range(frames)])
+        files = [out] if frames == 1 else [tmp_path / f"picture_{i:04}.png" for i in range(frames)]
+        pictures = [load(file) for file in files]
+        kept[wanted] = pictures[0] if frames == 1 else np.stack(pictures)
+        return kept[wanted]
 
     return render
 
@@ -185,7 +198,7 @@ def flat_sea(manifest: dict[str, Any]) -> None:
     manifest["water"] |= {"specular": 0.0, "reflection_distortion": 0.0}
 
 
-@pytest.mark.parametrize(("second", "light"), [(DAY_S, "sun"), (NIGHT_S, "moon")])
+@pytest.mark.parametrize(("second", "light"), sample([(NIGHT_S, "moon"), (DAY_S, "sun")], every=2))
 def test_the_sea_mirrors_no_disc_whose_glitter_it_draws(
     picture: Callable[..., Picture], second: float, light: str
 ) -> None:
@@ -277,8 +290,7 @@ def test_clouds_cover_the_sky_and_drift_round_in_a_flight(picture: Callable[...,
     assert 0.1 < covered.mean() < 0.6
     row = 70
     assert (covered[row] ^ differs(at(DAY_S + 2.5, lambda _: None), later)[row]).mean() > 0.3
-    whole = [at(second, cloudy) for second in (0.0, 10.0)]
-    assert np.array_equal(*whole)
+    assert np.array_equal(*(at(second, cloudy) for second in (0.0, 10.0)))
 
 
 def test_clouds_are_bright_on_the_side_of_the_light(picture: Callable[..., Picture]) -> None:

@@ -15,6 +15,7 @@ from paradize.build.light_sets import add_light_sets
 from tests.player.passes.test_materials import AWAY_M, STEP, WHITE, Render, middle, quad, render, thing
 from tests.player.posed import HEIGHT, WIDTH, Posed, Vec, around, differs, pixel
 from tests.player.synthetic import instance, material, write_scene
+from tests.sweeps import sample
 
 __all__ = ["render"]  # the fixture
 
@@ -46,7 +47,7 @@ def lit_wall(
     return float(middle(picture).mean())
 
 
-@pytest.mark.parametrize("distance_m", [0.5, 1.0, 2.5, 4.5])
+@pytest.mark.parametrize("distance_m", sample([1.0, 0.5, 2.5, 4.5], every=3))
 def test_light_falls_with_the_square_of_the_distance_and_ends_at_the_range(
     render: Render, distance_m: float
 ) -> None:
@@ -92,12 +93,12 @@ def test_light_from_behind_passes_through_a_leaf_and_is_yellower(render: Render)
 
 def test_the_lights_of_a_set_add_up(render: Render) -> None:
     wall = thing("wall", {"m": material(None, **WHITE)}, light_sets=[1])
-    lights = [lamp([x, 0.0, 2.0], intensity=2.0, range_m=50.0) for x in (-1.0, 0.0, 1.5)]
+    lights = [lamp([x, 0.0, 2.0], intensity=2.0, range_m=50.0) for x in (-1.0, 1.5)]
     seen = []
-    for chosen in ([0], [1], [2], [0, 1, 2]):
+    for chosen in ([0], [1], [0, 1]):
         sets = [ONE_SET[0], {"lights": chosen, "glow": None}]
         seen.append(middle(render([wall], {"wall": quad()}, lights=lights, light_sets=sets)).mean())
-    assert seen[3] == pytest.approx(sum(seen[:3]), abs=2.0 * STEP)
+    assert seen[2] == pytest.approx(sum(seen[:2]), abs=2.0 * STEP)
 
 
 def test_an_instance_glows_as_bright_as_its_light_and_is_dark_when_that_is_off(render: Render) -> None:
@@ -294,6 +295,7 @@ def test_a_moment_looks_the_same_however_it_is_reached(
     assert last.read_bytes() == alone.read_bytes()
 
 
+@pytest.mark.deep
 def test_the_jettys_lamps_light_planks_poles_sand_and_water_in_the_night(
     island: Path, player: Callable[..., Any], tmp_path: Path
 ) -> None:
@@ -320,6 +322,7 @@ def test_the_jettys_lamps_light_planks_poles_sand_and_water_in_the_night(
         assert around(brighter, *pixel(eye, target, place), radius).mean() > share, name
 
 
+@pytest.mark.deep
 def test_mosquitoes_swarm_round_the_lamp_of_the_jettys_head_at_night_and_nowhere_by_day(
     island: Path, player: Callable[..., Any], tmp_path: Path
 ) -> None:

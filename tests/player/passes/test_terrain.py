@@ -19,11 +19,12 @@ from paradize.formats.ktx2.encode import encode_ktx2
 from paradize.stages.quantise import terrain_grid
 from tests.player.patches import tiled
 from tests.player.synthetic import identity, write_scene
-from tests.sweeps import sample
+from tests.sweeps import sweep
 
 Player = Callable[..., "subprocess.CompletedProcess[str]"]
 SIZE_M = 60.0
 LEVELS = 9
+FEW_LEVELS = 7
 WIDTH, HEIGHT = 320, 180
 FLIGHT = 24  # frames
 
@@ -34,15 +35,26 @@ def hills(x: npt.NDArray[np.float64], z: npt.NDArray[np.float64]) -> npt.NDArray
     return np.asarray(2.4 * np.sin(x / 6) * np.cos(z / 8) + 0.6 * small)
 
 
-@pytest.fixture(scope="module")
-def hilly(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Hills in a sea: 1022 patches in three tiles, with measured errors."""
-    terrain = tiled(SIZE_M, hills, levels=LEVELS, refine=4, tiles=3)
-    folder = write_scene(tmp_path_factory.mktemp("hilly"), terrain=terrain, objects=[], particles=[])
+def hills_in_a_sea(folder: Path, levels: int) -> Path:
+    """In three tiles, with measured errors."""
+    terrain = tiled(SIZE_M, hills, levels=levels, refine=4, tiles=3)
+    write_scene(folder, terrain=terrain, objects=[], particles=[])
     manifest = json.loads((folder / "scene.json").read_text())
     manifest["terrain"] |= {"mix_low_m": -5.0, "mix_high_m": -4.0}
     (folder / "scene.json").write_text(json.dumps(manifest))
     return folder
+
+
+@pytest.fixture(scope="module")
+def hilly(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """254 patches."""
+    return hills_in_a_sea(tmp_path_factory.mktemp("hilly"), FEW_LEVELS)
+
+
+@pytest.fixture(scope="module")
+def finer(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """1022 patches."""
+    return hills_in_a_sea(tmp_path_factory.mktemp("finer"), LEVELS)
 
 
 def pose(manifest: dict[str, Any], eye: tuple[float, ...], target: tuple[float, ...]) -> dict[str, Any]:
@@ -85,22 +97,29 @@ EYES = {
     "at the small hills": ((12.0, 3.0, 11.0), (18.0, 0.0, 20.0)),
     "at the rim": ((29.0, 4.0, -29.0), (0.0, -2.0, 0.0)),
 }
+FROM_EVERYWHERE = [(eye, "finer") for eye in EYES]
 
 
-@pytest.mark.parametrize("eye", sample(EYES, every=3))
+@pytest.mark.parametrize(
+    ("eye", "ground"), sweep([("above", "hilly"), *FROM_EVERYWHERE], test=[("above", "hilly")])
+)
 def test_the_cut_looks_like_the_finest_level_with_fewer_triangles(
-    eye: str, hilly: Path, player: Player, tmp_path: Path
+    eye: str, ground: str, request: pytest.FixtureRequest, player: Player, tmp_path: Path
 ) -> None:
+    hilly, levels = request.getfixturevalue(ground), {"hilly": FEW_LEVELS, "finer": LEVELS}[ground]
     manifest = pose(json.loads((hilly / "scene.json").read_text()), *EYES[eye])
     cut, counts = draw(player, place(tmp_path / "cut", hilly, manifest))
     finest, most = draw(player, place(tmp_path / "fine", hilly, manifest | {"lod_error_px": 0.01}))
-    assert most["cut_patches"] > 0.7 * 2 ** (LEVELS // 2 * 2)
+    assert most["cut_patches"] > 0.7 * 2 ** (levels // 2 * 2)
     assert counts["cut_triangles"] < 0.7 * most["cut_triangles"]
     assert counts["patches"] <= counts["cut_patches"]
     assert counts["triangles"] == 16 * counts["patches"]
-    assert counts["arrived"] == counts["baked"] == 2 ** (LEVELS + 1) - 2
+    assert counts["arrived"] == counts["baked"] == 2 ** (levels + 1) - 2
     worse = np.abs(cut - finest).max(axis=2) > 0.1  # only silhouettes differ, by less than a pixel
     assert worse.mean() < 0.02
+
+
+GROUND_ALONE = "water,reflection,refraction,shadow,sky,post"
 
 
 def test_without_maps_the_ground_looks_as_with_maps_that_change_nothing(
@@ -118,7 +137,8 @@ def test_without_maps_the_ground_looks_as_with_maps_that_change_nothing(
         )
     ):
         edited = manifest | {"terrain": manifest["terrain"] | maps}
-        pictures.append(draw(player, place(tmp_path / str(i), hilly, edited))[0])
+        folder = place(tmp_path / str(i), hilly, edited)
+        pictures.append(draw(player, folder, "--disable", GROUND_ALONE)[0])
     bare, flat, unseen, seen = pictures
     assert np.abs(bare - flat).max() < 1.5 / 255
     assert (np.abs(bare - unseen).max(axis=2) > 1.5 / 255).mean() < 1e-3  # highlights that rounding moves
@@ -144,7 +164,7 @@ def test_patches_of_all_tiles_take_one_draw_call_for_each_kind(
     assert 2 <= calls[0] - calls[1] <= 3
 
 
-@pytest.mark.parametrize("swash_height_m", [0.0, 0.5])
+@pytest.mark.parametrize("swash_height_m", sweep([0.0, 0.5], test=[0.5]))
 def test_the_waterline_and_its_swash_do_not_jump_when_a_diamond_splits(
     swash_height_m: float, hilly: Path, player: Player, tmp_path: Path
 ) -> None:
@@ -197,19 +217,24 @@ def test_patches_above_at_and_below_the_water_are_lit_as_one_that_reaches_throug
         assert (np.abs(many - one).max(axis=2) > 2 / 255).mean() < 0.002, name
 
 
-def test_nothing_that_a_view_sees_is_culled(hilly: Path, player: Player, tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("eye", "ground"), sweep([("low", "hilly"), *FROM_EVERYWHERE], test=[("low", "hilly")])
+)
+def test_nothing_that_a_view_sees_is_culled(
+    eye: str, ground: str, request: pytest.FixtureRequest, player: Player, tmp_path: Path
+) -> None:
     """All views give the same bytes as with bounding spheres that are always visible."""
-    for name, (eye, target) in EYES.items():
-        manifest = pose(json.loads((hilly / "scene.json").read_text()), eye, target)
-        culled, counts = draw(player, place(tmp_path / name / "culled", hilly, manifest))
-        patches = manifest["terrain"]["patches"]
-        patches["radius_m"] = [1e6] * len(patches["radius_m"])
-        whole, all_of_it = draw(player, place(tmp_path / name / "whole", hilly, manifest))
-        assert np.array_equal(culled, whole), name
-        # Above the water, patches wholly under it are culled by their heights, whatever their spheres.
-        assert all_of_it["cut_patches"] == counts["cut_patches"]
-        assert all_of_it["patches"] < all_of_it["cut_patches"], name
-        assert counts["patches"] < (1.0 if name in ("above", "at the rim") else 0.8) * all_of_it["patches"]
+    hilly = request.getfixturevalue(ground)
+    manifest = pose(json.loads((hilly / "scene.json").read_text()), *EYES[eye])
+    culled, counts = draw(player, place(tmp_path / "culled", hilly, manifest))
+    patches = manifest["terrain"]["patches"]
+    patches["radius_m"] = [1e6] * len(patches["radius_m"])
+    whole, all_of_it = draw(player, place(tmp_path / "whole", hilly, manifest))
+    assert np.array_equal(culled, whole)
+    # Above the water, patches wholly under it are culled by their heights, whatever their spheres.
+    assert all_of_it["cut_patches"] == counts["cut_patches"]
+    assert all_of_it["patches"] < all_of_it["cut_patches"]
+    assert counts["patches"] < (1.0 if eye in ("above", "at the rim") else 0.8) * all_of_it["patches"]
 
 
 def fly_over(
@@ -342,22 +367,22 @@ def test_terrain_in_no_view_is_loaded_after_what_is_seen_and_does_not_count_as_n
     assert pictures[0] == pictures[1]
 
 
+@pytest.mark.parametrize(
+    ("left_out", "size", "times"),
+    sweep(
+        [(7, "96x55", 1), (7, "200x54", 1), (7, "90x50", 0), (0, "96x55", 0)],
+        test=[(7, "96x55", 1), (7, "90x50", 0)],
+    ),
+)
 def test_a_window_larger_than_the_bake_covers_gives_one_warning(
-    hilly: Path, player: Player, tmp_path: Path
+    left_out: int, size: str, times: int, hilly: Path, player: Player, tmp_path: Path
 ) -> None:
     manifest = json.loads((hilly / "scene.json").read_text())
-    manifest["terrain"]["demand"]["left_out"] = 7
-    folder = place(tmp_path / "left_out", hilly, manifest)
-    words = "the scene was baked for at most 96 x 54"
-    for scene, size, times in (
-        (folder, "96x55", 1),
-        (folder, "200x54", 1),
-        (folder, "90x50", 0),
-        (hilly, "96x55", 0),
-    ):
-        result = player(scene, "--size", size, "--frames", 3)
-        assert result.returncode == 0, result.stderr
-        assert result.stderr.count(words) == times, (size, result.stderr)
+    manifest["terrain"]["demand"]["left_out"] = left_out
+    scene = place(tmp_path / "left_out", hilly, manifest)
+    result = player(scene, "--size", size, "--frames", 3)
+    assert result.returncode == 0, result.stderr
+    assert result.stderr.count("the scene was baked for at most 96 x 54") == times, result.stderr
 
 
 def test_a_tile_that_differs_from_scene_json_is_rejected_by_name(
@@ -367,7 +392,7 @@ def test_a_tile_that_differs_from_scene_json_is_rejected_by_name(
     manifest["terrain"]["tiles"] = ["terrain_mesh_1", "terrain_mesh", "terrain_mesh_2"]
     result = player(place(tmp_path / "swapped", hilly, manifest))
     assert result.returncode == 1
-    assert "terrain_mesh.glb: node patch0: scene.json says that it is patch341" in result.stderr
+    assert "terrain_mesh.glb: node patch0: scene.json says that it is patch85" in result.stderr
     manifest["terrain"]["tiles"] = ["terrain_mesh", "terrain_mesh_1", "sky"]
     result = player(place(tmp_path / "sky", hilly, manifest))
     assert result.returncode == 1

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import product
 from math import pi
 from typing import Any
 
@@ -12,6 +13,7 @@ import pytest
 from tests.player.passes.test_materials import F64, STEP, WHITE, Render, middle, quad, render, texel, thing
 from tests.player.passes.test_point_lights import ONE_SET, lamp
 from tests.player.synthetic import instance, material
+from tests.sweeps import sample, sweep
 
 __all__ = ["render"]  # the fixture
 LEAF = WHITE | {"two_sided": True, "translucency": 0.5}
@@ -29,9 +31,13 @@ def both(render: Render, one: dict[str, Any], *stands: dict[str, Any], **light: 
     return pixels, vertices
 
 
-@pytest.mark.parametrize("turn_rad", [0.0, pi])
-@pytest.mark.parametrize("direction", [FRONT, SIDE, BEHIND])
-@pytest.mark.parametrize("alpha_mode", ["opaque", "mask"])
+@pytest.mark.parametrize(
+    ("alpha_mode", "direction", "turn_rad"),
+    sweep(
+        product(["opaque", "mask"], [FRONT, SIDE, BEHIND], [0.0, pi]),
+        test=[("opaque", FRONT, 0.0), ("opaque", BEHIND, 0.0), ("mask", SIDE, pi)],
+    ),
+)
 def test_front_back_and_light_that_passes_through_are_those_of_light_in_the_pixels(
     render: Render, alpha_mode: str, direction: list[float], turn_rad: float
 ) -> None:
@@ -43,7 +49,7 @@ def test_front_back_and_light_that_passes_through_are_those_of_light_in_the_pixe
     assert vertices == pytest.approx(pixels, abs=STEP)
 
 
-@pytest.mark.parametrize("place", [[0.0, 0.0, 20.0], [0.0, 12.0, -16.0]])
+@pytest.mark.parametrize("place", sample([[0.0, 12.0, -16.0], [0.0, 0.0, 20.0]], every=2))
 def test_a_far_lamp_before_and_behind_lights_both_sides_as_in_the_pixels(
     render: Render, place: list[float]
 ) -> None:
@@ -64,49 +70,51 @@ def test_a_far_lamp_before_and_behind_lights_both_sides_as_in_the_pixels(
         assert vertices == pytest.approx(pixels, abs=STEP)
 
 
-def test_a_lamp_before_the_middle_of_a_large_square_shows_only_in_quality_exact(render: Render) -> None:
+@pytest.mark.parametrize("quality", sweep(["fast", "balanced", "exact"], test=["balanced", "exact"]))
+def test_a_lamp_before_the_middle_of_a_large_square_shows_only_in_quality_exact(
+    render: Render, quality: str
+) -> None:
     light = {"lights": [lamp([0.0, 0.0, 0.5], intensity=0.5)], "light_sets": ONE_SET}
-    seen = {}
-    for quality in ("fast", "balanced", "exact"):
-        options = ("--disable", "post", "--quality", f"lod={quality}")
-        seen[quality] = {
-            lit: middle(
-                render(
-                    [thing("a", {"m": material(None, **WHITE, vertex_lit=lit)}, light_sets=[1])],
-                    {"a": quad()},
-                    options=options,
-                    **light,
-                )
-            ).mean()
-            for lit in (False, True)
-        }
-    assert seen["exact"][True] == seen["exact"][False]
-    for quality in ("fast", "balanced"):
-        assert seen[quality][True] < 0.3 * seen[quality][False]
-        assert seen[quality][True] > 0.0  # the lamp reaches the corners
+    options = ("--disable", "post", "--quality", f"lod={quality}")
+    pixels, vertices = (
+        middle(
+            render(
+                [thing("a", {"m": material(None, **WHITE, vertex_lit=lit)}, light_sets=[1])],
+                {"a": quad()},
+                options=options,
+                **light,
+            )
+        ).mean()
+        for lit in (False, True)
+    )
+    if quality == "exact":
+        assert vertices == pixels
+    else:
+        assert 0.0 < vertices < 0.3 * pixels  # the lamp reaches the corners
 
 
-@pytest.mark.parametrize(
-    "change",
-    [
+def test_what_reflects_gives_off_light_or_has_another_map_is_lit_in_its_pixels(render: Render) -> None:
+    """One of each kind, side by side."""
+    changes: list[dict[str, Any]] = [
         {"specular": 0.5, "smoothness": 0.6},
         {"metalness": 1.0, "smoothness": 0.6},
         {"emission": [0.3, 0.2, 0.1]},
         {"normal": "bumps"},
         {"alpha_mode": "blend", "normal": "bumps"},
-    ],
-)
-def test_what_reflects_gives_off_light_or_has_another_map_is_lit_in_its_pixels(
-    render: Render, change: dict[str, Any]
-) -> None:
-    one = material(None, **(WHITE | change))
+    ]
     rng = np.random.default_rng(5)
     tilted = rng.normal([0.0, 0.0, 1.0], 0.4, (4, 3)).astype(np.float32)
-    mesh = replace(quad(), normals=tilted / np.linalg.norm(tilted, axis=1, keepdims=True))
+    mesh = replace(quad(size=1.0), normals=tilted / np.linalg.norm(tilted, axis=1, keepdims=True))
     light = {"sun": (SIDE, 2.0), "ambient": 0.3}
     bumps = {"bumps": texel(60, 20, fmt="RG8_SNORM", kind=np.int8)}
-    pictures = [
-        render([thing("a", {"m": one | {"vertex_lit": lit}})], {"a": mesh}, bumps, **light)
-        for lit in (False, True)
-    ]
-    assert np.array_equal(*pictures)
+    places = [instance([1.4 * (k - 2), 0.0, 0.0]) for k in range(len(changes))]
+
+    def seen(lit: bool, *kinds: dict[str, Any]) -> F64:
+        things = [
+            thing(f"t{k}", {"m": material(None, **(WHITE | change), vertex_lit=lit)}, place, mesh="a_mesh")
+            for k, (change, place) in enumerate(zip(kinds, places, strict=False))
+        ]
+        return render(things, {"a": mesh}, bumps, **light)
+
+    assert np.array_equal(seen(False, *changes), seen(True, *changes))
+    assert not np.array_equal(seen(False, {}), seen(True, {})), "light at vertices looks different"
