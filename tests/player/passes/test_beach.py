@@ -146,16 +146,33 @@ def test_sparkles_are_light_where_they_float(posed: Posed) -> None:
 def test_effect_map_only_below_mix_low_and_sand_only_above_mix_high(posed: Posed) -> None:
     strange = texture("RGBA8_SRGB", np.full((4, 4, 4), (255, 0, 255, 255), np.uint8))
     one = without_box(scene(posed))
-    one["terrain"]["effect_color"] = "box_color"
-    dune: tuple[Vec, Vec] = ((0.3, 6.0, -12.0), (0.3, 0.0, -12.1))
-    (floor, sand), other_sand, other_effect = (
-        posed.views([(DOWN_EYE, DOWN), dune], disable="water", scene=one, files=files)
-        for files in ({}, {"sand_color": strange}, {"box_color": strange})
+    one["terrain"] |= {"effect_color": "box_color", "mix_low_m": -0.5, "mix_high_m": -0.1}
+    seen, other_sand, other_effect = (
+        posed.render(EYE, TARGET, disable="water,post", scene=one, files=files)
+        for files in (None, {"sand_color": strange}, {"box_color": strange})
     )
-    assert not differs(floor, other_sand[0], 1.5 / 255).any()
-    assert differs(sand, other_sand[1]).mean() > 0.9
-    assert not differs(sand, other_effect[1], 1.5 / 255).any()
-    assert differs(floor, other_effect[0]).mean() > 0.9
+    last_sand, first_floor = (
+        round(pixel(EYE, TARGET, (0.0, height, -height / 0.15))[1]) for height in (-0.1, -0.5)
+    )
+    sand, floor = np.s_[60 : last_sand - 4], np.s_[first_floor + 6 :]
+    assert differs(seen, other_sand)[sand].mean() > 0.9
+    assert not differs(seen, other_sand, 1.5 / 255)[floor].any()
+    assert differs(seen, other_effect)[floor].mean() > 0.9
+    assert not differs(seen, other_effect, 1.5 / 255)[sand].any()
+
+
+def test_an_eye_in_the_sea_sees_the_sky_straight_above_and_only_water_at_flat_angles(posed: Posed) -> None:
+    """Beyond 49 degrees from the vertical the surface reflects all light: Snell's law."""
+    eye: Vec = (0.0, -1.0, 25.0)
+    poses: list[tuple[Vec, Vec]] = [(eye, (0.0, 9.0, 25.5)), (eye, (20.0, 5.0, 25.0))]
+    still = {"water_normal": waves(0.0), "water_dudv": waves(0.0)}
+    one = scene(posed, shallow_color=[0.05, 0.6, 0.3])
+    above, aside = (
+        picture[80:100, 150:170].mean(axis=(0, 1))
+        for picture in posed.views(poses, scene=one, files=still, disable="post")
+    )
+    assert above[2] > 1.3 * above[1], "the sky is blue"
+    assert aside[1] > 1.1 * aside[2], "the water glows green"
 
 
 def test_waves_focus_light_on_the_floor_and_keep_its_brightness(posed: Posed) -> None:
@@ -291,37 +308,39 @@ def test_the_wind_moves_a_box_its_shadow_and_its_mirror_image_and_nothing_else(p
     (thing,) = one["objects"]
     thing["sway"] = {"lean_m": 1.0, "flutter_m": 0.05}
 
-    def moved(of: dict[str, Any], off: str) -> Any:
-        return differs(
-            *(posed.render(EYE, TARGET, time_s=s, scene=of, files=files, disable=off) for s in (3.16, 4.2))
-        )
+    shown, shadow = (
+        one | {"objects": [thing | {"views": views}]} for views in (["camera", "reflection"], ["shadow"])
+    )
+
+    def at(second: float, of: dict[str, Any], off: str) -> Picture:
+        return posed.render(EYE, TARGET, time_s=second, scene=of, files=files, disable=off)
 
     x, y, z = BOX
-    dry, wet = "water,shadow,post", "shadow,post"
-    for view, place, off in (
-        ("camera", (x, y + 1.0, z), dry),
-        ("shadow", (x - 0.9, y, z - 0.7), "water,post"),
-        ("reflection", (x, -y - 1.0, z), wet),
-    ):
-        changed = moved(one | {"objects": [thing | {"views": [view]}]}, off)
-        assert changed.sum() > 100, view
-        assert around(changed, *pixel(EYE, TARGET, place), 45).sum() == changed.sum(), view
-    still = one | {"objects": [thing | {"views": ["camera"], "sway": None}]}
-    assert not moved(still, dry).any()
-    # Its shadow is drawn anew, ten times a second.
-    shadow = {"scene": one | {"objects": [thing | {"views": ["shadow"]}]}, "files": files}
-    first, _, _, last = posed.play(EYE, TARGET, 4, time_s=3.18, disable="water,post", **shadow)
-    before = posed.render(EYE, TARGET, time_s=3.16, disable="water,post", **shadow)
-    assert np.array_equal(first, before)
-    assert differs(first, last, 1 / 255).any()
+    first, second = (at(s, shown, "shadow,post") for s in (3.16, 4.2))
+    changed = differs(first, second)
+    itself, mirrored = (
+        around(changed, *pixel(EYE, TARGET, (x, height, z)), radius).sum()
+        for height, radius in ((y + 1.0, 45), (-y - 1.0, 30))
+    )
+    assert itself > 100 and mirrored > 100
+    upper, lower = changed[: HEIGHT * 5 // 9], changed[HEIGHT * 5 // 9 :]
+    assert upper[:, 90:230].sum() == upper.sum() and lower[:, 90:230].sum() == lower.sum()
+    off = "water,post"
+    before = at(3.16, shadow, off)
+    changed = differs(before, at(4.2, shadow, off))
+    assert changed.sum() > 100
+    assert around(changed, *pixel(EYE, TARGET, (x - 0.9, y, z - 0.7)), 45).sum() == changed.sum()
+    # The shadow is drawn anew, ten times a second.
+    same, _, _, last = posed.play(EYE, TARGET, 4, time_s=3.18, scene=shadow, files=files, disable=off)
+    assert np.array_equal(same, before)
+    assert differs(same, last, 1 / 255).any()
     # It leans where the wind blows: to the right.
-    leaning = one | {"objects": [thing | {"views": ["camera"]}]}
-    shown = [
-        posed.render(EYE, TARGET, time_s=3.16, scene=of, files=files, disable=dry)
-        for of in (still, leaning, without_box(one))
-    ]
-    upright, leant = (np.argwhere(differs(picture, shown[2]))[:, 1].mean() for picture in shown[:2])
-    assert leant > upright + 2.0
+    upright = at(
+        3.16, one | {"objects": [thing | {"views": ["camera", "reflection"], "sway": None}]}, "shadow,post"
+    )
+    bare = at(3.16, without_box(one), "shadow,post")
+    columns = [np.argwhere(differs(of, bare)[: HEIGHT // 2])[:, 1].mean() for of in (upright, first)]
+    assert columns[1] > columns[0] + 2.0
 
 
 def test_a_box_looks_the_same_whatever_the_shader_of_its_material_leaves_out(posed: Posed) -> None:

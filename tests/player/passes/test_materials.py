@@ -415,7 +415,7 @@ def test_light_from_behind_passes_through_leaves_and_not_through_a_two_sided_gra
     ("scale", "axis"),
     sweep(
         product([[1.0, 1.0, 1.0], [-1.0, 1.0, 1.0], [1.0, -1.0, 1.0], [-2.0, -0.5, 1.0]], [0, 1]),
-        test=[([-1.0, 1.0, 1.0], 0), ([-1.0, 1.0, 1.0], 1), ([-2.0, -0.5, 1.0], 1)],
+        test=[([-1.0, 1.0, 1.0], 0), ([-2.0, -0.5, 1.0], 1)],
     ),
 )
 def test_a_mirrored_instance_shows_its_front_with_its_bumps_mirrored(
@@ -551,7 +551,9 @@ def test_at_grazing_angles_metal_and_the_rest_reflect_each_its_share(
     assert seen == pytest.approx(expected, abs=0.02)
 
 
-@pytest.mark.parametrize(("smoothness", "n_v"), sample(product([0.0, 0.5, 0.8], [0.3, 0.6, 1.0]), every=5))
+@pytest.mark.parametrize(
+    ("smoothness", "n_v"), sweep(product([0.0, 0.5, 0.8], [0.3, 0.6, 1.0]), test=[(0.5, 0.6)])
+)
 def test_rough_metals_reflect_as_the_integral_says(render: Render, smoothness: float, n_v: float) -> None:
     one = thing("a", {"m": material(color=[0.8, 0.4, 0.2], metalness=1.0, smoothness=smoothness)})
     normal = ((1 - n_v * n_v) ** 0.5, 0.0, n_v)

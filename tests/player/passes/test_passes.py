@@ -309,6 +309,7 @@ def test_effect_map_only_below_mix_low_and_sand_only_above_mix_high(posed: Posed
     assert differs(floor, other_effect[0]).mean() > 0.9
 
 
+@pytest.mark.deep
 def test_sand_neither_shimmers_nor_fades_to_one_colour(posed: Posed) -> None:
     first, moved = sea_and_dune(posed)[2:]
     near = (slice(HEIGHT * 2 // 3, HEIGHT), slice(0, WIDTH))
@@ -375,6 +376,7 @@ def test_an_eye_at_the_water_surface_gives_a_clean_picture(posed: Posed) -> None
         assert picture.std() > 0.005
 
 
+@pytest.mark.deep
 def test_an_eye_in_the_sea_sees_the_sky_straight_above_and_only_water_at_flat_angles(posed: Posed) -> None:
     """Beyond 49 degrees from the vertical the surface reflects all light: Snell's law."""
     eye: Vec = (70.0, -1.0, 90.0)
@@ -386,6 +388,7 @@ def test_an_eye_in_the_sea_sees_the_sky_straight_above_and_only_water_at_flat_an
     assert aside[1] > 1.1 * aside[2], "the water glows turquoise"
 
 
+@pytest.mark.deep
 def test_the_far_sea_is_no_dark_strip_under_the_horizon(posed: Posed) -> None:
     picture = sea_and_dune(posed)[0]
     rows = picture[HEIGHT // 2 : HEIGHT // 2 + 14].mean(axis=(1, 2))  # from the horizon to the nearer waves
@@ -393,6 +396,7 @@ def test_the_far_sea_is_no_dark_strip_under_the_horizon(posed: Posed) -> None:
     assert rows[darkest:].max() - rows[darkest] < 0.08  # it was 0.13: a grey strip
 
 
+@pytest.mark.deep
 def test_the_horizon_fades_into_haze(posed: Posed) -> None:
     picture = sea_and_dune(posed)[1]
     column: Picture = picture[HEIGHT // 2 - 10 : HEIGHT // 2 + 10].mean(axis=1)
