@@ -8,7 +8,7 @@ import re
 import shutil
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -24,9 +24,11 @@ from paradize.jobs import process
 from paradize.jobs.process import WorkerPool
 from paradize.store.atomic import PARTIAL
 from tests.pipeline import material_scene
+from tests.pipeline.bakes import bake_apart
 from tests.pipeline.scenes import make_cove, write_image
+from tests.pipeline.small_scenes import sky_and_water
 from tests.processes import started
-from tests.sweeps import sample
+from tests.sweeps import sample, sweep
 
 # A square whose second triangle is repeated, without texture coordinates: both are warned of.
 BENT = """usemtl wood
@@ -46,19 +48,14 @@ def own_store(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.fixture(scope="module")
-def baked(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Path, Path, Path]]:
+def baked(
+    tmp_path_factory: pytest.TempPathFactory, cove_store: Callable[[Path], Path]
+) -> tuple[Path, Path, Path]:
     """(scene, out, store) of a finished bake, to be copied by the tests that change it."""
     top = tmp_path_factory.mktemp("cove")
-    scene = make_cove(top / "scene")
-    before = os.environ.get("PARADIZE_STORE")
-    os.environ["PARADIZE_STORE"] = str(top / "store")
-    report = bake(scene, top / "out", BuildOptions())
-    assert not report.errors, report.errors
-    if before is None:
-        del os.environ["PARADIZE_STORE"]
-    else:
-        os.environ["PARADIZE_STORE"] = before
-    yield scene, top / "out", top / "store"
+    scene, store = make_cove(top / "scene"), cove_store(top / "store")
+    bake_apart(scene, top)
+    return scene, top / "out", store
 
 
 @pytest.fixture
@@ -161,6 +158,7 @@ def test_a_changed_colour_map_bakes_its_own_maps_and_sweeps_the_old(copied: tupl
     assert new["sky"] == old["sky"]
 
 
+@pytest.mark.deep  # the next bake by two workers: test_same_bytes.py
 def test_the_bytes_do_not_depend_on_the_number_of_workers(copied: tuple[Path, Path], tmp_path: Path) -> None:
     scene, out = copied
     report = bake(scene, tmp_path / "again", BuildOptions(jobs=1, force=True))
@@ -170,14 +168,14 @@ def test_the_bytes_do_not_depend_on_the_number_of_workers(copied: tuple[Path, Pa
 
 @pytest.mark.parametrize(
     ("taken_out", "gone"),
-    [
+    sample([
         ("[water]\nwaves = \"waves.png\"\n", {"water_normal", "water_dudv"}),
         ("parallax_scale = 0.01\n", {"post_height"}),
         ("specular = 0.2\n", {"post_gloss"}),
         ("sand_strength = 0.5\n", {"sand_normal"}),
         ("effect_color = \"sand.png\"\n", {"effect_color", "effect_normal"}),
         ("[sound]\nfile = \"sea.ogg\"\n", {"sound"}),
-    ],
+    ], every=3),
 )  # fmt: skip
 def test_what_nothing_reads_is_not_baked(copied: tuple[Path, Path], taken_out: str, gone: set[str]) -> None:
     scene, out = copied
@@ -404,7 +402,7 @@ def test_effects_on_an_oblong_terrain_rise_as_steeply_both_ways(copied: tuple[Pa
     assert slopes[1][1] == pytest.approx(2.0 * slopes[0][1], rel=0.3)
 
 
-@pytest.mark.parametrize("delay_s", sample([0.05, 0.2, 0.35, 0.5, 0.7, 0.9], every=3))
+@pytest.mark.parametrize("delay_s", sweep([0.05, 0.2, 0.35, 0.5, 0.7, 0.9], test=[0.5]))
 def test_a_kill_at_any_moment_leaves_the_old_or_the_new_scene(
     copied: tuple[Path, Path], tmp_path: Path, delay_s: float
 ) -> None:
@@ -447,10 +445,9 @@ def test_a_kill_at_any_moment_leaves_the_old_or_the_new_scene(
 
 
 def test_two_bakes_at_once_both_succeed(copied: tuple[Path, Path], tmp_path: Path) -> None:
-    """Of all but the object, whose levels are measured for seconds."""
+    """Of sky, water and sound alone: the object's levels are measured for seconds."""
     scene, out = copied
-    text = scene.read_text()
-    scene.write_text(text[: text.index("[[object]]")] + text[text.index("[[particles]]") :])
+    sky_and_water(scene.parent)
     assert not bake(scene, out, BuildOptions()).errors
     command = [
         sys.executable,

@@ -3,7 +3,6 @@ baked."""
 
 from __future__ import annotations
 
-import shutil
 from collections.abc import Callable
 from pathlib import Path
 
@@ -12,23 +11,14 @@ import pytest
 
 from paradize.build.bake import bake
 from paradize.build.options import BuildOptions, JobObserver
-from paradize.build.provenance import BakeReport
-from tests.pipeline.bakes import bake_apart
 from tests.pipeline.scenes import make_cove, write_image
+from tests.pipeline.small_scenes import make_post, without_object
 from tests.sweeps import sweep
 
 
 @pytest.fixture(autouse=True)
 def own_store(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("PARADIZE_STORE", str(tmp_path / "store"))
-
-
-@pytest.fixture(scope="module")
-def baked(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path, BakeReport]:
-    """The cove that nobody edits: its scene, the store of its bake, and what that reports."""
-    top = tmp_path_factory.mktemp("cove")
-    scene = make_cove(top / "scene")
-    return scene, top / "store", bake_apart(scene, top)
 
 
 class Ended(JobObserver):
@@ -41,20 +31,25 @@ class Ended(JobObserver):
 
 def test_a_scene_edited_during_its_bake_is_baked_again(tmp_path: Path) -> None:
     scene, out = make_cove(tmp_path / "scene"), tmp_path / "out"
-    edited = scene.read_text().replace("max_error_m = 0.05", "max_error_m = 0.5")
+    edited = without_object(scene).read_text().replace("max_error_m = 0.05", "max_error_m = 0.5")
 
     first = bake(scene, out, BuildOptions(observer=Ended(lambda: scene.write_text(edited))))
     assert not first.errors
     again = bake(scene, out, BuildOptions())
     assert [row["name"] for row in again.rows if row["status"] == "baked"] == ["terrain_mesh"]
-    assert bake(scene, out).count("reused") == 14
+    assert bake(scene, out).count("reused") == 9
+
+
+def one_level(scene: Path) -> Path:
+    """More levels of the object are measured, which takes longer than all else."""
+    scene.write_text(scene.read_text().replace("lods = 3", "lods = 1"))
+    return scene
 
 
 def test_a_source_edited_during_its_bake_spoils_that_artifact_and_not_the_store(
-    tmp_path: Path, baked: tuple[Path, Path, BakeReport]
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    shutil.copytree(baked[0].parent, tmp_path / "scene")
-    scene, out = tmp_path / "scene" / baked[0].name, tmp_path / "out"
+    scene, out = one_level(make_post(tmp_path / "scene")), tmp_path / "out"
     before = (scene.parent / "wood.png").read_bytes()
     white = np.full((32, 32, 3), 255, np.uint8)
     observer = Ended(lambda: write_image(scene.parent / "wood.png", white))
@@ -63,13 +58,15 @@ def test_a_source_edited_during_its_bake_spoils_that_artifact_and_not_the_store(
     assert all("wood.png" in str(error) for error in report.errors) and not (out / "scene.json").exists()
     (scene.parent / "wood.png").write_bytes(before)
     report = bake(scene, out, BuildOptions())
-    assert not report.errors
-    assert [row["sha256"] for row in report.rows] == [row["sha256"] for row in baked[2].rows]
+    monkeypatch.setenv("PARADIZE_STORE", str(tmp_path / "another_store"))
+    anew = bake(scene, tmp_path / "anew", BuildOptions())
+    assert not report.errors and not anew.errors
+    assert [row["sha256"] for row in report.rows] == [row["sha256"] for row in anew.rows]
 
 
 @pytest.mark.parametrize("late", sweep(["post.mtl", "wood.png"], test=["post.mtl"]))
 def test_a_material_file_or_its_map_that_appears_later_is_noticed(tmp_path: Path, late: str) -> None:
-    scene, out = make_cove(tmp_path / "scene"), tmp_path / "out"
+    scene, out = one_level(make_post(tmp_path / "scene")), tmp_path / "out"
     scene.write_text(scene.read_text().replace('color = "wood.png"\n', ""))
     held = (scene.parent / late).read_bytes()
     (scene.parent / late).unlink()
@@ -84,12 +81,13 @@ def test_a_material_file_or_its_map_that_appears_later_is_noticed(tmp_path: Path
 DECAYED = [b"3", b"[]", b'{"mesh": 3, "color": {"sha256": "x"}}', b"{", b""]
 
 
-@pytest.mark.parametrize("decayed", sweep(DECAYED, test=DECAYED[4:]))
+@pytest.mark.deep  # cut products, of every kind: tests/pipeline/store/test_safe.py
+@pytest.mark.parametrize("decayed", DECAYED)
 def test_products_that_decay_in_the_store_are_baked_again(
-    tmp_path: Path, baked: tuple[Path, Path, BakeReport], decayed: bytes
+    tmp_path: Path, cove_store: Callable[[Path], Path], decayed: bytes
 ) -> None:
-    scene, store, _ = baked
-    shutil.copytree(store, tmp_path / "store")
+    scene = make_cove(tmp_path / "scene")
+    cove_store(tmp_path / "store")
     assert bake(scene, tmp_path / "out", BuildOptions()).count("reused") == 14
     for path in (tmp_path / "store" / "products").glob("*/*"):
         path.write_bytes(decayed)

@@ -16,8 +16,7 @@ from paradize.build.bake import bake
 from paradize.build.options import BuildOptions
 from paradize.jobs.pool import Job, Outcome, run_jobs
 from tests.pipeline.build.changing_scenes import cove, few_of_a_gallery, whole_gallery
-from tests.pipeline.material_scene import make_panels
-from tests.sweeps import sweep
+from tests.pipeline.small_scenes import make_post
 
 Bytes = dict[str, bytes]
 
@@ -71,35 +70,48 @@ def baked(first: tuple[Path, Bytes], tmp_path: Path, monkeypatch: pytest.MonkeyP
 
 @pytest.mark.parametrize(
     ("first", "jobs", "threads"),
-    sweep(
-        [(scene, *many) for scene in SCENES for many in ((2, 1), (2, 3), (4, 3))],
-        test=[("cove", 2, 3)],
-    ),
+    [(scene, *many) for scene in SCENES for many in ((2, 1), (2, 3), (4, 3))],
     indirect=["first"],
 )
+@pytest.mark.deep  # two workers with three threads each: below
 def test_any_number_of_workers_and_threads(
     baked: Callable[..., Bytes], truth: Bytes, jobs: int, threads: int
 ) -> None:
     assert baked("out", jobs, store="store", threads=threads) == truth
 
 
-@pytest.mark.parametrize("first", sweep(SCENES, test=["cove"]), indirect=True)
+@pytest.mark.parametrize("first", SCENES, indirect=True)
+@pytest.mark.deep  # a forced bake by several is in the next test
 def test_a_warm_store_and_a_forced_bake(baked: Callable[..., Bytes], truth: Bytes) -> None:
     assert baked("cold", 2, store="one") == truth
     assert baked("warm", 2, store="one") == truth
     assert baked("forced", 2, store="one", force=True) == truth
 
 
+def test_two_workers_with_three_threads_bake_anew_as_one_worker_did(
+    tmp_path: Path, cove_store: Callable[[Path], Path], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scene = cove(tmp_path / "scene")[0]
+    monkeypatch.setenv("PARADIZE_STORE", str(cove_store(tmp_path / "store")))
+    assert not bake(scene, tmp_path / "one", BuildOptions(jobs=1)).count("baked")
+    monkeypatch.setenv("PARADIZE_THREADS", "3")
+    assert bake(scene, tmp_path / "two", BuildOptions(jobs=2, force=True)).count("baked") == 14
+    one, two = (
+        {path.name: path.read_bytes() for path in (tmp_path / out).iterdir()} for out in ("one", "two")
+    )
+    assert one == two
+
+
 def test_a_copy_of_a_model_under_another_name_changes_no_bytes_of_the_first(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A file holds its source's name: what was baked of the copy is not taken for the other."""
-    scene = make_panels(tmp_path / "scene")
-    (scene.parent / "copy.obj").write_bytes((scene.parent / "panel.obj").read_bytes())
-    text = scene.read_text()
+    scene = make_post(tmp_path / "scene")
+    (scene.parent / "copy.obj").write_bytes((scene.parent / "post.obj").read_bytes())
+    text = scene.read_text().replace("lods = 3", "lods = 1")
     made = []
-    for name, store in (("panel", "own"), ("copy", "shared"), ("panel", "shared"), ("copy", "shared")):
-        scene.write_text(text.replace('mesh = "panel.obj"', f'mesh = "{name}.obj"'))
+    for name, store in (("post", "own"), ("copy", "shared"), ("post", "shared"), ("copy", "shared")):
+        scene.write_text(text.replace('mesh = "post.obj"', f'mesh = "{name}.obj"'))
         monkeypatch.setenv("PARADIZE_STORE", str(tmp_path / store))
         out = tmp_path / f"out{len(made)}"
         assert not bake(scene, out, BuildOptions(jobs=1)).errors

@@ -166,6 +166,7 @@ def test_gloss_made_of_the_colour_widens_by_the_normals_beside_it(
     require_gloss_widens_by_normals(scene, tmp_path / "out")
 
 
+@pytest.mark.deep  # of the cove: tests/pipeline/build/test_same_bytes.py
 @pytest.mark.usefixtures("own_store")
 def test_the_bytes_do_not_depend_on_the_number_of_workers(tmp_path: Path) -> None:
     scene = make_panels(tmp_path / "s", lods=2)
@@ -539,7 +540,8 @@ def test_a_colour_map_whose_alpha_would_hide_all_is_drawn_opaque_and_said(tmp_pa
 
 
 @pytest.mark.parametrize(
-    ("below", "mode"), [("plain", "mask"), ("bled", "mask"), ("as detailed", "mask"), ("detailed", "opaque")]
+    ("below", "mode"),
+    sample([("bled", "mask"), ("plain", "mask"), ("as detailed", "mask"), ("detailed", "opaque")], every=3),
 )
 def test_alpha_of_a_colour_map_that_goes_on_below_the_holes_is_no_coverage(
     tmp_path: Path, below: str, mode: str
@@ -628,11 +630,14 @@ def test_a_shared_texture_is_as_fine_as_its_nearest_user_needs(tmp_path: Path) -
 @pytest.mark.usefixtures("own_store")
 @pytest.mark.parametrize(
     ("model", "library", "counts"),
-    [
-        ("wall.obj", "../wall.mtl", False),
-        ("models/own/wall.obj", "../../far/wall.mtl", True),
-        ("models/own/wall.obj", "../wall.mtl", True),
-    ],
+    sample(
+        [
+            ("models/own/wall.obj", "../../far/wall.mtl", True),
+            ("models/own/wall.obj", "../wall.mtl", True),
+            ("wall.obj", "../wall.mtl", False),
+        ],
+        every=2,
+    ),
 )
 def test_a_material_file_counts_in_every_artifact_where_it_lies_in_the_scenes_folder(
     tmp_path: Path, model: str, library: str, counts: bool

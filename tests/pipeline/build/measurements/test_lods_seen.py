@@ -24,6 +24,7 @@ from paradize.scene.settings import load_scene
 from paradize.stages.tangents import tangent_frames
 from tests.pipeline.scenes import make_cove, make_free_cove
 from tests.pipeline.shapes import sphere
+from tests.pipeline.small_scenes import make_free_post, make_post
 
 LIMITS = {"normal_deg": 5.0, "silhouette": 0.05}
 BARE = {"normal": None, "alpha": None, "cutoff": 0.0, "wrap": None, "two_sided": False}
@@ -121,8 +122,13 @@ def test_a_level_whose_normal_map_leans_the_other_way_is_off_by_twice_its_tilt(t
     assert level["seen_p99_deg"] == pytest.approx(2.0 * tilt_deg, abs=1.0)
 
 
+def two_levels(scene: Path) -> Path:
+    scene.write_text(scene.read_text().replace("lods = 3", "lods = 2"))
+    return scene
+
+
 def baked(top: Path, **head: float) -> dict[str, Any]:
-    scene = make_free_cove(top / "scene")
+    scene = two_levels(make_free_post(top / "scene"))
     words = "".join(f"{key} = {value}\n" for key, value in head.items())
     scene.write_text(scene.read_text().replace('name = "cove"\n', f'name = "cove"\n{words}'))
     report = bake(scene, top / "out", BuildOptions(jobs=1))
@@ -156,7 +162,7 @@ def test_levels_that_no_view_of_the_flight_draws_are_not_published(
 ) -> None:
     monkeypatch.setenv("PARADIZE_STORE", str(tmp_path / "store"))
     free = baked(tmp_path / "free")
-    scene = make_cove(tmp_path / "flown")
+    scene = two_levels(make_post(tmp_path / "flown"))
     report = bake(scene, tmp_path / "flown/out", BuildOptions(jobs=1))
     assert not report.errors, report.errors
     flown = json.loads((tmp_path / "flown/out/scene.json").read_text())

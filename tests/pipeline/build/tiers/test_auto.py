@@ -31,7 +31,8 @@ from paradize.scene.schema import Limits
 from paradize.scene.settings import load_scene
 from paradize.store.local import Store
 from paradize.tiers import FINER_FORMAT, TIERS
-from tests.pipeline.scenes import make_free_cove, write_image
+from tests.pipeline.scenes import write_image
+from tests.pipeline.small_scenes import make_free_post
 
 Truth = dict[str, dict[str, float]]  # by tier: what it measures of the post's mesh
 
@@ -44,7 +45,7 @@ def brute_force(tmp_path_factory: pytest.TempPathFactory) -> tuple[Truth, Path]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("PARADIZE_STORE", str(top / "store"))
         for tier in TIERS:
-            report = bake(make_free_cove(top / "scene"), top / "out", BuildOptions(jobs=1, tier=tier))
+            report = bake(two_levels(top / "scene"), top / "out", BuildOptions(jobs=1, tier=tier))
             assert not report.errors, report.errors
             errors = rows(report)["post_mesh"]["errors"]
             found[tier] = {metric: errors[metric] for metric in ("surface_max", "surface_rms")}
@@ -62,12 +63,19 @@ def truth(brute_force: tuple[Truth, Path], scene: Path, tmp_path: Path) -> Truth
 def scene(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.setenv("PARADIZE_STORE", str(tmp_path / "store"))
     monkeypatch.setenv("PARADIZE_REPORT", "")
-    return make_free_cove(tmp_path / "scene")
+    return two_levels(tmp_path / "scene")
+
+
+def two_levels(folder: Path) -> Path:
+    """Of its object: each tier measures all."""
+    scene = make_free_post(folder)
+    scene.write_text(scene.read_text().replace("lods = 3", "lods = 2"))
+    return scene
 
 
 def with_budget(scene: Path, **limits: Any) -> Path:
     lines = [f"{metric} = {limit}" for metric, limit in limits.items()]
-    scene.write_text("\n".join([make_free_cove(scene.parent).read_text(), "[budget]", *lines, ""]))
+    scene.write_text("\n".join([two_levels(scene.parent).read_text(), "[budget]", *lines, ""]))
     return scene
 
 
@@ -119,7 +127,7 @@ def test_auto_takes_the_cheapest_tier_inside_the_budget_and_tells_what_each_meas
     values = {tier: truth[tier]["surface_rms"] for tier in TIERS}
     limit = 0.5 * (values["fast"] + min(values.values()))
     with_budget(scene, surface_rms=limit)
-    assert main(["bake", str(scene), "-o", str(tmp_path / "out"), "--tier", "auto", "-j", "2", "--json"]) == 0
+    assert main(["bake", str(scene), "-o", str(tmp_path / "out"), "--tier", "auto", "-j", "1", "--json"]) == 0
     report = json.loads(capsys.readouterr().out)
     row = next(row for row in report["artifacts"] if row["name"] == "post_mesh")
     wanted = next(tier for tier in TIERS if values[tier] <= limit)
@@ -222,8 +230,8 @@ def test_limits_that_tiers_keep_by_turns_but_never_together_are_told() -> None:
 
 @pytest.mark.parametrize("kind", ["mesh", "maps", "terrain"])
 def test_single_files_take_auto_and_a_budget_too(tmp_path: Path, capsys: Any, kind: str) -> None:
-    make_free_cove(tmp_path)
-    settings = {"mesh": ["post.obj", "-o", "a.glb", "--lods", "3"], "maps": ["wood.png", "-o", "maps"]}
+    make_free_post(tmp_path)
+    settings = {"mesh": ["post.obj", "-o", "a.glb", "--lods", "2"], "maps": ["wood.png", "-o", "maps"]}
     settings["terrain"] = [
         "height.png",
         "-o",
