@@ -27,6 +27,7 @@ from paradize.errors import BakeError
 from paradize.jobs.pool import Job, Outcome
 from tests.pipeline.clusters import ROOT, Cluster, double, kill_worker, read, read_late, stall_once
 from tests.pipeline.scenes import make_cove
+from tests.pipeline.small_scenes import sky_and_sound, without_object
 from tests.processes import started
 
 
@@ -42,14 +43,22 @@ def started_clusters() -> Iterator[list[Cluster]]:
 
 
 @pytest.fixture
-def standing(started_clusters: list[Cluster], tmp_path_factory: pytest.TempPathFactory) -> Cluster:
-    """A scheduler with two workers, which tests share. What one of them killed is started again: they come
-    last."""
+def scheduler(started_clusters: list[Cluster], tmp_path_factory: pytest.TempPathFactory) -> Cluster:
+    """A scheduler, which tests share. The first of them finds no workers."""
     if not started_clusters or not started_clusters[-1].listens():
         started_clusters.append(Cluster(tmp_path_factory.mktemp("standing")))
-        started_clusters[-1].start(2)
-    found = started_clusters[-1]
+        started_clusters[-1].start(0)
+    return started_clusters[-1]
+
+
+@pytest.fixture
+def standing(scheduler: Cluster) -> Cluster:
+    """The scheduler with two workers, which tests share. What one of them killed is started again: they come
+    last."""
+    found = scheduler
     found.replace_workers()
+    while len(found.workers) < 2:
+        found.add_worker()
     found.fifo.with_suffix(".done").unlink(missing_ok=True)
     return found
 
@@ -98,13 +107,23 @@ class Warned(JobObserver):
         self.texts.append(text)
 
 
-def test_one_machine_and_a_cluster_give_the_same_bytes_of_ground_sky_and_sea(
-    standing: Cluster, tmp_path: Path
+def test_a_scheduler_without_workers_is_one_message(
+    scheduler: Cluster, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    scene = make_cove(tmp_path / "scene")
-    text = scene.read_text()
-    scene.write_text(text[: text.index("[[object]]")] + text[text.index("[[particles]]") :])
-    assert not bake(scene, tmp_path / "here", BuildOptions(jobs=1, force=True)).errors
+    assert not scheduler.workers
+    monkeypatch.setattr(cluster, "ABSENT_S", 0.5)
+    outcomes = run_on_cluster(scheduler.address, [Job(name, double, {"value": 1}) for name in "ab"])
+    (said,) = {str(outcome.error) for outcome in outcomes}
+    assert "has had no worker for 0.5 s" in said and "dask worker" in said
+
+
+def test_one_machine_and_a_cluster_give_the_same_bytes_of_ground_sky_and_sea(
+    standing: Cluster, cove_store: Callable[[Path], Path], tmp_path: Path
+) -> None:
+    """The one machine baked them for the store."""
+    cove_store(tmp_path / "store")
+    scene = without_object(make_cove(tmp_path / "scene"))
+    assert not bake(scene, tmp_path / "here", BuildOptions(jobs=1)).count("baked")
     there = bake(scene, tmp_path / "there", BuildOptions(force=True, cluster=standing.address))
     assert not there.errors and there.count("baked") == 9
     assert contents(tmp_path / "here") == contents(tmp_path / "there")
@@ -133,7 +152,7 @@ def test_one_machine_and_a_cluster_give_the_same_bytes_and_say_the_same(
 
 
 def test_a_bad_source_is_told_by_the_path_that_the_user_wrote(standing: Cluster, tmp_path: Path) -> None:
-    scene = make_cove(tmp_path / "scene")
+    scene = sky_and_sound(make_cove(tmp_path / "scene"))
     (scene.parent / "sea.ogg").write_bytes(b"no sound")
     here, there = (
         bake(scene, tmp_path / name, BuildOptions(cluster=at))
@@ -207,15 +226,6 @@ def test_jobs_of_one_name_are_refused_before_a_cluster_is_asked() -> None:
     """Outcomes are counted by name: the call would wait for one more for ever."""
     with pytest.raises(ValueError, match="several jobs are named 'a'"):
         run_on_cluster("tcp://127.0.0.1:1", [Job("a", double, {"value": 1}), Job("a", double, {"value": 2})])
-
-
-def test_a_scheduler_without_workers_is_one_message(
-    start: Callable[[int], Cluster], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(cluster, "ABSENT_S", 0.5)
-    outcomes = run_on_cluster(start(0).address, [Job(name, double, {"value": 1}) for name in "ab"])
-    (said,) = {str(outcome.error) for outcome in outcomes}
-    assert "has had no worker for 0.5 s" in said and "dask worker" in said
 
 
 def test_a_worker_with_other_code_refuses_and_the_rest_goes_on(standing: Cluster) -> None:
@@ -331,10 +341,9 @@ def test_files_that_go_with_a_worker_are_sent_anew(standing: Cluster, tmp_path: 
 
 
 def test_a_scheduler_that_goes_leaves_the_old_scene_and_what_was_baked(
-    standing: Cluster, cove_store: Callable[[Path], Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    standing: Cluster, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    cove_store(tmp_path / "store")
-    scene, out = make_cove(tmp_path / "scene"), tmp_path / "out"
+    scene, out = sky_and_sound(make_cove(tmp_path / "scene")), tmp_path / "out"
     assert not bake(scene, out, BuildOptions(jobs=1)).errors
     before = contents(out)
     module, _ = registry.BAKERS["sound"]

@@ -21,9 +21,10 @@ from paradize.cli import main as cli
 from paradize.errors import BakeError
 from paradize.jobs.progress import Step
 from paradize.watch import loop as watch_module
-from paradize.watch.rebake import Baked
+from paradize.watch.rebake import Baked, bake_again
 from tests.pipeline.own_package import copy_package
 from tests.pipeline.scenes import make_cove, write_image
+from tests.pipeline.small_scenes import make_post, without_object
 from tests.processes import kill, start
 from tests.sweeps import sweep
 
@@ -207,6 +208,7 @@ def test_a_pipe_in_a_files_place_is_told_and_the_watch_goes_on(watched: Watched,
     assert watched.baked(name) == set()
 
 
+@pytest.mark.deep  # of what the scene names: above; of `bake`: tests/pipeline/cli/test_strange_files.py
 def test_what_a_material_names_and_is_no_file_is_told_once(tmp_path: Path, watch: Watch) -> None:
     scene = make_cove(tmp_path / "cove")
     scene.write_text(scene.read_text().replace('color = "wood.png"\n', ""))
@@ -231,7 +233,7 @@ def test_what_a_material_names_and_is_no_file_is_told_once(tmp_path: Path, watch
 
 def test_a_bake_shows_its_start_its_jobs_and_its_end(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("PARADIZE_STORE", str(tmp_path / "store"))
-    scene = make_cove(tmp_path / "cove")
+    scene = without_object(make_cove(tmp_path / "cove"))
     seen: list[str | Step] = []
 
     def interrupt(event: watch_module.WatchEvent) -> None:
@@ -285,6 +287,21 @@ def test_nothing_is_baked_again_for_a_stamp_that_a_bake_left_as_it_was(tmp_path:
         watched.stop()
 
 
+def test_a_file_that_was_looked_for_in_vain_is_among_those_that_are_looked_at(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Also where the scene uses it for nothing more than that."""
+    monkeypatch.setenv("PARADIZE_STORE", str(tmp_path / "store"))
+    scene = make_post(tmp_path / "cove")
+    text = scene.read_text().replace("lods = 3", "lods = 1").replace('color = "wood.png"\n', "")
+    scene.write_text(text.replace("parallax_scale = 0.01\n", ""))
+    library = tmp_path / "cove/post.mtl"
+    library.unlink()
+    baked = bake_again(scene, tmp_path / "out", 1, None, None, None, False)
+    assert not baked.errors and baked.reads[library] is None
+
+
+@pytest.mark.deep
 def test_a_file_that_was_looked_for_in_vain_is_waited_for(tmp_path: Path, watch: Watch) -> None:
     scene = make_cove(tmp_path / "cove")
     scene.write_text(scene.read_text().replace('color = "wood.png"\n', ""))
@@ -321,7 +338,8 @@ def test_changed_code_is_run_and_broken_code_does_not_end_the_watch(tmp_path: Pa
     assert watched.end() == 0
 
 
-@pytest.mark.parametrize("number", sweep([signal.SIGINT, signal.SIGTERM], test=[signal.SIGINT]))
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.deep  # of `bake`: tests/pipeline/cli/test_cli.py; of a watch that waits: all that use `watched`
 def test_an_interrupt_in_a_bake_ends_it_and_leaves_nothing_half_done(
     tmp_path: Path, watch: Watch, number: int
 ) -> None:
@@ -342,6 +360,21 @@ def test_a_watch_bakes_what_bake_does_by_itself() -> None:
     assert (watch.out, watch.jobs, watch.tier) == (once.out, once.jobs, once.tier)
 
 
+def test_where_interrupts_are_ignored_it_says_how_to_end_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(watch_module.Watch, "run", lambda _: None)
+    words = [str(make_cove(tmp_path / "cove")), "-o", str(tmp_path / "out")]
+    for ignored, ends in ((True, f"`kill {os.getpid()}`"), (False, "Ctrl-C")):
+        was = signal.signal(signal.SIGINT, signal.SIG_IGN if ignored else signal.default_int_handler)
+        try:
+            assert cli.main(["watch", *words]) == 0
+        finally:
+            signal.signal(signal.SIGINT, was)
+        assert f"{ends} ends it" in capsys.readouterr().err
+
+
+@pytest.mark.deep
 def test_where_interrupts_are_ignored_it_names_the_signal_that_ends_it(tmp_path: Path, watch: Watch) -> None:
     """As `nohup paradize watch &` in a script has it."""
     make_cove(tmp_path / "cove")
