@@ -15,7 +15,8 @@ from paradize.cli.main import main
 from paradize.cli.values import age, size
 from paradize.store.local import Store
 from tests.conftest import RENDER_ENVIRONMENT
-from tests.pipeline.scenes import make_cove, make_free_cove, tone
+from tests.pipeline.scenes import make_cove, tone
+from tests.pipeline.small_scenes import sky_and_sound
 from tests.places import ROOT
 from tests.sweeps import sweep
 
@@ -38,7 +39,11 @@ def test_a_new_scene_says_how_to_go_on(tmp_path: Path, capsys: pytest.CaptureFix
 
 @pytest.mark.parametrize("on_path", sweep([True, False], test=[False]))
 def test_the_commands_that_new_prints_bake_and_show_the_scene_as_they_stand(
-    tmp_path: Path, on_path: bool, cove_store: Callable[[Path], Path]
+    tmp_path: Path,
+    on_path: bool,
+    cove_store: Callable[[Path], Path],
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
     """In any folder, whatever the scene's own is called, and where the programs are not on the path. A sky
     with a sound takes the place of the scene it wrote, which test_new.py bakes; the store has the sky."""
@@ -63,9 +68,10 @@ def test_the_commands_that_new_prints_bake_and_show_the_scene_as_they_stand(
         )
         assert ran.returncode == 0, ran.stderr
     assert (tmp_path / "it_s_mine.png").stat().st_size > 1000
-    explained = [f"{ROOT}/build/venv/bin/paradize", "explain", "my scenes/-it's mine/scene.toml", "--json"]
-    found = subprocess.run(explained, cwd=tmp_path, env=environment, capture_output=True, check=True).stdout
-    assert json.loads(found)
+    monkeypatch.chdir(tmp_path)
+    capsys.readouterr()
+    assert main(["explain", "my scenes/-it's mine/scene.toml", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)
 
 
 def test_a_folder_of_too_long_a_name_is_one_message(
@@ -79,7 +85,7 @@ def test_a_folder_of_too_long_a_name_is_one_message(
 def test_cleaning_tells_what_went_and_what_stays(
     tmp_path: Path, own_store: Store, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    scene = make_free_cove(tmp_path / "mine")
+    scene = sky_and_sound(make_cove(tmp_path / "mine"))
     assert main(["bake", str(scene), "-o", str(tmp_path / "out")]) == 0
     capsys.readouterr()
     assert main(["clean", "--older-than", "1d", "--json"]) == 0

@@ -11,6 +11,7 @@ import subprocess
 import sys
 import termios
 import threading
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -63,8 +64,18 @@ def test_a_terminal_shows_what_runs_what_is_done_and_the_time_left(tmp_path: Pat
     assert shown[-1]["done"] == shown[-1]["of"]
     assert not any(one["left"] for one in shown if one["done"] == "0")  # nothing is known of them
     assert all(one["left"] for one in shown if int(one["done"]) > 2)
+
+
+@pytest.mark.deep  # what is remembered and reckoned with: below
+def test_a_terminal_shows_the_time_left_from_the_start_where_the_scene_was_baked_before(
+    tmp_path: Path, cove_store: Callable[[Path], Path]
+) -> None:
+    scene = make_cove(tmp_path / "scene")
+    cove_store(tmp_path / "store")
+    (scene.parent / "sea.ogg").write_bytes(tone(110.5))
+    assert on_a_terminal("bake", str(scene), cwd=tmp_path)[0] == 0
     (scene.parent / "sea.ogg").write_bytes(tone(220.0))
-    _, _, second = on_a_terminal("bake", str(scene), "-j", "2", cwd=tmp_path)
+    _, _, second = on_a_terminal("bake", str(scene), cwd=tmp_path)
     began = [one for one in SHOWN.finditer(second) if one["done"] == "0" and one["runs"].strip()]
     assert began and all(one["left"] for one in began)  # it takes as long as the last time, so far
 
