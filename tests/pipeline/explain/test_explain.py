@@ -29,10 +29,11 @@ Run = Callable[..., Any]
 
 
 @pytest.fixture(scope="module")
-def close(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
+def close(tmp_path_factory: pytest.TempPathFactory, cove_store: Callable[[Path], Path]) -> tuple[Path, Path]:
     """(scene, its bake): two islands of two colours, four texels apart, with more parallax than that
     allows."""
     top = tmp_path_factory.mktemp("close")
+    cove_store(top / "store")
     scene = make_atlas_scene(
         top / "scene", *two_tone(4, RED, GREEN), parallax_scale=0.4, viewport="[320, 180]"
     )
@@ -222,9 +223,11 @@ def test_explaining_imports_no_numpy(tmp_path: Path) -> None:
 
 
 @pytest.fixture
-def cove(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> tuple[Path, Path]:
+def cove(
+    tmp_path: Path, cove_store: Callable[[Path], Path], monkeypatch: pytest.MonkeyPatch
+) -> tuple[Path, Path]:
     """(scene, its bake), of the cove."""
-    monkeypatch.setenv("PARADIZE_STORE", str(tmp_path / "store"))
+    monkeypatch.setenv("PARADIZE_STORE", str(cove_store(tmp_path / "store")))
     scene = make_cove(tmp_path / "scene")
     assert not bake(scene, tmp_path / "out", BuildOptions(jobs=1)).errors
     return scene, tmp_path / "out"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -50,30 +51,31 @@ def test_a_template_bakes_what_it_shows_and_checks_clean(baked: dict[str, Path],
     assert {path.name.rpartition("-")[0] for path in baked[name].iterdir()} - {""} == NAMES[name]
 
 
-def test_a_template_is_drawn_with_its_parts(baked: dict[str, Path], tmp_path: Path, player: Any) -> None:
-    """The island is bright, with green and turquoise; the night is dark, and its lanterns are the warmest."""
-    pictures = {}
-    for name in ("island", "night"):
+@pytest.fixture
+def drawn(baked: dict[str, Path], tmp_path: Path, player: Any) -> Callable[[str], Any]:
+    """Draws a template."""
+
+    def draw(name: str) -> Any:
         file = tmp_path / f"{name}.png"
-        arguments = (
-            baked[name],
-            "--headless",
-            "--mute",
-            "--time",
-            4,
-            "--size",
-            "240x135",
-            "--screenshot",
-            file,
-        )
-        result = player(*arguments)
+        words = ("--mute", "--time", 4, "--size", "240x135", "--screenshot", file)
+        result = player(baked[name], *words)
         assert result.returncode == 0 and not result.stderr, result.stderr
-        pictures[name] = load(file)
-    island, night = pictures["island"], pictures["night"]
+        return load(file)
+
+    return draw
+
+
+def test_the_island_is_drawn_with_green_turquoise_and_sand(drawn: Callable[[str], Any]) -> None:
+    island = drawn("island")
     red, green, blue = (island[:, :, k] for k in range(3))
     assert 0.003 < ((green > 1.05 * red) & (blue < 0.6 * green)).mean() < 0.2  # leaves
     assert ((green > 1.1 * red) & (blue > 1.1 * red) & (green > 0.9 * blue)).mean() > 0.1  # shallow water
     assert ((red > 1.2 * blue) & (red > 0.5)).mean() > 0.1  # sand
+
+
+@pytest.mark.deep  # it differs from the island by its lanterns, whose mesh is baked above, and by its light
+def test_the_night_is_dark_and_its_lanterns_are_the_warmest(drawn: Callable[[str], Any]) -> None:
+    night, island = drawn("night"), drawn("island")
     assert night.mean() < 0.35 * island.mean()
     warm = (night[:, :, 0] > 1.5 * night[:, :, 2]) & (night[:, :, 0] > 0.35)
     assert 0.0003 < warm.mean() < 0.1

@@ -20,6 +20,7 @@ from paradize.tradeoff.tiers import run_groups
 from tests.pipeline.bakers.authored.test_authored import codes, noise, write
 from tests.pipeline.shapes import CORNER_OBJ
 from tests.pipeline.stages.test_authored import hills
+from tests.sweeps import sweep
 
 
 def job(baker: str, sources: dict[str, Path], settings: BakerSettings, products: list[str]) -> BakeJob:
@@ -27,7 +28,7 @@ def job(baker: str, sources: dict[str, Path], settings: BakerSettings, products:
     return BakeJob("palm maps", baker, sources, asdict(settings), outputs)
 
 
-@pytest.mark.parametrize("tier", ["fast", "exact"])
+@pytest.mark.parametrize("tier", sweep(["fast", "exact"], test=["exact"]))
 def test_measure_shows_of_drawn_maps_what_the_bake_takes(tmp_path: Path, tier: str) -> None:
     flat = write(tmp_path / "h.png", np.full((64, 64), 9, np.uint8))
     sources = {
@@ -64,7 +65,7 @@ def test_measure_of_occlusion_from_the_mesh_tells_the_error_of_the_rays(tmp_path
     model = tmp_path / "corner.obj"
     model.write_text("mtllib corner.mtl\n" + CORNER_OBJ)
     (tmp_path / "corner.mtl").write_text("newmtl stone\n")
-    settings = AuthoredSettings(only=["occlusion"], occlusion_cast=True, occlusion_px=64)
+    settings = AuthoredSettings(only=["occlusion"], occlusion_cast=True, occlusion_px=32)
     sources = {"layout": model, "layout, file 2": tmp_path / "corner.mtl"}
     (group,) = authored_groups(job("authored", sources, settings, ["occlusion"]))
     (result,), _ = run_groups([group], file_rows([group], "balanced"), {}, 1, None)

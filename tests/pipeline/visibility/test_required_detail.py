@@ -329,7 +329,11 @@ def test_the_finest_quality_of_the_player_is_the_one_that_is_asked_for() -> None
 
 
 @pytest.fixture(scope="module", params=sweep([50.0, 90.0], test=[50.0]), ids=["narrow", "wide"])
-def far(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path, Path]:
+def far(
+    request: pytest.FixtureRequest,
+    tmp_path_factory: pytest.TempPathFactory,
+    cove_store: Callable[[Path], Path],
+) -> tuple[Path, Path, Path]:
     """(scene, its path-aware bake, its full bake): the cove with pictures far too fine for its flight."""
     top = tmp_path_factory.mktemp("far")
     scene = make_cove(top / "scene")
@@ -358,7 +362,7 @@ def far(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
         text = text.replace(old, new)
     scene.write_text(text)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("PARADIZE_STORE", str(top / "store"))
+        patch.setenv("PARADIZE_STORE", str(cove_store(top / "store")))
         for report in (
             bake(scene, top / "path", BuildOptions(jobs=1)),
             full_bake(scene, top / "full", BuildOptions(jobs=1)),

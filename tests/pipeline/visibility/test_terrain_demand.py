@@ -17,7 +17,7 @@ from paradize.stages.terrain_tree import diamond_of
 from paradize.visibility.query import Sphere, VisibilityQuery, lifted_spheres, plan_query
 from tests.pipeline.bakers.terrain.test_tree import FIELDS, grown, tables_of
 from tests.pipeline.terrain_cut import drawn, split_diamonds
-from tests.sweeps import sample
+from tests.sweeps import sweep
 
 
 def flight_settings(low: bool) -> Flight:
@@ -103,7 +103,7 @@ def everything() -> Tree:
 
 @pytest.mark.parametrize(
     ("low", "mirror_m", "water_m"),
-    sample(
+    sweep(
         [
             (True, 0.5, None),
             (False, None, None),
@@ -112,7 +112,7 @@ def everything() -> Tree:
             (True, None, None),
             (False, None, 3.0),
         ],
-        every=3,
+        test=[(True, 0.5, None)],
     ),
 )
 def test_what_any_moment_wants_of_the_whole_tree_is_baked(
