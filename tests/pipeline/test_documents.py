@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from paradize.documents import DEPTH, KEY_PARTS, TOML_BYTES, json_text, parse_json, parse_toml
@@ -62,6 +62,10 @@ PLAIN = st.recursive(
 )  # fmt: skip
 
 
+FEWER = settings(max_examples=40) if settings().derandomize else settings()  # of trees, which take long
+
+
+@FEWER
 @given(PLAIN)
 def test_plain_json_is_what_pythons_reader_says(tree: Any) -> None:
     data = json.dumps(tree).encode()
@@ -113,7 +117,8 @@ def test_dots_that_are_in_no_key_are_no_parts_of_one(text: str) -> None:
     assert parse_toml(text.encode(), "f") == tomllib.loads(text)
 
 
-@given(st.dictionaries(st.text(), PLAIN))
+@FEWER
+@given(st.dictionaries(st.text(), PLAIN, max_size=4))
 def test_what_is_written_for_people_is_read_again(tree: dict[str, Any]) -> None:
     assert parse_json(json_text(tree).encode()) == tree
 

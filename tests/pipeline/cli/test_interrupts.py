@@ -64,7 +64,7 @@ COMMANDS = [
     sweep(COMMANDS, test=[words for words in COMMANDS if words[0] == "mesh"]),
     ids=lambda words: words[0],
 )
-@pytest.mark.parametrize("steps", sweep([4, 12], test=[4]))
+@pytest.mark.parametrize("steps", sweep([2, 4, 12], test=[2]))
 def test_a_signal_at_any_call_ends_a_command_with_one_line(
     words: list[str], steps: int, tmp_path: Path
 ) -> None:

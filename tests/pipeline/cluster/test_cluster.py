@@ -272,6 +272,7 @@ def test_an_interrupted_bake_leaves_nothing_running_there(standing: Cluster, tmp
     assert ended
 
 
+@pytest.mark.deep  # one that is interrupted: above
 def test_a_bake_that_is_killed_leaves_nothing_running_there(standing: Cluster) -> None:
     code = (
         "import sys; from paradize.cluster.scheduler import run_on_cluster; "

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import struct
 import subprocess
 import sys
@@ -217,8 +216,7 @@ def test_explaining_imports_no_numpy(tmp_path: Path) -> None:
         "import sys; from paradize.cli.main import main; "
         f"main(['explain', {str(scene)!r}, '-o', 'none']); sys.exit('numpy' in sys.modules)"
     )
-    environment = {**os.environ, "PYTHONDONTWRITEBYTECODE": "1"}
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env=environment)
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
 
 

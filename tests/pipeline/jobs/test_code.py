@@ -135,7 +135,10 @@ def test_a_worker_whose_code_is_not_the_parent_s_refuses_the_task(tmp_path: Path
     assert [path.name for path in tmp_path.iterdir()] == ["own"]
 
 
-@pytest.mark.parametrize("module", ["paradize.stages.gutter", "paradize.kernels.gutter._gutter"])
+LATE = ["paradize.stages.gutter", "paradize.kernels.gutter._gutter"]
+
+
+@pytest.mark.parametrize("module", sweep(LATE, test=LATE[1:]))
 def test_what_was_made_by_code_that_came_later_is_refused(tmp_path: Path, module: str) -> None:
     expected = dict(code_of("paradize.build.measurements.gutter_limits"))
     good = Job("late", import_late, {"path": tmp_path / "good"}, code=expected)

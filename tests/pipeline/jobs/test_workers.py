@@ -240,6 +240,7 @@ def test_a_job_that_eats_memory_is_killed_at_the_limit(
     assert str(outcome.error).startswith("huge.png: glutton needs more memory than the limit of 300 MB")
 
 
+@pytest.mark.deep  # jobs wait until their estimates fit: below
 def test_two_jobs_that_do_not_fit_together_both_succeed(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:

@@ -195,7 +195,7 @@ def test_the_code_digest_covers_native_kernels_and_what_is_imported_late() -> No
 
 def test_outcomes_come_in_the_order_of_the_jobs() -> None:
     jobs = [Job(f"job {k}", double, {"value": k}) for k in range(6)]
-    for workers in (1, 3):
+    for workers in (1, 2):
         assert [outcome.value for outcome in run_jobs(jobs, workers)] == [0, 2, 4, 6, 8, 10]
 
 

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from paradize.bakers.color import bake_color
@@ -77,6 +77,11 @@ def clouds(draw: st.DrawFn) -> list[Point]:
     return [point(str(k), t, float(e), size, series) for k, (t, e, size, series) in enumerate(result)]
 
 
+# Of clouds, which take long to draw; all of them as new cases in `make deep`.
+FEWER = settings(max_examples=40) if settings().derandomize else settings()
+
+
+@FEWER
 @given(clouds())
 def test_a_point_is_dominated_exactly_where_another_is_no_worse_and_somewhere_better(
     cloud: list[Point],
@@ -96,6 +101,7 @@ def test_a_point_is_dominated_exactly_where_another_is_no_worse_and_somewhere_be
         assert b["on_front"] != worse
 
 
+@FEWER
 @given(clouds())
 def test_every_cloud_has_a_front_and_along_it_more_time_buys_less_error(cloud: list[Point]) -> None:
     mark(cloud, less_is_better=True)
@@ -135,6 +141,7 @@ def test_a_known_curve_bends_where_it_does() -> None:
     assert found["tier"] == "balanced"
 
 
+@FEWER
 @given(clouds(), st.integers(0, 4))
 def test_the_cheapest_is_the_quickest_of_the_smallest_series_inside_the_budget(
     cloud: list[Point], limit: int
@@ -429,9 +436,9 @@ def test_a_heightmap_is_measured_as_terrain_under_the_bound(tmp_path: Path) -> N
     hills = 0.5 + 0.3 * np.sin(7.0 * x) * np.cos(5.0 * z)
     write_image(tmp_path / "hills.png", (hills * 65535).astype(np.uint16)[:, :, None])
     options = FileOptions(size_m=(64.0, 64.0), height_m=10.0, max_error_m=0.05)
-    report = measure_file(tmp_path / "hills.png", options, runs=1)
-    hold_to_the_form(report)
-    terrain = tiers(named(report, "hills terrain"))
+    groups = [one for one in file_groups(tmp_path / "hills.png", options) if one.name == "hills terrain"]
+    (result,), _ = run_groups(groups, file_rows(groups, "balanced"), {}, 1, None)
+    terrain = tiers(dict(result))
     assert terrain["exact"]["error"]["value"] < 1e-5
     for tier in ("fast", "balanced"):
         assert 0.0 < terrain[tier]["error"]["value"] <= 0.05

@@ -89,8 +89,11 @@ def groups(draw: st.DrawFn) -> Group:
     }  # fmt: skip
 
 
+EXAMPLES = 30 if settings().derandomize else 100  # the same cases each time, or new ones in `make deep`
+
+
 @given(groups())
-@settings(deadline=None, max_examples=100)
+@settings(deadline=None, max_examples=EXAMPLES)
 def test_no_sentence_compares_tiers_of_different_series(group: Group) -> None:
     warnings = conclude(group)
     points = {point["tier"]: point for point in group["points"]}
@@ -112,7 +115,7 @@ def test_no_sentence_compares_tiers_of_different_series(group: Group) -> None:
 
 
 @given(groups())
-@settings(deadline=None, max_examples=100)
+@settings(deadline=None, max_examples=EXAMPLES)
 def test_tiers_that_are_said_to_err_alike_do_in_every_other_sentence(group: Group) -> None:
     warnings = conclude(group)
     result, claims = group.get("advice"), claims_of(group["sentence"])
@@ -131,7 +134,7 @@ def test_tiers_that_are_said_to_err_alike_do_in_every_other_sentence(group: Grou
 
 
 @given(groups())
-@settings(deadline=None, max_examples=100)
+@settings(deadline=None, max_examples=EXAMPLES)
 def test_where_the_curve_is_said_to_bend_no_sentence_finds_a_better_tier(group: Group) -> None:
     conclude(group)
     result = group.get("advice")
@@ -145,7 +148,7 @@ def test_where_the_curve_is_said_to_bend_no_sentence_finds_a_better_tier(group: 
 
 
 @given(groups())
-@settings(deadline=None, max_examples=100)
+@settings(deadline=None, max_examples=EXAMPLES)
 def test_a_warning_says_what_the_sentence_says(group: Group) -> None:
     warnings, claims = conclude(group), claims_of(group["sentence"])
     found = set()
@@ -161,7 +164,7 @@ def test_a_warning_says_what_the_sentence_says(group: Group) -> None:
 
 
 @given(groups())
-@settings(deadline=None, max_examples=100)
+@settings(deadline=None, max_examples=EXAMPLES)
 def test_the_page_asks_for_no_other_tier_than_the_advice(group: Group) -> None:
     conclude(group)
     kind, words = _verdict(group)
@@ -174,7 +177,7 @@ def test_the_page_asks_for_no_other_tier_than_the_advice(group: Group) -> None:
 
 
 @given(groups())
-@settings(deadline=None, max_examples=100)
+@settings(deadline=None, max_examples=EXAMPLES)
 def test_a_comparison_is_the_same_from_both_sides(group: Group) -> None:
     for a, b in itertools.product(group["points"], repeat=2):
         if series_of(a) != series_of(b):

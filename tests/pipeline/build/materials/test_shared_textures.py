@@ -48,7 +48,7 @@ def store(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 def scene_of(folder: Path, *objects: str) -> Path:
     text = make_panels(folder).read_text()
-    write_image(folder / "tiles.png", noise(7, size=256))
+    write_image(folder / "tiles.png", noise(7, size=128))
     path = folder / "pair.toml"
     path.write_text(HEAD + "".join(objects) + text[text.index("[flight]") :])
     return path
@@ -104,7 +104,7 @@ def test_a_texture_that_became_shared_is_neither_gone_nor_new(
     mtl = two_of_one_layout.with_name("wall.mtl")
     near = two_of_one_layout.with_name("near.obj")
     whole = mtl.read_text()
-    write_image(mtl.with_name("other.png"), noise(8, size=256))
+    write_image(mtl.with_name("other.png"), noise(8, size=128))
     mtl.with_name("other.mtl").write_text(whole.replace("tiles", "other"))
     own = near.read_text()
     near.write_text(own.replace("wall.mtl", "other.mtl"))

@@ -31,6 +31,7 @@ from paradize.stages import gutter
 from tests.pipeline.checks.test_rules import change, file_of, replace
 from tests.pipeline.layouts import SIZE, cards, make_atlas_scene, rect, two_tone
 from tests.pipeline.scenes import write_image
+from tests.pipeline.small_scenes import cut
 from tests.sweeps import sample
 
 RED, GREEN, NEAR_RED = (200, 40, 30), (40, 180, 60), (190, 48, 38)
@@ -42,9 +43,9 @@ def store(tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPa
 
 
 def baked(folder: Path, obj: str, picture: np.ndarray, **settings: object) -> Path:
-    report = bake(
-        make_atlas_scene(folder / "scene", obj, picture, **settings), folder / "out", BuildOptions(jobs=1)
-    )
+    scene = make_atlas_scene(folder / "scene", obj, picture, **settings)
+    scene = cut(cut(scene, "[fog]", "[[object]]"), "[[particles]]", "[flight]")
+    report = bake(scene, folder / "out", BuildOptions(jobs=1))
     assert not report.errors
     return folder / "out"
 

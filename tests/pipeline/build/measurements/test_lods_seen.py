@@ -25,6 +25,7 @@ from paradize.stages.tangents import tangent_frames
 from tests.pipeline.scenes import make_cove, make_free_cove
 from tests.pipeline.shapes import sphere
 from tests.pipeline.small_scenes import make_free_post, make_post
+from tests.sweeps import sweep
 
 LIMITS = {"normal_deg": 5.0, "silhouette": 0.05}
 BARE = {"normal": None, "alpha": None, "cutoff": 0.0, "wrap": None, "two_sided": False}
@@ -108,7 +109,7 @@ def test_a_level_that_shows_another_colour_takes_over_nowhere(role: str) -> None
     assert measured(ball(fine, slid), [0.0, 0.05], 1.0, skin, textures)[1]["switch_m"] == 0.05
 
 
-@pytest.mark.parametrize("tilt_deg", [20.0, 40.0])
+@pytest.mark.parametrize("tilt_deg", sweep([20.0, 40.0], test=[40.0]))
 def test_a_level_whose_normal_map_leans_the_other_way_is_off_by_twice_its_tilt(tilt_deg: float) -> None:
     """All texels lean along +X of the texture, which lies the other way round on the level."""
     fine = sphere(24)
@@ -177,8 +178,19 @@ def test_levels_that_no_view_of_the_flight_draws_are_not_published(
     assert [len(lod.mesh.triangles) for lod in drawn] == [level["triangles"] for level in mesh["levels"]]
     worst = max(level["error_max"] for level in mesh["levels"])
     assert mesh["errors"]["surface_max"] == worst < whole["errors"]["surface_max"]
+
+
+@pytest.mark.deep  # of levels that are too fine: tests/pipeline/visibility/test_required_detail.py
+def test_levels_that_are_not_published_are_derived_as_they_are(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("PARADIZE_STORE", str(tmp_path / "store"))
+    scene = two_levels(make_post(tmp_path / "flown"))
+    report = bake(scene, tmp_path / "out", BuildOptions(jobs=1))
+    mesh = json.loads((tmp_path / "out/scene.json").read_text())["artifacts"]["post_mesh"]
+    assert mesh["required_detail"]["coarser_left_out"] == 1
     _, errors = verify(scene, report, percent=100.0, options=BuildOptions(jobs=1))
-    assert not errors
+    assert not report.errors and not errors
 
 
 @pytest.mark.parametrize(

@@ -100,7 +100,7 @@ def test_of_many_instances_few_are_looked_at_and_a_search_of_all_finds_the_same(
             pitch_deg=float(rng.uniform(-90.0, 90.0)),
             scale=tuple((rng.uniform(0.2, 2.0, 3) * rng.choice([-1.0, 1.0], 3)).tolist()),
         )
-        for _ in range(300)
+        for _ in range(100)
     ]
     scene = replace(scene, objects=(replace(post, instances=tuple(stands)),))
     flight, looked_at = plan_flight(scene.flight), []

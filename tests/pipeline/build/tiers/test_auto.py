@@ -33,6 +33,7 @@ from paradize.store.local import Store
 from paradize.tiers import FINER_FORMAT, TIERS
 from tests.pipeline.scenes import write_image
 from tests.pipeline.small_scenes import make_free_post
+from tests.sweeps import sweep
 
 Truth = dict[str, dict[str, float]]  # by tier: what it measures of the post's mesh
 
@@ -228,7 +229,7 @@ def test_limits_that_tiers_keep_by_turns_but_never_together_are_told() -> None:
     )
 
 
-@pytest.mark.parametrize("kind", ["mesh", "maps", "terrain"])
+@pytest.mark.parametrize("kind", sweep(["mesh", "maps", "terrain"], test=["maps", "terrain"]))
 def test_single_files_take_auto_and_a_budget_too(tmp_path: Path, capsys: Any, kind: str) -> None:
     make_free_post(tmp_path)
     settings = {"mesh": ["post.obj", "-o", "a.glb", "--lods", "2"], "maps": ["wood.png", "-o", "maps"]}
