@@ -33,6 +33,7 @@ from paradize.tradeoff.curve import Group
 from paradize.watch.rebake import bake_again
 from tests.pipeline.bakes import bake_apart
 from tests.pipeline.readers.gltf.made import SQUARE, Made, shown, square
+from tests.pipeline.small_scenes import cut
 from tests.sweeps import sweep
 
 UVS = np.array([[0, 1], [1, 1], [1, 0], [0, 0]], np.float32)
@@ -74,6 +75,11 @@ def panel(**image: object) -> Made:
     return shown(primitive, made)
 
 
+def scene_of(folder: Path, model: Path) -> Path:
+    """A new scene of a model, without the sky and the ground that stand around it."""
+    return cut(new_scene(folder, model).scene, "[fog]", "[[object]]")
+
+
 def states(scene: Path, out: Path) -> dict[str, str]:
     report = bake(scene, out, BuildOptions(jobs=1))
     assert not report.errors
@@ -92,7 +98,7 @@ def test_a_scene_of_a_glb_bakes_the_pictures_inside_it(tmp_path: Path) -> None:
 def test_bumps_are_made_of_the_colour_of_a_glb_only_where_the_scene_gives_their_strength(
     tmp_path: Path,
 ) -> None:
-    scene = new_scene(tmp_path / "s", panel().glb(tmp_path / "Panel.glb")).scene
+    scene = scene_of(tmp_path / "s", panel().glb(tmp_path / "Panel.glb"))
     assert "panel_normal" not in states(scene, tmp_path / "out")
     text = scene.read_text()
     scene.write_text(text.replace("[[object]]", "[[object]]\nstrength = 1.0", 1))
@@ -108,7 +114,7 @@ def tiled_panel(folder: Path, **sampler: int) -> Path:
     paint["extensions"] = {"KHR_texture_transform": {"scale": [3.0, 3.0]}}
     made.tree["extensionsUsed"] = ["KHR_texture_transform"]
     folder.mkdir(exist_ok=True)
-    return new_scene(folder / "s", made.glb(folder / "Panel.glb")).scene
+    return scene_of(folder / "s", made.glb(folder / "Panel.glb"))
 
 
 CLAMP, MIRROR, REPEAT = 33071, 33648, 10497
@@ -158,7 +164,7 @@ def test_mips_keep_the_holes_of_a_mask_whose_opacity_lowers_its_alpha(
     paint |= {"alphaMode": "MASK", "alphaCutoff": cutoff}
     made.tree["images"][0]["bufferView"] = made.view(checker(alpha=40))
     paint["pbrMetallicRoughness"]["baseColorFactor"] = [1, 1, 1, opacity]
-    scene = new_scene(tmp_path / "s", made.glb(tmp_path / "panel.glb")).scene
+    scene = scene_of(tmp_path / "s", made.glb(tmp_path / "panel.glb"))
     (one,) = find_map_sets(load_scene(scene), scene).maps.sets
     assert one.alpha_cutoff == pytest.approx(of_the_picture)
 
@@ -180,7 +186,7 @@ def test_a_material_that_shows_nothing_behind_it_is_opaque_whatever_the_file_say
     elif see_through == "a vertex":
         colors = made.array(np.float32([[1, 1, 1, 1]] * 3 + [[1, 1, 1, 0.5]]))
         made.tree["meshes"][0]["primitives"][0]["attributes"]["COLOR_0"] = colors
-    scene = new_scene(tmp_path / "s", made.glb(tmp_path / "panel.glb")).scene
+    scene = scene_of(tmp_path / "s", made.glb(tmp_path / "panel.glb"))
     (drawn,) = find_map_sets(load_scene(scene), scene).maps.objects["panel"].drawn.values()
     assert drawn.alpha_mode == ("opaque" if see_through == "nothing" else said.lower())
 
@@ -215,7 +221,7 @@ def test_maps_that_a_model_wraps_in_another_way_than_the_first_are_named(tmp_pat
     paint["extensions"] = {"KHR_texture_transform": {"scale": [3.0, 3.0]}}
     made.tree["materials"][0]["emissiveTexture"] = paint | {"index": 1}
     made.tree["extensionsUsed"] = ["KHR_texture_transform"]
-    scene = new_scene(tmp_path / "s", made.glb(tmp_path / "Panel.glb")).scene
+    scene = scene_of(tmp_path / "s", made.glb(tmp_path / "Panel.glb"))
     (said,) = find_map_sets(load_scene(scene), scene).warnings
     assert said.endswith("the model says otherwise of emission: clamp, repeat")
 
@@ -224,7 +230,7 @@ def test_a_broken_picture_inside_a_model_is_named_by_the_model_and_not_by_the_st
     made = panel()
     half = made.view(checker()[:60])
     made.tree["images"][0] |= {"bufferView": half, "name": "bark"}
-    scene = new_scene(tmp_path / "s", made.glb(tmp_path / "Panel.glb")).scene
+    scene = scene_of(tmp_path / "s", made.glb(tmp_path / "Panel.glb"))
     for _ in range(2):  # the second bake knows the model's materials from the store
         report = bake(scene, tmp_path / "out", BuildOptions(jobs=1))
         assert report.errors
@@ -242,7 +248,7 @@ def test_a_warning_of_a_picture_inside_a_model_names_the_model(tmp_path: Path) -
     (paint,) = made.tree["materials"]
     paint["pbrMetallicRoughness"] |= {"metallicRoughnessTexture": rough, "metallicFactor": 1}
     paint["occlusionTexture"] = shade
-    scene = new_scene(tmp_path / "s", made.glb(tmp_path / "Panel.glb")).scene
+    scene = scene_of(tmp_path / "s", made.glb(tmp_path / "Panel.glb"))
     report = bake(scene, tmp_path / "out", BuildOptions(jobs=1))
     assert not report.errors
     assert any(f"{tmp_path}/s/model/Panel.glb: picture 'hollow'" in text for text in report.warnings)
@@ -252,7 +258,7 @@ def test_a_warning_of_a_picture_inside_a_model_names_the_model(tmp_path: Path) -
 def test_explain_and_measure_name_a_picture_inside_a_model_by_the_model(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    scene = new_scene(tmp_path / "s", panel().glb(tmp_path / "Panel.glb")).scene
+    scene = scene_of(tmp_path / "s", panel().glb(tmp_path / "Panel.glb"))
     name = f"{tmp_path}/s/model/Panel.glb: picture 'image 0'"
     (color,) = explain(scene, "panel_color").artifacts
     assert color["sources"]["image"] == name
@@ -276,7 +282,7 @@ def test_an_unlit_material_has_no_maps_made_of_its_colour_and_keeps_its_vertex_c
     made.tree["extensionsUsed"] = ["KHR_materials_unlit"]
     half = made.array(np.full((4, 4), 0.5, np.float32))
     made.tree["meshes"][0]["primitives"][0]["attributes"]["COLOR_0"] = half
-    scene = new_scene(tmp_path / "s", made.glb(tmp_path / "Panel.glb")).scene
+    scene = scene_of(tmp_path / "s", made.glb(tmp_path / "Panel.glb"))
     scene.write_text(scene.read_text().replace("[[object]]", "[[object]]\nstrength = 1.0", 1))
     found = find_map_sets(load_scene(scene), scene)
     assert [one.derived for one in found.maps.sets] == [()]
@@ -317,7 +323,7 @@ def test_watch_waits_for_the_files_beside_a_model_and_a_cluster_is_sent_them(tmp
     document = panel()
     (tmp_path / "points.bin").write_bytes(document.data)
     model = document.gltf(tmp_path / "panel.gltf", "points.bin")
-    scene = new_scene(tmp_path / "s", model).scene
+    scene = scene_of(tmp_path / "s", model)
     found = bake_again(scene, tmp_path / "out", 1, None, None, None, False)
     assert not found.errors
     assert tmp_path / "s/model/points.bin" in found.reads
@@ -351,7 +357,7 @@ def test_tangents_follow_the_coordinates_of_the_normal_map(tmp_path: Path) -> No
         normalTexture=bumps | {"texCoord": 1},
     )
     model = shown(primitive, made).glb(tmp_path / "Panel.glb")
-    scene = new_scene(tmp_path / "s", model).scene
+    scene = scene_of(tmp_path / "s", model)
     assert states(scene, tmp_path / "out").keys() >= {"panel_second_normal"}
     (mesh,) = (tmp_path / "out").glob("panel_mesh-*.glb")
     alone = bake_mesh(model, lods=1).lods[0].mesh
@@ -383,7 +389,7 @@ def two_sets() -> Made:
 
 
 def test_a_map_on_second_coordinates_is_baked_drawn_and_exported_there(tmp_path: Path) -> None:
-    scene = new_scene(tmp_path / "s", two_sets().glb(tmp_path / "Panel.glb")).scene
+    scene = scene_of(tmp_path / "s", two_sets().glb(tmp_path / "Panel.glb"))
     out = tmp_path / "out"
     assert {"panel_occlusion", "panel_second_occlusion"} <= states(scene, out).keys()
     manifest = read_scene(out / "scene.json")
