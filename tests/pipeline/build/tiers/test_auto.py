@@ -46,7 +46,7 @@ def brute_force(tmp_path_factory: pytest.TempPathFactory) -> tuple[Truth, Path]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("PARADIZE_STORE", str(top / "store"))
         for tier in TIERS:
-            report = bake(two_levels(top / "scene"), top / "out", BuildOptions(jobs=1, tier=tier))
+            report = bake(with_levels(top / "scene"), top / "out", BuildOptions(jobs=1, tier=tier))
             assert not report.errors, report.errors
             errors = rows(report)["post_mesh"]["errors"]
             found[tier] = {metric: errors[metric] for metric in ("surface_max", "surface_rms")}
@@ -64,19 +64,19 @@ def truth(brute_force: tuple[Truth, Path], scene: Path, tmp_path: Path) -> Truth
 def scene(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.setenv("PARADIZE_STORE", str(tmp_path / "store"))
     monkeypatch.setenv("PARADIZE_REPORT", "")
-    return two_levels(tmp_path / "scene")
+    return with_levels(tmp_path / "scene")
 
 
-def two_levels(folder: Path) -> Path:
+def with_levels(folder: Path, count: int = 2) -> Path:
     """Of its object: each tier measures all."""
     scene = make_free_post(folder)
-    scene.write_text(scene.read_text().replace("lods = 3", "lods = 2"))
+    scene.write_text(scene.read_text().replace("lods = 3", f"lods = {count}"))
     return scene
 
 
-def with_budget(scene: Path, **limits: Any) -> Path:
+def with_budget(scene: Path, lods: int = 2, **limits: Any) -> Path:
     lines = [f"{metric} = {limit}" for metric, limit in limits.items()]
-    scene.write_text("\n".join([two_levels(scene.parent).read_text(), "[budget]", *lines, ""]))
+    scene.write_text("\n".join([with_levels(scene.parent, lods).read_text(), "[budget]", *lines, ""]))
     return scene
 
 
@@ -182,19 +182,19 @@ def test_a_budget_that_nothing_meets_is_an_error_that_says_by_how_much(
 def test_what_only_mesh_and_map_show_together_moves_the_choice_too(
     truth: Truth, scene: Path, tmp_path: Path
 ) -> None:
-    with_budget(scene, lod_mapped_mean_deg=1e-6)
+    with_budget(scene, 3, lod_mapped_mean_deg=1e-6)
     report = bake(scene, tmp_path / "out", BuildOptions(jobs=1, tier="auto"))
     (error,) = report.errors
     assert "post_mesh" in str(error) and "no tier keeps the budget: lod_mapped_mean_deg is" in str(error)
     assert not (tmp_path / "out" / "scene.json").exists()
-    with_budget(scene, lod_mapped_mean_deg="{ soft = 1e-6 }")
+    with_budget(scene, 3, lod_mapped_mean_deg="{ soft = 1e-6 }")
     report = bake(scene, tmp_path / "out", BuildOptions(jobs=1, tier="auto"))
     tried = rows(report)["post_mesh"]["tried"]
     values = {tier: tried["errors"][tier]["lod_mapped_mean_deg"] for tier in TIERS}
     assert not report.errors and tried["taken"] == "fast", "a soft limit that no tier keeps changes nothing"
     best = min(values.values())
     assert values["fast"] > best
-    with_budget(scene, lod_mapped_mean_deg=best)
+    with_budget(scene, 3, lod_mapped_mean_deg=best)
     for force in (False, True):
         report = bake(scene, tmp_path / "out", BuildOptions(jobs=1, tier="auto", force=force))
         row = rows(report)["post_mesh"]
