@@ -20,6 +20,7 @@ namespace {
 
 constexpr std::size_t first_bytes = 4096; // that are read when memory is reserved
 constexpr std::size_t part_bytes = std::size_t{1} << 20U;
+constexpr std::size_t passing_bytes = std::size_t{1} << 16U; // in memory while a file is read through
 
 // Time stamps come from a clock with steps of up to 10 ms. A file that was younger than this when it was read
 // may have changed since without another time stamp.
@@ -154,18 +155,53 @@ void FileBytes::read_all(const Descriptor &file, const OnBytes &on_bytes) {
     const std::int64_t start_ns = now_ns();
     const FileStamp before = file.stamp();
     const std::span<std::byte> all = memory_->bytes();
-    std::vector<std::byte> front(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(front_));
+    const std::vector<std::byte> front(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(front_));
     for (std::size_t at = 0; at < all.size();) {
-        const std::size_t size = std::min(part_bytes, all.size() - at);
-        const std::size_t got = file.read_some(at, all.subspan(at, size), name_, all.size());
+        const std::span<std::byte> part = all.subspan(at, std::min(part_bytes, all.size() - at));
+        memory_->populate(part);
+        const std::size_t got = file.read_some(at, part, name_, all.size());
         if (on_bytes) {
-            on_bytes(all.subspan(at, got));
+            on_bytes(part.first(got));
         }
         at += got;
     }
-    if (!std::ranges::equal(front, all.first(front_))) {
+    check_front(front);
+    keep_stamp(file, before, start_ns);
+}
+
+bool FileBytes::read_through(const std::filesystem::path &path, const OnBytes &on_bytes) {
+    const std::int64_t start_ns = now_ns();
+    auto file = std::make_unique<Descriptor>(path);
+    const FileStamp before = file->stamp();
+    const std::size_t size = bytes().size();
+    std::vector<std::byte> memory(std::min(passing_bytes, size));
+    std::vector<std::byte> front;
+    front.reserve(front_);
+    for (std::size_t at = 0; at < size;) {
+        std::span<std::byte> part = std::span(memory).first(std::min(passing_bytes, size - at));
+        part = part.first(file->read_some(at, part, name_, size));
+        on_bytes(part);
+        const std::span<std::byte> in_front = part.first(std::min(part.size(), front_ - front.size()));
+        front.insert(front.end(), in_front.begin(), in_front.end());
+        at += part.size();
+    }
+    check_front(front);
+    keep_stamp(*file, before, start_ns);
+    if (stamp_ == FileStamp{}) {
+        return false;
+    }
+    memory_->release();
+    descriptor_ = std::move(file);
+    return true;
+}
+
+void FileBytes::check_front(std::span<const std::byte> found) const {
+    if (!std::ranges::equal(found, bytes().first(front_))) {
         throw Error(name_ + ": was changed while it was read" + bake_again);
     }
+}
+
+void FileBytes::keep_stamp(const Descriptor &file, const FileStamp &before, std::int64_t start_ns) {
     stamp_ = file.stamp();
     if (stamp_ != before || start_ns - stamp_.back() < young_ns) {
         stamp_ = {}; // no stamp proves that the file is still the same

@@ -1,7 +1,8 @@
 #pragma once
 // Reads a file into memory: its front first, the rest later, or all at once. Later changes of the file do not
-// affect these bytes. (A memory mapping would raise SIGBUS if the file became shorter.) Under a memory limit
-// the bytes are freed after they were checked, and parts are read again when they are needed.
+// affect these bytes. (A memory mapping would raise SIGBUS if the file became shorter.) Or the file is read
+// to be checked alone, without memory for all of it, or its memory is freed afterwards: then it stays open,
+// and parts are read again when they are needed.
 
 #include "assets/byte_source.hpp"
 #include "assets/reserved_memory.hpp"
@@ -51,6 +52,10 @@ class FileBytes final : public ByteSource {
     void read_front(const std::filesystem::path &path, std::size_t bytes);
     /// Reads the whole file. Throws Error, also if the front differs from what read_front() found.
     void read_all(const std::filesystem::path &path, const OnBytes &on_bytes);
+    /// Reads the whole file for `on_bytes` alone and keeps it open for read(), as if its memory was freed.
+    /// False, and read_all() is needed, if a change of the file might not alter its time stamp. Throws Error
+    /// like read_all().
+    bool read_through(const std::filesystem::path &path, const OnBytes &on_bytes);
 
     FileBytes(FileBytes &&) noexcept;
     FileBytes &operator=(FileBytes &&) noexcept;
@@ -79,6 +84,9 @@ class FileBytes final : public ByteSource {
     class Descriptor;
     void read_front(const Descriptor &file, std::size_t bytes);
     void read_all(const Descriptor &file, const OnBytes &on_bytes);
+    void check_front(std::span<const std::byte> found) const;
+    /// Keeps the file's stamp if it proves that the file is the one that was read from `start_ns` on.
+    void keep_stamp(const Descriptor &file, const FileStamp &before, std::int64_t start_ns);
 
     std::optional<ReservedMemory> memory_;
     std::unique_ptr<Descriptor> descriptor_; // open while the memory is freed

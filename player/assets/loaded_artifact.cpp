@@ -251,15 +251,32 @@ LoadedArtifact open_artifact(const SceneFile &scene, std::uint32_t index, const 
     return out;
 }
 
-void check_artifact(const Artifact &artifact, LoadedArtifact &loaded, const std::stop_token &stop) {
-    Sha256 hash;
-    loaded.file.read_all(loaded.path, [&](std::span<const std::byte> part) {
+namespace {
+
+/// True if the file's hash tells all that may be wrong behind its headers: each code of its texels is valid.
+bool has_codes_alone(const LoadedArtifact &loaded) {
+    return loaded.glb.levels.empty() && std::ranges::none_of(loaded.ktx.levels, [](const Ktx2Level &level) {
+               return !level.compressed.empty() || level.format == PixelFormat::rgba16_float ||
+                      level.format == PixelFormat::r32_float;
+           });
+}
+
+} // namespace
+
+void check_artifact(const Artifact &artifact, LoadedArtifact &loaded, bool may_keep_open,
+                    const std::stop_token &stop) {
+    std::optional<Sha256> hash(std::in_place);
+    const FileBytes::OnBytes add = [&](std::span<const std::byte> part) {
         if (stop.stop_requested()) {
             throw Error(loaded.path + ": loading was cancelled");
         }
-        hash.add(part);
-    });
-    check_hash(hash.hex(), loaded.sha256, loaded.path);
+        hash->add(part);
+    };
+    if (!may_keep_open || !has_codes_alone(loaded) || !loaded.file.read_through(loaded.path, add)) {
+        hash.emplace();
+        loaded.file.read_all(loaded.path, add);
+    }
+    check_hash(hash->hex(), loaded.sha256, loaded.path);
     check_mesh(loaded.glb, loaded.path);
     check_frames(loaded.ktx, loaded.path);
     check_texels(loaded.ktx, loaded.path);

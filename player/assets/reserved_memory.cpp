@@ -34,6 +34,12 @@ ReservedMemory::~ReservedMemory() {
     }
 }
 
+void ReservedMemory::populate([[maybe_unused]] std::span<std::byte> part) const {
+#ifdef MADV_POPULATE_WRITE
+    ::madvise(part.data(), part.size(), MADV_POPULATE_WRITE);
+#endif
+}
+
 void ReservedMemory::release() const {
     ::madvise(data_, size_, MADV_DONTNEED);
 }

@@ -14,6 +14,9 @@ class ReservedMemory {
     ReservedMemory(ReservedMemory &&other) noexcept;
     ReservedMemory &operator=(ReservedMemory &&other) noexcept;
     std::span<std::byte> bytes() const { return {data_, size_}; }
+    /// Takes physical memory for a part that is about to be written, at once and not page by page. Where the
+    /// system cannot (before Linux 5.14, or the part begins inside a page), writing takes it.
+    void populate(std::span<std::byte> part) const;
     /// Frees the physical memory. The address space stays reserved and reads as zero.
     void release() const;
 

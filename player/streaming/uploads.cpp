@@ -104,9 +104,14 @@ void Uploads::check_all_of(std::uint32_t artifact, const std::stop_token &stop) 
     assets::LoadedArtifact &loaded = items[artifact]->loaded;
     const Clock::time_point start = Clock::now();
     loaded.checked_ns = assets::now_ns();
-    assets::check_artifact(scene.artifacts[artifact], loaded, stop);
+    const bool may_keep_open = kept_open.fetch_add(1) < most_kept_open;
+    assets::check_artifact(scene.artifacts[artifact], loaded, may_keep_open, stop);
     checked_files->add(scene.artifacts[artifact], loaded.file.stamp(), loaded.checked_ns);
     count_read(scene.artifacts[artifact].bytes, start);
+    if (!loaded.file.in_memory()) {
+        return;
+    }
+    kept_open.fetch_sub(1);
     const std::uint64_t bytes = loaded.file.bytes().size();
     if (waiting_bytes.fetch_add(bytes) + bytes > max_waiting_bytes) {
         free_memory(loaded);

@@ -91,7 +91,7 @@ struct Uploads {
     bool all_files_wait = false; // in memory: together they stay below max_waiting_bytes
     std::unique_ptr<assets::CheckedFiles> checked_files;
     std::atomic<std::size_t> unchecked_files; // that check() has not returned for yet
-    std::atomic<std::size_t> kept_open;       // files that an earlier start has checked
+    std::atomic<std::size_t> kept_open;       // files without memory, of which pieces are read
     std::size_t most_kept_open = 0;
     std::atomic<std::uint64_t> read_bytes, read_ns; // by the threads, and how long that took them
     // The last members: their threads use the others.
@@ -117,7 +117,7 @@ struct Uploads {
     void add_pieces(std::uint32_t index);
 
     /// Checks an artifact's file, or opens it if an earlier start has checked it. Runs on the checker's
-    /// threads, once for each file. Beyond `max_waiting_bytes` its memory is freed.
+    /// threads, once for each file. Beyond `max_waiting_bytes` its memory, if it took any, is freed.
     void check(std::uint32_t artifact, const std::stop_token &stop);
     /// Opens a file that an earlier start has checked, for its pieces to be read. False if it must be
     /// checked.

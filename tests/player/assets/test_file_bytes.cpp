@@ -161,6 +161,42 @@ TEST_CASE("files: a version that is known is kept open unread, and another one i
     CHECK(replaced.in_memory());
 }
 
+TEST_CASE("files: a file that is read through gives its bytes, takes no memory and stays open") {
+    const test::Folder folder;
+    test::Bytes bytes((std::size_t{2} << 20U) + 17);
+    for (std::size_t i = 0; i < bytes.size(); ++i) {
+        bytes[i] = static_cast<std::byte>(i * 31 >> 3U);
+    }
+    const std::filesystem::path path = folder.write("a", bytes);
+    test::Bytes parts;
+    const auto read_through = [&](assets::FileBytes &file, const std::filesystem::path &from) {
+        parts.clear();
+        return file.read_through(from, [&](std::span<const std::byte> part) {
+            parts.insert(parts.end(), part.begin(), part.end());
+        });
+    };
+    assets::FileBytes file = assets::FileBytes::reserve(path);
+    while (!read_through(file, path)) {
+        CHECK(file.in_memory()); // the file is so young that a change might not be seen
+    }
+    CHECK(parts == bytes);
+    CHECK_FALSE(file.in_memory());
+    CHECK(file.bytes().size() == bytes.size());
+    CHECK(std::ranges::all_of(file.bytes(), [](std::byte byte) { return byte == std::byte{0}; }));
+    test::Bytes tail(1000);
+    file.read(bytes.size() - tail.size(), tail);
+    CHECK(std::ranges::equal(tail, std::span(bytes).last(tail.size())));
+    std::filesystem::resize_file(path, 5000);
+    CHECK_THROWS_AS(file.read(0, tail), assets::SourceError);
+    // Its front is of the file that was replaced meanwhile.
+    folder.write("b", bytes);
+    assets::FileBytes replaced = assets::FileBytes::reserve(folder.path() / "b");
+    bytes[5] = std::byte{8};
+    folder.write("b", bytes);
+    CHECK_THROWS_WITH_AS(read_through(replaced, folder.path() / "b"),
+                         doctest::Contains("b: was changed while it was read"), Error);
+}
+
 TEST_CASE("files: irregular and empty files and wrong sizes are rejected, and a pipe does not block") {
     const test::Folder folder;
     CHECK(contains(error(folder.path() / "none"), "none: No such file"));
