@@ -25,6 +25,8 @@ constexpr std::size_t passing_bytes = std::size_t{1} << 16U; // in memory while 
 // Time stamps come from a clock with steps of up to 10 ms. A file that was younger than this when it was read
 // may have changed since without another time stamp.
 constexpr std::int64_t young_ns = 20'000'000;
+// The time stamps of some file systems have steps of up to 2 s.
+constexpr std::int64_t settled_ns = 3'000'000'000;
 
 std::int64_t nanoseconds(const timespec &time) {
     return static_cast<std::int64_t>(time.tv_sec) * 1'000'000'000 + time.tv_nsec;
@@ -166,13 +168,18 @@ void FileBytes::read_all(const Descriptor &file, const OnBytes &on_bytes) {
         at += got;
     }
     check_front(front);
-    keep_stamp(file, before, start_ns);
+    stamp_ = file.stamp();
+    if (stamp_ != before || start_ns - stamp_.back() < young_ns) {
+        stamp_ = {}; // no stamp proves that the file is still the same
+    }
 }
 
 bool FileBytes::read_through(const std::filesystem::path &path, const OnBytes &on_bytes) {
-    const std::int64_t start_ns = now_ns();
     auto file = std::make_unique<Descriptor>(path);
     const FileStamp before = file->stamp();
+    if (now_ns() - before.back() < settled_ns) {
+        return false;
+    }
     const std::size_t size = bytes().size();
     std::vector<std::byte> memory(std::min(passing_bytes, size));
     std::vector<std::byte> front;
@@ -186,10 +193,10 @@ bool FileBytes::read_through(const std::filesystem::path &path, const OnBytes &o
         at += part.size();
     }
     check_front(front);
-    keep_stamp(*file, before, start_ns);
-    if (stamp_ == FileStamp{}) {
+    if (file->stamp() != before) {
         return false;
     }
+    stamp_ = before;
     memory_->release();
     descriptor_ = std::move(file);
     return true;
@@ -198,13 +205,6 @@ bool FileBytes::read_through(const std::filesystem::path &path, const OnBytes &o
 void FileBytes::check_front(std::span<const std::byte> found) const {
     if (!std::ranges::equal(found, bytes().first(front_))) {
         throw Error(name_ + ": was changed while it was read" + bake_again);
-    }
-}
-
-void FileBytes::keep_stamp(const Descriptor &file, const FileStamp &before, std::int64_t start_ns) {
-    stamp_ = file.stamp();
-    if (stamp_ != before || start_ns - stamp_.back() < young_ns) {
-        stamp_ = {}; // no stamp proves that the file is still the same
     }
 }
 

@@ -53,8 +53,8 @@ class FileBytes final : public ByteSource {
     /// Reads the whole file. Throws Error, also if the front differs from what read_front() found.
     void read_all(const std::filesystem::path &path, const OnBytes &on_bytes);
     /// Reads the whole file for `on_bytes` alone and keeps it open for read(), as if its memory was freed.
-    /// False, and read_all() is needed, if a change of the file might not alter its time stamp. Throws Error
-    /// like read_all().
+    /// False, and read_all() is needed, if the file was changed in the last 3 s, or while it was read: a
+    /// change after that might not alter its time stamp. Throws Error like read_all().
     bool read_through(const std::filesystem::path &path, const OnBytes &on_bytes);
 
     FileBytes(FileBytes &&) noexcept;
@@ -85,8 +85,6 @@ class FileBytes final : public ByteSource {
     void read_front(const Descriptor &file, std::size_t bytes);
     void read_all(const Descriptor &file, const OnBytes &on_bytes);
     void check_front(std::span<const std::byte> found) const;
-    /// Keeps the file's stamp if it proves that the file is the one that was read from `start_ns` on.
-    void keep_stamp(const Descriptor &file, const FileStamp &before, std::int64_t start_ns);
 
     std::optional<ReservedMemory> memory_;
     std::unique_ptr<Descriptor> descriptor_; // open while the memory is freed

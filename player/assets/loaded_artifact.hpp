@@ -42,9 +42,9 @@ FileBytes read_artifact(const Artifact &artifact, const std::filesystem::path &f
 LoadedArtifact open_artifact(const SceneFile &scene, std::uint32_t index, const std::filesystem::path &folder,
                              const std::stop_token &stop = {});
 
-/// Reads the whole file of an opened artifact and checks its SHA-256 and every number in it. A file whose
-/// hash says all takes no memory if it `may_keep_open`: stage() reads from it. Throws Error, also when `stop`
-/// is requested.
+/// Reads the whole file of an opened artifact and checks its SHA-256 and every number in it. If it
+/// `may_keep_open` and the hash says all about its bytes, the file takes no memory: stage() reads from it.
+/// Throws Error, also when `stop` is requested.
 void check_artifact(const Artifact &artifact, LoadedArtifact &loaded, bool may_keep_open = false,
                     const std::stop_token &stop = {});
 

@@ -104,7 +104,7 @@ void Uploads::check_all_of(std::uint32_t artifact, const std::stop_token &stop) 
     assets::LoadedArtifact &loaded = items[artifact]->loaded;
     const Clock::time_point start = Clock::now();
     loaded.checked_ns = assets::now_ns();
-    const bool may_keep_open = kept_open.fetch_add(1) < most_kept_open;
+    const bool may_keep_open = kept_open.fetch_add(1) < most_kept_open && takes_all; // read again at once
     assets::check_artifact(scene.artifacts[artifact], loaded, may_keep_open, stop);
     checked_files->add(scene.artifacts[artifact], loaded.file.stamp(), loaded.checked_ns);
     count_read(scene.artifacts[artifact].bytes, start);

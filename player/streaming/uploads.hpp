@@ -41,8 +41,8 @@ struct PatchPages {
 /// vram_bytes: the limit; 0: none.
 PatchPages patch_pages(const assets::SceneFile &scene, std::uint64_t vram_bytes);
 
-/// Of files that an earlier start has checked: a quarter of those that a process may have open, as two scenes
-/// may be loaded at once, at most 256.
+/// Of files that are checked and not in memory: a quarter of those that a process may have open, as two
+/// scenes may be loaded at once, at most 256.
 std::size_t files_to_keep_open();
 
 struct Uploads {
@@ -80,7 +80,7 @@ struct Uploads {
     std::vector<std::uint32_t> ahead;         // pieces for the loader
     std::vector<std::uint32_t> files_ahead;   // artifacts for the checker
     std::vector<bool> in_files_ahead;         // per artifact
-    bool takes_all = false;                   // this call of upload() waits for all pieces
+    std::atomic<bool> takes_all = false;      // this call of upload() waits for all pieces
     bool has_uploaded = false;                // upload() was called
     std::vector<bool> begun_files;            // per artifact: a piece of it was begun
     std::uint64_t begun_bytes = 0;            // of the files that the last call began
