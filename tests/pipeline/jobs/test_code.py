@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import inspect
 import os
 import re
 import shutil
@@ -181,6 +182,13 @@ def test_keys_cover_all_code_that_a_baker_loads(
         loaded = {name for name in outcome.value if not name.startswith(code._ENGINE_PACKAGES)}
         assert len(loaded) > 2
         assert loaded - job.code.keys() <= {"paradize.errors"}, baker  # which every worker holds
+
+
+@pytest.mark.parametrize("baker", registry.BAKERS)
+def test_keys_cover_the_modules_that_a_bakers_function_imports(baker: str) -> None:
+    module, call = registry.BAKERS[baker]
+    imported = re.findall(r"from (paradize\.\S+) import", inspect.getsource(call))
+    assert imported and {*imported} <= code_of(module).keys()
 
 
 def test_the_engine_is_no_part_of_a_key() -> None:

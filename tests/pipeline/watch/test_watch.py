@@ -301,6 +301,20 @@ def test_a_file_that_was_looked_for_in_vain_is_among_those_that_are_looked_at(
     assert not baked.errors and baked.reads[library] is None
 
 
+def test_after_a_failed_bake_material_files_are_among_those_that_are_looked_at(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A change of one may name another picture than that which fails."""
+    monkeypatch.setenv("PARADIZE_STORE", str(tmp_path / "store"))
+    scene = make_post(tmp_path / "cove")
+    scene.write_text(scene.read_text().replace('color = "wood.png"\n', ""))
+    picture = tmp_path / "cove/wood.png"
+    picture.write_bytes(b"no picture")
+    baked = bake_again(scene, tmp_path / "out", 1, None, None, None, False)
+    assert {error.file for error in baked.errors} == {str(picture)}
+    assert baked.reads.keys() >= {scene, picture, tmp_path / "cove/post.mtl", tmp_path / "cove/post.obj"}
+
+
 @pytest.mark.deep
 def test_a_file_that_was_looked_for_in_vain_is_waited_for(tmp_path: Path, watch: Watch) -> None:
     scene = make_cove(tmp_path / "cove")
