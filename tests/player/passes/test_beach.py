@@ -8,6 +8,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -16,6 +17,7 @@ import pytest
 
 from paradize.data import Lod
 from paradize.formats.glb.encode import encode_glb
+from tests.pictures import require_like, save
 from tests.player.patches import tiled
 from tests.player.posed import HEIGHT, Picture, Posed, Vec, around, differs, pixel
 from tests.player.synthetic import box, identity, instance, texture, write_scene
@@ -365,3 +367,22 @@ def test_a_box_looks_the_same_whatever_the_shader_of_its_material_leaves_out(pos
     # A box that also stands in the sea is lit in its pixels.
     assert differs(matte, seen(vertex_lit=True), 1.5 / 255.0).any()
     assert np.array_equal(also_sunken, seen(sunken=True, vertex_lit=True))
+
+
+def test_the_beach_by_day_looks_as_approved(posed: Posed, root: Path) -> None:
+    """All passes, with two boxes on the beach and one in the water, from the side: a swapped axis shows."""
+    ring = {"x_m": [-1.2], "z_m": [5.0], "radius_m": [0.5], "height_m": 0.03}
+    one = scene(posed, scroll_per_s=[0.03, 0.02], ripples=ring, swash_height_m=0.2, wave_height_m=0.1)
+    one["sun"]["direction"] = [-0.48, 0.36, -0.8]  # ahead, so that the sea glitters and shadows are seen
+    one |= {"light_shafts": {"density_per_m": 0.01, "anisotropy": 0.5, "range_m": 40.0}}
+    one["particles"] = [posed.scene()["particles"][0] | {"center": [3.5, 1.5, -2.0]}]
+    maps = {"sand_normal": "water_normal", "effect_color": "box_color", "effect_normal": "water_normal"}
+    one["terrain"] |= maps
+    (thing,) = one["objects"]
+    stands = [([0.0, 0.4, -3.0], 0.4, 1.0), ([-5.0, 1.2, -8.0], 1.0, 1.0), ([-1.2, -1.0, 5.0], 0.2, 0.7)]
+    thing["instances"] = [instance(*stand) for stand in stands]
+    picture = posed.render((2.0, 2.4, 11.0), (-0.8, 0.3, 0.0), time_s=4.5, scene=one)
+    rendered = root / "build/golden/beach.png"
+    rendered.parent.mkdir(parents=True, exist_ok=True)
+    save(rendered, picture)
+    require_like(root / "tests/golden/beach.png", rendered)
