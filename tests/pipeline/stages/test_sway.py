@@ -60,6 +60,11 @@ def test_the_root_stands_still_and_the_farthest_tip_leans_most() -> None:
     assert (np.diff(found[:10:2, 0]) > 0).all() and (np.diff(found[10:16:2, 0]) > 0).all()
 
 
+def test_half_way_up_a_blade_leans_a_quarter_as_far_as_its_tip() -> None:
+    found = sway(strip((0.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 2.0, 0.0)))
+    assert found[:, 0] == pytest.approx([0.0, 0.0, 0.25, 0.25, 1.0, 1.0], abs=0.01)
+
+
 def test_only_what_hangs_flutters_and_its_tip_most() -> None:
     found = sway(palm())[:, 1]
     assert (found[:10] == 0).all()

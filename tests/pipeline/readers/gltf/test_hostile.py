@@ -44,12 +44,35 @@ def put(path: str, value: Any) -> Any:
 
 
 @pytest.mark.parametrize(
+    ("count", "component", "words"),
+    [
+        (2, 5121, "/accessors/0/sparse/indices: .*index 4 of 4 values"),
+        (5, 5121, "/accessors/0/sparse/count: .*5 of 4 values"),
+        (2, 5120, "/accessors/0/sparse/indices/componentType: .*5120, expected one of"),
+    ],
+)
+def test_sparse_values_of_no_place_are_refused(
+    count: int, component: int, words: str, tmp_path: Path
+) -> None:
+    made, primitive = square()
+    sparse = {
+        "count": count,
+        "indices": {"bufferView": made.view(bytes([0, 1, 2, 3, 4][-count:])), "componentType": component},
+        "values": {"bufferView": made.view(bytes(12 * count))},
+    }
+    made.tree["accessors"][primitive["attributes"]["POSITION"]]["sparse"] = sparse
+    with pytest.raises(SourceError, match=words):
+        read_model(shown(primitive, made).glb(tmp_path / "a.glb"))
+
+
+@pytest.mark.parametrize(
     ("path", "value", "words"),
     [
         ("asset/version", "1.0", "glTF 1.0, expected 2.0"),
         ("asset/version", 1, "glTF 1, expected 2.0; export it as glTF 2.0"),
         ("asset/version", True, "glTF True, expected 2.0"),
         ("asset", None, "asset is missing"),
+        ("asset/minVersion", "2.1", "needs glTF 2.1, expected 2.0"),
         ("accessors/0/count", 1 << 40, "/accessors/0: .* values end at byte"),
         ("accessors/0/count", 3, "values for 3 positions"),
         ("accessors/0/bufferView", 99, "99; there are 3 bufferViews"),
@@ -65,6 +88,9 @@ def put(path: str, value: Any) -> Any:
         ("meshes/0/primitives/0/attributes/POSITION", -1, "-1; there are 3 accessors"),
         ("meshes/0/primitives/0/material", 0, "0; there are 0 materials"),
         ("nodes/0/children", [0], "the node hangs on itself"),
+        ("nodes", [{"mesh": 0}, {"children": [0]}, {"children": [0]}], "node 0 hangs on node 1 already"),
+        ("nodes/0", "post", "/nodes/0: not an object"),
+        ("nodes/0/matrix", [1, 0, 0, 1], "expected 16 numbers"),
         ("nodes/0/mesh", 5, "5; there are 1 meshes"),
         ("nodes/0/matrix", [1] * 16, "last row"),
         ("nodes/0/rotation", [0, 0, 0, 1e200], "a rotation of 0 0 0 1e\\+200 is none"),
@@ -72,6 +98,7 @@ def put(path: str, value: Any) -> Any:
         ("nodes/0/skin", 0, "0; there are 0 skins"),
         ("scenes/0/nodes", [3], "3; there are 1 nodes"),
         ("scene", 2, "2; there are 1 scenes"),
+        ("scene", "first", "'first', expected a whole number"),
     ],
 )
 def test_each_fault_is_named_with_its_place(path: str, value: Any, words: str, tmp_path: Path) -> None:
