@@ -21,6 +21,7 @@ from paradize.errors import FormatError, GroupedError, SceneError
 from paradize.scene.schema import MOST_FAULTS, table_fields
 from paradize.scene.settings import load_scene
 from tests.pipeline.scenes import make_cove
+from tests.sweeps import tries
 
 WRONG_JSON = {
     b'{"a": [1, {"b": NaN}]}': "NaN is not a JSON number",
@@ -62,7 +63,7 @@ PLAIN = st.recursive(
 )  # fmt: skip
 
 
-FEWER = settings(max_examples=40) if settings().derandomize else settings()  # of trees, which take long
+FEWER = settings(max_examples=tries(120))  # of trees, which take long
 
 
 @FEWER

@@ -28,7 +28,7 @@ from tests.pipeline.bakes import bake_apart
 from tests.pipeline.scenes import make_cove, write_image
 from tests.pipeline.small_scenes import sky_and_water
 from tests.processes import started
-from tests.sweeps import sample, sweep
+from tests.sweeps import sweep
 
 # A square whose second triangle is repeated, without texture coordinates: both are warned of.
 BENT = """usemtl wood
@@ -170,14 +170,14 @@ def test_the_bytes_do_not_depend_on_the_number_of_workers(copied: tuple[Path, Pa
 
 @pytest.mark.parametrize(
     ("taken_out", "gone"),
-    sample([
+    [
         ("[water]\nwaves = \"waves.png\"\n", {"water_normal", "water_dudv"}),
         ("parallax_scale = 0.01\n", {"post_height"}),
         ("specular = 0.2\n", {"post_gloss"}),
         ("sand_strength = 0.5\n", {"sand_normal"}),
         ("effect_color = \"sand.png\"\n", {"effect_color", "effect_normal"}),
         ("[sound]\nfile = \"sea.ogg\"\n", {"sound"}),
-    ], every=3),
+    ],
 )  # fmt: skip
 def test_what_nothing_reads_is_not_baked(copied: tuple[Path, Path], taken_out: str, gone: set[str]) -> None:
     scene, out = copied

@@ -49,7 +49,7 @@ def test_drawn_maps_of_one_surface_pass(tmp_path: Path, folder: Path, seed: int)
     assert codes(folder, drawn(tmp_path, seed)) == []
 
 
-@pytest.mark.parametrize("kind", sample(["emission", "occlusion", "gloss", "height"], every=2))
+@pytest.mark.parametrize("kind", ["emission", "occlusion", "gloss", "height"])
 def test_a_level_of_another_drawn_map_is_found(tmp_path: Path, folder: Path, kind: str) -> None:
     one = drawn(tmp_path)[kind]
     flat = bytes(len(one.levels[2]))

@@ -17,7 +17,7 @@ from paradize.checks.maps import Map, check_maps
 from paradize.formats.ktx2.reader import decode_ktx2
 from tests.pipeline.heights import save, waves
 from tests.pipeline.layouts import cards, rect
-from tests.sweeps import sample, sweep
+from tests.sweeps import sweep
 
 Run = Callable[..., subprocess.CompletedProcess[str]]
 
@@ -212,9 +212,7 @@ def turned(found: Map) -> Map:
     return level
 
 
-@pytest.mark.parametrize(
-    "fault", sample(["none", "other source", "green down", "swapped axes", "inside out"], every=2)
-)
+@pytest.mark.parametrize("fault", ["none", "other source", "green down", "swapped axes", "inside out"])
 def test_steps_between_gutters_hide_no_fault_of_the_islands(tmp_path: Path, fault: str) -> None:
     """Each island at a height of its own, so that gutters meet in steps, and grain on it."""
     rows, columns = np.indices((256, 256)) // 128

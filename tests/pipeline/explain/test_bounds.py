@@ -27,7 +27,7 @@ from tests.pipeline.scenes import make_cove
 from tests.sweeps import sweep
 
 F64 = npt.NDArray[np.float64]
-MOMENTS = 120
+MOMENTS = 240
 FREE = "[free_camera]\nlow = [4, 3, 4]\nhigh = [8, 6, 8]\nnear_m = 0.5\n"
 
 

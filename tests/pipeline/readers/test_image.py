@@ -476,9 +476,7 @@ def test_every_malformed_file_is_survived(sources: Path) -> None:
     assert counts["refused"] > counts["read"]
 
 
-@pytest.mark.parametrize(
-    "top", sample([1, 2, 7, 100, 127, 254, 255, 256, 1000, 1023, 4095, 32767, 65534, 65535], every=3)
-)
+@pytest.mark.parametrize("top", [1, 2, 7, 100, 127, 254, 255, 256, 1000, 1023, 4095, 32767, 65534, 65535])
 def test_each_code_of_a_pgm_is_its_share_of_the_files_largest(tmp_path: Path, top: int) -> None:
     """Codes of 0..100 came out up to a whole step of 255 too low."""
     codes = np.arange(-(-(top + 1) // 256) * 256).reshape(-1, 256).clip(0, top)

@@ -26,7 +26,6 @@ from paradize.tradeoff.plan import FileOptions, file_groups
 from paradize.tradeoff.timing import TrialGroup
 from tests.pipeline.shapes import grid, sphere
 from tests.pipeline.stages.test_lod import write_obj
-from tests.sweeps import sweep
 
 needs_openmesh = pytest.mark.skipif(not openmesh.BUILT, reason="built without OpenMesh")
 NAMES = [pytest.param(name, marks=needs_openmesh) if name == "openmesh" else name for name in SIMPLIFIERS]
@@ -54,7 +53,7 @@ def test_each_makes_levels_that_are_measured_and_named(tmp_path: Path, name: str
 @pytest.mark.parametrize(
     "name",
     [
-        *sweep(SEAM_SIMPLIFIERS, test=["meshoptimizer"]),
+        *SEAM_SIMPLIFIERS,
         pytest.param("fast-simplification", marks=pytest.mark.deep),
         pytest.param("openmesh", marks=[pytest.mark.deep, needs_openmesh]),
     ],

@@ -44,7 +44,7 @@ from paradize.tradeoff.tiers import measure_file, parts, run_groups, within
 from paradize.tradeoff.timing import LEAST_RUNS, MOST_RUNS, timed
 from paradize.tradeoff.words import advice, compared, conclude, disagreements
 from tests.pipeline.scenes import ball, make_cove, write_image
-from tests.sweeps import sweep
+from tests.sweeps import sweep, tries
 
 
 def point(
@@ -77,8 +77,8 @@ def clouds(draw: st.DrawFn) -> list[Point]:
     return [point(str(k), t, float(e), size, series) for k, (t, e, size, series) in enumerate(result)]
 
 
-# Of clouds, which take long to draw; all of them as new cases in `make deep`.
-FEWER = settings(max_examples=40) if settings().derandomize else settings()
+# Of clouds, which take long to draw.
+FEWER = settings(max_examples=tries(120))
 
 
 @FEWER

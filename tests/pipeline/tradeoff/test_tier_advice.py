@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 from paradize.report.tradeoff.page import _verdict
 from paradize.tradeoff.curve import Group, Point, series_of
 from paradize.tradeoff.words import advice, compare, conclude, disagreements, sentence
+from tests.sweeps import tries
 
 # The meaning of a sentence about two tiers: (the later, the earlier) -> its time and its error, -1 less, 1
 # more.
@@ -89,11 +90,8 @@ def groups(draw: st.DrawFn) -> Group:
     }  # fmt: skip
 
 
-EXAMPLES = 30 if settings().derandomize else 100  # the same cases each time, or new ones in `make deep`
-
-
 @given(groups())
-@settings(deadline=None, max_examples=EXAMPLES)
+@settings(deadline=None, max_examples=tries(100))
 def test_no_sentence_compares_tiers_of_different_series(group: Group) -> None:
     warnings = conclude(group)
     points = {point["tier"]: point for point in group["points"]}
@@ -115,7 +113,7 @@ def test_no_sentence_compares_tiers_of_different_series(group: Group) -> None:
 
 
 @given(groups())
-@settings(deadline=None, max_examples=EXAMPLES)
+@settings(deadline=None, max_examples=tries(100))
 def test_tiers_that_are_said_to_err_alike_do_in_every_other_sentence(group: Group) -> None:
     warnings = conclude(group)
     result, claims = group.get("advice"), claims_of(group["sentence"])
@@ -134,7 +132,7 @@ def test_tiers_that_are_said_to_err_alike_do_in_every_other_sentence(group: Grou
 
 
 @given(groups())
-@settings(deadline=None, max_examples=EXAMPLES)
+@settings(deadline=None, max_examples=tries(100))
 def test_where_the_curve_is_said_to_bend_no_sentence_finds_a_better_tier(group: Group) -> None:
     conclude(group)
     result = group.get("advice")
@@ -148,7 +146,7 @@ def test_where_the_curve_is_said_to_bend_no_sentence_finds_a_better_tier(group: 
 
 
 @given(groups())
-@settings(deadline=None, max_examples=EXAMPLES)
+@settings(deadline=None, max_examples=tries(100))
 def test_a_warning_says_what_the_sentence_says(group: Group) -> None:
     warnings, claims = conclude(group), claims_of(group["sentence"])
     found = set()
@@ -164,7 +162,7 @@ def test_a_warning_says_what_the_sentence_says(group: Group) -> None:
 
 
 @given(groups())
-@settings(deadline=None, max_examples=EXAMPLES)
+@settings(deadline=None, max_examples=tries(100))
 def test_the_page_asks_for_no_other_tier_than_the_advice(group: Group) -> None:
     conclude(group)
     kind, words = _verdict(group)
@@ -177,7 +175,7 @@ def test_the_page_asks_for_no_other_tier_than_the_advice(group: Group) -> None:
 
 
 @given(groups())
-@settings(deadline=None, max_examples=EXAMPLES)
+@settings(deadline=None, max_examples=tries(100))
 def test_a_comparison_is_the_same_from_both_sides(group: Group) -> None:
     for a, b in itertools.product(group["points"], repeat=2):
         if series_of(a) != series_of(b):

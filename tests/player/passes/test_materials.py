@@ -280,7 +280,7 @@ GREEN, BLUE, RED = [0.0, 0.9, 0.1], [0.1, 0.0, 0.8], [0.7, 0.1, 0.0]
 BLENDED = over(GREEN, 0.5, over(BLUE, 0.25, np.array(RED)))
 
 
-@pytest.mark.parametrize("front_first", sweep([True, False], test=[True]))
+@pytest.mark.parametrize("front_first", [True, False])
 def test_blended_objects_mix_back_to_front_in_whatever_order_they_stand(
     render: Render, front_first: bool
 ) -> None:
@@ -294,7 +294,7 @@ def test_blended_objects_mix_back_to_front_in_whatever_order_they_stand(
     assert seen == pytest.approx(BLENDED, abs=STEP)
 
 
-@pytest.mark.parametrize("front_first", sweep([True, False], test=[True]))
+@pytest.mark.parametrize("front_first", [True, False])
 def test_blended_materials_of_one_mesh_mix_back_to_front(render: Render, front_first: bool) -> None:
     parts = [at_depth(quad(), z) for z in (1.0, 0.0, -1.0)]
     names = ["front", "between", "behind"]
