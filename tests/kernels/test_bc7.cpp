@@ -14,7 +14,7 @@ using namespace paradize;
 namespace {
 
 // A fixed sequence: ramps, two colours or noise by turns of eight texels; opaque in the left half.
-std::vector<std::uint8_t> pixels(std::size_t rows, std::size_t columns) {
+std::vector<std::uint8_t> blocks_of_all_kinds(std::size_t rows, std::size_t columns) {
     std::vector<std::uint8_t> out(rows * columns * 4);
     std::uint32_t state = 12345;
     for (std::size_t i = 0; i < out.size(); ++i) {
@@ -43,7 +43,7 @@ int bits(const std::uint8_t *block, int at, int count) {
 TEST_CASE("every instruction set gives the same BC7 blocks") {
     const std::size_t rows = 8;
     const std::size_t columns = 402;
-    const auto rgba = pixels(rows, columns);
+    const auto rgba = blocks_of_all_kinds(rows, columns);
     const bc7::Picture picture{rgba.data(), rows, columns};
     const auto scratch = std::make_unique<bc7::Scratch>();
     for (const bc7::Quality quality : {bc7::Quality::fast, bc7::Quality::balanced, bc7::Quality::exact}) {
@@ -68,7 +68,7 @@ TEST_CASE("every instruction set gives the same BC7 blocks") {
 TEST_CASE("a BC7 block does not depend on its neighbours") {
     const std::size_t rows = 4;
     const std::size_t columns = 128;
-    const auto rgba = pixels(rows, columns);
+    const auto rgba = blocks_of_all_kinds(rows, columns);
     std::vector<std::uint8_t> whole(columns / 4 * 16);
     bc7::encode(rgba, rows, columns, bc7::Quality::exact, 4.0F, whole, 1);
     for (std::size_t column = 0; column < columns / 4; ++column) {
@@ -141,7 +141,7 @@ TEST_CASE("a solid block costs nothing whatever its value") {
 TEST_CASE("threads and odd sizes touch nothing beyond the picture") {
     for (std::size_t rows = 1; rows <= 9; ++rows) {
         for (std::size_t columns = 1; columns <= 9; ++columns) {
-            const auto rgba = pixels(rows, columns);
+            const auto rgba = blocks_of_all_kinds(rows, columns);
             std::vector<std::uint8_t> one(bc7::blocks(rows, columns) * 16);
             std::vector<std::uint8_t> two(one.size());
             bc7::encode(rgba, rows, columns, bc7::Quality::balanced, 4.0F, one, 1);

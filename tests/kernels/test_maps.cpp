@@ -12,20 +12,9 @@
 #include "maps/color.hpp"
 #include "maps/gutter.hpp"
 #include "maps/mips.hpp"
+#include "ramp.hpp"
 
 using namespace paradize;
-
-namespace {
-
-std::vector<float> ramp(std::size_t count) {
-    std::vector<float> out(count);
-    for (std::size_t i = 0; i < count; ++i) {
-        out[i] = static_cast<float>(i * 37 % 101) / 101.0F;
-    }
-    return out;
-}
-
-} // namespace
 
 TEST_CASE("halving keeps the mean of any size") {
     for (std::size_t rows = 1; rows <= 7; ++rows) {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "normals/field.hpp"
+#include "ramp.hpp"
 
 using namespace paradize;
 using namespace paradize::normals;
@@ -17,14 +18,6 @@ namespace {
 constexpr double derivatives[5] = {0.5, -0.1, 0.05, -0.02, 0.01};
 constexpr double smoothing[3] = {0.5, 0.2, 0.05};
 const Width widths[] = {Width::baseline, Width::avx2, Width::avx512};
-
-std::vector<float> ramp(std::size_t count) {
-    std::vector<float> out(count);
-    for (std::size_t i = 0; i < count; ++i) {
-        out[i] = static_cast<float>(i * 37 % 101) / 101.0F;
-    }
-    return out;
-}
 
 Settings taps(int reach, int across, double scale, bool wrap) {
     return {derivatives, reach, smoothing, across, scale, -scale, wrap, wrap, false};

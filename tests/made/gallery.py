@@ -10,11 +10,11 @@ from __future__ import annotations
 import itertools
 from dataclasses import dataclass
 from pathlib import Path
+from types import ModuleType
 
 import DracoPy
 import meshoptimizer
 import numpy as np
-import trimesh
 
 from paradize.formats.png import encode_png
 from paradize.readers.model import read_model
@@ -174,7 +174,7 @@ def write_models(folder: Path) -> None:
     lantern().gltf(folder / "lantern.gltf", "lantern.bin")
     (folder / "lantern.bin").write_bytes(lantern().data)
     fern().glb(folder / "fern.glb")
-    stone = trimesh.creation.icosphere(subdivisions=2)
+    stone = shapes().icosphere(subdivisions=2)
     stone.vertices *= 1.0 + 0.15 * np.sin(5.0 * stone.vertices[:, [1, 2, 0]])
     (folder / "stone.stl").write_bytes(stone.export(file_type="stl"))
 
@@ -213,9 +213,16 @@ def write_vase(folder: Path) -> None:
     )
 
 
+def shapes() -> ModuleType:
+    """The makers of shapes of trimesh, which loads scipy: only where a gallery is made."""
+    from trimesh import creation
+
+    return creation
+
+
 def packed_ball() -> Made:
     """Draco: brushed metal of one colour, without UVs."""
-    made, ball = Made(), trimesh.creation.icosphere(subdivisions=3)
+    made, ball = Made(), shapes().icosphere(subdivisions=3)
     data = DracoPy.encode(
         ball.vertices.astype(np.float32), ball.faces.astype(np.uint32), quantization_bits=14
     )
@@ -241,7 +248,7 @@ def packed_ball() -> Made:
 
 def packed_gem() -> Made:
     """meshopt: a dull ball with vertex colours."""
-    made, gem = Made(), trimesh.creation.icosphere(subdivisions=2)
+    made, gem = Made(), shapes().icosphere(subdivisions=2)
     used = {"extensionsUsed": ["EXT_meshopt_compression"], "extensionsRequired": ["EXT_meshopt_compression"]}
     made.tree |= used
     positions = gem.vertices.astype(np.float32)
@@ -308,7 +315,7 @@ def glass() -> Made:
 
 def lantern() -> Made:
     """A box that glows brighter than white, with half of its occlusion, and vertex colours in bytes."""
-    made, box = Made(), trimesh.creation.box(extents=(1, 1.4, 1))
+    made, box = Made(), shapes().box(extents=(1, 1.4, 1))
     corners = box.vertices[box.faces].reshape(-1, 3).astype(np.float32)
     normals = np.repeat(box.face_normals, 3, axis=0).astype(np.float32)
     across = np.where(np.abs(normals[:, :1]) > 0.5, corners[:, [2, 1]], corners[:, [0, 1]])

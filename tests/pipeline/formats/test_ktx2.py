@@ -249,8 +249,8 @@ BAD_FRAMES = {
     "a skippable frame": struct.pack("<II", 0x184D2A50, 4) + b"skip",
     "one byte short": zstandard.ZstdCompressor().compress(ONE.levels[0][:-1]),
     "one byte long": zstandard.ZstdCompressor().compress(ONE.levels[0] + b"x"),
-    "a bomb that says so": zstandard.ZstdCompressor().compress(bytes(1 << 28)),
-    "a bomb of unknown size": zstandard.ZstdCompressor(write_content_size=False).compress(bytes(1 << 28)),
+    "a bomb that says so": zstandard.ZstdCompressor().compress(bytes(1 << 24)),
+    "a bomb of unknown size": zstandard.ZstdCompressor(write_content_size=False).compress(bytes(1 << 24)),
     "two frames": zstandard.ZstdCompressor().compress(ONE.levels[0]) * 2,
     "bytes after the frame": zstandard.ZstdCompressor().compress(ONE.levels[0]) + b"after",
     "a frame of a dictionary": zstandard.ZstdCompressor(

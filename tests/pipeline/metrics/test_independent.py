@@ -11,11 +11,10 @@ import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
-import trimesh
 from PIL import Image as Pillow
 from scipy.spatial import cKDTree
 
@@ -25,6 +24,9 @@ from paradize.bakers.mesh.bake import bake_mesh
 from tests.pipeline import map_truth as truth
 from tests.sweeps import sample
 
+if TYPE_CHECKING:
+    import trimesh  # half a second: only where it is used
+
 SAMPLES = 3000  # on each surface, besides all vertices
 
 
@@ -33,6 +35,8 @@ SAMPLES = 3000  # on each surface, besides all vertices
 
 def levels_of(data: bytes) -> list[trimesh.Trimesh]:
     """The levels of a GLB, finest first, their parts joined, as trimesh reads them."""
+    import trimesh
+
     scene = trimesh.load(io.BytesIO(data), file_type="glb", process=False)
     parts: dict[int, list[trimesh.Trimesh]] = {}
     for name, part in scene.geometry.items():
@@ -42,6 +46,8 @@ def levels_of(data: bytes) -> list[trimesh.Trimesh]:
 
 def nearest(points: np.ndarray, mesh: trimesh.Trimesh) -> np.ndarray:
     """The distance of each point to the surface: every triangle that could be nearest is tried."""
+    import trimesh
+
     triangles = mesh.triangles
     centres = triangles.mean(axis=1)
     radius = np.linalg.norm(triangles - centres[:, None], axis=2).max(axis=1)
@@ -63,6 +69,8 @@ def nearest(points: np.ndarray, mesh: trimesh.Trimesh) -> np.ndarray:
 
 def measured(a: trimesh.Trimesh, b: trimesh.Trimesh, samples: int = SAMPLES) -> tuple[float, float]:
     """(largest, larger RMS) distance of both ways, of a's diagonal."""
+    import trimesh
+
     largest, rms = 0.0, 0.0
     for one, other in ((a, b), (b, a)):
         points = np.asarray(trimesh.sample.sample_surface(one, samples, seed=1)[0])
