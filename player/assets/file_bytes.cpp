@@ -231,9 +231,13 @@ void FileBytes::read_all(const std::filesystem::path &path, const OnBytes &on_by
 void FileBytes::release() {
     memory_.reset();
     descriptor_.reset();
+    opens_again_ = false;
 }
 
-void FileBytes::free_memory(const std::filesystem::path &path, const OnBytes &on_bytes) {
+void FileBytes::free_memory(const std::filesystem::path &path, const OnBytes &on_bytes, bool may_stay_open) {
+    if (!memory_) {
+        return; // was released
+    }
     auto file = std::make_unique<Descriptor>(path);
     const std::int64_t wait_ns = file->stamp().back() + young_ns - now_ns();
     if (stamp_ == FileStamp{} && wait_ns < young_ns) { // a clock that runs ahead is not waited for
@@ -247,7 +251,10 @@ void FileBytes::free_memory(const std::filesystem::path &path, const OnBytes &on
         throw Error(name_ + ": was changed after it was checked" + bake_again);
     }
     memory_->release();
-    descriptor_ = std::move(file);
+    opens_again_ = !may_stay_open;
+    if (may_stay_open) {
+        descriptor_ = std::move(file);
+    }
 }
 
 bool FileBytes::keep_open(const std::filesystem::path &path, const FileStamp &version) {
@@ -268,18 +275,25 @@ bool FileBytes::keep_open(const std::filesystem::path &path, const FileStamp &ve
 }
 
 void FileBytes::read(std::uint64_t offset, std::span<std::byte> out) const {
-    const std::span<const std::byte> all = bytes();
     if (in_memory()) {
-        std::ranges::copy(all.subspan(offset, out.size()), out.begin());
+        std::ranges::copy(bytes().subspan(offset, out.size()), out.begin());
         return;
     }
     try {
-        descriptor_->read(offset, out, name_, all.size());
+        if (descriptor_) {
+            read(*descriptor_, offset, out);
+        } else {
+            read(Descriptor(name_), offset, out);
+        }
     } catch (const Error &error) {
         throw SourceError(error.what());
     }
-    if (!same_content(stamp_, descriptor_->stamp())) {
-        throw SourceError(name_ + ": was changed while it was played" + bake_again);
+}
+
+void FileBytes::read(const Descriptor &file, std::uint64_t offset, std::span<std::byte> out) const {
+    file.read(offset, out, name_, bytes().size());
+    if (!same_content(stamp_, file.stamp())) {
+        throw Error(name_ + ": was changed while it was played" + bake_again);
     }
 }
 

@@ -2,7 +2,7 @@
 // Reads a file into memory: its front first, the rest later, or all at once. Later changes of the file do not
 // affect these bytes. (A memory mapping would raise SIGBUS if the file became shorter.) Or the file is read
 // to be checked alone, without memory for all of it, or its memory is freed afterwards: then it stays open,
-// and parts are read again when they are needed.
+// or is opened again, and parts are read when they are needed.
 
 #include "assets/byte_source.hpp"
 #include "assets/reserved_memory.hpp"
@@ -63,7 +63,7 @@ class FileBytes final : public ByteSource {
 
     /// The file's bytes. After free_memory() the addresses are valid, but their content is zero.
     std::span<const std::byte> bytes() const;
-    bool in_memory() const { return !descriptor_; }
+    bool in_memory() const { return !descriptor_ && !opens_again_; }
     /// The version of the file that was read or opened last. Zero if it was so young then that a change might
     /// not alter its times.
     const FileStamp &stamp() const { return stamp_; }
@@ -72,12 +72,13 @@ class FileBytes final : public ByteSource {
     bool keep_open(const std::filesystem::path &path, const FileStamp &version);
     /// Frees the memory and closes the file. bytes() is empty afterwards.
     void release();
-    /// Frees the memory but keeps the file open for read(), because it may be deleted meanwhile. `on_bytes`
-    /// gets the whole file once more if the file is so young that a change would not alter its time stamp;
-    /// it may throw. Throws Error if the file has changed since it was read.
-    void free_memory(const std::filesystem::path &path, const OnBytes &on_bytes);
-    /// Copies from memory, or reads the open file. Throws SourceError if the file has become shorter or was
-    /// changed since it was checked.
+    /// Frees the memory. If it `may_stay_open` the file is kept open for read(), because it may be deleted
+    /// meanwhile, else read() opens it again. `on_bytes` gets the whole file once more if the file is so
+    /// young that a change would not alter its time stamp; it may throw. Throws Error if the file has changed
+    /// since it was read.
+    void free_memory(const std::filesystem::path &path, const OnBytes &on_bytes, bool may_stay_open = true);
+    /// Copies from memory, or reads the open file, or one that it opens. Throws SourceError if the file has
+    /// become shorter or was changed since it was checked, and if it cannot be opened again.
     void read(std::uint64_t offset, std::span<std::byte> out) const override;
 
   private:
@@ -85,9 +86,11 @@ class FileBytes final : public ByteSource {
     void read_front(const Descriptor &file, std::size_t bytes);
     void read_all(const Descriptor &file, const OnBytes &on_bytes);
     void check_front(std::span<const std::byte> found) const;
+    void read(const Descriptor &file, std::uint64_t offset, std::span<std::byte> out) const;
 
     std::optional<ReservedMemory> memory_;
     std::unique_ptr<Descriptor> descriptor_; // open while the memory is freed
+    bool opens_again_ = false;               // the memory is freed, and the file is not open
     std::string name_;
     std::size_t front_ = 0; // bytes that read_front() has read
     FileStamp stamp_{};     // of the file whose bytes were checked

@@ -80,13 +80,14 @@ FileBytes read_artifact(const Artifact &artifact, const std::filesystem::path &f
     return out;
 }
 
-void free_memory(LoadedArtifact &loaded) {
+void free_memory(LoadedArtifact &loaded, bool may_stay_open) {
     Sha256 hash;
     bool again = false;
-    loaded.file.free_memory(loaded.path, [&](std::span<const std::byte> part) {
+    const FileBytes::OnBytes add = [&](std::span<const std::byte> part) {
         hash.add(part);
         again = true;
-    });
+    };
+    loaded.file.free_memory(loaded.path, add, may_stay_open);
     if (again) {
         check_hash(hash.hex(), loaded.sha256, loaded.path);
     }

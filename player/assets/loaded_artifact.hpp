@@ -48,8 +48,9 @@ LoadedArtifact open_artifact(const SceneFile &scene, std::uint32_t index, const 
 void check_artifact(const Artifact &artifact, LoadedArtifact &loaded, bool may_keep_open = false,
                     const std::stop_token &stop = {});
 
-/// Frees the file's memory. stage() reads from the file then. Throws Error if the file has changed.
-void free_memory(LoadedArtifact &loaded);
+/// Frees the file's memory. stage() reads from the file then, which stays open if it may, else is opened for
+/// each piece. Throws Error if the file has changed.
+void free_memory(LoadedArtifact &loaded, bool may_stay_open);
 
 /// A piece in memory, ready for upload.
 struct StagedPiece {

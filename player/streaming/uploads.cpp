@@ -104,21 +104,24 @@ void Uploads::check_all_of(std::uint32_t artifact, const std::stop_token &stop) 
     assets::LoadedArtifact &loaded = items[artifact]->loaded;
     const Clock::time_point start = Clock::now();
     loaded.checked_ns = assets::now_ns();
-    const bool may_keep_open = kept_open.fetch_add(1) < most_kept_open && takes_all; // read again at once
-    assets::check_artifact(scene.artifacts[artifact], loaded, may_keep_open, stop);
+    const bool may_keep_open = kept_open.fetch_add(1) < most_kept_open;
+    // what waits for all of a scene reads it again at once
+    assets::check_artifact(scene.artifacts[artifact], loaded, may_keep_open && takes_all, stop);
     checked_files->add(scene.artifacts[artifact], loaded.file.stamp(), loaded.checked_ns);
     count_read(scene.artifacts[artifact].bytes, start);
     if (!loaded.file.in_memory()) {
         return;
     }
-    kept_open.fetch_sub(1);
     const std::uint64_t bytes = loaded.file.bytes().size();
     if (waiting_bytes.fetch_add(bytes) + bytes > max_waiting_bytes) {
-        free_memory(loaded);
+        free_memory(loaded, may_keep_open);
         if (!loaded.file.in_memory()) { // else no time stamp proves that the file stays the same
             waiting_bytes.fetch_sub(bytes);
+            kept_open.fetch_sub(may_keep_open ? 0 : 1);
+            return;
         }
     }
+    kept_open.fetch_sub(1);
 }
 
 void Uploads::count_read(std::uint64_t bytes, Clock::time_point since) {

@@ -133,6 +133,56 @@ TEST_CASE("files: freed bytes of a file that was changed, cut or replaced are re
     CHECK((refused || hash.hex() == test::sha256_of(test::Bytes(10000, std::byte{8}))));
 }
 
+TEST_CASE(
+    "files: one that may not stay open is opened again for each part, and only the checked version is") {
+    const test::Folder folder;
+    const test::Bytes bytes(10000, std::byte{7});
+    const auto message = [&](const auto &change, std::size_t at) -> std::string {
+        const std::filesystem::path path = folder.write("a", bytes);
+        assets::FileBytes file(path);
+        file.free_memory(path, {}, false);
+        CHECK_FALSE(file.in_memory());
+        CHECK(
+            std::ranges::none_of(std::filesystem::directory_iterator("/proc/self/fd"), [&](const auto &open) {
+                std::error_code gone; // the folder's own descriptor
+                return std::filesystem::read_symlink(open, gone) == path;
+            }));
+        change(path);
+        test::Bytes part(100);
+        try {
+            file.read(at, part);
+        } catch (const assets::SourceError &error) {
+            return error.what();
+        }
+        CHECK(part == test::Bytes(100, std::byte{7}));
+        return "";
+    };
+    CHECK(message([](const auto &) {}, 9000).empty());
+    CHECK(message([](const auto &path) { std::filesystem::create_hard_link(path, path.string() + "b"); }, 0)
+              .empty());
+    CHECK(contains(message([](const auto &path) { std::filesystem::resize_file(path, 5000); }, 9000),
+                   "a: ended at byte 9000 of 10000 while it was read"));
+    CHECK(contains(message([](const auto &path) { std::filesystem::remove(path); }, 100),
+                   "a: No such file or directory"));
+    const auto replaced = [&](const auto &path) {
+        folder.write("c", test::Bytes(10000, std::byte{8}));
+        std::filesystem::rename(folder.path() / "c", path);
+    };
+    CHECK(contains(message(replaced, 100), "a: was changed while it was played; bake the scene again"));
+}
+
+TEST_CASE("files: there is no memory to free of one that was released, and it does not stay open") {
+    const test::Folder folder;
+    const std::filesystem::path path = folder.write("a", test::Bytes(10000, std::byte{7}));
+    for (const bool may_stay_open : {true, false}) {
+        assets::FileBytes file(path);
+        file.release();
+        file.free_memory(path, {}, may_stay_open);
+        CHECK(file.in_memory());
+        CHECK(file.bytes().empty());
+    }
+}
+
 TEST_CASE("files: a version that is known is kept open unread, and another one is not") {
     const test::Folder folder;
     test::Bytes bytes(10000, std::byte{7});

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import resource
 import subprocess
 from collections.abc import Callable
 from itertools import pairwise
@@ -69,6 +70,24 @@ def test_a_scene_above_the_limit_plays_within_it_and_looks_the_same(player: Play
     refused = player(scene, "--order", "file")
     assert refused.returncode == 1
     assert "scene.json: vram_mb: is 1: --order file uploads everything" in refused.stderr
+
+
+def test_a_scene_of_more_files_than_a_process_may_have_open_plays_beyond_ram(
+    player: Player, tmp_path: Path
+) -> None:
+    random = np.random.default_rng(6)
+    maps = [texture("RGBA8_SRGB", random.integers(0, 255, (64, 64, 4), dtype=np.uint8)) for _ in range(100)]
+    scene = row_of_boxes(tmp_path / "scene", maps, spacing_m=0.5, seconds=6.0)
+    shots = ("--ram", 1, "--vram", 4, "--json", "--screenshot")
+    report(player(scene, *shots, tmp_path / "many.png"))
+    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    resource.setrlimit(resource.RLIMIT_NOFILE, (80, hard))
+    try:
+        played = player(scene, *shots, tmp_path / "few.png")
+    finally:
+        resource.setrlimit(resource.RLIMIT_NOFILE, (soft, hard))
+    report(played)
+    assert (tmp_path / "few.png").read_bytes() == (tmp_path / "many.png").read_bytes()
 
 
 def test_the_second_that_playback_starts_at_is_loaded_first(player: Player, tmp_path: Path) -> None:
