@@ -130,12 +130,15 @@ class VisibilityQuery:
         along = x * fx + y * fy + z * fz
         off_axis = np.sqrt(np.maximum(0.0, square - along * along))
         radius = sphere.radius_m + self.slack_m[runs]
-        sine, cosine = self.sine[runs], self.cosine[runs]
+        sine, cosine, turn = self.sine[runs], self.cosine[runs], self.turn[runs]
         inside = (along > -radius) & (off_axis * cosine - along * sine <= radius)
-        # The far plane is nearest on the axis and farther at its corners by the cone's slope.
-        reached = np.sqrt(square) * cosine <= self.far_m + radius
-        around: Mask = (cosine <= 0.0) | (square <= radius * radius)
-        return around | (inside & reached)
+        around = (cosine <= 0.0) | (square <= radius * radius)
+        # Nothing is drawn beyond the far plane: by the least depth in any direction of the run, and by the
+        # distance of the plane's corners, whatever the direction.
+        depth = along * np.sqrt(np.maximum(0.0, 1.0 - turn * turn)) - off_axis * turn
+        corners = self._distance(sphere, runs) <= self.far_m / self.corner + radius
+        reached: Mask = (depth <= self.far_m + radius) & corners
+        return (around | inside) & reached
 
 
 def lifted_spheres(sphere: Sphere, water_m: float) -> list[Sphere]:

@@ -161,6 +161,25 @@ def test_ground_in_the_lights_square_counts_as_seen() -> None:
     assert len(lit.seeing(outside, lit.runs)) == len(dark.seeing(outside, dark.runs)) == 0
 
 
+def test_ground_beyond_the_far_plane_does_not_count_as_seen() -> None:
+    """On the axis and in the picture's corners, which are farther away; from a free camera."""
+    eye = (*(EyePoint(position=(0.0, 20.0, 10.0)),) * 3, EyePoint(position=(0.01, 20.0, 10.0)))
+    target = (TargetPoint(position=(0.0, 20.0, -10.0)),) * 4
+    flight = replace(flight_settings(True), eye=eye, target=target, far_m=40.0)
+    query = plan_query(flight_views_of(flight))
+    tangent = math.tan(math.radians(flight.fov_deg) / 2)
+    for x, y in ((0.0, 0.0), (0.9, 0.9), (-0.9, 0.5)):
+        for deep, seen in ((41.5, True), (42.5, False), (60.0, False)):
+            right, up = x * deep * tangent * 160 / 90, y * deep * tangent
+            ball = Sphere((right, 20.0 + up, 10.0 - deep), 2.0)
+            assert (len(query.seeing(ball, query.runs)) > 0) is seen
+    region = {"low": [-5.0, 19.0, -5.0], "high": [5.0, 21.0, 5.0], "near_m": 0.5}
+    free = plan_query(flight_views_of(flight, region=region))
+    corner_m = 40.0 * math.sqrt(1.0 + tangent * tangent * (1.0 + (160 / 90) ** 2))
+    for away, seen in ((corner_m + 6.9, True), (corner_m + 7.1, False)):
+        assert (len(free.runs) - 1 in free.seeing(Sphere((away, 20.0, 0.0), 2.0), free.runs)) is seen
+
+
 def test_ground_that_water_lifts_into_view_counts_as_seen() -> None:
     """Straight ahead over the sea: what lies below the picture's lower edge is drawn higher up."""
     eye = (EyePoint(position=(0.0, 1.0, 10.0)),) * 4
