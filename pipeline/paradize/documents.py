@@ -135,6 +135,12 @@ def _blank(match: re.Match[str]) -> str:
     return "" if text[0] == "#" else "\n" * text.count("\n") + "q"
 
 
+def json_kind(tree: Any) -> str:
+    """The kind of a JSON value in words: "a list"."""
+    kinds = {dict: "an object", list: "a list", str: "a text", bool: "true or false", type(None): "null"}
+    return kinds.get(type(tree), "a number")
+
+
 def _refuse_constant(name: str) -> NoReturn:
     raise ValueError(f"{name} is not a JSON number")
 

@@ -121,6 +121,17 @@ SUFFIXES |= {
         (".skp", "a SketchUp model"),
     )
 }
+# An output folder of such a name is a mistake. Most of these kinds are told by their bytes, not by the name.
+FILE_SUFFIXES = frozenset(
+    (
+        *(*MODEL_SUFFIXES, *SUFFIXES),
+        *(".asc", ".basis", ".dds", ".exr", ".gif", ".hdr", ".jpe", ".jpeg", ".jpg", ".jxl", ".ktx", ".ktx2"),
+        *(".pbm", ".png", ".psd", ".qoi", ".svg", ".tif", ".tiff"),
+        *(".dae", ".ma", ".mtl", ".off", ".step", ".stp", ".vox", ".vrm", ".wrl", ".x3d"),
+        *(".flac", ".mp3", ".ogg", ".wav", ".7z", ".gz", ".rar", ".zip", ".zst"),
+        *(".csv", ".html", ".json", ".pdf", ".toml", ".txt", ".xml"),
+    )
+)
 # The words near the beginning of text of some kinds, the more particular first.
 TEXTS: tuple[tuple[re.Pattern[bytes], Kind], ...] = (
     (re.compile(rb"\A\s*(?:<\?xml|<!--|<COLLADA).{0,4096}?<COLLADA[\s>]|\A\s*<COLLADA[\s>]", re.S), _COLLADA),

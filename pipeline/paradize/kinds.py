@@ -6,6 +6,7 @@ The kind is a guess. It is used only after a reader has refused a file.
 
 from __future__ import annotations
 
+import json
 import os
 from contextlib import contextmanager
 from dataclasses import replace
@@ -20,6 +21,7 @@ from paradize.kind_table import (
     BAKED,
     CONTROLS,
     EMPTY,
+    FILE_SUFFIXES,
     FOLDER,
     GLB,
     GLTF,
@@ -161,8 +163,18 @@ def _kind_of_text(head: bytes) -> Kind:
         return BAKED if b'"paradize-scene"' in head else TEXT
     if MATERIAL.search(head):
         return MATERIALS
+    if head.lstrip()[:1] == b"[" and _is_json(head):  # [1] is the header of a table in TOML, too
+        return TEXT
     named = [kind for pattern, kind in TEXTS if pattern.search(head)]
     return named[0] if named else SCENE if TABLE.search(head) else TEXT
+
+
+def _is_json(text: bytes) -> bool:
+    try:
+        json.loads(text)
+    except (ValueError, RecursionError):
+        return False
+    return True
 
 
 def _accepted(actual: Kind, wanted: Kind) -> bool:
@@ -246,9 +258,6 @@ def mend_of(kind: Kind, path: Path) -> str:
     return kind.mend
 
 
-_FILES = (".glb", ".gltf", ".ktx2", ".png", ".jpg", ".exr", ".obj", ".toml", ".json", ".html", ".ogg")
-
-
 def require_glb(path: Path) -> None:
     """Raises BakeError for an output name without the suffix .glb, by which programs recognise a GLB."""
     if path.name in ("", ".."):
@@ -262,12 +271,13 @@ def require_glb(path: Path) -> None:
         )
 
 
-def require_folder(path: Path) -> None:
-    """Raises BakeError for an output folder whose name looks like a file's and that does not exist."""
-    if path.suffix.lower() in _FILES and not path.is_dir():
+def require_folder(path: Path, option: str = "-o") -> None:
+    """Raises BakeError for an output folder whose name looks like a file's and that does not exist. option:
+    stands before the folder on the command line."""
+    if path.suffix.lower() in FILE_SUFFIXES and not os.path.isdir(path):  # noqa: PTH112 (raises nothing)
         from shlex import quote
 
-        advice = f"`-o {quote(str(path.with_suffix('')))}`"
+        advice = f"`{option} {quote(str(path.with_suffix('')))}`"
         raise BakeError(
             "looks like the name of a file; the output is a folder", file=path, mend=f"write {advice}"
         )

@@ -163,6 +163,21 @@ def test_an_outputs_name_counts_whatever_its_case_and_folders_that_stand_may_hav
     require_folder(tmp_path / "A.GLB")
 
 
+PICTURES = ("png", "tif", "TIFF", "gif", "exr", "jpg", "JPEG", "hdr", "dds", "tga", "webp", "hgt", "asc")
+OTHERS = ("obj", "gltf", "glb", "ply", "stl", "fbx", "blend", "mtl", "toml", "json", "ogg", "zip")
+
+
+@pytest.mark.parametrize("name", [f"x.{suffix}" for suffix in (*PICTURES, *OTHERS)])
+def test_a_folder_is_not_made_under_the_name_of_any_kind_of_file(tmp_path: Path, name: str) -> None:
+    with pytest.raises(BakeError, match=f"looks like the name of a file.*`--report {tmp_path}/x`"):
+        require_folder(tmp_path / name, "--report")
+
+
+def test_a_folders_name_may_hold_a_dot(tmp_path: Path) -> None:
+    for name in ("v1.2", "rock.maps", "my.scene", ".hidden", "x."):
+        require_folder(tmp_path / name)
+
+
 def test_a_message_loses_its_middle_alone_and_no_more_than_it_must() -> None:
     assert bounded("x" * MAX_PART) == "x" * MAX_PART
     for most in (MAX_PART, MAX_MEND):

@@ -38,8 +38,11 @@ def add(sub: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Makes a scene; prints the commands that bake it and show it."""
+    from paradize.kinds import require_folder
     from paradize.new.scene import new_scene
 
+    if not os.path.lexists(arguments.folder):  # else it says itself what stands there
+        require_folder(arguments.folder, "paradize new")
     if arguments.template:
         from paradize.new.template import new_from_template
 

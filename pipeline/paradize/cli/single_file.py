@@ -104,6 +104,8 @@ def bake_file(
     for folder in (arguments.out if out is None else out.parent, getattr(arguments, "report", None)):
         if folder is not None:
             require_place(folder)
+    if getattr(arguments, "report", None):
+        require_folder(arguments.report, "--report")
     given = {"kind": kind, "path": arguments.input, "settings": settings, **sources}
     given |= {"tier": arguments.tier, "budget": arguments.budget}
     job = Job(arguments.input.name, bake_single, given, file=arguments.input)

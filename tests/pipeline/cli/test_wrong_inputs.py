@@ -156,6 +156,23 @@ def test_a_name_of_another_format_is_refused_and_the_one_advised_taken(at: Path,
     assert Path(advice[1]).suffix in (".glb", "")
 
 
+@pytest.mark.parametrize(
+    ("words", "advice"),
+    [
+        (["maps", "wood.png", "-o", "a.tif"], "-o a"),
+        (["maps", "wood.png", "-o", "out", "--report", "a.gif"], "--report a"),
+        (["measure", "wood.png", "-o", "a.exr"], "-o a"),
+        (["new", "a.obj"], "paradize new a"),
+    ],
+)
+def test_no_command_makes_a_folder_under_the_name_of_a_file(at: Path, words: list[str], advice: str) -> None:
+    before = set(at.iterdir())
+    code, _, err = run(*words)
+    assert code == 1 and len(err.splitlines()) == 1, err
+    assert "looks like the name of a file; the output is a folder" in err and f"write `{advice}`" in err
+    assert set(at.iterdir()) == before
+
+
 def test_what_fills_a_message_is_cut_in_the_middle() -> None:
     junk = "".join(map(chr, range(1, 40))) * 200
     error = BakeError(junk, file="a.obj", place=junk, mend=junk)

@@ -113,3 +113,11 @@ def test_the_largest_mesh_is_the_largest_that_the_player_takes() -> None:
     for file in ("player/assets/scene/fields.hpp", "player/assets/glb.cpp"):
         (limit,) = re.findall(r"constexpr double max_length_m = (\S+);", (ROOT / file).read_text())
         assert float(limit) == LARGEST_M
+
+
+@pytest.mark.parametrize(
+    ("text", "kind"), [("[1]", "a list"), ("5", "a number"), ('"a"', "a text"), ("null", "null")]
+)
+def test_json_that_is_no_object_is_named(text: str, kind: str) -> None:
+    with pytest.raises(FormatError, match=f"scene.json: .* it holds {kind}, not an object; bake it again"):
+        decode_scene(text.encode())

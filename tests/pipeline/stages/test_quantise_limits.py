@@ -10,6 +10,7 @@ import pytest
 
 from paradize.data import Lod, Mesh, QuantisationGrid
 from paradize.formats.glb.encode import encode_glb
+from paradize.formats.glb.reader import decode_glb
 from paradize.metrics.quantised import quantised_errors
 from paradize.stages.quantise import (
     direction_bits,
@@ -108,3 +109,24 @@ def test_the_lowest_code_stands_for_minus_one() -> None:
     assert struct.unpack_from("<h", data, at) == (-32767,)
     struct.pack_into("<h", data, at, -32768)
     assert quantised_errors(bytes(data), [mesh])[0]["quantise_tangent_max_deg"] < 0.01
+
+
+@pytest.mark.parametrize(("bits", "form", "lowest"), [(8, "<b", -128), (16, "<h", -32768)])
+def test_the_lowest_code_is_read_as_the_one_above_it(bits: int, form: str, lowest: int) -> None:
+    mesh = tangent_frames(grid(2))
+    assert mesh.tangents is not None
+    mesh = replace(mesh, tangents=mesh.tangents * np.float32([-1, 1, 1, -1]))
+    codes = quantise(mesh, mesh_grid([mesh]), direction_bits=bits)
+    data = bytearray(encode_glb([Lod(mesh, 0.0, 0.0, quantised=codes)], "codes"))
+    tree = document(bytes(data))
+    entry = tree["accessors"][tree["meshes"][0]["primitives"][0]["attributes"]["TANGENT"]]
+    (length,) = struct.unpack_from("<I", data, 12)
+    at = 28 + length + tree["bufferViews"][entry["bufferView"]]["byteOffset"]
+    (before,) = decode_glb(bytes(data))
+    for component in (0, 3):
+        place = at + component * bits // 8
+        assert struct.unpack_from(form, data, place) == (lowest + 1,)
+        struct.pack_into(form, data, place, lowest)
+    (after,) = decode_glb(bytes(data))
+    assert before.mesh.tangents is not None and after.mesh.tangents is not None
+    assert before.mesh.tangents.tobytes() == after.mesh.tangents.tobytes()

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from paradize.documents import parse_json
+from paradize.documents import json_kind, parse_json
 from paradize.errors import FormatError
 from paradize.formats.glb.layout import CHUNK, HEADER, JSON, MAGIC
 
@@ -33,7 +33,7 @@ def glb_document(glb: bytes, name: str) -> tuple[dict[str, Any], int]:
     start = HEADER.size + CHUNK.size
     tree = parse_json(glb[start : start + length], name)
     if not isinstance(tree, dict):
-        raise FormatError("is not a GLB: its JSON is not an object", file=name)
+        raise FormatError(f"is not a GLB: its JSON is {json_kind(tree)}, not an object", file=name)
     return tree, start + length + CHUNK.size
 
 

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from paradize.data import ORIGIN, Group, Lod, Mesh, QuantisationGrid, QuantisedValues, Vec3
-from paradize.documents import parse_json
+from paradize.documents import json_kind, parse_json
 from paradize.errors import FormatError
 from paradize.formats.glb.layout import (
     ATTRIBUTES,
@@ -73,7 +73,7 @@ class Reader:
         except FormatError as error:
             raise self.fault(f"the JSON chunk cannot be read: {error}", "byte 20") from None
         if not isinstance(document, dict):
-            raise self.fault("the JSON chunk is not an object", "byte 20")
+            raise self.fault(f"the JSON chunk is {json_kind(document)}, not an object", "byte 20")
         return document, chunks[1]
 
     def get(self, owner: object, where: str, key: str, kind: type, default: object = ...) -> Any:
@@ -323,8 +323,6 @@ def _read_attributes(reader: Reader, shared: dict[str, Any], pointer: str) -> di
         path = f"{pointer}/primitives/0/attributes/{key}"
         components, normalized = QUANTISED_TYPES[key]
         values = reader.accessor(index, path, shape, (FLOAT, *components), normalized)
-        if values.dtype.kind == "i" and int(values.min()) < -np.iinfo(values.dtype).max:
-            raise reader.fault(f"a value of {int(values.min())}", f"/accessors/{index}")
         if values.dtype.kind == "f" and not np.isfinite(values).all():
             vertex = int(np.flatnonzero(~np.isfinite(values).all(axis=1))[0])
             raise reader.fault(f"{key} of vertex {vertex} is not finite", f"/accessors/{index}")

@@ -11,7 +11,7 @@ import json
 from pathlib import Path
 from typing import Any
 
-from paradize.documents import JSON_BYTES, parse_json
+from paradize.documents import JSON_BYTES, json_kind, parse_json
 from paradize.errors import FormatError
 from paradize.files import read_file
 from paradize.formats.scene.fields import Wrong
@@ -137,8 +137,12 @@ def decode_scene(data: bytes, file: object = "scene.json") -> dict[str, Any]:
     """The validated manifest of a scene.json. Raises FormatError (file, key path, value)."""
 
     manifest = parse_json(data, file)
-    if not isinstance(manifest, dict) or manifest.get("format") != FORMAT:
-        raise FormatError(f"is not a baked scene: its format is not {FORMAT!r}", file=file)
+    if not isinstance(manifest, dict):
+        what = f"is not a baked scene: it holds {json_kind(manifest)}, not an object"
+        raise FormatError(what, file=file, mend="bake it again")
+    if manifest.get("format") != FORMAT:
+        what = f"is not a baked scene: its format is not {FORMAT!r}"
+        raise FormatError(what, file=file, mend="bake it again")
     if manifest.get("version") != VERSION:
         version = manifest.get("version")
         raise FormatError(

@@ -7,7 +7,7 @@ from math import inf
 from pathlib import Path
 from typing import Any, Self
 
-from paradize.documents import parse_json
+from paradize.documents import json_kind, parse_json
 from paradize.errors import FormatError, SourceError, bounded
 from paradize.files import read_file
 from paradize.readers.names import END_MARKS
@@ -46,7 +46,7 @@ class Document:
         except FormatError as error:
             raise SourceError(error.what, file=file, place=error.place, mend=MEND) from None
         if not isinstance(tree, dict):
-            raise self.fault("its JSON is not an object", "")
+            raise self.fault(f'holds {json_kind(tree)}; a glTF file holds an object, {{"asset": ...}}', "")
         self.tree: dict[str, Any] = tree
         self._check_version()
 

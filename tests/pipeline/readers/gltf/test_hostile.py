@@ -16,6 +16,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from paradize.errors import ParadizeError, SourceError
+from paradize.kinds import MODEL, refusal
 from paradize.readers.model import read_model
 from tests.pipeline.readers.gltf.made import Made, shown, square
 from tests.sweeps import sweep, tries
@@ -105,6 +106,20 @@ def test_each_fault_is_named_with_its_place(path: str, value: Any, words: str, t
     with pytest.raises(SourceError, match=words) as caught:
         read_model(broken(put(path, value)).glb(tmp_path / "a.glb"))
     assert str(tmp_path / "a.glb") in str(caught.value) and len(str(caught.value)) < 500
+
+
+@pytest.mark.parametrize(
+    ("text", "kind"),
+    [("[1]", "a list"), ("[\n[2]\n]", "a list"), ("5", "a number"), ('"a"', "a text"), ("null", "null")],
+)
+def test_json_of_another_kind_is_named_and_not_taken_for_a_scene(
+    text: str, kind: str, tmp_path: Path
+) -> None:
+    (tmp_path / "a.gltf").write_text(text)
+    with pytest.raises(SourceError) as caught:
+        read_model(tmp_path / "a.gltf")
+    assert f'holds {kind}; a glTF file holds an object, {{"asset": ...}}; export' in str(caught.value)
+    assert refusal(MODEL, tmp_path / "a.gltf") is None
 
 
 def test_a_sound_model_is_not_refused(tmp_path: Path) -> None:
