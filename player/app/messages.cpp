@@ -76,6 +76,17 @@ bool is_invisible(std::uint32_t code) {
     return false;
 }
 
+/// Names of a hostile file may be as long as the file: a message keeps its beginning and its end.
+std::string bounded(std::string_view text) {
+    constexpr std::size_t most = 8000; // as MOST_LINE of the pipeline
+    constexpr std::string_view gap = " ... ";
+    if (text.size() <= most) {
+        return std::string(text);
+    }
+    constexpr std::size_t kept = (most - gap.size()) / 2;
+    return std::string(text.substr(0, kept)).append(gap).append(text.substr(text.size() - kept));
+}
+
 std::string escaped(const char *pattern, std::uint32_t value) {
     std::array<char, 16> out{};
     std::snprintf(out.data(), out.size(), pattern, value);
@@ -104,7 +115,7 @@ std::string printable(std::string_view text) {
 
 void log_message(std::string_view text) {
     std::string out = "paradize-player: ";
-    for (const char c : printable(text)) {
+    for (const char c : printable(bounded(text))) {
         out += c;
         if (c == '\n') {
             out += "  ";

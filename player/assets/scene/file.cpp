@@ -83,18 +83,10 @@ class SceneReader {
         }
         out_.name = root_.text("name");
         out_.exposure = real_or(root_, "exposure", 1e-6, 1e6, 1.0F);
-        if (root_.has("viewport")) {
-            const std::vector<double> size = root_.numbers("viewport", 2, 16, 16384);
-            out_.width_px = static_cast<int>(size[0]);
-            out_.height_px = static_cast<int>(size[1]);
-        }
+        picture_size("viewport", out_.width_px, out_.height_px);
         out_.largest_width_px = out_.width_px;
         out_.largest_height_px = out_.height_px;
-        if (root_.has("largest_viewport")) {
-            const std::vector<double> size = root_.numbers("largest_viewport", 2, 16, 16384);
-            out_.largest_width_px = static_cast<int>(size[0]);
-            out_.largest_height_px = static_cast<int>(size[1]);
-        }
+        picture_size("largest_viewport", out_.largest_width_px, out_.largest_height_px);
         if (const auto region = root_.object_or_none("free_camera")) {
             out_.free_camera = FreeCameraBox{position(*region, "low"), position(*region, "high"),
                                              real(*region, "near_m", 0.0, max_length_m)};
@@ -102,6 +94,15 @@ class SceneReader {
         }
         out_.lod_error_px = real_or(root_, "lod_error_px", 0.01, 100.0, 1.0F);
         out_.poster_s = root_.number_or("poster_s", 0.0, 86400.0, 0.0);
+    }
+
+    void picture_size(std::string_view key, int &width_px, int &height_px) {
+        if (root_.has(key)) {
+            root_.numbers(key, 2, 16, 16384); // two of them
+            const std::vector<long long> size = root_.integers(key, 2, 16, 16384);
+            width_px = static_cast<int>(size[0]);
+            height_px = static_cast<int>(size[1]);
+        }
     }
 
     void artifacts() {
@@ -286,7 +287,12 @@ SceneFile parse_scene(std::string_view text, const std::filesystem::path &file) 
 SceneFile read_scene(const std::filesystem::path &file) {
     const FileBytes held(file, {.max = max_json_bytes});
     const auto bytes = held.bytes();
-    return parse_scene({reinterpret_cast<const char *>(bytes.data()), bytes.size()}, file);
+    try {
+        return parse_scene({reinterpret_cast<const char *>(bytes.data()), bytes.size()}, file);
+    } catch (const Error &error) { // whatever is wrong in it, a bake writes it anew
+        const std::string what = error.what();
+        throw Error(what.find("bake the scene") == std::string::npos ? what + bake_again : what);
+    }
 }
 
 } // namespace paradize::assets

@@ -67,6 +67,37 @@ def test_a_name_in_scene_json_reaches_the_terminal_escaped(player: Player, tmp_p
     harmless(result.stderr)
 
 
+def test_what_is_wrong_in_scene_json_is_one_bounded_message_that_ends_with_what_to_do(
+    player: Player, tmp_path: Path
+) -> None:
+    scene = write_scene(tmp_path / "scene", bare=True)
+    text = (scene / "scene.json").read_text()
+
+    def said(changed: str) -> str:
+        (scene / "scene.json").write_text(changed)
+        result = player(scene, "--size", "16x16")
+        assert result.returncode == 1 and result.stderr.count("\n") == 1
+        place, _, mend = result.stderr.removeprefix("paradize-player: ").partition("; bake the scene ")
+        assert mend.startswith(("again: paradize bake SCENE.toml", "with the same version"))
+        return place.removeprefix(f"{scene}/scene.json: ")
+
+    def edited(**changes: Any) -> str:
+        return json.dumps(json.loads(text) | changes)
+
+    assert said("[1]") == "must hold one JSON object, holds array"
+    assert said(text[: len(text) // 2]).startswith("is not valid JSON: ")
+    assert said(text.replace('"exposure"', '"exposure": 2, "exposure"', 1)) == (
+        'key "exposure" appears twice in one object'
+    )
+    assert said(edited(exposure="1.0")) == "exposure: must be a number, is string"
+    assert said(edited(exposure=1e300)) == "exposure: is 1e+300, must lie in [1e-06, 1000000]"
+    assert said(edited(viewport=[96.5, 54])) == "viewport[0]: is 96.5, must be a whole number"
+    assert said(edited(viewport=[96])) == "viewport: must be an array of 2 entries, is 1 entries"
+    assert said(edited(flight=None)) == "flight: must be an object, is null"
+    long = said(edited(**{"k" * 100_000: 1}))
+    assert len(long) < 8000 and " ... " in long and long.endswith("is unknown to this player")
+
+
 def test_names_of_folders_and_options_reach_the_terminal_escaped(player: Player, tmp_path: Path) -> None:
     result = player(tmp_path / EVIL)
     assert result.returncode == 1
