@@ -11,7 +11,7 @@ from pathlib import Path
 
 from paradize.cli.output import say, show, show_json, warn
 from paradize.cli.table import errors_text, head_of, table
-from paradize.cli.values import number
+from paradize.cli.values import number, plain
 from paradize.errors import BakeError
 from paradize.kinds import require_folder, require_glb
 from paradize.scene.baker_settings import BakerSettings
@@ -48,7 +48,7 @@ def _nodata(text: str) -> float | str:
     if text in ("auto", "none"):
         return text
     try:
-        value = float(text)
+        value = float(plain(text))
     except ValueError:
         value = nan
     if not isfinite(value):

@@ -22,6 +22,13 @@ def path(text: str) -> Path:
     return Path(text)
 
 
+def plain(text: str) -> str:
+    """The text. Raises ValueError for forms of a number that only Python accepts, as 1_0."""
+    if not text.isascii() or "_" in text:
+        raise ValueError(text)
+    return text
+
+
 def number(low: float, high: float) -> Callable[[str], float]:
     """An option that is a finite number in [low, high]."""
     return _within(float, "number", low, high, f"{low:g} to {high:g}")
@@ -37,7 +44,7 @@ def _within(
 ) -> Callable[[str], _Number]:
     def read(text: str) -> _Number:
         try:
-            value = parse(text)
+            value = parse(plain(text))
         except ValueError:
             raise argparse.ArgumentTypeError(f"{text!r} is not a {what}; allowed: {allowed}") from None
         if not low <= value <= high:
@@ -83,7 +90,7 @@ def _scaled(text: str, scales: dict[str, float], unit: str, otherwise: str) -> f
     digits = text.rstrip("".join(scales) + "i")
     name = text[len(digits) :] or otherwise
     try:
-        value = float(digits) * scales[name]
+        value = float(plain(digits)) * scales[name]
     except (ValueError, KeyError):
         raise argparse.ArgumentTypeError(f"{text!r} is not a {unit}; units: {', '.join(scales)}") from None
     if not 0.0 <= value < float("inf"):

@@ -123,6 +123,8 @@ def test_sizes_have_units(text: str, count: int) -> None:
         "--to-size=nan",
         "--to-size=G",
         "--to-size=1Mim",
+        "--older-than=1_0d",
+        "--to-size=1_0G",
     ],
 )
 def test_other_words_are_wrong_usage(word: str, capsys: pytest.CaptureFixture[str]) -> None:

@@ -130,6 +130,10 @@ def test_a_device_or_a_pipe_is_never_replaced_by_a_baked_file(shell: Shell, tmp_
     [
         ("--lods x", "--lods: 'x' is not a whole number"),
         ("--errors 0.1,", "--errors: '' is not a number"),
+        ("--lods 3abc", "--lods: '3abc' is not a whole number"),
+        ("--lods 0_3", "--lods: '0_3' is not a whole number"),
+        ("--errors 0.1_0", "--errors: '0.1_0' is not a number"),
+        ("--ratio \uff10.5", "--ratio: '\uff10.5' is not a number"),
         ("--ratio nan", "--ratio: nan is out of range; allowed: 0.05 to 0.95"),
         ("--errors 0.2,0.1", "--errors: 0.2,0.1 is not rising"),
     ],
