@@ -196,6 +196,7 @@ _HINTS = {  # for files whose own kind suggests nothing
     BAKED: "`paradize bake SCENE.toml -o DIR` makes one",
     SOUND: "save it as Ogg Vorbis, mono or stereo",
 }
+_NEW_SCENE = "scene.toml"  # as `paradize new` names it
 _UNSPECIFIC = (TEXT, UNKNOWN, EMPTY, FOLDER)
 
 
@@ -215,6 +216,8 @@ def refusal(wanted: Kind, path: Path) -> tuple[str, str] | None:
         return None
     if actual is FOLDER and wanted is BAKED:
         return f"holds no {SCENE_FILE}", _HINTS[BAKED]
+    if actual is FOLDER and wanted is SCENE and (path / _NEW_SCENE).is_file():
+        return f"is {actual.name}, not {wanted.name}", f"did you mean {path / _NEW_SCENE}?"
     return f"is {actual.name}, not {wanted.name}", _HINTS[wanted] if actual in _UNSPECIFIC else mend_of(
         actual, path
     )

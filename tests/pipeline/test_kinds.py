@@ -138,6 +138,16 @@ def test_a_folder_is_no_file_and_one_without_its_scene_no_bake(tmp_path: Path) -
         assert found is not None and found[0] == words
 
 
+def test_a_folder_of_paradize_new_is_told_with_the_scene_in_it(tmp_path: Path) -> None:
+    found = refusal(SCENE, tmp_path)
+    assert found is not None and "`paradize new DIR`" in found[1]
+    (tmp_path / "scene.toml").touch()
+    assert refusal(SCENE, tmp_path) == (
+        "is a folder, not a scene TOML",
+        f"did you mean {tmp_path / 'scene.toml'}?",
+    )
+
+
 @pytest.mark.parametrize("name", ["post.obj", "-post.obj", "two words.obj", "o'clock $HOME.obj"])
 def test_a_shell_takes_the_advised_command_whatever_the_files_name(name: str) -> None:
     advised = re.findall(r"`(paradize [^`]*)`", mend_of(OBJ, Path(name)))
