@@ -6,15 +6,14 @@ The kind is a guess. It is used only after a reader has refused a file.
 
 from __future__ import annotations
 
-import json
 import os
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from paradize.documents import SCENE_FILE
-from paradize.errors import BakeError, ParadizeError, SceneError, SourceError
+from paradize.documents import SCENE_FILE, parse_json
+from paradize.errors import BakeError, FormatError, ParadizeError, SceneError, SourceError
 from paradize.files import missing_reason, open_file
 from paradize.kind_table import (
     ASCII_GRID,
@@ -171,8 +170,8 @@ def _kind_of_text(head: bytes) -> Kind:
 
 def _is_json(text: bytes) -> bool:
     try:
-        json.loads(text)
-    except (ValueError, RecursionError):
+        parse_json(text)
+    except FormatError:
         return False
     return True
 
