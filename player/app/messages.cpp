@@ -115,7 +115,7 @@ std::string printable(std::string_view text) {
 
 void log_message(std::string_view text) {
     std::string out = "paradize-player: ";
-    for (const char c : printable(bounded(text))) {
+    for (const char c : printable(bounded(printable(text)))) { // a cut may lie inside a character
         out += c;
         if (c == '\n') {
             out += "  ";

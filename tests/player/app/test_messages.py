@@ -94,8 +94,13 @@ def test_what_is_wrong_in_scene_json_is_one_bounded_message_that_ends_with_what_
     assert said(edited(viewport=[96.5, 54])) == "viewport[0]: is 96.5, must be a whole number"
     assert said(edited(viewport=[96])) == "viewport: must be an array of 2 entries, is 1 entries"
     assert said(edited(flight=None)) == "flight: must be an object, is null"
-    long = said(edited(**{"k" * 100_000: 1}))
-    assert len(long) < 8000 and " ... " in long and long.endswith("is unknown to this player")
+    for letter in ("k", "\x1b", "\u202e", "\u4e2d"):
+        long = said(edited(**{letter * 100_000: 1}))
+        assert (
+            7000 < len(long.encode()) < 8050
+            and " ... " in long
+            and long.endswith("is unknown to this player")
+        )
 
 
 def test_names_of_folders_and_options_reach_the_terminal_escaped(player: Player, tmp_path: Path) -> None:
