@@ -9,8 +9,8 @@ data by simplified least squares procedures", 1964.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
-from fractions import Fraction
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -41,26 +41,27 @@ class Taps:
     smooth: F64
 
 
-def _solve(matrix: list[list[Fraction]], right: list[Fraction]) -> list[Fraction]:
-    """Solves a small regular system exactly, by elimination."""
+def _solve(matrix: list[list[int]], right: list[int]) -> tuple[list[int], int]:
+    """Solves a small regular system exactly, by elimination; the numerators and their common denominator.
+    Without fractions: every process that bakes maps solves eighty of these as it starts."""
     n = len(right)
     rows = [[*row, value] for row, value in zip(matrix, right, strict=True)]
     for i in range(n):
-        rows[i] = [value / rows[i][i] for value in rows[i]]
         for j in range(n):
             if j != i:
-                rows[j] = [a - rows[j][i] * b for a, b in zip(rows[j], rows[i], strict=True)]
-    return [row[n] for row in rows]
+                rows[j] = [a * rows[i][i] - rows[j][i] * b for a, b in zip(rows[j], rows[i], strict=True)]
+    whole = math.prod(rows[i][i] for i in range(n))
+    return [rows[i][n] * (whole // rows[i][i]) for i in range(n)], whole
 
 
-def _fitted(radius: int, powers: tuple[int, ...]) -> list[Fraction]:
+def _fitted(radius: int, powers: tuple[int, ...]) -> list[float]:
     """Weights of the texels 0..radius that give the coefficient of the first power in the least-squares fit
     of these powers, all even or all odd, to 2 radius + 1 texels."""
-    texels = range(-radius, radius + 1)
-    moments = [[Fraction(sum(k ** (p + q) for k in texels)) for q in powers] for p in powers]
-    weights = _solve(moments, [Fraction(1), *[Fraction(0)] * (len(powers) - 1)])
+    sums = {power: sum(k**power for k in range(-radius, radius + 1)) for power in range(2 * powers[-1] + 1)}
+    moments = [[sums[p + q] for q in powers] for p in powers]
+    weights, whole = _solve(moments, [1] + [0] * (len(powers) - 1))
     return [
-        sum((w * Fraction(k) ** p for w, p in zip(weights, powers, strict=True)), Fraction(0))
+        sum(w * k**p for w, p in zip(weights, powers, strict=True)) / whole  # rounded once
         for k in range(radius + 1)
     ]
 
@@ -68,20 +69,19 @@ def _fitted(radius: int, powers: tuple[int, ...]) -> list[Fraction]:
 def _least_squares(radius: int, degree: int) -> Taps:
     derivative = _fitted(radius, tuple(range(1, degree + 1, 2)))[1:]
     smooth = _fitted(radius, tuple(range(0, degree, 2)))
-    return Taps(np.array([float(w) for w in derivative]), np.array([float(w) for w in smooth]))
+    return Taps(np.array(derivative), np.array(smooth))
 
 
-def _plain(*weights: Fraction) -> Taps:
-    return Taps(np.array([float(w) for w in weights]), np.ones(1))
+def _plain(*weights: float) -> Taps:
+    return Taps(np.array(weights), np.ones(1))
 
 
 def _all_filters() -> dict[str, Taps]:
-    half = Fraction(1, 2)
     found = {
-        "central": _plain(half),
+        "central": _plain(1 / 2),
         "scharr": Taps(np.array([0.5]), np.array([10 / 16, 3 / 16])),
-        "fourth": _plain(Fraction(2, 3), Fraction(-1, 12)),
-        "eighth": _plain(Fraction(4, 5), Fraction(-1, 5), Fraction(4, 105), Fraction(-1, 280)),
+        "fourth": _plain(2 / 3, -1 / 12),
+        "eighth": _plain(4 / 5, -1 / 5, 4 / 105, -1 / 280),
     }
     for name, degree, least in (("smooth", 3, 2), ("quintic", 5, 3), ("septic", 7, 4)):
         for radius in range(least, kernel.REACH + 1):
