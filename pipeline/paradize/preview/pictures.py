@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     F32 = npt.NDArray[np.float32]
     U8 = npt.NDArray[np.uint8]
 
-PREVIEW = 640  # pixels
 MAX_SHOWN = 1024  # texels per side of the shown mip; the close view shows level 0
 
 
@@ -105,7 +104,7 @@ def close_view(texture: Texture, size: int) -> F32:
     return decode_texels(part)[:rows, left : left + columns]
 
 
-def lit_preview(maps: dict[str, SheetMap], defaults: MaterialDefaults, size: int = PREVIEW) -> U8:
+def lit_preview(maps: dict[str, SheetMap], defaults: MaterialDefaults, size: int) -> U8:
     """The material, lit, from its decoded maps: sRGB uint8, at most (size, size, 3)."""
     decoded = {
         name: decode_texels(entry.texture, shown_level(entry.texture, MAX_SHOWN))

@@ -18,7 +18,6 @@ from paradize.map_table import MAPS, maps_of
 from paradize.metrics.texels import decode_texels
 from paradize.preview.pictures import (
     MAX_SHOWN,
-    PREVIEW,
     MaterialDefaults,
     SheetMap,
     close_view,
@@ -36,6 +35,7 @@ if TYPE_CHECKING:
     U8 = npt.NDArray[np.uint8]
 
 _PAPER, _INK, _PALE, _LINE = (24, 25, 28), (236, 236, 232), (150, 152, 156), (58, 60, 66)
+PREVIEW = 640  # pixels
 _MARGIN, _GAP = 40, 24
 _PANEL, _LARGE_PANEL = 312, 470  # the large one where there are at most two
 _THUMBS = 7  # mips in a strip
@@ -189,7 +189,7 @@ def draw_sheet(title: str, subtitle: str, maps: dict[str, SheetMap], defaults: M
     sheet.text((_MARGIN, 28), title, 44)
     top = sheet.text((_MARGIN + 2, 86), subtitle, 17, _PALE) + 16
 
-    preview = Image.fromarray(lit_preview(maps, defaults))
+    preview = Image.fromarray(lit_preview(maps, defaults, PREVIEW))
     sheet.paste(preview, (_MARGIN, top), (PREVIEW, preview.height))
     y = sheet.text((_MARGIN, top + preview.height + 8), _about(defaults), 14, _PALE, PREVIEW) + 10
     _draw_close(sheet, y, maps)

@@ -21,7 +21,7 @@ from paradize.formats.ktx2.encode import encode_ktx2
 from paradize.formats.ktx2.layout import full_level_count
 from paradize.preview.pictures import MaterialDefaults, SheetMap, lit_preview
 from paradize.preview.shade import Material, flat_preview, sphere_preview, to_light, to_srgb
-from paradize.report import lod_view
+from paradize.report import lod_view, sheet
 from paradize.report.folder import Sheets, draw_folder, draw_maps, draw_page
 from paradize.report.poster import FILE, Poster, draw_poster
 from paradize.report.scene_page import _curves, scene_page
@@ -35,6 +35,15 @@ from tests.sweeps import sample
 
 F32 = npt.NDArray[np.float32]
 NO_POSTER = Poster(None, "")
+
+
+@pytest.fixture(autouse=True)
+def _small_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Previews and levels of a quarter and half as many pixels a side, which are most of a sheet's time.
+    tests/e2e/test_golden.py draws a sheet as a user gets it."""
+    monkeypatch.setattr(sheet, "PREVIEW", 160)
+    monkeypatch.setattr(lod_view, "SIZE", 180)
+    monkeypatch.setattr(lod_view, "_FINE", 360)
 
 
 def chain(fmt: str, texels: npt.NDArray[Any]) -> Texture:
@@ -247,9 +256,9 @@ def test_maps_draws_a_sheet_where_it_is_asked_to(
     source = picture(tmp_path / "bark.png")
     result = paradize_here("maps", source, "-o", tmp_path / "out", "--report", tmp_path / "sheets", "--json")
     assert result.returncode == 0, result.stderr
-    sheet = tmp_path / "sheets/bark.png"
-    assert json.loads(result.stdout)["sheets"] == [str(sheet)]
-    with Image.open(sheet) as drawn:
+    file = tmp_path / "sheets/bark.png"
+    assert json.loads(result.stdout)["sheets"] == [str(file)]
+    with Image.open(file) as drawn:
         assert drawn.width > 1000
     assert sorted(path.suffix for path in (tmp_path / "out").iterdir()) == [".ktx2"] * 4
     wrong = paradize_here(
@@ -454,7 +463,7 @@ def test_a_level_is_drawn_where_it_lies_and_holes_show_what_is_behind() -> None:
 
 
 @pytest.mark.parametrize(
-    ("turned", "side"), sample([(False, 0.5), (True, 0.5), (False, 0.03), (True, 0.03)], every=3)
+    ("turned", "side"), sample([(False, 0.5), (True, 0.5), (False, 0.06), (True, 0.06)], every=3)
 )
 def test_of_squares_that_cross_each_pixel_shows_the_nearer_one_with_its_texels(
     side: float, turned: bool
