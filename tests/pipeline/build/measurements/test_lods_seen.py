@@ -20,6 +20,7 @@ from paradize.data import Lod, Mesh, Texture
 from paradize.formats.glb.encode import encode_glb
 from paradize.formats.glb.reader import decode_glb
 from paradize.formats.ktx2.encode import encode_ktx2
+from paradize.metrics import seen, switch
 from paradize.scene.settings import load_scene
 from paradize.stages.tangents import tangent_frames
 from tests.pipeline.scenes import make_cove, make_free_cove
@@ -30,6 +31,14 @@ from tests.sweeps import sweep
 LIMITS = {"normal_deg": 5.0, "silhouette": 0.05}
 BARE = {"normal": None, "alpha": None, "cutoff": 0.0, "wrap": None, "two_sided": False}
 BARE |= {"color": None, "color_factor": [0.5, 0.5, 0.5], "emission": None, "emission_factor": [0.0, 0.0, 0.0]}
+
+
+@pytest.fixture(autouse=True)
+def _few_directions(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Levels are compared from 6 sides, and in one picture: tests/pipeline/metrics/ takes all of them."""
+    monkeypatch.setattr(seen, "DIRECTIONS", 6)
+    monkeypatch.setattr(switch, "_PIXELS", 0.0)
+    monkeypatch.setattr(switch, "_LEAST_DIRECTIONS", 1)
 
 
 def ball(*meshes: Mesh) -> bytes:
