@@ -111,7 +111,10 @@ def _places(
     ]
     for column, row in texels.tolist():
         for right, down in tiles:
-            p = np.array([column + 0.5 + right, row + 0.5 + down])
+            x, y = column + 0.5 + right, row + 0.5 + down
+            if not (left <= x <= right_most and top <= y <= bottom):
+                continue  # most texels of a tile that a few triangles reach into
+            p = np.array([x, y])
             near = np.flatnonzero(((low <= p) & (p <= high)).all(axis=1))
             second = _area(p - a[near], c[near] - a[near]) / whole[near]
             third = _area(b[near] - a[near], p - a[near]) / whole[near]

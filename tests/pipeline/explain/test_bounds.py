@@ -115,11 +115,12 @@ def read_source(path: Path) -> F64:
 
 
 def spread(triangles: F64, parts: int = 3) -> F64:
-    """Places all over triangles."""
+    """Places all over triangles, those of sides and corners that triangles share once."""
     u, v = (grid.ravel() / parts for grid in np.mgrid[0 : parts + 1, 0 : parts + 1])
     u, v = u[u + v <= 1.0], v[u + v <= 1.0]
     a, b, c = (triangles[:, None, k] for k in range(3))
-    return np.asarray((a + u[:, None] * (b - a) + v[:, None] * (c - a)).reshape(-1, 3))
+    places = np.asarray((a + u[:, None] * (b - a) + v[:, None] * (c - a)).reshape(-1, 3))
+    return places[np.unique(places.round(9), axis=0, return_index=True)[1]]
 
 
 def nearest(places: F64, triangles: F64) -> F64:

@@ -75,14 +75,21 @@ def test_a_planted_error_is_found() -> None:
 
 
 def test_texels_of_triangles_that_cross_the_edge_of_the_map_are_judged_too() -> None:
+    """As those of a layout that crosses none, of which the map is moved as far."""
     ground = grid(1)
     assert ground.uvs is not None
-    ground = replace(ground, uvs=ground.uvs + np.float32(0.5))
+    moved = replace(ground, uvs=ground.uvs + np.float32(0.5))
+    meshes = (ground, ground.triangles, ground.triangles), (moved, ground.triangles, ground.triangles)
     values = np.ones((32, 32), np.float32)
-    args = (ground, ground.triangles, ground.triangles)
-    assert cast_errors(values, *args, reach=0.5)["cast_max"] < 1e-3
+    assert cast_errors(values, *meshes[1], reach=0.5)["cast_max"] < 1e-3
     values[:16, :16] = 0.0  # beyond both edges
-    assert cast_errors(values, *args, reach=0.5)["cast_max"] > 0.99
+    values[:16, 16:] = 0.5  # beyond one of them
+    whole, crossing = (
+        cast_errors(shades, *mesh, reach=0.5)
+        for shades, mesh in zip((np.roll(values, (16, 16), (0, 1)), values), meshes, strict=True)
+    )
+    assert crossing["cast_max"] > 0.99
+    assert crossing["cast_mean"] == pytest.approx(whole["cast_mean"], abs=1e-6)
 
 
 def test_many_layers_on_the_same_texels_are_sampled_within_bounds(monkeypatch: pytest.MonkeyPatch) -> None:
