@@ -28,6 +28,7 @@ LIFT = 1e-5  # of the diagonal
 CELLS = 128
 _WORK = 3e7  # pairs of a sample and a triangle
 _LEAST, _MOST = 64, 1024  # samples
+_PAIRS = 1 << 20  # of a triangle and a place that are tried at once
 _GOLDEN = 0.6180339887498949
 
 
@@ -99,7 +100,6 @@ def _places(
     whole = _area(b - a, c - a)
     usable = np.flatnonzero(whole != 0.0)
     a, b, c, whole = a[usable], b[usable], c[usable], whole[usable]
-    found: list[tuple[int, npt.NDArray[np.int64], F64]] = []
     low, high = np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
     left, top = low.min(axis=0, initial=0.0)
     right_most, bottom = high.max(axis=0, initial=0.0)
@@ -109,26 +109,30 @@ def _places(
         if left < (right + 1) * width and right * width < right_most
         if top < (down + 1) * height and down * height < bottom
     ]
-    for column, row in texels.tolist():
-        for right, down in tiles:
-            x, y = column + 0.5 + right, row + 0.5 + down
-            if not (left <= x <= right_most and top <= y <= bottom):
-                continue  # most texels of a tile that a few triangles reach into
-            p = np.array([x, y])
-            near = np.flatnonzero(((low <= p) & (p <= high)).all(axis=1))
-            second = _area(p - a[near], c[near] - a[near]) / whole[near]
-            third = _area(b[near] - a[near], p - a[near]) / whole[near]
-            weights = np.stack([1.0 - second - third, second, third], axis=1)
-            inside = (weights >= 0.0).all(axis=1)
-            if inside.any():
-                found.append((row * width + column, usable[near[inside]], weights[inside]))
-    if not found:
-        return np.empty(0, np.int64), np.empty(0, np.int64), np.empty((0, 3))
-    return (
-        np.concatenate([np.full(len(triangle), texel) for texel, triangle, _ in found]),
-        np.concatenate([triangle for _, triangle, _ in found]),
-        np.concatenate([weights for _, _, weights in found]),
-    )
+    column, row = texels[:, :1], texels[:, 1:]
+    right, down = np.array(tiles, np.float64).reshape(-1, 2).T
+    x, y = (column + 0.5 + right).reshape(-1), (row + 0.5 + down).reshape(-1)
+    texel = np.repeat(row * width + column, len(tiles))
+    order = np.argsort(x, kind="stable")
+    first = np.searchsorted(x[order], low[:, 0])
+    last = np.searchsorted(x[order], high[:, 0], side="right")
+    found: list[tuple[npt.NDArray[np.int64], npt.NDArray[np.int64], F64]] = []
+    # Of each triangle, the places between its ends in x: some million at once, however wide triangles are.
+    for some in np.split(np.arange(len(a)), np.flatnonzero(np.diff(np.cumsum(last - first) // _PAIRS)) + 1):
+        count = (last - first)[some]
+        k = np.repeat(some, count)
+        at = order[np.arange(len(k)) - np.repeat(np.cumsum(count) - count - first[some], count)]
+        near = (low[k, 1] <= y[at]) & (y[at] <= high[k, 1])
+        k, at = k[near], at[near]
+        p = np.stack([x[at], y[at]], axis=1)
+        second = _area(p - a[k], c[k] - a[k]) / whole[k]
+        third = _area(b[k] - a[k], p - a[k]) / whole[k]
+        weights = np.stack([1.0 - second - third, second, third], axis=1)
+        inside = (weights >= 0.0).all(axis=1)
+        found.append((at[inside], usable[k[inside]], weights[inside]))
+    place, triangle, weights = (np.concatenate(parts) for parts in zip(*found, strict=True))
+    by_place = np.lexsort((triangle, place))
+    return texel[place[by_place]], triangle[by_place], weights[by_place]
 
 
 def _some(
