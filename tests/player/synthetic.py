@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+from functools import cache
 from math import cos, sin
 from pathlib import Path
 from typing import Any
@@ -65,6 +66,7 @@ def checker(a: tuple[int, int, int], b: tuple[int, int, int], size: int = 64) ->
     return np.dstack([squares, np.full((size, size), 255, dtype=np.uint8)])
 
 
+@cache
 def flat_terrain() -> Tiled:
     """60 m of flat terrain in patches; scene.json states errors for the coarse levels."""
     return tiled(60.0, error_m=0.2)
@@ -73,27 +75,11 @@ def flat_terrain() -> Tiled:
 def write_scene(folder: Path, *, bare: bool = False, terrain: Tiled | None = None, **changes: Any) -> Path:
     """Writes scene.json and its artifacts. `bare` leaves out every optional pass. `changes` replace top-level
     members of scene.json."""
-    ground = terrain or flat_terrain()
+    ground = None if bare else terrain or flat_terrain()
     folder.mkdir(parents=True, exist_ok=True)
-    flat = np.zeros((16, 16, 2), dtype=np.int8)
-    waves = np.indices((16, 16)).sum(axis=0).astype(np.int8)[..., None] - np.int8(15)
-    sky = np.full((6, 8, 8, 4), [0.3, 0.5, 0.9, 1.0], dtype=np.float16)
-    files = {
-        "box_mesh": ("glb", "mesh", encode_glb([Lod(box(), 0.0, 0.0), Lod(box(), 0.02, 0.01)], "box")),
-        "box_color": ("ktx2", "texture", texture("RGBA8_SRGB", checker((200, 60, 40), (240, 220, 200)))),
-    }
-    if not bare:
-        files |= {
-            "sand_color": (
-                "ktx2",
-                "texture",
-                texture("RGBA8_SRGB", checker((230, 210, 160), (210, 190, 140))),
-            ),
-            "effect_normal": ("ktx2", "texture", texture("RG8_SNORM", flat)),
-            "water_normal": ("ktx2", "texture", texture("RG8_SNORM", np.repeat(waves, 2, axis=2))),
-            "water_dudv": ("ktx2", "texture", texture("RG8_SNORM", np.repeat(waves, 2, axis=2))),
-            "sky": ("ktx2", "cubemap", texture("RGBA16F", sky)),
-        }
+    files = _box_files()
+    if ground:
+        files = files | _pass_files()
         files |= {
             name: ("glb", "mesh", data) for name, data in zip(tile_names(ground), ground.tiles, strict=True)
         }
@@ -113,9 +99,34 @@ def write_scene(folder: Path, *, bare: bool = False, terrain: Tiled | None = Non
             "also": [],
             "first_needed_s": 0.0,
         }
-    manifest = _manifest(artifacts, bare, ground) | changes
+    manifest = _manifest(artifacts, ground) | changes
     (folder / "scene.json").write_bytes(encode_scene(manifest))
     return folder
+
+
+Files = dict[str, tuple[str, str, bytes]]  # by name: ending, kind, bytes
+
+
+def _box_files() -> Files:
+    return {
+        "box_mesh": ("glb", "mesh", encode_glb([Lod(box(), 0.0, 0.0), Lod(box(), 0.02, 0.01)], "box")),
+        "box_color": ("ktx2", "texture", texture("RGBA8_SRGB", checker((200, 60, 40), (240, 220, 200)))),
+    }
+
+
+@cache
+def _pass_files() -> Files:
+    sand = texture("RGBA8_SRGB", checker((230, 210, 160), (210, 190, 140)))
+    diagonal = np.indices((16, 16)).sum(axis=0).astype(np.int8)[..., None] - np.int8(15)
+    waves = texture("RG8_SNORM", np.repeat(diagonal, 2, axis=2))
+    sky = np.full((6, 8, 8, 4), [0.3, 0.5, 0.9, 1.0], dtype=np.float16)
+    return {
+        "sand_color": ("ktx2", "texture", sand),
+        "effect_normal": ("ktx2", "texture", texture("RG8_SNORM", np.zeros((16, 16, 2), dtype=np.int8))),
+        "water_normal": ("ktx2", "texture", waves),
+        "water_dudv": ("ktx2", "texture", waves),
+        "sky": ("ktx2", "cubemap", texture("RGBA16F", sky)),
+    }
 
 
 def identity(data: bytes) -> dict[str, Any]:
@@ -168,7 +179,7 @@ def sound(artifact: str, **changes: Any) -> dict[str, Any]:
     return {"name": None, "artifact": artifact, "volume": 1.0} | everywhere | changes
 
 
-def _manifest(artifacts: dict[str, Any], bare: bool, ground: Tiled) -> dict[str, Any]:
+def _manifest(artifacts: dict[str, Any], ground: Tiled | None) -> dict[str, Any]:
     wood = material("box_color")
     still = [[0.0, 0.0, 0.0, 0.0]] * 3
     # Back and forth on a line past the box, ten seconds per round trip.
@@ -232,7 +243,7 @@ def _manifest(artifacts: dict[str, Any], bare: bool, ground: Tiled) -> dict[str,
             "errors": {},
         },
     }
-    if not bare:
+    if ground:
         manifest |= {
             "sky": {"cubemap": "sky"},
             "shadow": {"size": 256, "extent_m": 30.0, "center": [0.0, 0.0, 0.0], "blur_distance_m": 20.0},
