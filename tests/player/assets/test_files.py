@@ -28,7 +28,7 @@ def shrink(tmp_path_factory: pytest.TempPathFactory) -> Path:
     assert compiler, "no C++ compiler"
     library = tmp_path_factory.mktemp("shrink") / "shrink.so"
     source = ROOT / "tests/player/preload/shrink.cpp"
-    subprocess.run([compiler, "-std=c++20", "-shared", "-fPIC", "-O1", source, "-o", library], check=True)
+    subprocess.run([compiler, "-std=c++17", "-shared", "-fPIC", "-O1", source, "-o", library], check=True)
     return library
 
 

@@ -44,7 +44,7 @@ def slow(tmp_path_factory: pytest.TempPathFactory, scene: Path) -> Slow:
     assert compiler, "no C++ compiler"
     library = tmp_path_factory.mktemp("slow") / "slow.so"
     source = ROOT / "tests/player/preload/slow.cpp"
-    subprocess.run([compiler, "-std=c++20", "-shared", "-fPIC", "-O1", source, "-o", library], check=True)
+    subprocess.run([compiler, "-std=c++17", "-shared", "-fPIC", "-O1", source, "-o", library], check=True)
     file = {"LD_PRELOAD": str(library), "PARADIZE_SLOW_FILE": str(scene / "color0.ktx2")}
     return lambda reads, ms: file | {"PARADIZE_SLOW_READS": str(reads), "PARADIZE_SLOW_MS": str(ms)}
 
