@@ -7,7 +7,7 @@ The eye stands on +Z and looks at the origin. Without the pass `post` a pixel is
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from itertools import product
 from math import cos, pi, sin, tan
@@ -138,6 +138,25 @@ def middle(picture: F64) -> F64:
     return picture[HEIGHT // 2 - 2 : HEIGHT // 2 + 2, WIDTH // 2 - 2 : WIDTH // 2 + 2].mean(axis=(0, 1))
 
 
+def beside(
+    render: Render,
+    surfaces: Sequence[tuple[dict[str, Any], Mesh]],
+    textures: dict[str, bytes] | None = None,
+    **light: Any,
+) -> list[F64]:
+    """The middles of up to six squares side by side, of a material and a mesh of up to 1.2 m each."""
+    across = 1.4 * (np.arange(len(surfaces)) - 0.5 * (len(surfaces) - 1))
+    meshes = {f"t{k}": mesh for k, (_, mesh) in enumerate(surfaces)}
+    things = [
+        thing(name, {"m": one}, instance([float(x), 0.0, 0.0]))
+        for name, (one, _), x in zip(meshes, surfaces, across, strict=True)
+    ]
+    picture = render(things, meshes, textures, **light)
+    pixels_a_metre = HEIGHT / (2.0 * AWAY_M * tan(0.5 * FOV_RAD))
+    columns = np.rint(WIDTH / 2 + across * pixels_a_metre).astype(int)
+    return [picture[HEIGHT // 2 - 2 : HEIGHT // 2 + 2, x - 2 : x + 2].mean(axis=(0, 1)) for x in columns]
+
+
 def texel(*values: int, fmt: str = "RGBA8_SRGB", kind: Any = np.uint8) -> bytes:
     return texture(fmt, np.full((4, 4, len(values)), values, kind))
 
@@ -166,30 +185,38 @@ def test_maps_on_second_coordinates_multiply_those_on_first_ones(render: Render)
     }
     none = dict.fromkeys(("normal", "gloss", "occlusion", "emission"))
 
-    def seen(at: float, one: dict[str, Any], maps_of: dict[str, str], **light: Any) -> F64:
-        square = quad()
+    def shown(at: float, one: dict[str, Any], **maps_of: str) -> tuple[dict[str, Any], Mesh]:
+        square = quad(size=1.2)
         assert square.uvs is not None
-        square = replace(square, uvs1=np.full_like(square.uvs, at))
-        one = one | {"second": {"maps": none | maps_of, "wrap": ["clamp", "clamp"]}}
-        return middle(render([thing("a", {"m": one})], {"a": square}, maps, **light))
+        second = {"maps": none | maps_of, "wrap": ["clamp", "clamp"]}
+        return one | {"second": second}, replace(square, uvs1=np.full_like(square.uvs, at))
 
     bright = glow(0.5, 0.25, 0.125)
-    assert seen(0.25, bright, {"emission": "glow"}) == pytest.approx([0.5, 0.25, 0.125], abs=STEP)
-    assert seen(0.75, bright, {"emission": "glow"}) == pytest.approx([0.0] * 3, abs=STEP)
+    left, right = beside(render, [shown(at, bright, emission="glow") for at in (0.25, 0.75)], maps)
+    assert left == pytest.approx([0.5, 0.25, 0.125], abs=STEP)
+    assert right == pytest.approx([0.0] * 3, abs=STEP)
     # The first occlusion map takes all metalness away, the second one light.
     matte = material(**WHITE, color=[0.8] * 3, metalness=1.0, occlusion="metal")
-    assert seen(0.25, matte, {"occlusion": "shade"}, ambient=1.0) == pytest.approx([0.6] * 3, abs=STEP)
-    shaded = seen(0.75, matte, {"occlusion": "shade"}, ambient=1.0)
-    assert shaded == pytest.approx([0.6 * 64 / 255] * 3, abs=STEP)
     steel = material(**WHITE, color=[0.8] * 3, metalness=1.0)
-    whole = seen(0.25, steel, {}, ambient=1.0)
-    assert seen(0.25, steel, {"occlusion": "shade"}, ambient=1.0) == pytest.approx(whole, abs=STEP)
-    assert seen(0.25, steel, {"occlusion": "metal"}, ambient=1.0) == pytest.approx([0.6] * 3, abs=STEP)
+    surfaces = [
+        shown(0.25, matte, occlusion="shade"),
+        shown(0.75, matte, occlusion="shade"),
+        shown(0.25, steel, occlusion="metal"),
+    ]
+    bare, shaded, dull = beside(render, surfaces, maps, ambient=1.0)
+    assert bare == pytest.approx([0.6] * 3, abs=STEP)
+    assert shaded == pytest.approx([0.6 * 64 / 255] * 3, abs=STEP)
+    assert dull == pytest.approx([0.6] * 3, abs=STEP)
+    # Metal is compared where it shines alike.
+    metals = [shown(0.25, steel), shown(0.25, steel, occlusion="shade")]
+    whole, same = (beside(render, [metal], maps, ambient=1.0)[0] for metal in metals)
+    assert same == pytest.approx(whole, abs=STEP)
     x = 76 / 127
     sun = ([x, 0.0, (1 - x * x) ** 0.5], 0.9 * pi)
     bumpy = material(**WHITE)
-    assert seen(0.25, bumpy, {"normal": "bumps"}, sun=sun) == pytest.approx([0.9] * 3, abs=STEP)
-    assert seen(0.75, bumpy, {"normal": "bumps"}, sun=sun) == pytest.approx([0.9 * sun[0][2]] * 3, abs=STEP)
+    left, right = beside(render, [shown(at, bumpy, normal="bumps") for at in (0.25, 0.75)], maps, sun=sun)
+    assert left == pytest.approx([0.9] * 3, abs=STEP)
+    assert right == pytest.approx([0.9 * sun[0][2]] * 3, abs=STEP)
 
 
 @pytest.mark.parametrize("mirrored", sweep([0, 1], test=[0]))
@@ -367,21 +394,20 @@ def test_a_mask_keeps_what_has_at_least_the_cutoff(render: Render, cutoff: float
 
 
 def test_vertex_colours_multiply_colour_and_alpha_where_the_material_says_so(render: Render) -> None:
-    lit = {"sun": ([0.0, 0.0, 1.0], pi)}
     one = material(**WHITE, color=[0.8, 0.8, 0.8], vertex_colors=True)
-    scene = lambda one: [thing("a", {"m": one})]  # noqa: E731
-    assert middle(render(scene(one), {"a": quad()}, **lit)) == pytest.approx([0.4, 0.2, 0.8], abs=STEP)
-    blend = middle(render(scene(one | {"alpha_mode": "blend"}), {"a": quad()}, **lit))
+    changes: list[dict[str, Any]] = [{}, {"alpha_mode": "blend"}, {"vertex_colors": False}]
+    surfaces = [(one | change, quad(size=1.2)) for change in changes]
+    solid, blend, without = beside(render, surfaces, sun=([0.0, 0.0, 1.0], pi))
+    assert solid == pytest.approx([0.4, 0.2, 0.8], abs=STEP)
     assert blend == pytest.approx([0.2, 0.1, 0.4], abs=STEP)
-    without = middle(render(scene(one | {"vertex_colors": False}), {"a": quad()}, **lit))
     assert without == pytest.approx([0.8] * 3, abs=STEP)
 
 
 def test_vertex_colours_multiply_what_an_unlit_material_gives_off(render: Render) -> None:
     one = glow(0.8, 0.8, 0.8, vertex_colors=True)
-    for unlit, seen in ((True, [0.4, 0.2, 0.8]), (False, [0.8] * 3)):
-        shown = middle(render([thing("a", {"m": one | {"unlit": unlit}})], {"a": quad()}))
-        assert shown == pytest.approx(seen, abs=STEP)
+    unlit, lit = beside(render, [(one | {"unlit": unlit}, quad(size=1.2)) for unlit in (True, False)])
+    assert unlit == pytest.approx([0.4, 0.2, 0.8], abs=STEP)
+    assert lit == pytest.approx([0.8] * 3, abs=STEP)
 
 
 def test_a_two_sided_surface_is_lit_from_behind_as_from_the_front(render: Render) -> None:
@@ -396,19 +422,14 @@ def test_a_two_sided_surface_is_lit_from_behind_as_from_the_front(render: Render
 def test_light_from_behind_passes_through_leaves_and_not_through_a_two_sided_grate(render: Render) -> None:
     one = material("leaf", **WHITE, color=[0.4] * 3, two_sided=True, alpha_mode="mask")
     lit = {"sun": ([0.0, 0.0, -1.0], pi)}
-    found = {
-        share: middle(
-            render(
-                [thing("a", {"m": one | {"translucency": share}})],
-                {"a": quad()},
-                {"leaf": texel(255, 255, 255, 255)},
-                **lit,
-            )
-        )
-        for share in (0.0, 0.5)
-    }
-    assert found[0.0] == pytest.approx([0.0] * 3, abs=STEP)
-    assert found[0.5] == pytest.approx(0.2 * np.array([1.35, 1.15, 0.35]), abs=STEP)  # as light.glsl says
+    grate, leaves = beside(
+        render,
+        [(one | {"translucency": share}, quad(size=1.2)) for share in (0.0, 0.5)],
+        {"leaf": texel(255, 255, 255, 255)},
+        **lit,
+    )
+    assert grate == pytest.approx([0.0] * 3, abs=STEP)
+    assert leaves == pytest.approx(0.2 * np.array([1.35, 1.15, 0.35]), abs=STEP)  # as light.glsl says
 
 
 @pytest.mark.parametrize(
@@ -512,11 +533,15 @@ def test_a_white_surface_is_as_bright_as_light_from_all_sides(
 ) -> None:
     """Light that a varnish reflects does not reach the white below it: together they reflect all light,
     whatever the roughness and the reflectance, and no more than all (a white furnace)."""
-    one = thing("a", {"m": material(color=[1.0] * 3, specular=specular, smoothness=smoothness)})
-    for tilt in (0.0, 0.8, 1.2):
-        normal = (sin(tilt), 0.0, cos(tilt))
-        seen = middle(render([one], {"a": quad(normal)}, ambient=1.0))
-        straight = middle(render([thing("a", {"m": material(**WHITE)})], {"a": quad(normal)}, ambient=1.0))
+    varnished = material(color=[1.0] * 3, specular=specular, smoothness=smoothness)
+    tilts = (0.0, 0.8, 1.2)
+    squares = [quad((sin(tilt), 0.0, cos(tilt)), size=1.2) for tilt in tilts]
+    shiny, matte = (
+        beside(render, [(one, square) for square in squares], ambient=1.0)
+        for one in (varnished, material(**WHITE))
+    )
+    for seen, straight, tilt in zip(shiny, matte, tilts, strict=True):
+        assert straight.min() > 0.5
         assert seen == pytest.approx(straight, abs=0.02), tilt
 
 
