@@ -30,6 +30,7 @@ class Posed:
     player: Callable[..., Any]
     folder: Path
     objects: frozenset[str] = frozenset()  # what stands in its scene: empty for all
+    size: tuple[int, int] = (WIDTH, HEIGHT)  # of its pictures
     kept: dict[str, list[Picture]] = field(default_factory=dict)
 
     def scene(self) -> dict[str, Any]:
@@ -41,7 +42,7 @@ class Posed:
         return scene
 
     def render(self, eye: Vec, target: Vec, **options: Any) -> Picture:
-        """(180, 320, 3) float32 in 0..1, sRGB-encoded, from `eye` to `target`. options: those of `views`."""
+        """(h, w, 3) float32 in 0..1, sRGB-encoded, from `eye` to `target`. options: those of `views`."""
         (picture,) = self.views([(eye, target)], **options)
         return picture
 
@@ -80,7 +81,10 @@ class Posed:
             manifest["flight"]["time_table"] = [*begin, *knots, [duration_s, frames, 0.0]]
         if "waypoint_u" in manifest["flight"]:
             manifest["flight"]["waypoint_u"] = [0]
-        key = json.dumps([manifest, disable, quality, time_s, frames, sorted(files or {})], sort_keys=True)
+        size = "x".join(map(str, self.size))
+        key = json.dumps(
+            [manifest, disable, quality, time_s, size, frames, sorted(files or {})], sort_keys=True
+        )
         if key in self.kept:
             return self.kept[key]
         # One folder for all scenes without other files: the player checks its files once.
@@ -95,7 +99,7 @@ class Posed:
                 place.symlink_to((self.source / artifact["file"]).resolve())
         (room / "scene.json").write_text(json.dumps(manifest))
         out = room / "picture.png"
-        arguments: list[object] = [room, "--time", time_s, "--size", f"{WIDTH}x{HEIGHT}"]
+        arguments: list[object] = [room, "--time", time_s, "--size", size]
         arguments += ["--screenshot", out, "--check-finite", "--debug", "--quality", quality]
         if disable:
             arguments += ["--disable", disable]
@@ -108,15 +112,16 @@ class Posed:
         return self.kept[key]
 
 
-def pixel(eye: Vec, target: Vec, point: Vec) -> tuple[float, float]:
+def pixel(eye: Vec, target: Vec, point: Vec, size: tuple[int, int] = (WIDTH, HEIGHT)) -> tuple[float, float]:
     """(x, y) in pixels, row 0 at the top, of a world point in a picture from `eye` to `target`."""
+    width, height = size
     forward = np.subtract(target, eye) / np.linalg.norm(np.subtract(target, eye))
     right = np.cross(forward, [0.0, 1.0, 0.0])
     right /= np.linalg.norm(right)
     up = np.cross(right, forward)
     ray = np.subtract(point, eye)
-    scale = 0.5 * HEIGHT / np.tan(0.5 * FOV_RAD) / float(ray @ forward)
-    return WIDTH / 2 + float(ray @ right) * scale, HEIGHT / 2 - float(ray @ up) * scale
+    scale = 0.5 * height / np.tan(0.5 * FOV_RAD) / float(ray @ forward)
+    return width / 2 + float(ray @ right) * scale, height / 2 - float(ray @ up) * scale
 
 
 def differs(a: Picture, b: Picture, threshold: float = 6.0 / 255.0) -> NDArray[np.bool_]:

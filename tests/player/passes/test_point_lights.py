@@ -133,6 +133,7 @@ def test_each_instance_is_lit_by_its_own_set(render: Render, between: int) -> No
 
 HEIGHT_OF_MIDDLE = 27
 
+SIZE = SMALL_WIDTH, SMALL_HEIGHT = 160, 90
 EYE: Vec = (-3.0, 3.5, 6.0)
 TARGET: Vec = (0.0, 0.5, 0.0)
 
@@ -152,7 +153,7 @@ def night(player: Callable[..., Any], tmp_path_factory: pytest.TempPathFactory) 
     scene |= {"lights": lights, "light_sets": []}
     add_light_sets(scene, {})
     (folder / "scene.json").write_text(json.dumps(scene))
-    return Posed(folder, player, tmp_path_factory.mktemp("posed"))
+    return Posed(folder, player, tmp_path_factory.mktemp("posed"), size=SIZE)
 
 
 def without_lights(posed: Posed) -> dict[str, Any]:
@@ -170,7 +171,7 @@ def test_a_lamp_lights_the_sand_and_the_box_while_it_is_on(night: Posed) -> None
     lit = night.render(EYE, TARGET, time_s=4.0)
     assert differs(lit, dark).mean() > 0.3
     # The sand in front is lit, and so is the box's side that faces the lamp.
-    assert lit[HEIGHT * 3 // 4, WIDTH // 2 :].max() > 0.3
+    assert lit[SMALL_HEIGHT * 3 // 4, SMALL_WIDTH // 2 :].max() > 0.3
     assert not night.render(EYE, TARGET, time_s=8.0).any()
 
 
@@ -219,7 +220,7 @@ def test_the_water_itself_is_lit_by_every_lamp_above_it(night: Posed) -> None:
     eye, target = (0.0, 3.0, 6.0), (0.0, -0.4, 0.0)
     lit = night.render(eye, target, time_s=4.0, scene=scene, disable="terrain,objects,reflection")
     for x, _, z in places:
-        assert around(lit.max(axis=2), *pixel(eye, target, (x, -0.4, z)), 4).min() > 0.1
+        assert around(lit.max(axis=2), *pixel(eye, target, (x, -0.4, z), SIZE), 2).min() > 0.1
 
 
 def test_the_water_is_lit_as_far_as_its_lamps_reach(night: Posed) -> None:
@@ -276,9 +277,9 @@ def test_a_beam_rises_above_a_lamp_while_it_is_on(night: Posed) -> None:
     }
     beam = differs(seen[4.0, "post"], seen[4.0, "post,beams"], 2.5 / 255.0)
     columns, rows = np.flatnonzero(beam.any(axis=0)), np.flatnonzero(beam.any(axis=1))
-    assert abs(float(columns.mean()) - WIDTH / 2) < 1.5 and len(columns) < WIDTH / 5
-    assert rows.max() < pixel(eye, target, (x, y, z))[1] + 1.0
-    assert rows.min() < HEIGHT / 2
+    assert abs(float(columns.mean()) - SMALL_WIDTH / 2) < 0.75 and len(columns) < SMALL_WIDTH / 5
+    assert rows.max() < pixel(eye, target, (x, y, z), SIZE)[1] + 0.5
+    assert rows.min() < SMALL_HEIGHT / 2
     assert not seen[8.0, "post"].any()
 
 

@@ -25,7 +25,8 @@ Player = Callable[..., "subprocess.CompletedProcess[str]"]
 SIZE_M = 60.0
 LEVELS = 9
 FEW_LEVELS = 7
-WIDTH, HEIGHT = 320, 180
+WIDTH, HEIGHT = 160, 90
+FLIGHT_SIZE = "320x180"
 FLIGHT = 24  # frames
 
 
@@ -82,7 +83,7 @@ def place(folder: Path, source: Path, manifest: dict[str, Any]) -> Path:
 
 
 def draw(player: Player, folder: Path, *arguments: object) -> tuple[npt.NDArray[np.float32], dict[str, int]]:
-    """The picture (180, 320, 3) in 0..1, and the counts of the terrain."""
+    """The picture (90, 160, 3) in 0..1, and the counts of the terrain."""
     out = folder / "picture.png"
     options = ["--size", f"{WIDTH}x{HEIGHT}", "--screenshot", out, "--json", "--debug", "--check-finite"]
     result = player(folder, *options, *arguments)
@@ -185,8 +186,8 @@ def test_the_waterline_and_its_swash_do_not_jump_when_a_diamond_splits(
         folder = place(tmp_path / f"{accepted_px:.6f}", hilly, edited)
         pictures.append(draw(player, folder, "--time", 1.5)[0])
     before, shortly_before, after = pictures
-    assert (np.abs(shortly_before - after).max(axis=2) > 5 / 255).sum() < 30
-    assert (np.abs(before - after).max(axis=2) > 5 / 255).sum() > 200
+    assert (np.abs(shortly_before - after).max(axis=2) > 5 / 255).sum() < 8
+    assert (np.abs(before - after).max(axis=2) > 5 / 255).sum() > 50
     if swash_height_m > 0.0:
         manifest["water"]["swash_height_m"] = 0.0
         edited = manifest | {"lod_error_px": float(0.999 * largest)}
@@ -225,7 +226,7 @@ def test_nothing_that_a_view_sees_is_culled(
 ) -> None:
     """All views give the same bytes as with bounding spheres that are always visible."""
     hilly = request.getfixturevalue(ground)
-    manifest = pose(json.loads((hilly / "scene.json").read_text()), *EYES[eye])
+    manifest = pose(json.loads((hilly / "scene.json").read_text()), *EYES[eye]) | {"lod_error_px": 0.5}
     culled, counts = draw(player, place(tmp_path / "culled", hilly, manifest))
     patches = manifest["terrain"]["patches"]
     patches["radius_m"] = [1e6] * len(patches["radius_m"])
@@ -275,7 +276,7 @@ def fly_over(
         segment["eye"][:2] = [[-20.0, 24.0, 0.0, 0.0], [6.0, *still]]
         segment["target"][0] = [-15.0, 24.0, 0.0, 0.0]
         (folder / "scene.json").write_text(json.dumps(manifest))
-    arguments = ["--size", f"{WIDTH}x{HEIGHT}", "--json", "--debug", *limits]
+    arguments = ["--size", FLIGHT_SIZE, "--json", "--debug", *limits]
     counts = []
     for frames in (1, 2, FLIGHT):
         result = player(folder, "--frames", frames, "--screenshot", folder / "f.png", *arguments)

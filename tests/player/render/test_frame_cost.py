@@ -70,7 +70,8 @@ def test_frames_allocate_nothing_while_what_they_need_comes_and_goes(
     the counted runs, because its text is longer for more frames."""
     scene = six_boxes(tmp_path / "boxes") if what == "maps" else plain(tmp_path / "plain", seconds=4.0)
     frames = 110
-    flight = ("--vram", 4 if what == "maps" else 2.7)  # too little from second 0.8 on, which gives a message
+    vram_mb = 4 if what == "maps" else 2.7  # too little from second 0.8 on, which gives a message
+    flight = ("--vram", vram_mb, "--disable", "post")
     assert counted(scene, *flight, "--frames", frames)[1] == counted(scene, *flight, "--frames", 30)[1]
     early, late = (
         json.loads(player(scene, *flight, "--frames", count, "--json").stdout)["streaming"]["evictions"]

@@ -26,7 +26,7 @@ Draw = Callable[..., Picture]
 def draw(player: Player, tmp_path: Path) -> Draw:
     """Draws a scene folder with command-line options."""
 
-    def picture(folder: Path, *options: object, size: str = "192x108", time_s: float = 1.0) -> Picture:
+    def picture(folder: Path, *options: object, size: str = "128x72", time_s: float = 1.0) -> Picture:
         out = tmp_path / "picture.png"
         checks = ("--check-finite", "--debug")
         result = player(folder, "--size", size, "--time", time_s, "--screenshot", out, *checks, *options)
@@ -151,8 +151,8 @@ def test_shadow_quality_changes_shadow_edges_only(draw: Draw, tmp_path: Path) ->
         moved = np.abs(draw(folder, "--disable", "post", *at("shadow", tier)) - plain).max(axis=2) > 0.02
         assert moved.any()
         near = np.zeros_like(lit)
-        for dy in range(-6, 7):
-            for dx in range(-6, 7):
+        for dy in range(-4, 5):
+            for dx in range(-4, 5):
                 near |= np.roll(lit, (dy, dx), (0, 1))
         assert not (moved & ~near).any()
 
@@ -165,7 +165,7 @@ def test_the_reference_is_not_shifted_against_normal_frames(draw: Draw, tmp_path
     here = error(truth, plain)
     doubled = np.repeat(np.repeat(plain, 2, 0), 2, 1)
     for dy, dx in ((0, 1), (0, -1), (1, 0), (-1, 0)):
-        half = np.roll(doubled, (dy, dx), (0, 1)).reshape(108, 2, 192, 2, 3).mean(axis=(1, 3))
+        half = np.roll(doubled, (dy, dx), (0, 1)).reshape(72, 2, 128, 2, 3).mean(axis=(1, 3))
         moved = error(truth[2:-2, 2:-2], np.ascontiguousarray(half[2:-2, 2:-2], dtype=np.float32))
         assert moved > 1.2 * here, (dy, dx, moved, here)
 

@@ -47,7 +47,7 @@ def test_a_scene_above_the_limit_plays_within_it_and_looks_the_same(player: Play
     scene = six_boxes(tmp_path / "scene")
     assert BOXES * MAP_BYTES > 8e6
     # Five seconds and a half of the flight. Each box is passed with the finest mip of its map.
-    played = player(scene, "--frames", 165, "--vram", 4, "--json", "--debug")
+    played = player(scene, "--frames", 165, "--vram", 4, "--disable", "post", "--json", "--debug")
     assert "cannot hold" not in played.stderr
     result = report(played)
     assert result["total_bytes"] > 8e6
@@ -167,10 +167,10 @@ def test_pictures_are_those_of_a_driver_without_buffers_that_stay_mapped(
 ) -> None:
     """In every frame, while boxes come and go, and in as many uploads."""
     scene = six_boxes(tmp_path / "scene")
-    flight = (scene, "--size", "64x36", "--frames", 160, "--json", "--debug", *limits, "--screenshot")
+    flight = (scene, "--size", "64x36", "--frames", 160, "--disable", "post", "--json", "--debug", *limits)
     without = {"MESA_EXTENSION_OVERRIDE": "-GL_ARB_buffer_storage"}
-    mapped = report(player(*flight, tmp_path / "mapped.png"))["streaming"]
-    plain = report(player(*flight, tmp_path / "plain.png", env=without))["streaming"]
+    mapped = report(player(*flight, "--screenshot", tmp_path / "mapped.png"))["streaming"]
+    plain = report(player(*flight, "--screenshot", tmp_path / "plain.png", env=without))["streaming"]
     assert mapped["uploads"] == plain["uploads"] and mapped["evictions"] == plain["evictions"]
     assert (mapped["evictions"] > 0) == ("--vram" in limits)
     for frame in range(160):
