@@ -18,7 +18,6 @@ from hypothesis import settings
 
 from tests.places import CORPUS, ROOT
 from tests.processes import take_signals
-from tests.shared_folder import made_once
 
 # Tests bake much, beside each other: sheets are drawn and workers run side by side where one asks for it.
 os.environ.setdefault("PARADIZE_REPORT", "")
@@ -107,7 +106,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Files that the tests make themselves, in folders as the corpus has them."""
     from tests.made import make_sources  # here: it loads numpy and OpenImageIO, which pytest itself does not
 
-    return made_once(tmp_path_factory, "sources", lambda top: make_sources(top / "made")) / "made"
+    return make_sources(tmp_path_factory.mktemp("sources") / "made")
 
 
 @pytest.fixture(params=["made", "corpus"])

@@ -15,7 +15,6 @@ from paradize.cli.main import main
 from tests.pipeline.bakes import bake_apart
 from tests.pipeline.kept_workers import keeping_workers
 from tests.pipeline.scenes import make_cove
-from tests.shared_folder import made_once
 
 
 @pytest.fixture(scope="session", autouse=True)
@@ -41,12 +40,10 @@ def paradize_here() -> Callable[..., subprocess.CompletedProcess[str]]:
 
 @pytest.fixture(scope="session")
 def baked_cove(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A store that holds the cove's products. To be read: see cove_store. The processes of a run share it."""
-
-    def make(top: Path) -> None:
-        bake_apart(make_cove(top / "scene"), top)
-
-    return made_once(tmp_path_factory, "baked_cove", make) / "store"
+    """A store that holds the cove's products. To be read: see cove_store."""
+    top = tmp_path_factory.mktemp("baked_cove")
+    bake_apart(make_cove(top / "scene"), top)
+    return top / "store"
 
 
 @pytest.fixture(scope="session")
