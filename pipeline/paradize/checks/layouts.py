@@ -126,16 +126,22 @@ def _painted(
         return np.ones(len(corners), np.bool_)
     # Between the centres of four texels their colours are mixed; cell (0, 0) ends at the first centre.
     around = np.pad(colors, ((1, 1), (1, 1), (0, 0)), mode="edge")
-    across = np.abs(np.diff(around, axis=1)).max(axis=2) > most
-    down = np.abs(np.diff(around, axis=0)).max(axis=2) > most
+    across, down = (
+        np.maximum.reduce([np.abs(np.diff(around[:, :, k], axis=axis)) for k in range(3)]) > most
+        for axis in (1, 0)
+    )
     edge = across[:-1] | across[1:] | down[:, :-1] | down[:, 1:]
     found = np.zeros(len(corners), np.bool_)
     steps = 32 if len(corners) <= _FEW else 10
     samples = [[a, b, steps - a - b] for a in range(steps + 1) for b in range(steps + 1 - a)]
-    for weights in (np.array(samples, np.float64) + 1.0 / 3.0) / (steps + 1.0):
-        places = (corners * weights[None, :, None]).sum(axis=1) * np.array(colors.shape[1::-1]) + 0.5
+    left, size = np.arange(len(corners)), np.array(colors.shape[1::-1])
+    for a, b, c in (np.array(samples, np.float64) + 1.0 / 3.0) / (steps + 1.0):
+        places = (corners[:, 0] * a + corners[:, 1] * b + corners[:, 2] * c) * size + 0.5
         column, row = places.astype(np.int64).T
-        found |= edge[row, column]
+        shows = edge[row, column]
+        if shows.any():
+            found[left[shows]] = True
+            left, corners = left[~shows], corners[~shows]
     return found
 
 

@@ -186,6 +186,11 @@ def _leaning(normal: Map, height: Map, green_up: bool) -> Iterator[Finding]:
         yield Finding("PZ215", normal.file, f"{what}, at least {TOGETHER:g} is expected")
 
 
+def _square(vectors: F32 | F64) -> F32 | F64:
+    """The squared lengths of vectors along the last axis: numpy sums axes of a few numbers slowly."""
+    return np.asarray(sum(np.square(vectors[..., k]) for k in range(vectors.shape[-1])))
+
+
 def _half(values: F32 | F64) -> F32 | F64:
     """Means of pairs of texels along axis 0; for an odd number, weighted means of three."""
     n = len(values)
@@ -212,7 +217,7 @@ def _content(texture_map: Map, level: int, kind: str) -> F32 | F64:
     if kind == "normal":
         return np.dstack([rebuilt(values[:, :, :2]), weight])
     if kind == "dudv":  # clipped values are not known
-        weight[np.abs(values[:, :, :2]).max(axis=2) >= _CUT] = 0.0
+        weight[np.maximum(*np.abs(np.moveaxis(values[:, :, :2], 2, 0))) >= _CUT] = 0.0
         return np.dstack([values[:, :, :2], weight])
     if texture_map.texture.format.endswith("_SRGB"):
         if texture_map.texture.format != "BC1_RGB_SRGB":
@@ -256,12 +261,12 @@ def _beyond(texture_map: Map, level: int, kind: str, wanted: list[F32 | F64]) ->
     coarse = min(level + 1, len(wanted) - 1)
     here = _content(texture_map, level, kind)
     if kind == "normal":  # weight each normal by how well the normals of level 0 below it agree
-        here[:, :, :3] *= np.sqrt(np.square(wanted[level][:, :, :3]).sum(axis=2, keepdims=True))
+        here[:, :, :3] *= np.sqrt(_square(wanted[level][:, :, :3]))[:, :, None]
     means = [*islice(_means(here), 2)][-1]
     least = _WHOLE if kind == "dudv" else 0.25
     seen = (wanted[coarse][:, :, -1] > least) & (means[:, :, -1] > least)
     if kind == "normal":
-        seen &= np.square(wanted[coarse][:, :, :3]).sum(axis=2) > _AGREED * _AGREED
+        seen &= _square(wanted[coarse][:, :, :3]) > _AGREED * _AGREED
     if not seen.any():
         return None
     truth, shown = (_shown(values[seen], kind) for values in (wanted[coarse], means))
@@ -292,7 +297,7 @@ def _shown(values: F32 | F64, kind: str) -> F64:
     """(n, c): directions of normals; else values divided by their weight. Of du/dv less their mean, because
     clipping moves it, and another rule looks at it."""
     if kind == "normal":
-        length = np.sqrt(np.square(values[:, :3]).sum(axis=1, keepdims=True))
+        length = np.sqrt(_square(values[:, :3]))[:, None]
         return np.asarray(values[:, :3] / np.maximum(length, 1e-3))
     shown = np.asarray(values[:, :-1] / values[:, -1:])
     return shown - shown.mean(axis=0) if kind == "dudv" else shown
@@ -307,7 +312,7 @@ def _widening(normal: Map, gloss: Map) -> Iterator[Finding]:
     for level, means in enumerate(_means(joined)):
         if level == 0 or level >= len(gloss.texture.levels):
             continue
-        square = np.minimum(1.0, np.square(means[:, :, 1:]).sum(axis=2))
+        square = np.minimum(1.0, _square(means[:, :, 1:]))
         r = np.maximum(np.sqrt(square), 1e-6)
         lost = np.maximum(0.0, 0.7 * 2.0 * (1.0 - square) / (r * (3.0 - square)) - 0.004)
         most = 1.0 - np.sqrt(np.sqrt(np.minimum(1.0, 0.9 * means[:, :, 0] + lost)))

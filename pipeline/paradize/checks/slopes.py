@@ -55,7 +55,7 @@ def _correlation(
     across = 0.5 * (means[1:-1, 2:] - means[1:-1, :-2])
     up = 0.5 * (means[:-2, 1:-1] - means[2:, 1:-1])
     wanted, lean = np.dstack([across, up]), lean[1:-1, 1:-1]
-    steep = np.square(wanted).sum(axis=2) > _FLAT * _FLAT
+    steep = (across * across + up * up)[:, :, 0] > _FLAT * _FLAT
     least = _FEW
     if skipped is not None:
         near = _with_neighbours(_areas(skipped[:, :, None].astype(np.float64), texels)[:, :, 0] > 0)

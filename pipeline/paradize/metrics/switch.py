@@ -25,13 +25,18 @@ _PIXELS = 5 * 128.0**2  # of all directions together, about
 _LEAST_DIRECTIONS = 3
 
 
+def drawn_size(size_px: float) -> float:
+    """The size of the pictures that switch_flip draws for a size: equal ones have an equal result."""
+    return min(max(size_px, _SMALLEST_PX), _LARGEST_PX)
+
+
 def switch_flip(before: SeenMesh, after: SeenMesh, size_px: float) -> float:
     """The mean FLIP, 0..1, over the pixels of the projected bounding box of `before`, which has `size_px`
     pixels along its diagonal (at least 24 and at most 400); the mean of directions all around."""
     size = diagonal_of(before)
     if not size > 0:
         return 0.0
-    size_px = min(max(size_px, _SMALLEST_PX), _LARGEST_PX)
+    size_px = drawn_size(size_px)
     every = directions()
     count = int(np.clip(_PIXELS / (size_px * size_px), _LEAST_DIRECTIONS, len(every)))
     chosen = every[[int((k + 0.5) * len(every) / count) for k in range(count)]]

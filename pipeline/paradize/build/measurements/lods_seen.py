@@ -8,7 +8,8 @@ be lit differently, so that its error in metres is raised until it also looks li
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from functools import cache, partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -17,7 +18,7 @@ from paradize.artifact import SEEN
 from paradize.data import rounded
 from paradize.formats.glb.reader import decode_glb
 from paradize.formats.ktx2.reader import decode_ktx2
-from paradize.kernels.reference.seen import SeenMaterial, SeenMesh
+from paradize.kernels.reference.seen import SeenMaterial
 from paradize.metrics.seen import (
     LARGEST_PX,
     SMALLEST_PX,
@@ -28,7 +29,7 @@ from paradize.metrics.seen import (
     seen_mesh,
 )
 from paradize.metrics.source import linear_light
-from paradize.metrics.switch import ROOM, switch_flip
+from paradize.metrics.switch import ROOM, drawn_size, switch_flip
 from paradize.metrics.texels import decode_texels
 
 if TYPE_CHECKING:
@@ -106,28 +107,21 @@ def measure_lods_seen(
         level = seen_mesh(mesh, drawn)
         near_px = error_px * diagonal_m / error_m if error_m > 0 else LARGEST_PX
         most_px = None if before_px is None else min(near_px, before_px)
-        changes: dict[float, float] = {}  # by size
+        change = cache(partial(switch_flip, before, level))
 
-        def quiet(
-            size_px: float,
-            before: SeenMesh = before,
-            level: SeenMesh = level,
-            found: dict[float, float] = changes,
-        ) -> bool:
-            found[size_px] = switch_flip(before, level, size_px)
-            return flip >= 1.0 or found[size_px] <= ROOM * flip
+        def quiet(size_px: float, change: Callable[[float], float] = change) -> bool:
+            return flip >= 1.0 or change(drawn_size(size_px)) <= ROOM * flip
 
         found = None if most_px is None else largest_size(reference, level, allowed, most_px, quiet)
         seen = found or seen_difference(reference, level, SMALLEST_PX)
-        if seen.size_px not in changes:
-            quiet(seen.size_px)
         before = level
         before_px = switch_m = None
         if found is not None:
             before_px, switch_m = found.size_px, error_m
             if found.size_px < min(near_px, LARGEST_PX):
                 switch_m = max(error_m, rounded(error_px * diagonal_m / found.size_px))
-        values = (seen.size_px, seen.p99_deg, seen.mean_deg, seen.silhouette, changes[seen.size_px])
+        flipped = change(drawn_size(seen.size_px))
+        values = (seen.size_px, seen.p99_deg, seen.mean_deg, seen.silhouette, flipped)
         levels.append({**dict(zip(SEEN, map(rounded, values), strict=True)), "switch_m": switch_m})
     return levels
 

@@ -15,6 +15,9 @@ constexpr std::uint32_t nothing = ~0U;
 
 std::size_t wrapped(double whole, std::size_t count, Wrap wrap) {
     const auto n = static_cast<double>(count);
+    if (whole >= 0 && whole < n) {
+        return static_cast<std::size_t>(whole); // nearly always
+    }
     if (wrap == Wrap::repeat) {
         whole -= n * std::floor(whole / n);
     } else if (wrap == Wrap::mirror) {
@@ -30,14 +33,15 @@ std::array<double, channels> sampled(const Mip &mip, const SeenMaterial &materia
     const double x = std::clamp(uv[0] * static_cast<double>(mip.columns) - 0.5, -0x1p40, 0x1p40);
     const double y = std::clamp(uv[1] * static_cast<double>(mip.rows) - 0.5, -0x1p40, 0x1p40);
     const double left = std::floor(x), top = std::floor(y);
+    const std::array<std::size_t, 2> columns{wrapped(left, mip.columns, material.across),
+                                             wrapped(left + 1, mip.columns, material.across)};
     std::array<double, channels> out{};
     for (std::size_t j = 0; j < 2; ++j) {
         const double down = j ? y - top : 1 - (y - top);
         const std::size_t row = wrapped(top + static_cast<double>(j), mip.rows, material.down);
         for (std::size_t i = 0; i < 2; ++i) {
             const double weight = down * (i ? x - left : 1 - (x - left));
-            const std::size_t column = wrapped(left + static_cast<double>(i), mip.columns, material.across);
-            const float *texel = &mip.texels[(row * mip.columns + column) * channels];
+            const float *texel = &mip.texels[(row * mip.columns + columns[i]) * channels];
             for (std::size_t c = 0; c < channels; ++c) {
                 out[c] += weight * texel[c];
             }
@@ -45,6 +49,45 @@ std::array<double, channels> sampled(const Mip &mip, const SeenMaterial &materia
     }
     return out;
 }
+
+// Samples of a tile; the ends are excluded.
+struct Samples {
+    std::size_t column, columns, row, rows;
+
+    bool empty() const { return columns <= column || rows <= row; }
+};
+
+// Which samples of a row may lie in a triangle: most of a box around a narrow one do not.
+class RowOfTriangle {
+  public:
+    explicit RowOfTriangle(const PlacedTriangle &shape) {
+        const Pair &a = shape.second_by, &b = shape.third_by;
+        const double level = 1e-9 * (std::abs(a[0]) + std::abs(a[1]) + std::abs(b[0]) + std::abs(b[1]));
+        by_ = {a, b, {-a[0] - b[0], -a[1] - b[1]}};
+        for (std::size_t k = 0; k < 3; ++k) {
+            inverse_[k] = std::abs(by_[k][0]) > level ? 1 / by_[k][0] : 0;
+        }
+    }
+
+    // Of `count` samples from (dx, dy), as seen from the first corner: the first that may lie inside, and the
+    // end. With a sample more on each side than lies between the edges: rounding moves no crossing so far,
+    // but that of an edge along the row, which narrows nothing.
+    std::pair<std::size_t, std::size_t> narrowed(double dx, double dy, std::size_t count) const {
+        double low = 0, high = static_cast<double>(count);
+        for (std::size_t k = 0; k < 3; ++k) {
+            const double distance = (k == 2 ? 1 + edge : edge) + by_[k][0] * dx + by_[k][1] * dy;
+            const double crossing = -distance * inverse_[k];
+            low = inverse_[k] > 0 ? std::max(low, crossing - 1) : low;
+            high = inverse_[k] < 0 ? std::min(high, crossing + 2) : high;
+        }
+        return low < high ? std::pair(static_cast<std::size_t>(low), static_cast<std::size_t>(high))
+                          : std::pair<std::size_t, std::size_t>(0, 0);
+    }
+
+  private:
+    std::array<Pair, 3> by_;          // what the edges' distances, 0 on them, grow by along x and y
+    std::array<double, 3> inverse_{}; // of that along x; 0 where the edge lies along the row
+};
 
 } // namespace
 
@@ -82,7 +125,10 @@ Pair Placed::uv(std::size_t t, const Pair &shares) const {
     return out;
 }
 
-const Mip &Placed::level(std::size_t t, const PlacedTriangle &shape, const std::vector<Mip> &chain) const {
+const Mip *Placed::level(std::size_t t, const PlacedTriangle &shape, const std::vector<Mip> &chain) const {
+    if (chain.empty() || mesh.shading.uvs.empty()) {
+        return chain.empty() ? nullptr : &chain.back();
+    }
     const std::uint32_t *corner = &mesh.surface.triangles[t * 3];
     const auto uvs = mesh.shading.uvs;
     double widest = 0;
@@ -101,26 +147,23 @@ const Mip &Placed::level(std::size_t t, const PlacedTriangle &shape, const std::
     for (; k + 1 < chain.size() && widest >= 2; widest /= 4) {
         ++k;
     }
-    return chain[k];
+    return &chain[k];
 }
 
-Point Placed::shown(std::size_t t, const PlacedTriangle &shape, const Pair &shares,
-                    const std::vector<Mip> &chain, double without) const {
-    if (chain.empty()) {
+Point Placed::shown(std::size_t t, const Pair &shares, const Mip *map, double without) const {
+    if (map == nullptr) {
         return {without, without, without};
     }
     if (mesh.shading.uvs.empty()) {
-        const auto first = chain.back().texels;
-        return {first[0], first[1], first[2]};
+        return {map->texels[0], map->texels[1], map->texels[2]};
     }
-    return sampled<3>(level(t, shape, chain), mesh.materials[mesh.material[t]], uv(t, shares));
+    return sampled<3>(*map, mesh.materials[mesh.material[t]], uv(t, shares));
 }
 
-Point Placed::lit(std::size_t t, const PlacedTriangle &shape, const Pair &shares, const Point &normal,
+Point Placed::lit(std::size_t t, const Maps &maps, const Pair &shares, const Point &normal,
                   const SeenLight &light) const {
-    const SeenMaterial &material = mesh.materials[mesh.material[t]];
-    const Point color = shown(t, shape, shares, material.colors, 1);
-    const Point glow = shown(t, shape, shares, material.glow, 0);
+    const Point color = shown(t, shares, maps.color, 1);
+    const Point glow = shown(t, shares, maps.glow, 0);
     const double received =
         light.direct * std::max(0.0, dot(normal, light.toward)) + light.around * (0.5 + 0.5 * normal[1]);
     const std::uint32_t *corner = &mesh.surface.triangles[t * 3];
@@ -257,8 +300,6 @@ void Bins::fill(const std::vector<std::size_t> &chosen) {
 void draw(const Placed &placed, std::span<const std::uint32_t> triangles, std::size_t left,
           std::size_t bottom, std::size_t samples, const SeenLight *light, TilePixels &out) {
     const std::size_t side = tile * samples;
-    std::vector<double> nearest(side * side, -std::numeric_limits<double>::infinity());
-    std::vector<std::uint32_t> shown(side * side, nothing);
     const auto x0 = static_cast<double>(left), y0 = static_cast<double>(bottom);
     const auto range = [&](double low, double high, double from) {
         const double last = static_cast<double>(side) - 1;
@@ -266,24 +307,48 @@ void draw(const Placed &placed, std::span<const std::uint32_t> triangles, std::s
         const double b = std::clamp(std::floor(high - from - 0.5 + 1e-6), -1.0, last);
         return std::pair(static_cast<std::size_t>(a), static_cast<std::size_t>(b + 1)); // b + 1 is excluded
     };
-    for (const std::uint32_t t : triangles) {
-        const PlacedTriangle shape = placed.triangle(t);
+    const auto box = [&](std::uint32_t t) {
         const std::uint32_t *corner = &placed.mesh.surface.triangles[t * std::size_t{3}];
         const Point &p = placed.at[corner[0]], &q = placed.at[corner[1]], &r = placed.at[corner[2]];
         const auto [column, columns] = range(std::min({p[0], q[0], r[0]}), std::max({p[0], q[0], r[0]}), x0);
         const auto [row, rows] = range(std::min({p[1], q[1], r[1]}), std::max({p[1], q[1], r[1]}), y0);
+        return Samples{column, columns, row, rows};
+    };
+    Samples all{side, 0, side, 0};
+    for (const std::uint32_t t : triangles) {
+        const Samples one = box(t);
+        if (!one.empty()) {
+            all = {std::min(all.column, one.column), std::max(all.columns, one.columns),
+                   std::min(all.row, one.row), std::max(all.rows, one.rows)};
+        }
+    }
+    if (all.empty()) {
+        return;
+    }
+    const std::size_t width = all.columns - all.column, count = width * (all.rows - all.row);
+    std::vector<double> nearest(count, -std::numeric_limits<double>::infinity());
+    std::vector<std::uint32_t> shown(count, nothing);
+    for (const std::uint32_t t : triangles) {
+        const auto [column, columns, row, rows] = box(t);
+        if (columns <= column) {
+            continue;
+        }
+        const PlacedTriangle shape = placed.triangle(t);
         const SeenMaterial &material = placed.mesh.materials[placed.mesh.material[t]];
-        const bool holes = !material.alpha.empty() && !placed.mesh.shading.uvs.empty();
-        const Mip *alpha = holes ? &placed.level(t, shape, material.alpha) : nullptr;
+        const Mip *alpha = placed.mesh.shading.uvs.empty() ? nullptr : placed.level(t, shape, material.alpha);
+        const RowOfTriangle between(shape);
         for (std::size_t y = row; y < rows; ++y) {
-            for (std::size_t x = column; x < columns; ++x) {
+            const auto [first, end] =
+                between.narrowed(x0 + static_cast<double>(column) + 0.5 - shape.first[0],
+                                 y0 + static_cast<double>(y) + 0.5 - shape.first[1], columns - column);
+            for (std::size_t x = column + first; x < column + end; ++x) {
                 const Pair s =
                     shape.shares(x0 + static_cast<double>(x) + 0.5, y0 + static_cast<double>(y) + 0.5);
                 if (!(s[0] >= -edge && s[1] >= -edge && s[0] + s[1] <= 1 + edge)) {
                     continue;
                 }
                 const double z = shape.first[2] + s[0] * shape.nearer_second + s[1] * shape.nearer_third;
-                const std::size_t at = y * side + x;
+                const std::size_t at = (y - all.row) * width + x - all.column;
                 if (z > nearest[at] &&
                     (alpha == nullptr ||
                      sampled<1>(*alpha, material, placed.uv(t, s))[0] >= material.cutoff)) {
@@ -295,27 +360,29 @@ void draw(const Placed &placed, std::span<const std::uint32_t> triangles, std::s
     }
     PlacedTriangle shape;
     std::uint32_t last = nothing;
-    const Mip *map = nullptr;
+    Maps maps;
     const Shading &shading = placed.mesh.shading;
     const bool framed = !shading.uvs.empty() && !shading.tangents.empty();
-    for (std::size_t y = 0; y < side; ++y) {
-        for (std::size_t x = 0; x < side; ++x) {
-            const std::uint32_t t = shown[y * side + x];
+    for (std::size_t y = all.row; y < all.rows; ++y) {
+        for (std::size_t x = all.column; x < all.columns; ++x) {
+            const std::uint32_t t = shown[(y - all.row) * width + x - all.column];
             if (t == nothing) {
                 continue;
             }
             if (t != last) {
                 shape = placed.triangle(t);
-                const std::vector<Mip> &chain = placed.mesh.materials[placed.mesh.material[t]].normals;
-                map = framed && !chain.empty() ? &placed.level(t, shape, chain) : nullptr;
+                const SeenMaterial &material = placed.mesh.materials[placed.mesh.material[t]];
+                maps.normal = framed ? placed.level(t, shape, material.normals) : nullptr;
+                maps.color = light != nullptr ? placed.level(t, shape, material.colors) : nullptr;
+                maps.glow = light != nullptr ? placed.level(t, shape, material.glow) : nullptr;
                 last = t;
             }
             const Pair s = shape.shares(x0 + static_cast<double>(x) + 0.5, y0 + static_cast<double>(y) + 0.5);
             const std::size_t pixel = y / samples * tile + x / samples;
-            const Point normal = placed.normal(t, shape, map, s);
+            const Point normal = placed.normal(t, shape, maps.normal, s);
             out.normal[pixel] = along(out.normal[pixel], 1, normal);
             if (light != nullptr) {
-                out.light[pixel] = along(out.light[pixel], 1, placed.lit(t, shape, s, normal, *light));
+                out.light[pixel] = along(out.light[pixel], 1, placed.lit(t, maps, s, normal, *light));
             }
             ++out.covered[pixel];
         }

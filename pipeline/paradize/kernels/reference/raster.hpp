@@ -47,6 +47,11 @@ struct PlacedTriangle {
     }
 };
 
+// The levels of a triangle's maps that a picture shows; null where there is none.
+struct Maps {
+    const Mip *normal = nullptr, *color = nullptr, *glow = nullptr;
+};
+
 // A mesh in a picture.
 struct Placed {
     const SeenMesh &mesh;
@@ -58,16 +63,15 @@ struct Placed {
     // Texture coordinates at shares of a triangle.
     Pair uv(std::size_t t, const Pair &shares) const;
 
-    // The level of a chain whose texels are about as wide as a sample.
-    const Mip &level(std::size_t t, const PlacedTriangle &shape, const std::vector<Mip> &chain) const;
+    // The level of a chain whose texels are about as wide as a sample; its coarsest without texture
+    // coordinates, null of an empty chain.
+    const Mip *level(std::size_t t, const PlacedTriangle &shape, const std::vector<Mip> &chain) const;
 
-    // A map of three channels at shares of a triangle. Without texture coordinates: its coarsest level's
-    // first.
-    Point shown(std::size_t t, const PlacedTriangle &shape, const Pair &shares, const std::vector<Mip> &chain,
-                double without) const;
+    // A map of three channels at shares of a triangle: its first texel without texture coordinates.
+    Point shown(std::size_t t, const Pair &shares, const Mip *map, double without) const;
 
     // The light that a sample sends to the viewer.
-    Point lit(std::size_t t, const PlacedTriangle &shape, const Pair &shares, const Point &normal,
+    Point lit(std::size_t t, const Maps &maps, const Pair &shares, const Point &normal,
               const SeenLight &light) const;
 
     // The unit normal at shares of a triangle, towards the viewer, with a level of its normal map or null.
