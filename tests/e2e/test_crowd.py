@@ -21,6 +21,18 @@ WITHOUT = {"MESA_EXTENSION_OVERRIDE": "-GL_ARB_multi_draw_indirect"}
 
 
 @pytest.mark.deep
+@pytest.mark.parametrize("second", [DAY[0], NIGHT[0]])
+def test_two_thousand_palms_alone_on_the_island_take_at_most_60_draw_calls(
+    player: Player, island: Path, tmp_path: Path, second: int
+) -> None:
+    folder = write_crowd(island, tmp_path / "crowd", 2000, alone=True)
+    arguments = ["--time", second, "--frames", 5, "--size", "160x90", "--wait-resident", "--json"]
+    result = player(folder, *arguments)
+    assert result.returncode == 0, result.stderr
+    assert 0 < json.loads(result.stdout)["most_draw_calls"] <= 60
+
+
+@pytest.mark.deep
 @pytest.mark.parametrize(
     ("palms", "second", "limit"),
     [(12, *DAY), (6, *NIGHT), (2000, *DAY), (2000, 77, 60), (2000, *NIGHT)],

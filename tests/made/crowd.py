@@ -63,13 +63,16 @@ def sphere(level: int) -> Mesh:
     return Mesh(positions, faces, normals.astype(np.float32), None, None, groups=groups)
 
 
-def write_crowd(island: Path, folder: Path, palms: int = 0, stones: int = 0) -> Path:
-    """Writes a scene folder: the island without its own palm, with so many palms and stones."""
+def write_crowd(island: Path, folder: Path, palms: int = 0, stones: int = 0, *, alone: bool = False) -> Path:
+    """Writes a scene folder: the island without its own palm, with so many palms and stones. alone: without
+    its other objects too; its ground, sea, sky, lamps and particles stay."""
     scene = json.loads((island / "scene.json").read_text())
     folder.mkdir(parents=True)
     for artifact in scene["artifacts"].values():
         (folder / artifact["file"]).symlink_to((island / artifact["file"]).resolve())
     palm = next(entry for entry in scene["objects"] if entry["name"] == "palm")
+    if alone:
+        scene["objects"] = [palm]
     palm["instances"] = placed(places(palms, 0.3), 0.8, 1.2)
     if not palms:
         scene["objects"].remove(palm)
