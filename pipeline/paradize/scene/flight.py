@@ -339,8 +339,7 @@ def sightings_of(
     flight: Flight, fov_deg: float, aspect: float, spheres: Sequence[tuple[Vec, float]]
 ) -> list[Sighting]:
     """Tests each sphere (center metres, radius metres) every quarter of a second. The view cone contains the
-    whole picture (vertical field of view fov_deg, width / height = aspect). Nothing is seen beyond the far
-    plane."""
+    whole picture (vertical field of view fov_deg, width / height = aspect)."""
     import numpy as np
 
     sine, cosine = sine_cosine(0.5 * fov_deg)
@@ -363,7 +362,6 @@ def sightings_of(
         along = x * ahead[0] + y * ahead[1] + z * ahead[2]
         aside = np.sqrt(np.maximum(0.0, away * away - along * along))
         seen = (away <= radius) | ((along > -radius) & (aside * cos_half - along * sin_half <= radius))
-        seen &= along - radius <= flight.far_m
         first[seen & (first < 0.0)] = t
         farthest[seen] = np.maximum(farthest, away + radius)[seen]
     return [

@@ -190,18 +190,6 @@ def test_a_sphere_is_met_where_it_is_near_and_when_it_is_seen() -> None:
     assert outside.nearest_m == pytest.approx(19.0, abs=0.2)
 
 
-def test_a_sphere_beyond_the_far_plane_is_never_seen() -> None:
-    """At the picture's edge it is farther from the eye than the plane is."""
-    eye = (*(EyePoint(position=(0.0, 2.0, 0.0)),) * 3, EyePoint(position=(0.01, 2.0, 0.0)))
-    target = (TargetPoint(position=(0.0, 2.0, -10.0)),) * 4
-    flight = plan_flight(Settings(eye=eye, target=target, duration_s=8.0, far_m=100.0))
-    for x in (0.0, 60.0):
-        spheres = [((x, 2.0, -deep), 3.0) for deep in (102.0, 104.0, 300.0)]
-        within, beyond, far_beyond = sightings_of(flight, 60.0, 1.5, spheres)
-        assert within.seen and not beyond.seen and not far_beyond.seen
-        assert beyond.farthest_seen_m == 0.0 and beyond.nearest_m > 100.0
-
-
 @given(
     st.lists(
         st.tuples(st.tuples(*3 * [st.floats(-60.0, 60.0)]), st.floats(0.01, 0.45)), min_size=1, max_size=8
