@@ -127,7 +127,8 @@ def _painted(
     # Between the centres of four texels their colours are mixed; cell (0, 0) ends at the first centre.
     around = np.pad(colors, ((1, 1), (1, 1), (0, 0)), mode="edge")
     across, down = (
-        np.maximum.reduce([np.abs(np.diff(around[:, :, k], axis=axis)) for k in range(3)]) > most
+        np.maximum.reduce([np.abs(np.diff(around[:, :, k], axis=axis)) for k in range(colors.shape[2])])
+        > most
         for axis in (1, 0)
     )
     edge = across[:-1] | across[1:] | down[:, :-1] | down[:, 1:]

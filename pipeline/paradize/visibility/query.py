@@ -46,6 +46,14 @@ class _Light:
     reach_m: Vec
 
 
+def drawn_to_m(near_m: float, far_m: float) -> float:
+    """The depth up to which a player may draw: its matrix is of float32, which moves the far plane out where
+    it lies many times as far as the near one, without end in the extreme."""
+    across = far_m - near_m
+    excess = float(np.float32((far_m + near_m) / across)) - 1.0 - 4.0 * float(np.finfo(np.float32).eps)
+    return max(far_m, 2.0 * far_m * near_m / across / excess) if excess > 0.0 else np.inf
+
+
 @dataclass(frozen=True)
 class VisibilityQuery:
     """The n runs of a flight and what is needed to ask about them.
@@ -222,7 +230,7 @@ def _query(flight: Flight, fov_deg: float, flight_views: dict[str, Any]) -> Visi
         pixels=height / (2.0 * tangent) / flight_views["error_px"],
         near_m=near_m,
         reach=reach,
-        far_m=flight.far_m,
+        far_m=drawn_to_m(flight.near_m, flight.far_m),
         mirror_m=flight_views["mirror_m"],
         water_m=flight_views["water_m"],
         light=_light(shadow["extent_m"], shadow["center"], flight_views["sun"]) if shadow else None,

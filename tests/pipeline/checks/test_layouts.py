@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -10,10 +11,11 @@ import pytest
 from paradize.bakers.authored.bake import bake_authored
 from paradize.bakers.color import bake_color
 from paradize.bakers.mesh.bake import bake_mesh
-from paradize.checks.layouts import check_layout, check_layouts
+from paradize.checks.layouts import _painted, check_layout, check_layouts
 from paradize.readers.model import read_model
 from tests.pipeline.heights import save
 from tests.pipeline.layouts import cards, rect
+from tests.player.synthetic import texture
 
 
 @pytest.mark.parametrize(("drawn", "said"), [(2, []), (32, ["PZ232"])])
@@ -58,3 +60,12 @@ def test_overlap_is_told_only_where_an_occlusion_map_shades_it(
     wood = {"maps": maps, "wrap": None, "occlusion_strength": strength}
     manifest = {"objects": [{"mesh": "mesh", "materials": {"wood": wood}}], "artifacts": artifacts}
     assert [finding.code for finding in check_layouts(manifest, tmp_path)] == said
+
+
+def test_edges_of_a_colour_map_are_found_whatever_channels_it_has() -> None:
+    corners = np.array([[[0.4, 0.2], [0.6, 0.2], [0.5, 0.4]], [[0.1, 0.1], [0.2, 0.1], [0.1, 0.2]]])
+    for form, channels in (("R8_UNORM", 1), ("RG8_UNORM", 2), ("RGBA8_SRGB", 4)):
+        values = np.zeros((16, 16, channels), np.uint8)
+        values[:, 8:, 0] = 255
+        found = _painted(corners, partial(texture, form, values), 0.1)
+        assert found.tolist() == [True, False]

@@ -14,7 +14,7 @@ from paradize.data import Heightfield
 from paradize.scene.flight import plan_flight
 from paradize.scene.settings import EyePoint, Flight, TargetPoint
 from paradize.stages.terrain_tree import diamond_of
-from paradize.visibility.query import Sphere, VisibilityQuery, lifted_spheres, plan_query
+from paradize.visibility.query import Sphere, VisibilityQuery, drawn_to_m, lifted_spheres, plan_query
 from tests.pipeline.bakers.terrain.test_tree import FIELDS, grown, tables_of
 from tests.pipeline.terrain_cut import drawn, split_diamonds
 from tests.sweeps import sweep
@@ -289,3 +289,10 @@ def test_what_water_lifts_is_held_all_the_way_up(depth_m: float, radius_m: float
         middle = (4.0, 2.0 - depth_m * share, 6.0)
         room = max(sphere.radius_m - math.dist(sphere.center, middle) for sphere in held)
         assert room >= radius_m - 1e-9
+
+
+def test_the_far_plane_lies_where_a_matrix_of_float32_has_it() -> None:
+    """Far / near: 1e4 as asked for, 2e6 some 5 % and more beyond, 4e7 nowhere."""
+    assert 1000.0 <= drawn_to_m(0.1, 1000.0) < 1005.0
+    assert drawn_to_m(0.001, 2000.0) > 2097.0
+    assert drawn_to_m(0.0001, 4000.0) == np.inf
