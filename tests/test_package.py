@@ -148,7 +148,7 @@ def test_the_wheel_holds_types_and_fields_and_no_sources_of_kernels(pure_wheel: 
     expected |= {"paradize/py.typed", "paradize/scene/FIELDS.md"}
     expected |= {str(path.relative_to(PACKAGE.parent)) for path in PACKAGE.rglob("*.toml")}  # new's templates
     assert expected - names == set()
-    assert {Path(name).suffix for name in names} == {".py", ".pyi", ".typed", ".md", ".yml", ".toml"}
+    assert {Path(name).suffix for name in names} == {".py", ".pyi", ".typed", ".md", ".toml"}
 
 
 def test_the_wheel_makes_the_schema_that_it_does_not_hold(pure_wheel: Path, tmp_path: Path) -> None:
