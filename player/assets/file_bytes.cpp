@@ -281,18 +281,21 @@ void FileBytes::read(std::uint64_t offset, std::span<std::byte> out) const {
     }
     try {
         if (descriptor_) {
-            read(*descriptor_, offset, out);
+            descriptor_->read(offset, out, name_, bytes().size());
+            require_same(descriptor_->stamp());
         } else {
-            read(Descriptor(name_), offset, out);
+            require_same(stamp_of(name_)); // it may be gone, or be no file any more
+            const Descriptor again(name_);
+            again.read(offset, out, name_, bytes().size());
+            require_same(again.stamp());
         }
     } catch (const Error &error) {
         throw SourceError(error.what());
     }
 }
 
-void FileBytes::read(const Descriptor &file, std::uint64_t offset, std::span<std::byte> out) const {
-    file.read(offset, out, name_, bytes().size());
-    if (!same_content(stamp_, file.stamp())) {
+void FileBytes::require_same(const FileStamp &found) const {
+    if (!same_content(stamp_, found)) {
         throw Error(name_ + ": was changed while it was played" + bake_again);
     }
 }

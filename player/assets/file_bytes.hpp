@@ -64,6 +64,7 @@ class FileBytes final : public ByteSource {
     /// The file's bytes. After free_memory() the addresses are valid, but their content is zero.
     std::span<const std::byte> bytes() const;
     bool in_memory() const { return !descriptor_ && !opens_again_; }
+    bool is_open() const { return descriptor_ != nullptr; }
     /// The version of the file that was read or opened last. Zero if it was so young then that a change might
     /// not alter its times.
     const FileStamp &stamp() const { return stamp_; }
@@ -86,7 +87,8 @@ class FileBytes final : public ByteSource {
     void read_front(const Descriptor &file, std::size_t bytes);
     void read_all(const Descriptor &file, const OnBytes &on_bytes);
     void check_front(std::span<const std::byte> found) const;
-    void read(const Descriptor &file, std::uint64_t offset, std::span<std::byte> out) const;
+    /// Throws Error if that is not the stamp of the file that was checked.
+    void require_same(const FileStamp &found) const;
 
     std::optional<ReservedMemory> memory_;
     std::unique_ptr<Descriptor> descriptor_; // open while the memory is freed

@@ -74,20 +74,35 @@ void Uploads::add_pieces(std::uint32_t index) {
     }
 }
 
+/// Counts a file that stays open, if it does.
+struct Uploads::OpenFile {
+    explicit OpenFile(Uploads &of) : free(of.kept_open.fetch_add(1) < of.most_kept_open), uploads(of) {}
+    ~OpenFile() {
+        if (!taken) {
+            uploads.kept_open.fetch_sub(1);
+        }
+    }
+    OpenFile(const OpenFile &) = delete;
+    OpenFile &operator=(const OpenFile &) = delete;
+
+    const bool free;
+    bool taken = false;
+    Uploads &uploads;
+};
+
 bool Uploads::open_if_checked(std::uint32_t artifact) {
     const assets::Artifact &entry = scene.artifacts[artifact];
     assets::LoadedArtifact &loaded = items[artifact]->loaded;
     const assets::FileStamp version = assets::stamp_of(loaded.path);
-    if (kept_open.fetch_add(1) >= most_kept_open || !checked_files->holds(entry, version) ||
-        !loaded.file.keep_open(loaded.path, version)) {
-        kept_open.fetch_sub(1);
+    OpenFile slot(*this);
+    if (!slot.free || !checked_files->holds(entry, version) || !loaded.file.keep_open(loaded.path, version)) {
         return false;
     }
     loaded.checked_ns = assets::now_ns();
     if (loaded.plan.pieces.empty()) {
         loaded.file.release(); // nothing of it is drawn
-        kept_open.fetch_sub(1);
     }
+    slot.taken = loaded.file.is_open();
     return true;
 }
 
@@ -104,24 +119,19 @@ void Uploads::check_all_of(std::uint32_t artifact, const std::stop_token &stop) 
     assets::LoadedArtifact &loaded = items[artifact]->loaded;
     const Clock::time_point start = Clock::now();
     loaded.checked_ns = assets::now_ns();
-    const bool may_keep_open = kept_open.fetch_add(1) < most_kept_open;
+    OpenFile slot(*this);
     // what waits for all of a scene reads it again at once
-    assets::check_artifact(scene.artifacts[artifact], loaded, may_keep_open && takes_all, stop);
+    assets::check_artifact(scene.artifacts[artifact], loaded, slot.free && takes_all, stop);
     checked_files->add(scene.artifacts[artifact], loaded.file.stamp(), loaded.checked_ns);
     count_read(scene.artifacts[artifact].bytes, start);
-    if (!loaded.file.in_memory()) {
-        return;
-    }
-    const std::uint64_t bytes = loaded.file.bytes().size();
-    if (waiting_bytes.fetch_add(bytes) + bytes > max_waiting_bytes) {
-        free_memory(loaded, may_keep_open);
+    const std::uint64_t bytes = loaded.file.in_memory() ? loaded.file.bytes().size() : 0;
+    if (waiting_bytes.fetch_add(bytes) + bytes > max_waiting_bytes && loaded.file.in_memory()) {
+        free_memory(loaded, slot.free);
         if (!loaded.file.in_memory()) { // else no time stamp proves that the file stays the same
             waiting_bytes.fetch_sub(bytes);
-            kept_open.fetch_sub(may_keep_open ? 0 : 1);
-            return;
         }
     }
-    kept_open.fetch_sub(1);
+    slot.taken = loaded.file.is_open();
 }
 
 void Uploads::count_read(std::uint64_t bytes, Clock::time_point since) {
@@ -133,6 +143,8 @@ void Uploads::count_read(std::uint64_t bytes, Clock::time_point since) {
 void Uploads::release(assets::FileBytes &file) {
     if (file.in_memory()) {
         waiting_bytes.fetch_sub(file.bytes().size());
+    } else if (file.is_open()) {
+        kept_open.fetch_sub(1);
     }
     file.release();
 }

@@ -91,7 +91,8 @@ struct Uploads {
     bool all_files_wait = false; // in memory: together they stay below max_waiting_bytes
     std::unique_ptr<assets::CheckedFiles> checked_files;
     std::atomic<std::size_t> unchecked_files; // that check() has not returned for yet
-    std::atomic<std::size_t> kept_open;       // files without memory, of which pieces are read
+    struct OpenFile;
+    std::atomic<std::size_t> kept_open; // files without memory, of which pieces are read
     std::size_t most_kept_open = 0;
     std::atomic<std::uint64_t> read_bytes, read_ns; // by the threads, and how long that took them
     // The last members: their threads use the others.
