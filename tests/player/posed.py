@@ -82,9 +82,8 @@ class Posed:
         if "waypoint_u" in manifest["flight"]:
             manifest["flight"]["waypoint_u"] = [0]
         size = "x".join(map(str, self.size))
-        key = json.dumps(
-            [manifest, disable, quality, time_s, size, frames, sorted(files or {})], sort_keys=True
-        )
+        replaced = {name: identity(data) for name, data in (files or {}).items()}
+        key = json.dumps([manifest, disable, quality, time_s, size, frames, replaced], sort_keys=True)
         if key in self.kept:
             return self.kept[key]
         # One folder for all scenes without other files: the player checks its files once.
@@ -94,7 +93,7 @@ class Posed:
             place = room / artifact["file"]
             if files and name in files:
                 place.write_bytes(files[name])
-                artifact |= identity(files[name])
+                artifact |= replaced[name]
             elif not place.exists():
                 place.symlink_to((self.source / artifact["file"]).resolve())
         (room / "scene.json").write_text(json.dumps(manifest))

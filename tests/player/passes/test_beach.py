@@ -20,7 +20,7 @@ from paradize.data import Lod
 from paradize.formats.glb.encode import encode_glb
 from tests.pictures import require_like, save
 from tests.player.patches import tiled
-from tests.player.posed import Picture, Posed, Vec, around, differs
+from tests.player.posed import FOV_RAD, Picture, Posed, Vec, around, differs
 from tests.player.posed import pixel as posed_pixel
 from tests.player.synthetic import box, identity, instance, texture, write_scene
 
@@ -171,17 +171,22 @@ def test_effect_map_only_below_mix_low_and_sand_only_above_mix_high(posed: Posed
 
 
 def test_an_eye_in_the_sea_sees_the_sky_straight_above_and_only_water_at_flat_angles(posed: Posed) -> None:
-    """Beyond 49 degrees from the vertical the surface reflects all light: Snell's law."""
+    """Beyond 48.8 degrees from the vertical the surface reflects all light: Snell's law."""
     eye: Vec = (0.0, -1.0, 25.0)
-    poses: list[tuple[Vec, Vec]] = [(eye, (0.0, 9.0, 25.5)), (eye, (20.0, 5.0, 25.0))]
+    angles = np.radians([3.0, 47.0, 50.0, 73.0])
+    poses: list[tuple[Vec, Vec]] = [
+        (eye, (float(np.sin(angle)), float(np.cos(angle)) - 1.0, 25.0)) for angle in angles
+    ]
     still = {"water_normal": waves(0.0), "water_dudv": waves(0.0)}
     one = scene(posed, shallow_color=[0.05, 0.6, 0.3])
-    above, aside = (
-        picture[40:50, 75:85].mean(axis=(0, 1))
+    above, inside, outside, aside = (
+        picture[44:46, 79:81].mean(axis=(0, 1))
         for picture in posed.views(poses, scene=one, files=still, disable="post")
     )
-    assert above[2] > 1.3 * above[1], "the sky is blue"
-    assert aside[1] > 1.1 * aside[2], "the water glows green"
+    for sky in (above, inside):
+        assert sky[2] > 1.3 * sky[1], "the sky is blue"
+    for water in (outside, aside):
+        assert water[1] > 1.1 * water[2], "the water glows green"
 
 
 def test_waves_focus_light_on_the_floor_and_keep_its_brightness(posed: Posed) -> None:
@@ -238,6 +243,32 @@ SHORE_EYE: Vec = (0.0, 6.0, 9.0)  # over the waterline
 SHORE: Vec = (0.0, 0.0, 1.0)
 
 
+def test_a_sea_that_waves_hardly_lift_looks_calm(posed: Posed) -> None:
+    """It looks up its mirror image and its floor where the calm sea does."""
+    lifted, calm = (
+        posed.render(EYE, TARGET, scene=scene(posed, wave_height_m=height_m), disable="post")
+        for height_m in (1e-3, 0.0)
+    )
+    assert differs(lifted, calm, 2.5 / 255).mean() < 0.001
+
+
+def test_the_sea_mirrors_no_more_than_8_of_a_sky_s_radiance(posed: Posed) -> None:
+    """A sky has its sun painted in, whose glitter the sea draws itself."""
+    one = without_box(scene(posed))
+    seen = [
+        posed.render(
+            DOWN_EYE,
+            DOWN,
+            scene=one,
+            files={"sky": texture("RGBA16F", np.full((6, 8, 8, 4), radiance, np.float16))},
+            disable="post,reflection,terrain,refraction",
+        )
+        for radiance in (1.0, 8.0, 60.0)
+    ]
+    assert differs(seen[0], seen[1]).mean() > 0.5
+    assert np.array_equal(seen[1], seen[2])
+
+
 def test_the_grid_that_waves_lift_moves_with_the_eye_and_the_waves_do_not(posed: Posed) -> None:
     """On both sides of a place where the grid goes on by a cell of 1 m."""
     one = scene(posed, wave_height_m=0.32)
@@ -268,6 +299,38 @@ def test_waves_run_up_the_beach_with_foam_and_leave_the_dry_sand_and_the_waterli
     assert np.array_equal(running, lap_later)
 
 
+def ground(eye: Vec, target: Vec, slope: float = 0.0) -> npt.NDArray[np.float64]:
+    """(h, w, 3): the points of the plane y = slope * z that a picture from `eye` to `target` shows."""
+    forward = np.subtract(target, eye) / np.linalg.norm(np.subtract(target, eye))
+    right = np.cross(forward, [0.0, 1.0, 0.0])
+    right /= np.linalg.norm(right)
+    y, x = (np.mgrid[:HEIGHT, :WIDTH] + 0.5 - np.array([HEIGHT, WIDTH])[:, None, None] / 2) / (HEIGHT / 2)
+    ray = forward + np.tan(0.5 * FOV_RAD) * (x[..., None] * right - y[..., None] * np.cross(right, forward))
+    share = (slope * eye[2] - eye[1]) / (ray[..., 1] - slope * ray[..., 2])
+    return np.asarray(eye + share[..., None] * ray)
+
+
+def test_waves_run_up_as_high_as_the_scene_says_and_no_higher(posed: Posed) -> None:
+    """Of four waves the highest, over 10 m of the beach: each has its own height, and lobes."""
+    eye, target = (0.0, 9.0, 3.0), (0.0, 0.0, -2.0)
+    height_m = 0.3
+    shape = {"swash_height_m": height_m, "swash_waves": 4}
+    calm = posed.render(eye, target, scene=without_box(scene(posed)), disable="post")
+    wet = [
+        differs(
+            posed.render(
+                eye, target, time_s=second, scene=without_box(scene(posed, **shape)), disable="post"
+            ),
+            calm,
+            3 / 255,
+        )
+        for second in (0.5, 5.5, 8.5)
+    ]
+    reached = np.where(np.any(wet, axis=0), ground(eye, target, -0.15)[..., 1], -1.0).max(axis=0)
+    assert 0.6 * height_m < reached.mean() < 0.8 * height_m
+    assert reached.max() < height_m
+
+
 def test_ripples_are_seen_round_a_pole_and_nowhere_else(posed: Posed) -> None:
     pole = (0.0, 0.0, 4.0)
     ring = {"x_m": [pole[0]], "z_m": [pole[2]], "radius_m": [0.2]}
@@ -281,6 +344,27 @@ def test_ripples_are_seen_round_a_pole_and_nowhere_else(posed: Posed) -> None:
     _, y = pixel(EYE, TARGET, pole)
     assert 0.003 < changed.mean() < 0.2
     assert not changed[: round(y) - 20].any()
+
+
+def test_ripples_fade_away_from_their_pole_and_end_4_metres_from_it(posed: Posed) -> None:
+    ring = {"x_m": [0.0], "z_m": [6.0], "radius_m": [0.2]}
+    eye, target = (0.0, 4.0, 12.0), (0.0, 0.0, 5.5)
+    rippled, flat = (
+        posed.render(
+            eye,
+            target,
+            scene=without_box(scene(posed, ripples={"height_m": height_m, **ring})),
+            disable="post",
+        )
+        for height_m in (0.05, 0.0)
+    )
+    change = np.abs(rippled - flat).max(axis=2)
+    places = ground(eye, target)
+    away = np.hypot(places[..., 0], places[..., 2] - 6.0) - 0.2
+    near, far = (change[(away >= start) & (away < start + 1.0)].mean() for start in (0.0, 2.5))
+    assert near > 1 / 255
+    assert far < 0.2 * near
+    assert not change[away > 4.0].any()
 
 
 def test_shafts_brighten_the_air_towards_a_low_sun_but_not_in_shadow_in_the_dark_or_in_quality_fast(

@@ -187,6 +187,17 @@ def test_moon_and_stars_stand_in_the_night_sky_alone(picture: Callable[..., Pict
     assert 0.002 < bright[1] < 0.05
 
 
+def test_the_moon_is_as_wide_as_the_scene_says(picture: Callable[..., Picture]) -> None:
+    width_rad = 0.5
+
+    def wide(manifest: dict[str, Any]) -> None:
+        manifest["daytime"]["moon_diameter_rad"] = width_rad
+
+    disc = picture(NIGHT_S, "--disable", "post", ahead=MOON, change=wide).max(axis=2) > 0.2
+    radius_px = 0.5 * width_rad * SIZE[1] / 2 / np.tan(0.45)
+    assert disc.sum() == pytest.approx(np.pi * radius_px**2, rel=0.1)
+
+
 def test_stars_turn_slowly_and_do_not_flicker(picture: Callable[..., Picture]) -> None:
     """Their light stays the same as they pass from pixel to pixel."""
     skies = picture(NIGHT_S, frames=4, ahead=(-0.7, 1.0, 0.2))
