@@ -33,7 +33,7 @@ FLOORS = (
     {"documents", "kind_table"},
     {"files", "spelling"},
     {"kernels", "data", "map_table", "artifact", "material", "placement"},
-    {"errors", "tiers", "angles", "player_limits"},
+    {"errors", "tiers", "angles", "vectors", "player_limits"},
 )
 FLOOR = {room: floor for floor, rooms in enumerate(FLOORS) for room in rooms}
 # Rooms that know neither a scene nor its settings.

@@ -18,6 +18,7 @@ from paradize.formats.ktx2.reader import decode_ktx2
 from paradize.formats.scene.manifest import map_sets, read_entry
 from paradize.kernels.reference.atlas import layout_raster
 from paradize.metrics.texels import decode_texels
+from paradize.vectors import doubled_areas
 
 _BEYOND = 1e-4  # of the side: rounding may move a coordinate out by this
 _SIDE = 512  # texels a side of the raster in which overlap is searched
@@ -93,7 +94,7 @@ def check_layout(
         yield Finding("PZ231", file, what, f"lod0 vertex {worst}", int(bad.sum()))
         return
     corners = np.clip(uvs[mesh.triangles].astype(np.float64), 0.0, 1.0)
-    area = _areas(mesh.positions[mesh.triangles].astype(np.float64))
+    area = doubled_areas(mesh.positions[mesh.triangles].astype(np.float64))
     painted = _painted(corners, picture, edge)
     if area[painted].sum() <= _PLAIN * area.sum():
         return
@@ -146,12 +147,6 @@ def _painted(
     return found
 
 
-def _areas(corners: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
-    """The areas of triangles, of their corners (m, 3, 3)."""
-    cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    return np.asarray(np.sqrt((cross * cross).sum(axis=1)))
-
-
 def _density(
     points: npt.NDArray[np.float64],
     triangles: npt.NDArray[np.uint32],
@@ -159,7 +154,7 @@ def _density(
     file: str,
 ) -> Iterator[Finding]:
     """Compares the densest twentieth of the area that has texels with the sparsest."""
-    area = _areas(points[triangles])
+    area = doubled_areas(points[triangles])
     (du, dv), (eu, ev) = ((corners[:, k] - corners[:, 0]).T for k in (1, 2))
     image = np.abs(du * ev - dv * eu)
     seen = (area > 0.0) & (image > 0.0)

@@ -15,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from paradize.data import rounded
+from paradize.vectors import lengths
 
 F64 = npt.NDArray[np.float64]
 
@@ -32,10 +33,6 @@ def _evaluate(path: F64, u: F64) -> tuple[F64, F64]:
     x = (u - index)[:, None]
     a, b, c, d = (path[index, :, k] for k in range(4))
     return a + x * (b + x * (c + x * d)), b + x * (2.0 * c + x * 3.0 * d)
-
-
-def _length(v: F64) -> F64:
-    return np.sqrt(v[:, 0] * v[:, 0] + v[:, 1] * v[:, 1] + v[:, 2] * v[:, 2])
 
 
 def _speed_factor(u: F64, knots: F64, factors: F64) -> F64:
@@ -82,20 +79,20 @@ def flight_error(
     jumps = [0.0, 0.0, 0.0]
     for path, waypoints in paths.values():
         reached, _ = _evaluate(path, knots[:-1])
-        miss = max(miss, float(_length(reached - np.array(waypoints, np.float64)).max()))
+        miss = max(miss, float(lengths(reached - np.array(waypoints, np.float64)).max()))
         a, b, c, d = (path[:, :, k] for k in range(4))
         starts, ends = (a, b, 2 * c), (a + b + c + d, b + 2 * c + 3 * d, 2 * c + 6 * d)
         for k in range(3):
-            jumps[k] = max(jumps[k], float(_length(np.roll(ends[k], 1, axis=0) - starts[k]).max()))
+            jumps[k] = max(jumps[k], float(lengths(np.roll(ends[k], 1, axis=0) - starts[k]).max()))
     curve = paths["eye"][0]
     # Mean speed: the integral of length / requested factor over the path, divided by duration_s.
     middle = (np.arange(len(segments) * STEPS, dtype=np.float64) + 0.5) / STEPS
-    pace = _length(_evaluate(curve, middle)[1]) / _speed_factor(middle, knots, factors)
+    pace = lengths(_evaluate(curve, middle)[1]) / _speed_factor(middle, knots, factors)
     mean = math.fsum(pace.tolist()) / STEPS / flight["duration_s"]
     table = np.array(flight["time_table"], np.float64)
     t = (np.arange(MOMENTS, dtype=np.float64) + 0.5) * (flight["duration_s"] / MOMENTS)
     u, rate = _parameter_at(table, t)
-    actual = _length(_evaluate(curve, np.clip(u, 0.0, len(segments)))[1]) * rate
+    actual = lengths(_evaluate(curve, np.clip(u, 0.0, len(segments)))[1]) * rate
     deviation = np.sort(
         np.abs(actual / (mean * _speed_factor(np.clip(u, 0.0, len(segments) - 1e-9), knots, factors)) - 1.0)
     )

@@ -15,6 +15,7 @@ import numpy.typing as npt
 
 from paradize.data import Mesh, SourcePositions, rounded, rounded_up
 from paradize.kernels.reference import loading
+from paradize.vectors import lengths
 
 # The rounding of the text to float64 is added above this share of the diagonal; six digits hide less.
 _TEXT_ROUNDING = 1e-10
@@ -83,9 +84,9 @@ def loaded(mesh: Mesh, source: SourcePositions) -> LoadingError:
 def _worst_part(mesh: Mesh, source: SourcePositions) -> Part:
     corners = mesh.triangles.T
     off = (mesh.positions.astype(np.float64) + np.asarray(mesh.origin)) - source.positions
-    gap = _lengths(off)
+    gap = lengths(off)
     ends = [source.positions[corner] for corner in corners]
-    longest = np.maximum(_lengths(ends[1] - ends[0]), _lengths(ends[2] - ends[0]))
+    longest = np.maximum(lengths(ends[1] - ends[0]), lengths(ends[2] - ends[0]))
     if (gap[mesh.triangles].max(axis=1) <= MAX_PART_LOSS * longest).all():
         return Part(0.0, 0.0, 0)  # sufficient: a part is at least as large as its triangles
     part = _parts(mesh.triangles, len(gap))[corners[0]]
@@ -96,7 +97,7 @@ def _worst_part(mesh: Mesh, source: SourcePositions) -> Part:
         np.minimum.at(low, part, end)
         np.maximum.at(high, part, end)
     used = np.unique(part)
-    size = _lengths(high[used] - low[used])
+    size = lengths(high[used] - low[used])
     share = largest[used] / np.where(size > 0.0, size, np.inf)
     worst = used[int(share.argmax())]
     return Part(float(largest[worst]), float(share.max()), int(np.argmax(part == worst)))
@@ -113,10 +114,6 @@ def _parts(triangles: npt.NDArray[np.uint32], vertices: int) -> npt.NDArray[np.i
             np.minimum.at(labels, labels[corner], smallest)
         while (labels[labels] != labels).any():
             labels = labels[labels]
-
-
-def _lengths(v: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
-    return np.sqrt(v[:, 0] * v[:, 0] + v[:, 1] * v[:, 1] + v[:, 2] * v[:, 2])
 
 
 def _length(v: npt.NDArray[np.float64]) -> float:

@@ -14,6 +14,7 @@ import numpy as np
 
 from paradize.data import rounded
 from paradize.kernels.reference.occlusion import open_shares
+from paradize.vectors import cross_2d
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -77,7 +78,7 @@ def cast_errors(
 def _sample(flat: F64, height: int, width: int, count: int) -> npt.NDArray[np.int64]:
     """Texels (n, 2), column and row, spread over the triangles by their area on the map."""
     a, b, c = (flat[:, k] for k in range(3))
-    area = np.abs((b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0])
+    area = np.abs(cross_2d(b - a, c - a))
     total = np.cumsum(area)
     if not len(total) or not total[-1] > 0.0:
         return np.empty((0, 2), np.int64)
@@ -97,7 +98,7 @@ def _places(
     its corners."""
     shift = np.floor(flat.mean(axis=1) / [width, height]) * [width, height]  # to the tile that is drawn
     a, b, c = (flat[:, k] - shift for k in range(3))
-    whole = _area(b - a, c - a)
+    whole = cross_2d(b - a, c - a)
     usable = np.flatnonzero(whole != 0.0)
     a, b, c, whole = a[usable], b[usable], c[usable], whole[usable]
     low, high = np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
@@ -125,8 +126,8 @@ def _places(
         near = (low[k, 1] <= y[at]) & (y[at] <= high[k, 1])
         k, at = k[near], at[near]
         p = np.stack([x[at], y[at]], axis=1)
-        second = _area(p - a[k], c[k] - a[k]) / whole[k]
-        third = _area(b[k] - a[k], p - a[k]) / whole[k]
+        second = cross_2d(p - a[k], c[k] - a[k]) / whole[k]
+        third = cross_2d(b[k] - a[k], p - a[k]) / whole[k]
         weights = np.stack([1.0 - second - third, second, third], axis=1)
         inside = (weights >= 0.0).all(axis=1)
         found.append((at[inside], usable[k[inside]], weights[inside]))
@@ -149,10 +150,6 @@ def _some(
 
 
 _TILES = [(x, y) for x in (-1, 0, 1) for y in (-1, 0, 1)]  # a triangle may cross the map's edge
-
-
-def _area(u: F64, v: F64) -> F64:
-    return np.asarray(u[..., 0] * v[..., 1] - u[..., 1] * v[..., 0])
 
 
 def _unit(vectors: F64) -> F64:

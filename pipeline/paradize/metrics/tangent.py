@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from paradize.data import Mesh, rounded
 from paradize.kernels.reference import angles_deg, mikktspace_tangents
+from paradize.vectors import cross_2d, lengths
 
 # The reference takes about 1 µs per triangle, so larger meshes are sampled.
 _MAX_TRIANGLES = 50_000
@@ -22,8 +23,7 @@ def frame_faults(mesh: Mesh) -> dict[str, float]:
     """
     if mesh.tangents is None or mesh.normals is None:
         return {"tangent_length": 0.0, "tangent_lean_deg": 0.0, "tangent_sign": 0.0}
-    t = mesh.tangents.astype(np.float64)
-    length = np.sqrt(t[:, 0] * t[:, 0] + t[:, 1] * t[:, 1] + t[:, 2] * t[:, 2])
+    length = lengths(mesh.tangents[:, :3].astype(np.float64))
     lean = np.abs(90.0 - angles_deg(mesh.tangents[:, :3], mesh.normals))
     return {
         "tangent_length": rounded(float(np.abs(1.0 - length).max())),
@@ -96,10 +96,7 @@ def _sample(mesh: Mesh, max_triangles: int) -> tuple[npt.NDArray[np.uint32], npt
 
 def _image_areas(uvs: npt.NDArray[np.float32], triangles: npt.NDArray[np.uint32]) -> npt.NDArray[np.float64]:
     a, b, c = (uvs[triangles[:, k]].astype(np.float64) for k in range(3))
-    area: npt.NDArray[np.float64] = np.abs(
-        (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])
-    )
-    return area
+    return np.asarray(np.abs(cross_2d(b - a, c - a)))
 
 
 def _summary(angles: npt.NDArray[np.float64], turned: int) -> dict[str, float]:

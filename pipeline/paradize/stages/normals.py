@@ -10,6 +10,7 @@ import numpy as np
 from paradize.data import Mesh
 from paradize.kernels.mesh import corner_normals
 from paradize.stages.split import split_by
+from paradize.vectors import lengths
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -28,7 +29,7 @@ def complete_normals(
     """
     count = len(mesh.positions)
     given = np.zeros((count, 3), np.float64) if mesh.normals is None else mesh.normals.astype(np.float64)
-    length = np.sqrt(given[:, 0] * given[:, 0] + given[:, 1] * given[:, 1] + given[:, 2] * given[:, 2])
+    length = lengths(given)
     missing = length < _SHORTEST
     unit = (given / np.where(missing, 1.0, length)[:, None]).astype(np.float32)
     if not missing.any():

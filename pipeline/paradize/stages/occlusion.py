@@ -20,6 +20,7 @@ import numpy as np
 
 from paradize.errors import BakeError
 from paradize.kernels import maps, occlusion
+from paradize.vectors import cross, dot, lengths
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -98,10 +99,10 @@ def _unit_places(mesh: Mesh) -> F64:
 def _frames(points: F64, normals: F32, corners: U32, weights: F64) -> tuple[F32, F32, F32]:
     """Where rays begin, the normals there, and those of the triangles on the same side; all (n, 3)."""
     a, b, c = (points[corners[:, k]] for k in range(3))
-    face = _unit(np.cross(b - a, c - a))
+    face = _unit(cross(b - a, c - a))
     place = _mix(weights, a, b, c)
     normal = _unit(_mix(weights, *(normals[corners[:, k]].astype(np.float64) for k in range(3))))
-    along = _dot(normal, face)
+    along = dot(normal, face)
     normal = np.where((along == 0.0)[:, None], face, normal)
     face = np.where((along < 0.0)[:, None], -face, face)
     made = (place + LIFT * face, normal, face)
@@ -112,13 +113,9 @@ def _mix(weights: F64, a: F64, b: F64, c: F64) -> F64:
     return np.asarray(weights[:, 0, None] * a + weights[:, 1, None] * b + weights[:, 2, None] * c)
 
 
-def _dot(a: F64, b: F64) -> F64:
-    return np.asarray(a[:, 0] * b[:, 0] + a[:, 1] * b[:, 1] + a[:, 2] * b[:, 2])
-
-
 def _unit(vectors: F64) -> F64:
     """Each of length 1; a zero vector stays."""
     largest = np.abs(vectors).max(axis=1, keepdims=True, initial=0.0)
     scaled = vectors / np.where(largest > 0.0, largest, 1.0)
-    length = np.sqrt(_dot(scaled, scaled))[:, None]
+    length = lengths(scaled)[:, None]
     return np.asarray(scaled / np.where(length > 0.0, length, 1.0))

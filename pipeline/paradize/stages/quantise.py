@@ -18,6 +18,7 @@ import numpy.typing as npt
 
 from paradize.data import Mesh, QuantisationGrid, QuantisedValues
 from paradize.errors import BakeError
+from paradize.vectors import cross, lengths
 
 LARGEST_CODE = 65535
 # Directions take 8 bits where none is turned by more than this.
@@ -183,12 +184,7 @@ def _most_turned(mesh: Mesh, quantised: QuantisedValues) -> float:
             continue
         a = values[:, :3].astype(np.float64)
         b = coded[:, :3].astype(np.float64) * (stretch / stretch.max())
-        cross = np.stack(
-            [a[:, (k + 1) % 3] * b[:, (k + 2) % 3] - a[:, (k + 2) % 3] * b[:, (k + 1) % 3] for k in range(3)],
-            axis=1,
-        )
-        sine = np.sqrt(cross[:, 0] ** 2 + cross[:, 1] ** 2 + cross[:, 2] ** 2)
-        size = np.sqrt(b[:, 0] ** 2 + b[:, 1] ** 2 + b[:, 2] ** 2)
+        sine, size = lengths(cross(a, b)), lengths(b)
         sound = size > 0
         if sound.any():
             most = max(most, float((sine[sound] / size[sound]).max()) * _DEGREES)

@@ -10,6 +10,7 @@ import numpy as np
 from paradize.data import Group, Mesh
 from paradize.kernels.mesh import number_rows, project, topology
 from paradize.stages.split import split_by
+from paradize.vectors import lengths
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -78,9 +79,7 @@ def _at_corners(
         rows = values[source.triangles[place]].astype(np.float64)
         mixed = rows[:, 0] * weights[:, :1] + rows[:, 1] * weights[:, 1:2] + rows[:, 2] * weights[:, 2:]
         if name == "normals":
-            length = np.sqrt(
-                mixed[:, 0] * mixed[:, 0] + mixed[:, 1] * mixed[:, 1] + mixed[:, 2] * mixed[:, 2]
-            )
+            length = lengths(mixed)
             mixed = np.where(length[:, None] > 1e-6, mixed / np.maximum(length, 1e-30)[:, None], rows[:, 0])
         corners[name] = mixed.astype(np.float32)
     return corners

@@ -16,6 +16,7 @@ import numpy as np
 
 from paradize.errors import BakeError
 from paradize.tiers import UNWRAPPERS
+from paradize.vectors import cross, cross_2d, lengths
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -55,7 +56,7 @@ def xatlas_charts(
     if not len(triangles) or int(triangles.max()) >= len(points) or not np.isfinite(points).all():
         raise BakeError("the unwrapper is given only sound meshes")
     sides = points[triangles[:, 1:]] - points[triangles[:, :1]]
-    areas = _lengths(np.cross(sides[:, 0], sides[:, 1])) / 2
+    areas = lengths(cross(sides[:, 0], sides[:, 1])) / 2
     mean = float(np.cumsum(areas)[-1]) / len(areas)
     if not mean > 0:
         raise BakeError("unwrapper: no triangle has an area")
@@ -127,20 +128,15 @@ def _laid_flat(sides: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
     """Returns triangles in the plane, (k, 3, 2), congruent to those on the surface. sides: (k, 2, 3), from
     the first corner."""
     a, b = sides[:, 0], sides[:, 1]
-    length = _lengths(a)
+    length = lengths(a)
     safe = np.where(length > 0, length, 1.0)
     flat = np.zeros((len(sides), 3, 2))
     flat[:, 1, 0] = length
     flat[:, 2, 0] = (a * b).sum(axis=1) / safe
-    flat[:, 2, 1] = np.where(length > 0, _lengths(np.cross(a, b)) / safe, _lengths(b))
+    flat[:, 2, 1] = np.where(length > 0, lengths(cross(a, b)) / safe, lengths(b))
     return flat
-
-
-def _lengths(vectors: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
-    x, y, z = vectors.T
-    return np.sqrt(x * x + y * y + z * z)  # type: ignore[no-any-return]
 
 
 def _image_areas(corners: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
     a, b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-    return (a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]) / 2
+    return cross_2d(a, b) / 2

@@ -17,6 +17,7 @@ from paradize.data import ATTRIBUTES, Group, Mesh
 from paradize.errors import BakeError, SourceError
 from paradize.kernels import openmesh
 from paradize.kernels.mesh import Occurrences, Topology, number_rows, topology
+from paradize.vectors import cross, cross_2d
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -189,8 +190,7 @@ def _flat(mesh: Mesh) -> npt.NDArray[np.bool_]:
     size = np.maximum(np.abs(a).max(axis=1), np.abs(b).max(axis=1))
     scale = np.where(size > 0, size, 1.0)[:, None]
     a, b = a / scale, b / scale
-    cross = np.stack([a[:, k - 2] * b[:, k - 1] - a[:, k - 1] * b[:, k - 2] for k in range(3)], axis=1)
-    return np.asarray((cross == 0).all(axis=1))
+    return np.asarray((cross(a, b) == 0).all(axis=1))
 
 
 def _doubled(mesh: Mesh, flat: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
@@ -233,7 +233,7 @@ def _zero_area_uv(mesh: Mesh) -> npt.NDArray[np.bool_]:
     corners = mesh.uvs[mesh.triangles].astype(np.float64)
     a = corners[:, 1] - corners[:, 0]
     b = corners[:, 2] - corners[:, 0]
-    return np.asarray(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0] == 0)
+    return np.asarray(cross_2d(a, b) == 0)
 
 
 def _count_again(

@@ -14,6 +14,7 @@ import numpy as np
 from paradize.data import ATTRIBUTES, Mesh
 from paradize.errors import BakeError
 from paradize.kernels.mesh import number_rows, weld_points
+from paradize.vectors import lengths
 
 
 @dataclass(frozen=True)
@@ -43,9 +44,7 @@ def weld(mesh: Mesh, tolerance_m: float) -> tuple[Mesh, Welding]:
     if not len(moved):
         return mesh, Welding(tolerance_m, 0, 0.0)
     apart = points[moved].astype(np.float64) - points[target[moved]]
-    largest = float(
-        np.sqrt((apart[:, 0] * apart[:, 0] + apart[:, 1] * apart[:, 1] + apart[:, 2] * apart[:, 2]).max())
-    )
+    largest = float(lengths(apart).max())
     arrays: dict[str, Any] = {name: getattr(mesh, name) for name in ATTRIBUTES}
     arrays["positions"] = points[target[places]]
     kept = {name: values for name, values in arrays.items() if values is not None}

@@ -21,6 +21,7 @@ import numpy.typing as npt
 
 from paradize.data import Mesh
 from paradize.placement import UNMOVED, largest_scale, to_world
+from paradize.vectors import cross_2d, dot, lengths, squares
 from paradize.visibility.query import Runs, Sphere
 from paradize.visibility.texel_footprint import Views
 
@@ -84,7 +85,7 @@ def flat_triangles(mesh: Mesh, uvs: npt.NDArray[np.float32], width: int, height:
     texels = uvs.astype(np.float64)[mesh.triangles] * [width, height]
     p, q = texels[:, 1] - texels[:, 0], texels[:, 2] - texels[:, 0]
     square = np.maximum.reduce([(edge * edge).sum(axis=1) for edge in (p, q, q - p)])
-    area = np.abs(p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0])
+    area = np.abs(cross_2d(p, q))
     return np.asarray(area <= _RESOLVED * np.sqrt(square), np.bool_)
 
 
@@ -102,11 +103,10 @@ def surface_of(
     texels = uvs.astype(np.float64)[mesh.triangles] * [width, height]
     e, f = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     p, q = texels[:, 1] - texels[:, 0], texels[:, 2] - texels[:, 0]
-    length = np.sqrt(e[:, 0] * e[:, 0] + e[:, 1] * e[:, 1] + e[:, 2] * e[:, 2])
+    length = lengths(e)
     safe = np.where(length > 0.0, length, 1.0)
-    along = (e[:, 0] * f[:, 0] + e[:, 1] * f[:, 1] + e[:, 2] * f[:, 2]) / safe
-    square = f[:, 0] * f[:, 0] + f[:, 1] * f[:, 1] + f[:, 2] * f[:, 2]
-    across = np.sqrt(np.maximum(0.0, square - along * along))
+    along = dot(e, f) / safe
+    across = np.sqrt(np.maximum(0.0, squares(f) - along * along))
     drawn = (length > 0.0) & (across > 0.0)
     across = np.where(drawn, across, 1.0)
     # Columns of the map: texels per metre along the first edge and across it.
@@ -117,7 +117,7 @@ def surface_of(
     b = u[:, 0] * v[:, 0] + u[:, 1] * v[:, 1]
     half = 0.5 * (a - c)
     largest = np.sqrt(0.5 * (a + c) + np.sqrt(half * half + b * b))
-    area = np.abs(u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0])
+    area = np.abs(cross_2d(u, v))
     lines = flat_triangles(mesh, uvs, width, height)
     smaller = np.where(lines, 0.0, area / np.where(largest > 0.0, largest, 1.0))
     densities = np.maximum(smaller, largest / (MAX_SAMPLES * SLACK))
@@ -144,8 +144,7 @@ def sphere_around(corners: F64) -> tuple[F64, float]:
     """Centre and radius of a sphere around triangles (n, 3, 3), slightly enlarged for rounding."""
     middle = 0.5 * (corners.min(axis=(0, 1)) + corners.max(axis=(0, 1)))
     gap = corners - middle
-    square = gap[..., 0] * gap[..., 0] + gap[..., 1] * gap[..., 1] + gap[..., 2] * gap[..., 2]
-    return middle, float(np.sqrt(square.max())) * (1.0 + 1e-6)
+    return middle, float(lengths(gap).max()) * (1.0 + 1e-6)
 
 
 @dataclass(frozen=True)

@@ -20,6 +20,7 @@ from paradize.metrics.surface import Original
 from paradize.stages.lod import VARIANTS, simplify
 from paradize.stages.refine import fit_normals, fit_positions
 from paradize.stages.validate import validate_mesh
+from paradize.vectors import lengths
 
 # By how much a candidate's error may be above balanced's, as a share: what samples of a surface leave open.
 _SLACK = {
@@ -128,6 +129,6 @@ def _with_fitted_normals(source: Mesh, level: Mesh) -> Iterator[Mesh]:
     move = fit_normals(source, level) - level.normals
     for share in _SHARES:
         mixed = level.normals + np.float32(share) * move
-        length = np.sqrt(mixed[:, 0] * mixed[:, 0] + mixed[:, 1] * mixed[:, 1] + mixed[:, 2] * mixed[:, 2])
+        length = lengths(mixed)
         normals = np.where((length > 0.1)[:, None], mixed / np.maximum(length, 0.1)[:, None], level.normals)
         yield replace(level, normals=np.ascontiguousarray(normals, np.float32))

@@ -26,6 +26,7 @@ from paradize.map_table import MAPS
 from paradize.material import REPEATED, Wrap, texels_within
 from paradize.metrics.levels import psnr
 from paradize.stages.gutter import goes_around
+from paradize.vectors import doubled_areas
 from paradize.visibility.finest_mip import flat_triangles
 
 F32 = npt.NDArray[np.float32]
@@ -129,10 +130,7 @@ def _coarsest_level(
     finest. Where none may be, the corners of triangles count too. flat: of the flat triangles alone."""
     if mesh.uvs is None or not len(mesh.triangles):
         return len(chain) - 1
-    corners = mesh.absolute_positions[mesh.triangles]
-    a, b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-    cross = np.stack([a[:, i - 2] * b[:, i - 1] - a[:, i - 1] * b[:, i - 2] for i in range(3)], axis=1)
-    area = np.sqrt(cross[:, 0] ** 2 + cross[:, 1] ** 2 + cross[:, 2] ** 2)
+    area = doubled_areas(mesh.absolute_positions[mesh.triangles])
     chosen = flat_triangles(mesh, mesh.uvs, *size) if flat else np.ones(len(area), np.bool_)
     weights = _WITH_CORNERS if share == 0.0 else _WEIGHTS
     uvs = mesh.uvs.astype(np.float64)[mesh.triangles[chosen]]

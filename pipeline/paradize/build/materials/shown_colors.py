@@ -19,6 +19,7 @@ from paradize.kernels.reference.atlas import layout_raster
 from paradize.material import MapSource, Picture, Wrap, texels_within
 from paradize.readers.image import read_image
 from paradize.scene.map_sets import HIDDEN, KIT, PAINTED, PALETTE, VARIED
+from paradize.vectors import cross_2d, doubled_areas
 
 _SHARED = 0.1  # of the texels shows on several places, where gradients are a palette's
 _SIDE = 1024  # texels a side of the raster in which these are counted
@@ -68,7 +69,7 @@ def shown_colors(
     sides = np.array([columns, rows])
     p, q = p * sides, q * sides
     longest = np.sqrt(np.maximum.reduce([(edge * edge).sum(axis=1) for edge in (p, q, q - p)]))
-    flat = np.abs(p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0]) <= 1e-3 * longest
+    flat = np.abs(cross_2d(p, q)) <= 1e-3 * longest
     plain = flat | (np.ptp(colors[:, :, :3], axis=0).max(axis=1) <= PLAIN)
     enough = KIT * area.sum()
     if area[plain].sum() < PALETTE * area.sum():
@@ -267,9 +268,7 @@ def _shrink(
 
 
 def areas_of(mesh: Mesh) -> npt.NDArray[np.float64]:
-    corners = mesh.positions.astype(np.float64)[mesh.triangles]
-    cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    return np.asarray(np.sqrt((cross * cross).sum(axis=1)))
+    return doubled_areas(mesh.positions.astype(np.float64)[mesh.triangles])
 
 
 def _pixels(picture: Picture) -> npt.NDArray[np.float32] | None:

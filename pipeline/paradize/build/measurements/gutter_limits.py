@@ -22,6 +22,7 @@ from paradize.kernels.gutter import Bleed, linear_light, walk
 from paradize.map_table import MAPS
 from paradize.metrics.texels import decode_texels
 from paradize.stages import gutter
+from paradize.vectors import cross_2d, doubled_areas
 
 F32 = npt.NDArray[np.float32]
 
@@ -162,13 +163,10 @@ def _level_in_use(mesh: Mesh, width: int, height: int, pixel_m: float | None, la
     """Returns the coarsest level that a pixel of pixel_m metres reads on the mesh, seen face on."""
     if pixel_m is None or mesh.uvs is None:
         return 0
-    corners = mesh.positions.astype(np.float64)[mesh.triangles]
-    a, b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-    cross = np.stack([a[:, i - 2] * b[:, i - 1] - a[:, i - 1] * b[:, i - 2] for i in range(3)], axis=1)
-    metres = math.fsum(np.sqrt(cross[:, 0] ** 2 + cross[:, 1] ** 2 + cross[:, 2] ** 2).tolist())
+    metres = math.fsum(doubled_areas(mesh.positions.astype(np.float64)[mesh.triangles]).tolist())
     uv = mesh.uvs.astype(np.float64)[mesh.triangles] * [width, height]
     p, q = uv[:, 1] - uv[:, 0], uv[:, 2] - uv[:, 0]
-    texels = math.fsum(np.abs(p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0]).tolist())
+    texels = math.fsum(np.abs(cross_2d(p, q)).tolist())
     across = math.sqrt(texels / metres) * pixel_m if metres > 0.0 else 0.0
     level = 0
     while level < last and float(1 << level) < across:

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from paradize.data import Lod, rounded
+from paradize.vectors import cross_2d, doubled_areas
 
 _STRETCHED_SHARE = 0.05
 MAX_UV_PER_M = 1e30  # the player refuses more
@@ -36,7 +37,7 @@ def material_measures(coarsest: Lod) -> dict[str, dict[str, Any]]:
         )
         corners = stored.positions[triangles].astype(np.float64)
         low, high = corners.min(axis=(0, 1)), corners.max(axis=(0, 1))
-        areas = _areas(corners * step)
+        areas = doubled_areas(corners * step)
         extras: dict[str, Any] = {"center": [rounded(float(x)) for x in (low + high) / 2.0]}
         for key, uvs in uv_sets.items():
             if uvs is not None:
@@ -56,19 +57,10 @@ def measured_entries(entries: Iterable[Mapping[str, Any]], coarsest: Lod) -> lis
     ]
 
 
-def _areas(corners: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
-    """Twice the area of triangles (n, 3, 3)."""
-    a, b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-    x = a[:, 1] * b[:, 2] - a[:, 2] * b[:, 1]
-    y = a[:, 2] * b[:, 0] - a[:, 0] * b[:, 2]
-    z = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
-    return np.asarray(np.sqrt(x * x + y * y + z * z), np.float64)
-
-
 def _uv_areas(corners: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
     """Twice the area of triangles (n, 3, 2) in the texture."""
     a, b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-    return np.asarray(np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]), np.float64)
+    return np.asarray(np.abs(cross_2d(a, b)))
 
 
 def _stretched(areas: npt.NDArray[np.float64], uv_areas: npt.NDArray[np.float64]) -> float:

@@ -17,6 +17,7 @@ from paradize.readers.gltf.nodes import Matrix, cofactors, determinant
 from paradize.readers.gltf.primitives import Primitive
 from paradize.readers.gltf.texture_transform import TextureTransform
 from paradize.readers.record import LARGEST_COORDINATE, UNKNOWN_SMOOTHING
+from paradize.vectors import cross, lengths, squares
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -198,15 +199,13 @@ def _source(
 ) -> SourcePositions:
     """The farthest of the positions that became each vertex, and the triangles that lost corners."""
     off = places - mesh.absolute_positions[ids]
-    gap = off[:, 0] * off[:, 0] + off[:, 1] * off[:, 1] + off[:, 2] * off[:, 2]
-    order = np.lexsort((-gap, ids))
+    order = np.lexsort((-squares(off), ids))
     farthest = order[np.searchsorted(ids[order], np.arange(len(first)))]
     a, b, c = (ids[corners[:, k]] for k in range(3))
     shared = np.flatnonzero((a == b) | (b == c) | (a == c))
     ends = places[corners[shared]]
     u, v = ends[:, 1] - ends[:, 0], ends[:, 2] - ends[:, 0]
-    cross = [u[:, k - 2] * v[:, k - 1] - u[:, k - 1] * v[:, k - 2] for k in range(3)]
-    lost = shared[(cross[0] != 0) | (cross[1] != 0) | (cross[2] != 0)]
+    lost = shared[(cross(u, v) != 0).any(axis=1)]
     return SourcePositions(places[farthest], len(lost), int(lost[0]) if len(lost) else 0)
 
 
@@ -222,8 +221,7 @@ def _units(rows: F64) -> F64:
     largest = np.abs(rows).max(axis=1, initial=0.0)
     sound = (largest > 0.0) & np.isfinite(largest)
     scaled = np.where(sound[:, None], rows, 0.0) / np.where(sound, largest, 1.0)[:, None]
-    square = scaled[:, 0] * scaled[:, 0] + scaled[:, 1] * scaled[:, 1] + scaled[:, 2] * scaled[:, 2]
-    return np.asarray(scaled / np.sqrt(np.where(sound, square, 1.0))[:, None])
+    return np.asarray(scaled / np.where(sound, lengths(scaled), 1.0)[:, None])
 
 
 def _finite(document: Document, rows: F64, what: str, place: str, instead: float = 0.0) -> F64:

@@ -12,6 +12,7 @@ from paradize.data import Mesh
 from paradize.errors import BakeError
 from paradize.kernels.mesh import number_corners, number_rows
 from paradize.stages.reproject import group_of as triangle_groups
+from paradize.vectors import doubled_areas
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -53,10 +54,7 @@ def normalised(
 
 
 def areas(positions: npt.NDArray[np.float64], triangles: npt.NDArray[np.uint32]) -> npt.NDArray[np.float64]:
-    corners = positions[triangles]
-    a, b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-    n = [a[:, k - 2] * b[:, k - 1] - a[:, k - 1] * b[:, k - 2] for k in range(3)]
-    return np.asarray(0.5 * np.sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]))
+    return 0.5 * doubled_areas(positions[triangles])
 
 
 def used_only(mesh: Mesh) -> Mesh:

@@ -1,0 +1,44 @@
+"""Rows of vectors: products and lengths, in one order of operations, so that equal rows give equal bits."""
+
+from __future__ import annotations
+
+from typing import TypeVar
+
+import numpy as np
+import numpy.typing as npt
+
+Float = TypeVar("Float", np.float32, np.float64)
+
+
+def dot(a: npt.NDArray[Float], b: npt.NDArray[Float]) -> npt.NDArray[Float]:
+    """The scalar products (...) of rows (..., 3)."""
+    x, y, z = (a[..., k] * b[..., k] for k in range(3))
+    return np.asarray(x + y + z)
+
+
+def cross(a: npt.NDArray[Float], b: npt.NDArray[Float]) -> npt.NDArray[Float]:
+    """The cross products (..., 3) of rows (..., 3)."""
+    return np.stack(
+        [a[..., k - 2] * b[..., k - 1] - a[..., k - 1] * b[..., k - 2] for k in range(3)], axis=-1
+    )
+
+
+def cross_2d(a: npt.NDArray[Float], b: npt.NDArray[Float]) -> npt.NDArray[Float]:
+    """The signed areas (...) of the parallelograms that rows (..., 2) span."""
+    ahead, back = a[..., 0] * b[..., 1], a[..., 1] * b[..., 0]
+    return np.asarray(ahead - back)
+
+
+def squares(rows: npt.NDArray[Float]) -> npt.NDArray[Float]:
+    """The squares of the lengths (...) of rows (..., 3)."""
+    return dot(rows, rows)
+
+
+def lengths(rows: npt.NDArray[Float]) -> npt.NDArray[Float]:
+    """The lengths (...) of rows (..., 3)."""
+    return np.asarray(np.sqrt(squares(rows)))
+
+
+def doubled_areas(corners: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    """Twice the areas (m,) of triangles (m, 3, 3)."""
+    return lengths(cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]))
