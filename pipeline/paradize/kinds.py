@@ -262,12 +262,13 @@ def mend_of(kind: Kind, path: Path) -> str:
 
 def require_glb(path: Path) -> None:
     """Raises BakeError for an output name without the suffix .glb, by which programs recognise a GLB."""
-    if path.name in ("", ".."):
+    name = path.name.rstrip(".")
+    if not name:
         raise BakeError("names a folder, not a file", file=path, mend="name a file with -o")
     if path.suffix.lower() != ".glb":
         from shlex import quote
 
-        advice = f"`-o {quote(str(path.with_suffix('.glb')))}`"
+        advice = f"`-o {quote(str(path.with_name(name).with_suffix('.glb')))}`"
         raise BakeError(
             f"ends in {path.suffix or 'nothing'}; the output is a GLB", file=path, mend=f"write {advice}"
         )

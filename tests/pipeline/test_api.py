@@ -19,7 +19,7 @@ import pytest
 
 import paradize
 from paradize import api
-from paradize.errors import ArgumentError, GroupedError, SourceError
+from paradize.errors import ArgumentError, GroupedError, SceneError, SourceError
 from paradize.formats.png import encode_png
 from paradize.metrics.mapped_normal import SAMPLES
 from paradize.scene.setting_rules import RULES, require_right
@@ -138,6 +138,12 @@ def test_errors_are_exceptions_with_file_and_mend(folder: Path, tmp_path: Path) 
     (tmp_path / "scene.toml").write_text("[scene]\n")
     with pytest.raises(GroupedError, match=r"scene\.toml"):
         api.bake(tmp_path / "scene.toml", tmp_path / "out")
+
+
+def test_a_folder_is_measured_as_a_scene_and_the_one_in_it_is_named(tmp_path: Path) -> None:
+    (tmp_path / "scene.toml").touch()
+    with pytest.raises(SceneError, match=r"is a folder, not a scene TOML; did you mean .*scene\.toml"):
+        paradize.measure(tmp_path)
 
 
 def test_arguments_that_cannot_be_meant_are_errors_that_name_the_right_ones(folder: Path) -> None:

@@ -167,6 +167,12 @@ def test_an_outputs_name_counts_whatever_its_case_and_folders_that_stand_may_hav
     require_glb(Path("A.GLB"))
     with pytest.raises(BakeError, match=r"\.gltf"):
         require_glb(Path("a.gltf"))
+    for name in ("a", "a.", "a.obj", "a.obj.."):
+        with pytest.raises(BakeError, match=r"write `-o a\.glb`"):
+            require_glb(Path(name))
+    for name in ("", "..", "..."):
+        with pytest.raises(BakeError, match="names a folder"):
+            require_glb(Path(name))
     with pytest.raises(BakeError, match="name of a file"):
         require_folder(tmp_path / "A.GLB")
     (tmp_path / "A.GLB").mkdir()
