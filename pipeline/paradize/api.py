@@ -356,7 +356,7 @@ def measure(
     _required(on_progress, instance(Callable, "a function").or_none(), "measure: on_progress")  # type: ignore[arg-type]
     path = _path(source, "measure: source")
     program = None if player is None else _path(player, "measure: player")
-    if path.suffix.lower() != ".toml" and not path.is_dir():
+    if path.suffix.lower() != ".toml" and not os.path.isdir(path):  # noqa: PTH112 (raises nothing)
         from paradize.tradeoff.tiers import measure_file
 
         used = options or FileOptions()

@@ -215,7 +215,7 @@ def refusal(wanted: Kind, path: Path) -> tuple[str, str] | None:
         return None
     if actual is FOLDER and wanted is BAKED:
         return f"holds no {SCENE_FILE}", _HINTS[BAKED]
-    if actual is FOLDER and wanted is SCENE and (path / _NEW_SCENE).is_file():
+    if actual is FOLDER and wanted is SCENE and os.path.isfile(path / _NEW_SCENE):  # noqa: PTH113 (raises nothing)
         return f"is {actual.name}, not {wanted.name}", f"did you mean {path / _NEW_SCENE}?"
     return f"is {actual.name}, not {wanted.name}", _HINTS[wanted] if actual in _UNSPECIFIC else mend_of(
         actual, path
@@ -262,13 +262,14 @@ def mend_of(kind: Kind, path: Path) -> str:
 
 def require_glb(path: Path) -> None:
     """Raises BakeError for an output name without the suffix .glb, by which programs recognise a GLB."""
-    name = path.name.rstrip(".")
-    if not name:
+    if path.name in ("", ".."):
         raise BakeError("names a folder, not a file", file=path, mend="name a file with -o")
     if path.suffix.lower() != ".glb":
         from shlex import quote
 
-        advice = f"`-o {quote(str(path.with_name(name).with_suffix('.glb')))}`"
+        known = path.stem if path.suffix.lower() in FILE_SUFFIXES else path.name.rstrip(".")
+        better = str(path.with_name(f"{known or path.name}.glb"))
+        advice = f"`-o {quote(f'./{better}' if better.startswith('-') else better)}`"
         raise BakeError(
             f"ends in {path.suffix or 'nothing'}; the output is a GLB", file=path, mend=f"write {advice}"
         )

@@ -12,8 +12,7 @@ Float = TypeVar("Float", np.float32, np.float64)
 
 def dot(a: npt.NDArray[Float], b: npt.NDArray[Float]) -> npt.NDArray[Float]:
     """The scalar products (...) of rows (..., 3)."""
-    x, y, z = (a[..., k] * b[..., k] for k in range(3))
-    return np.asarray(x + y + z)
+    return np.asarray(a[..., 0] * b[..., 0] + a[..., 1] * b[..., 1] + a[..., 2] * b[..., 2])
 
 
 def cross(a: npt.NDArray[Float], b: npt.NDArray[Float]) -> npt.NDArray[Float]:
@@ -25,20 +24,24 @@ def cross(a: npt.NDArray[Float], b: npt.NDArray[Float]) -> npt.NDArray[Float]:
 
 def cross_2d(a: npt.NDArray[Float], b: npt.NDArray[Float]) -> npt.NDArray[Float]:
     """The signed areas (...) of the parallelograms that rows (..., 2) span."""
-    ahead, back = a[..., 0] * b[..., 1], a[..., 1] * b[..., 0]
-    return np.asarray(ahead - back)
+    return np.asarray(a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0])
 
 
-def squares(rows: npt.NDArray[Float]) -> npt.NDArray[Float]:
+def squared_lengths(rows: npt.NDArray[Float]) -> npt.NDArray[Float]:
     """The squares of the lengths (...) of rows (..., 3)."""
     return dot(rows, rows)
 
 
 def lengths(rows: npt.NDArray[Float]) -> npt.NDArray[Float]:
     """The lengths (...) of rows (..., 3)."""
-    return np.asarray(np.sqrt(squares(rows)))
+    return np.asarray(np.sqrt(squared_lengths(rows)))
 
 
 def doubled_areas(corners: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
     """Twice the areas (m,) of triangles (m, 3, 3)."""
     return lengths(cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]))
+
+
+def doubled_areas_2d(corners: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    """Twice the signed areas (m,) of triangles (m, 3, 2)."""
+    return cross_2d(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])

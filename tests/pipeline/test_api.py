@@ -146,6 +146,11 @@ def test_a_folder_is_measured_as_a_scene_and_the_one_in_it_is_named(tmp_path: Pa
         paradize.measure(tmp_path)
 
 
+def test_a_name_that_is_too_long_to_be_looked_for_is_told(tmp_path: Path) -> None:
+    with pytest.raises(SourceError, match="File name too long"):
+        paradize.measure(tmp_path / f"{'a' * 300}.obj")
+
+
 def test_arguments_that_cannot_be_meant_are_errors_that_name_the_right_ones(folder: Path) -> None:
     settings: Any
     for settings in ({"lods": 3}, {}, api.MapSettings()):

@@ -167,10 +167,17 @@ def test_an_outputs_name_counts_whatever_its_case_and_folders_that_stand_may_hav
     require_glb(Path("A.GLB"))
     with pytest.raises(BakeError, match=r"\.gltf"):
         require_glb(Path("a.gltf"))
-    for name in ("a", "a.", "a.obj", "a.obj.."):
-        with pytest.raises(BakeError, match=r"write `-o a\.glb`"):
+    for name, advised in (
+        ("a", "a.glb"),
+        ("a.", "a.glb"),
+        ("a.obj", "a.glb"),
+        ("out/v1.2", "out/v1.2.glb"),
+        ("...a", "...a.glb"),
+        ("./-a.obj", "./-a.glb"),
+    ):
+        with pytest.raises(BakeError, match=re.escape(f"write `-o {advised}`")):
             require_glb(Path(name))
-    for name in ("", "..", "..."):
+    for name in ("", ".."):
         with pytest.raises(BakeError, match="names a folder"):
             require_glb(Path(name))
     with pytest.raises(BakeError, match="name of a file"):

@@ -12,7 +12,7 @@ from paradize.checks.glb_arrays import Level, Primitive, read_levels
 from paradize.checks.rules import Finding
 from paradize.errors import FormatError
 from paradize.kernels.reference import Surface
-from paradize.vectors import cross_2d
+from paradize.vectors import doubled_areas_2d
 
 _ROUNDING = 1e-7  # of the diagonal: errors that differ by less are equal, because positions are float32
 _APART = 1e-4  # share by which rounding may lift a measured distance above the stated bound
@@ -243,8 +243,7 @@ def _density(
     total = float(areas[drawn].sum())
     if total == 0.0:
         return
-    a, b = uvs[drawn, 1] - uvs[drawn, 0], uvs[drawn, 2] - uvs[drawn, 0]
-    density = np.sqrt(np.abs(cross_2d(a, b)) / areas[drawn])
+    density = np.sqrt(np.abs(doubled_areas_2d(uvs[drawn])) / areas[drawn])
     below = float(areas[drawn][density < stated * (1.0 - _NEAR)].sum()) / total
     up_to = float(areas[drawn][density <= stated * (1.0 + _NEAR) + _TINY].sum()) / total
     if below > _STRETCHED + _SLACK or up_to < _STRETCHED - _SLACK:

@@ -17,7 +17,7 @@ import numpy as np
 
 from paradize.data import Mesh
 from paradize.kernels.mesh import number_rows, project, topology
-from paradize.vectors import doubled_areas, lengths, squares
+from paradize.vectors import cross, lengths, squared_lengths
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -60,19 +60,19 @@ def fit_positions(original: Mesh, level: Mesh, reach_m: float) -> F64:
     """
     samples, off = _apart(original, level, _FIT)
     points = level.positions.astype(np.float64)
-    met = squares(off) <= reach_m * reach_m
+    met = squared_lengths(off) <= reach_m * reach_m
     place, first = number_rows(level.positions)  # vertices of one place stay together
     pulling = replace(samples, corners=place[samples.corners], area=np.where(met, samples.area, 0.0))
-    moves = _leastsquares(pulling, off, len(first))
+    moves = _least_squares(pulling, off, len(first))
     size = points.max(axis=0) - points.min(axis=0)
     moves[(np.abs(moves) < _LEAST_MOVE * float(size.max())).all(axis=1)] = 0.0
-    before = squares(_apart(original, level, _CHECK)[1])
+    before = squared_lengths(_apart(original, level, _CHECK)[1])
     met = before <= reach_m * reach_m
     limit = np.maximum(before, (_FARTHEST * reach_m) ** 2)
     for _ in range(_ROUNDS):
         trial = replace(level, positions=(points + moves[place]).astype(np.float32))
         samples, off = _apart(original, trial, _CHECK)
-        worse = place[samples.corners[met & (squares(off) > limit)]]
+        worse = place[samples.corners[met & (squared_lengths(off) > limit)]]
         if not moves[worse].any():
             break
         moves[worse] = 0.0
@@ -87,7 +87,7 @@ def fit_normals(original: Mesh, level: Mesh) -> npt.NDArray[np.float32]:
     target = _unit(_mixed(original.normals.astype(np.float64), samples.original, samples.original_weights))
     normals = level.normals.astype(np.float64)
     apart = target - _mixed(normals, samples.corners, samples.weights)
-    return _unit(normals + _leastsquares(samples, apart, len(normals))).astype(np.float32)
+    return _unit(normals + _least_squares(samples, apart, len(normals))).astype(np.float32)
 
 
 def _apart(original: Mesh, level: Mesh, inward: float) -> tuple[_Samples, F64]:
@@ -153,10 +153,11 @@ def _mixed(values: F64, corners: U32, weights: F64) -> F64:
 
 
 def _areas(points: F64, triangles: U32) -> F64:
-    return 0.5 * doubled_areas(points[triangles])
+    a, b = (points[triangles[:, k]] - points[triangles[:, 0]] for k in (1, 2))
+    return 0.5 * lengths(cross(a, b))
 
 
-def _leastsquares(samples: _Samples, apart: F64, count: int) -> F64:
+def _least_squares(samples: _Samples, apart: F64, count: int) -> F64:
     """Returns values (count, k) at the vertices whose interpolation at the samples is nearest to `apart`
     (n, k), weighted by area."""
     weights = samples.weights * samples.area[:, None]  # (n, 3)

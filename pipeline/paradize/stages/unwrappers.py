@@ -16,7 +16,7 @@ import numpy as np
 
 from paradize.errors import BakeError
 from paradize.tiers import UNWRAPPERS
-from paradize.vectors import cross, cross_2d, lengths
+from paradize.vectors import cross, doubled_areas_2d, lengths
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -138,5 +138,4 @@ def _laid_flat(sides: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
 
 
 def _image_areas(corners: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
-    a, b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-    return cross_2d(a, b) / 2
+    return doubled_areas_2d(corners) / 2

@@ -17,7 +17,7 @@ from paradize.data import ATTRIBUTES, Group, Mesh
 from paradize.errors import BakeError, SourceError
 from paradize.kernels import openmesh
 from paradize.kernels.mesh import Occurrences, Topology, number_rows, topology
-from paradize.vectors import cross, cross_2d
+from paradize.vectors import cross, doubled_areas_2d
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -231,9 +231,7 @@ def _keep(mesh: Mesh, kept: npt.NDArray[np.bool_]) -> tuple[Mesh, int]:
 def _zero_area_uv(mesh: Mesh) -> npt.NDArray[np.bool_]:
     assert mesh.uvs is not None
     corners = mesh.uvs[mesh.triangles].astype(np.float64)
-    a = corners[:, 1] - corners[:, 0]
-    b = corners[:, 2] - corners[:, 0]
-    return np.asarray(cross_2d(a, b) == 0)
+    return np.asarray(doubled_areas_2d(corners) == 0)
 
 
 def _count_again(

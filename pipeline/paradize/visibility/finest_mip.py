@@ -21,7 +21,7 @@ import numpy.typing as npt
 
 from paradize.data import Mesh
 from paradize.placement import UNMOVED, largest_scale, to_world
-from paradize.vectors import cross_2d, dot, lengths, squares
+from paradize.vectors import cross_2d, dot, lengths, squared_lengths
 from paradize.visibility.query import Runs, Sphere
 from paradize.visibility.texel_footprint import Views
 
@@ -106,7 +106,7 @@ def surface_of(
     length = lengths(e)
     safe = np.where(length > 0.0, length, 1.0)
     along = dot(e, f) / safe
-    across = np.sqrt(np.maximum(0.0, squares(f) - along * along))
+    across = np.sqrt(np.maximum(0.0, squared_lengths(f) - along * along))
     drawn = (length > 0.0) & (across > 0.0)
     across = np.where(drawn, across, 1.0)
     # Columns of the map: texels per metre along the first edge and across it.

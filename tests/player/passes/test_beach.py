@@ -263,9 +263,9 @@ def test_the_sea_mirrors_no_more_than_8_of_a_sky_s_radiance(posed: Posed) -> Non
             files={"sky": texture("RGBA16F", np.full((6, 8, 8, 4), radiance, np.float16))},
             disable="post,reflection,terrain,refraction",
         )
-        for radiance in (1.0, 8.0, 60.0)
+        for radiance in (7.0, 8.0, 60.0)
     ]
-    assert differs(seen[0], seen[1]).mean() > 0.5
+    assert differs(seen[0], seen[1], 1.5 / 255).mean() > 0.5
     assert np.array_equal(seen[1], seen[2])
 
 
@@ -327,7 +327,7 @@ def test_waves_run_up_as_high_as_the_scene_says_and_no_higher(posed: Posed) -> N
         for second in (0.5, 5.5, 8.5)
     ]
     reached = np.where(np.any(wet, axis=0), ground(eye, target, -0.15)[..., 1], -1.0).max(axis=0)
-    assert 0.6 * height_m < reached.mean() < 0.8 * height_m
+    assert 0.65 * height_m < reached.mean() < 0.75 * height_m
     assert reached.max() < height_m
 
 

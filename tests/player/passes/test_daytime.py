@@ -195,7 +195,8 @@ def test_the_moon_is_as_wide_as_the_scene_says(picture: Callable[..., Picture]) 
 
     disc = picture(NIGHT_S, "--disable", "post", ahead=MOON, change=wide).max(axis=2) > 0.2
     radius_px = 0.5 * width_rad * SIZE[1] / 2 / np.tan(0.45)
-    assert disc.sum() == pytest.approx(np.pi * radius_px**2, rel=0.1)
+    # The limb and the seas of the disc are darker than the rest.
+    assert 0.9 < disc.sum() / (np.pi * radius_px**2) < 0.98
 
 
 def test_stars_turn_slowly_and_do_not_flicker(picture: Callable[..., Picture]) -> None:

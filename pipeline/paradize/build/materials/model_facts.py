@@ -158,14 +158,13 @@ def _uv_tiles(mesh: Mesh) -> tuple[Any, float | None, tuple[tuple[int, int], ...
     import numpy as np
 
     from paradize.build.materials.shown_colors import areas_of
-    from paradize.vectors import cross_2d
+    from paradize.vectors import doubled_areas_2d
 
     if mesh.uvs is None or not len(mesh.triangles):
         return None, None, ()
     corners = mesh.uvs[mesh.triangles].astype(np.float64)
     low, high = corners.min(axis=1), corners.max(axis=1)
-    p, q = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-    covered = float(np.abs(cross_2d(p, q)).sum())
+    covered = float(np.abs(doubled_areas_2d(corners)).sum())
     width_m = float(np.sqrt(areas_of(mesh).sum() / covered)) if covered > 0.0 else None
     first = np.floor(low + _ROUNDING)
     last = np.maximum(first, np.ceil(high - _ROUNDING) - 1)

@@ -22,7 +22,7 @@ from paradize.kernels.gutter import Bleed, linear_light, walk
 from paradize.map_table import MAPS
 from paradize.metrics.texels import decode_texels
 from paradize.stages import gutter
-from paradize.vectors import cross_2d, doubled_areas
+from paradize.vectors import doubled_areas, doubled_areas_2d
 
 F32 = npt.NDArray[np.float32]
 
@@ -165,8 +165,7 @@ def _level_in_use(mesh: Mesh, width: int, height: int, pixel_m: float | None, la
         return 0
     metres = math.fsum(doubled_areas(mesh.positions.astype(np.float64)[mesh.triangles]).tolist())
     uv = mesh.uvs.astype(np.float64)[mesh.triangles] * [width, height]
-    p, q = uv[:, 1] - uv[:, 0], uv[:, 2] - uv[:, 0]
-    texels = math.fsum(np.abs(cross_2d(p, q)).tolist())
+    texels = math.fsum(np.abs(doubled_areas_2d(uv)).tolist())
     across = math.sqrt(texels / metres) * pixel_m if metres > 0.0 else 0.0
     level = 0
     while level < last and float(1 << level) < across:

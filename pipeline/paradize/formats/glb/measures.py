@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from paradize.data import Lod, rounded
-from paradize.vectors import cross_2d, doubled_areas
+from paradize.vectors import doubled_areas, doubled_areas_2d
 
 _STRETCHED_SHARE = 0.05
 MAX_UV_PER_M = 1e30  # the player refuses more
@@ -59,8 +59,7 @@ def measured_entries(entries: Iterable[Mapping[str, Any]], coarsest: Lod) -> lis
 
 def _uv_areas(corners: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
     """Twice the area of triangles (n, 3, 2) in the texture."""
-    a, b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-    return np.asarray(np.abs(cross_2d(a, b)))
+    return np.asarray(np.abs(doubled_areas_2d(corners)))
 
 
 def _stretched(areas: npt.NDArray[np.float64], uv_areas: npt.NDArray[np.float64]) -> float:

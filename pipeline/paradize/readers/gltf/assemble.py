@@ -17,7 +17,7 @@ from paradize.readers.gltf.nodes import Matrix, cofactors, determinant
 from paradize.readers.gltf.primitives import Primitive
 from paradize.readers.gltf.texture_transform import TextureTransform
 from paradize.readers.record import LARGEST_COORDINATE, UNKNOWN_SMOOTHING
-from paradize.vectors import cross, lengths, squares
+from paradize.vectors import cross, lengths, squared_lengths
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -199,7 +199,7 @@ def _source(
 ) -> SourcePositions:
     """The farthest of the positions that became each vertex, and the triangles that lost corners."""
     off = places - mesh.absolute_positions[ids]
-    order = np.lexsort((-squares(off), ids))
+    order = np.lexsort((-squared_lengths(off), ids))
     farthest = order[np.searchsorted(ids[order], np.arange(len(first)))]
     a, b, c = (ids[corners[:, k]] for k in range(3))
     shared = np.flatnonzero((a == b) | (b == c) | (a == c))
