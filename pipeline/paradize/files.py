@@ -62,18 +62,23 @@ def open_lock(path: Path) -> BinaryIO:
 
 
 def _open(path: Path | str, flags: int, limit: int) -> BinaryIO:
+    def descriptor_of(*_: object) -> int:
+        descriptor = os.open(path, flags | _FLAGS, 0o666)
+        try:
+            _check_status(os.fstat(descriptor), limit)  # the file may have been replaced
+        except BaseException:
+            os.close(descriptor)
+            raise
+        return descriptor
+
     try:
         if not flags & os.O_CREAT or os.path.exists(path):  # noqa: PTH110 (faster)
             _check_status(os.stat(path), limit)  # noqa: PTH116 (before opening: opening a device may have effects)
-        descriptor = os.open(path, flags | _FLAGS, 0o666)
+        # The stream owns the descriptor as soon as there is one: closed twice where a signal came in between,
+        # it was an OSError in place of the KeyboardInterrupt, and could have been a file of another thread.
+        return open(path, "r+b" if flags & os.O_RDWR else "rb", opener=descriptor_of)
     except ValueError:
         raise OSError(errno.EINVAL, "no file can have this name") from None
-    try:
-        _check_status(os.fstat(descriptor), limit)  # the file may have been replaced
-        return os.fdopen(descriptor, "r+b" if flags & os.O_RDWR else "rb")
-    except BaseException:
-        os.close(descriptor)
-        raise
 
 
 def _check_status(status: os.stat_result, limit: int) -> None:

@@ -149,6 +149,36 @@ def test_names_that_no_file_can_have_are_errors_of_the_file() -> None:
             read_file(Path(name))
 
 
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")  # Python closes the file
+def test_an_interrupt_at_any_moment_of_opening_a_file_is_no_other_error(tmp_path: Path) -> None:
+    """A signal raises where Python enters, calls or leaves a function, as a profiler may."""
+    path = tmp_path / "a.bin"
+    path.write_bytes(b"abc")
+    interrupts = 0
+
+    def come_after(count: int) -> Callable[..., None]:
+        def event(*_: object) -> None:
+            nonlocal count
+            count -= 1
+            if count == 0:
+                raise KeyboardInterrupt
+
+        return event
+
+    while True:
+        sys.setprofile(come_after(interrupts + 1))
+        try:
+            with open_file(path) as stream:
+                sys.setprofile(None)
+                assert stream.read() == b"abc"
+            break
+        except KeyboardInterrupt:
+            interrupts += 1
+        finally:
+            sys.setprofile(None)
+    assert interrupts > 10
+
+
 def test_a_lock_is_made_and_held_on_regular_files_alone(tmp_path: Path) -> None:
     for _ in range(2):
         open_lock(tmp_path / "new").close()
