@@ -18,7 +18,7 @@ from paradize.formats.ktx2.reader import decode_ktx2
 from paradize.formats.scene.manifest import map_sets, read_entry
 from paradize.kernels.reference.atlas import layout_raster
 from paradize.metrics.texels import decode_texels
-from paradize.vectors import doubled_areas
+from paradize.vectors import doubled_areas, doubled_areas_2d
 
 _BEYOND = 1e-4  # of the side: rounding may move a coordinate out by this
 _SIDE = 512  # texels a side of the raster in which overlap is searched
@@ -155,8 +155,7 @@ def _density(
 ) -> Iterator[Finding]:
     """Compares the densest twentieth of the area that has texels with the sparsest."""
     area = doubled_areas(points[triangles])
-    (du, dv), (eu, ev) = ((corners[:, k] - corners[:, 0]).T for k in (1, 2))
-    image = np.abs(du * ev - dv * eu)
+    image = np.abs(doubled_areas_2d(corners))
     seen = (area > 0.0) & (image > 0.0)
     if not seen.any():
         return
