@@ -215,8 +215,7 @@ TEST_CASE("aSearchThatIsCutShortStillBoundsTheDistance") {
 }
 
 TEST_CASE("aSearchOverNeedlesThatMeetCountsTheTrianglesThatItTests") {
-    // A part of a disc: a look-up of a place tests most of the needles. After so little work nothing is
-    // known.
+    // A part of a disc: a look-up of a place tests most of the needles.
     const auto fan = [](std::uint32_t count) {
         Soup soup;
         soup.positions = {0, 0, 0};
@@ -232,8 +231,14 @@ TEST_CASE("aSearchOverNeedlesThatMeetCountsTheTrianglesThatItTests") {
     const Soup fine = fan(400), coarse = fan(300);
     const reference::Tree from({fine.positions, fine.triangles}), to({coarse.positions, coarse.triangles});
     const std::vector<std::uint32_t> near(400, 0);
-    CHECK(reference::farthest(from, to, near, 0, {1e-6, 0, 480'000}, 2).most > 1);
-    CHECK(reference::farthest(from, to, near, 0, {1e-6, 0, 40'000'000}, 2).most < 1e-5);
+    const auto short_of = [&](std::uint64_t tests) {
+        return reference::farthest(from, to, near, 0, {1e-6, 0, tests}, 2).most;
+    };
+    CHECK(short_of(0) == doctest::Approx(std::sin(1.5)).epsilon(0.01)); // from its end to the first needle
+    CHECK(short_of(48'000) > 0.1);
+    CHECK(short_of(480'000) < 0.002);
+    CHECK(short_of(480'000) > 1e-5);
+    CHECK(short_of(4'000'000) < 1e-5);
 }
 
 TEST_CASE("anglesAreRightAtBothEnds") {

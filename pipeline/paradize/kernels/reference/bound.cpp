@@ -15,11 +15,17 @@ namespace {
 // Triangles, and pieces of them, that one thread looks at in a row; fixed, so that results do not depend on
 // threads.
 constexpr std::size_t chunk_size = 256, few = 16;
-constexpr std::size_t patience = 32;  // pieces of each triangle or piece that a chunk looks at in one round
-constexpr std::uint64_t look_up = 16; // tests that a place's look-up in the tree counts for at least
-constexpr std::uint64_t share = 4;    // of the tests of a look-up of Packet::size places side by side
-constexpr double rounding = 1e-14;    // of distances, as a share of them: smaller differences are none
+constexpr std::size_t patience = 32; // pieces of each triangle or piece that a chunk looks at in one round
+constexpr std::size_t most_open = 250'000; // pieces of one round that goes to the farthest: 54 MB
+constexpr std::uint64_t look_up = 16;      // tests that a place's look-up in the tree counts for at least
+constexpr std::uint64_t share = 4;         // of the tests of a look-up of Packet::size places side by side
+constexpr double rounding = 1e-14;         // of distances, as a share of them: smaller differences are none
 constexpr double infinite = std::numeric_limits<double>::infinity();
+
+// The bound from which on a place is looked at no more, where some place is known to lie `least` away.
+double enough(double least, const Closeness &closeness) {
+    return least + std::max(closeness.gap * least, closeness.resolution);
+}
 
 // A part of a triangle of `from`.
 struct Piece {
@@ -32,18 +38,18 @@ struct Piece {
 // One thread's work on the pieces of one chunk.
 class Work {
   public:
-    Work(const Tree &to, double least, const Closeness &closeness)
-        : to_(to), closeness_(closeness), least_(least) {}
+    // goal: pieces that are known to be nearer wait for a later round.
+    Work(const Tree &to, double least, double goal, const Closeness &closeness)
+        : to_(to), closeness_(closeness), least_(least), goal_(goal) {}
 
     double least() const { return least_; }
     double settled() const { return settled_; }
     std::uint64_t tests() const { return tests_; }
-    std::vector<Piece> &open() { return open_; }
 
-    void add(const Piece &piece) { open_.push_back(piece); }
-    // Looks at so many pieces at most, the last ones first: what they leave are the next.
-    void run(std::size_t pieces) {
-        while (!open_.empty() && pieces > 0) {
+    void add(const Piece &piece) { (piece.most < goal_ ? later_ : open_).push_back(piece); }
+    // Looks at so many pieces at most, the last ones first, until about so many tests are made.
+    void run(std::size_t pieces, std::uint64_t tests) {
+        while (!open_.empty() && pieces > 0 && tests_ < tests) {
             const std::size_t count = std::min({open_.size(), Packet::size, pieces});
             std::array<Piece, Packet::size> held;
             std::copy(open_.end() - static_cast<std::ptrdiff_t>(count), open_.end(), held.begin());
@@ -54,9 +60,13 @@ class Work {
             pieces -= count;
         }
     }
+    // Appends the pieces left.
+    void leave(std::vector<Piece> &to) const {
+        to.insert(to.end(), later_.begin(), later_.end());
+        to.insert(to.end(), open_.begin(), open_.end());
+    }
 
   private:
-    double enough() const { return least_ + std::max(closeness_.gap * least_, closeness_.resolution); }
     // Up to where parts are cut away: no farther than must be, so that the bound is tight where it can be.
     double near() const { return std::max(least_ * (1 + rounding), closeness_.resolution); }
     void look_up_all(std::span<Piece> pieces);
@@ -65,9 +75,10 @@ class Work {
     const Tree &to_;
     const Closeness &closeness_;
     double least_;
+    double goal_;
     double settled_ = 0; // the largest bound of what is not looked at any more
     std::uint64_t tests_ = 0;
-    std::vector<Piece> open_;
+    std::vector<Piece> open_, later_;
 };
 
 // Finds the triangles nearest to the middles, whose distances some point of the surface has.
@@ -108,8 +119,12 @@ void Work::look(const Piece &piece) {
     const ClippedPolygon rest = beyond(piece.at, Target(to_.corners(piece.slot)), near());
     tests_ += piece.at.count;
     const double most = std::min(piece.most, rest.farthest);
-    if (most <= enough()) {
+    if (most <= enough(least_, closeness_)) {
         settled_ = std::max(settled_, most);
+        return;
+    }
+    if (most < goal_) {
+        later_.push_back({piece.at, piece.slot, piece.looked_up, most});
         return;
     }
     if (rest.worth) {
@@ -138,41 +153,54 @@ double diagonal(const Surface &surface) {
 
 Bounds farthest(const Tree &from, const Tree &to, std::span<const std::uint32_t> near, double least,
                 const Closeness &closeness, unsigned threads) {
-    double settled = 0;
+    double settled = 0, most = infinite;
     std::uint64_t tests = 0;
     std::vector<Piece> open;
     // Every chunk starts from what was known before the round, whichever thread has it.
-    const auto round = [&](std::size_t count, std::size_t size, const auto &piece) {
+    const auto round = [&](std::size_t count, std::size_t size, double goal, std::uint64_t until,
+                           const auto &piece) {
         const std::size_t chunks = (count + size - 1) / size;
-        std::vector<Work> works(chunks, Work(to, least, closeness));
+        const std::uint64_t each = std::max<std::uint64_t>((until - tests) / chunks, 1);
+        std::vector<Work> works(chunks, Work(to, least, goal, closeness));
         for_chunks(chunks, threads, [&](std::size_t chunk) {
             Work &work = works[chunk];
             const std::size_t first = chunk * size, stop = std::min(count, first + size);
             for (std::size_t i = stop; i-- > first;)
                 work.add(piece(i));
-            work.run((stop - first) * patience);
+            work.run((stop - first) * patience, each);
         });
         open.clear();
-        for (Work &work : works) {
+        for (const Work &work : works) {
             least = std::max(least, work.least());
             settled = std::max(settled, work.settled());
             tests += work.tests();
-            open.insert(open.end(), work.open().begin(), work.open().end());
+            work.leave(open);
         }
+        most = 0;
+        for (const Piece &left : open)
+            most = std::max(most, left.most);
     };
-    round(near.size(), chunk_size, [&](std::size_t place) {
+    const auto next_round = [&](double goal, std::uint64_t until) {
+        const std::vector<Piece> before = std::move(open);
+        round(before.size(), few, goal, until, [&](std::size_t i) { return before[i]; });
+    };
+    // Half of the tests go into one place after another, which is the quickest where they are enough. The
+    // others go to what may lie farthest, so that all of it is known to be near when they end.
+    const std::uint64_t half = closeness.tests / 2;
+    round(near.size(), chunk_size, 0, half, [&](std::size_t place) {
         const std::uint32_t i = from.order()[place];
         Piece piece{{}, near[i], true, infinite};
         for (const Point &corner : corners_of(from.surface(), i))
             piece.at.add(corner);
         return piece;
     });
-    while (!open.empty() && tests < closeness.tests) {
-        const std::vector<Piece> before = std::move(open);
-        round(before.size(), few, [&](std::size_t i) { return before[i]; });
-    }
-    for (const Piece &piece : open)
-        settled = std::max(settled, piece.most);
+    while (!open.empty() && tests < half)
+        next_round(0, half);
+    if (most == infinite)
+        next_round(infinite, ~std::uint64_t{0});
+    while (most > enough(least, closeness) && tests < closeness.tests)
+        next_round(open.size() < most_open ? most / 2 : 0, closeness.tests);
+    settled = std::max(settled, most);
     return {least, settled > least * (1 + rounding) ? settled : least};
 }
 
