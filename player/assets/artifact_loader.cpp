@@ -13,6 +13,11 @@ ArtifactLoader::ArtifactLoader(const SceneFile &scene, std::filesystem::path fol
                                std::vector<std::uint32_t> wanted)
     : scene_(scene), folder_(std::move(folder)), wanted_(std::move(wanted)), loaded_(wanted_.size()),
       errors_(wanted_.size()), first_error_(wanted_.size()) {
+    std::vector<std::size_t> sizes;
+    for (const std::uint32_t index : wanted_) {
+        sizes.push_back(static_cast<std::size_t>(scene_.artifacts[index].bytes));
+    }
+    memory_ = ReservedMemory::side_by_side(sizes);
     const std::size_t threads = loader_threads(wanted_.size());
     left_.store(threads, std::memory_order_relaxed);
     for (std::size_t i = 0; i < threads; ++i) {
@@ -29,7 +34,11 @@ ArtifactLoader::~ArtifactLoader() {
 void ArtifactLoader::work(const std::stop_token &stop) {
     for (std::size_t i = next_.fetch_add(1); i < first_error_.load(); i = next_.fetch_add(1)) {
         try {
-            loaded_[i] = open_artifact(scene_, wanted_[i], folder_, stop);
+            std::optional<ReservedMemory> memory;
+            if (!memory_.empty()) {
+                memory = std::move(memory_[i]);
+            }
+            loaded_[i] = open_artifact(scene_, wanted_[i], folder_, stop, std::move(memory));
         } catch (const std::exception &error) { // take() rethrows it
             errors_[i] = error.what();
             std::size_t first = first_error_.load();

@@ -36,6 +36,7 @@ class ArtifactLoader {
     const SceneFile &scene_;
     const std::filesystem::path folder_;
     const std::vector<std::uint32_t> wanted_;
+    std::vector<ReservedMemory> memory_; // for wanted_; empty: each file gets its own
     std::vector<LoadedArtifact> loaded_; // in the order of wanted_; each entry is written by one thread
     std::vector<std::string> errors_;    // empty: no error
     std::atomic<std::size_t> next_{0};

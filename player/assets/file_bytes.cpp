@@ -139,11 +139,13 @@ FileBytes::FileBytes(const std::filesystem::path &path, FileSize size, const OnB
     read_all(file, on_bytes);
 }
 
-FileBytes FileBytes::reserve(const std::filesystem::path &path, FileSize size) {
+FileBytes FileBytes::reserve(const std::filesystem::path &path, FileSize size,
+                             std::optional<ReservedMemory> memory) {
     FileBytes out;
     out.name_ = path.string();
     const Descriptor file(path);
-    out.memory_.emplace(static_cast<std::size_t>(size_of(file.number(), out.name_, size)));
+    const auto bytes = static_cast<std::size_t>(size_of(file.number(), out.name_, size));
+    out.memory_ = memory ? std::move(memory) : std::optional<ReservedMemory>(bytes);
     out.read_front(file, first_bytes);
     return out;
 }

@@ -45,8 +45,10 @@ class FileBytes final : public ByteSource {
     explicit FileBytes(const std::filesystem::path &path, FileSize size = {}, const OnBytes &on_bytes = {});
 
     /// Reserves memory for the file and reads its first 4 KiB, which hold most headers: opening a file again
-    /// takes longer. Throws Error like the constructor.
-    static FileBytes reserve(const std::filesystem::path &path, FileSize size = {});
+    /// takes longer. memory: of the size that the file must have; std::nullopt: it is made. Throws Error like
+    /// the constructor.
+    static FileBytes reserve(const std::filesystem::path &path, FileSize size = {},
+                             std::optional<ReservedMemory> memory = std::nullopt);
     /// Reads at least the first `bytes` bytes, unless it did before, and at most the whole file. bytes() is
     /// zero behind them. Throws Error.
     void read_front(const std::filesystem::path &path, std::size_t bytes);

@@ -14,7 +14,7 @@ namespace paradize::assets {
 
 namespace {
 
-namespace dom = simdjson::dom;
+namespace ondemand = simdjson::ondemand;
 
 static_assert(sizeof(JsonNode) == 24 && max_json_bytes <= JsonNode::most_bytes);
 
@@ -59,45 +59,118 @@ std::size_t most_nodes(std::string_view text) {
     return sum;
 }
 
-/// Copies a parsed document into the nodes of a tree.
-class Copier {
-  public:
-    Copier(std::vector<JsonNode> &nodes, const std::string &file) : nodes_(nodes), file_(file) {}
+/// True if the bytes behind the text that simdjson reads are in the text's last page, where reading cannot
+/// fail. The address sanitizer would object even so.
+bool has_padding([[maybe_unused]] std::string_view text) {
+#ifdef __SANITIZE_ADDRESS__
+    return false;
+#else
+    constexpr std::uintptr_t page = 4096; // the smallest
+    const auto end = reinterpret_cast<std::uintptr_t>(text.data()) + text.size();
+    return end % page != 0 && end % page + simdjson::SIMDJSON_PADDING <= page;
+#endif
+}
 
-    JsonNode node(dom::element element) {
-        JsonNode out;
-        switch (element.type()) {
-        case dom::element_type::ARRAY:
-            return container(JsonKind::array, dom::array(element),
-                             [&](dom::element entry) { return node(entry); });
-        case dom::element_type::OBJECT:
-            return container(JsonKind::object, dom::object(element), [&](const dom::key_value_pair &member) {
-                JsonNode child = node(member.value);
-                child.set_key(member.key);
-                return child;
-            });
-        case dom::element_type::STRING:
-            out.kind = JsonKind::string;
-            out.set_text(std::string_view(element));
-            return out;
-        case dom::element_type::BOOL:
-            out.kind = JsonKind::boolean;
-            out.truth = bool(element);
-            return out;
-        case dom::element_type::NULL_VALUE:
-            return out;
-        default: // a double, or an integer of 64 bits
-            out.kind = JsonKind::number;
-            out.number = double(element);
-            return out;
+/// The text from `start`, behind a quote, to the next one. std::nullopt if it holds an escape.
+std::optional<std::string_view> plain_text(const char *start) {
+    const char *at = start;
+    for (; *at != '"'; ++at) { // all strings of the document are closed
+        if (*at == '\\') {
+            return std::nullopt;
         }
+    }
+    return std::string_view(start, at);
+}
+
+/// Reads a document into the nodes of a tree.
+class Builder {
+  public:
+    Builder(std::string_view text, ondemand::document &document, std::vector<JsonNode> &nodes,
+            const std::string &file)
+        : text_(text), document_(document), nodes_(nodes), file_(file) {}
+
+    JsonNode root() {
+        const JsonNode out = node(document_, 0);
+        if (document_.current_location().error() == simdjson::SUCCESS) {
+            fail(simdjson::TRAILING_CONTENT);
+        }
+        return out;
     }
 
   private:
-    JsonNode container(JsonKind kind, const auto &entries, const auto &node_of) {
+    /// value: the document, or a value in it. key: of a member.
+    JsonNode node(auto &value, std::size_t depth, std::string_view key = {}) {
+        if (depth > max_depth) {
+            fail(simdjson::DEPTH_ERROR);
+        }
+        switch (checked(value.type())) {
+        case ondemand::json_type::array:
+            return container(JsonKind::array, key, checked(value.get_array()),
+                             [&](ondemand::value &&entry) { return node(entry, depth + 1); });
+        case ondemand::json_type::object:
+            return container(JsonKind::object, key, checked(value.get_object()),
+                             [&](ondemand::field &&member) {
+                                 const auto plain = plain_text(member.key().raw());
+                                 const auto name = plain ? *plain : checked(member.unescaped_key());
+                                 return node(member.value(), depth + 1, name);
+                             });
+        case ondemand::json_type::string: {
+            const auto plain = plain_text(std::string_view(value.raw_json_token()).data() + 1);
+            if (plain) {
+                checked(value.get_raw_json_string());
+            }
+            const std::string_view text = plain ? *plain : checked(value.get_string());
+            JsonNode out(JsonKind::string, key, text.size());
+            out.text_start = text.data();
+            return out;
+        }
+        case ondemand::json_type::boolean: {
+            JsonNode out(JsonKind::boolean, key);
+            out.truth = checked(value.get_bool());
+            return out;
+        }
+        case ondemand::json_type::null:
+            checked(value.is_null());
+            return {JsonKind::null, key};
+        default: {
+            JsonNode out(JsonKind::number, key);
+            out.number = checked(value.get_double());
+            return out;
+        }
+        }
+    }
+
+    template <typename T>
+    T checked(simdjson::simdjson_result<T> &&result) const {
+        T out;
+        if (const simdjson::error_code error = std::move(result).get(out); error != simdjson::SUCCESS) {
+            fail(error);
+        }
+        return out;
+    }
+
+    [[noreturn]] void fail(simdjson::error_code error) const {
+        const char *at = nullptr;
+        if (error == simdjson::INCOMPLETE_ARRAY_OR_OBJECT ||
+            document_.current_location().get(at) != simdjson::SUCCESS) {
+            at = text_.data() + text_.size();
+        }
+        if (error == simdjson::INCORRECT_TYPE) {
+            error = simdjson::TAPE_ERROR; // of a literal that begins like true, false or null
+        }
+        const auto bytes = std::min(static_cast<std::size_t>(at - text_.data()), text_.size());
+        throw Error(file_ + ": is not valid JSON: near byte " + std::to_string(bytes) + ": " +
+                    simdjson::error_message(error));
+    }
+
+    JsonNode container(JsonKind kind, std::string_view key, auto entries, const auto &node_of) {
         const std::size_t start = open_.size();
         for (auto entry : entries) {
-            open_.push_back(node_of(entry));
+            if (entry.error() != simdjson::SUCCESS) {
+                fail(entry.error());
+            }
+            const JsonNode child = node_of(std::move(entry).value_unsafe());
+            open_.push_back(child);
         }
         const auto first = open_.begin() + static_cast<std::ptrdiff_t>(start);
         if (kind == JsonKind::object) {
@@ -105,8 +178,7 @@ class Copier {
                 throw Error(file_ + ": key \"" + std::string(*twice) + "\" appears twice in one object");
             }
         }
-        JsonNode out;
-        out.kind = kind;
+        JsonNode out(kind, key);
         out.children = {static_cast<std::uint32_t>(nodes_.size()),
                         static_cast<std::uint32_t>(open_.size() - start)};
         nodes_.insert(nodes_.end(), first, open_.end());
@@ -114,6 +186,8 @@ class Copier {
         return out;
     }
 
+    std::string_view text_;
+    ondemand::document &document_;
     std::vector<JsonNode> &nodes_;
     const std::string &file_;
     std::vector<JsonNode> open_; // the children so far of the containers that are not closed
@@ -122,7 +196,8 @@ class Copier {
 } // namespace
 
 struct JsonTree::Strings {
-    dom::parser parser{max_json_bytes};
+    ondemand::parser parser{max_json_bytes};
+    simdjson::padded_string copy; // of the text, if it needs padding
 };
 
 const char *name_of(JsonKind kind) {
@@ -132,16 +207,19 @@ const char *name_of(JsonKind kind) {
 
 JsonTree::JsonTree(std::string_view text, const std::string &file)
     : file_(file), strings_(std::make_unique<Strings>()) {
-    dom::element root;
-    simdjson::error_code error = strings_->parser.allocate(text.size(), max_depth);
-    if (error == simdjson::SUCCESS) {
-        error = strings_->parser.parse(text.data(), text.size()).get(root);
+    if (!has_padding(text)) {
+        strings_->copy = simdjson::padded_string(text);
+        text = strings_->copy;
     }
-    if (error != simdjson::SUCCESS) {
+    ondemand::document document;
+    if (const simdjson::error_code error =
+            strings_->parser.iterate(text.data(), text.size(), text.size() + simdjson::SIMDJSON_PADDING)
+                .get(document);
+        error != simdjson::SUCCESS) {
         throw Error(file + ": is not valid JSON: " + simdjson::error_message(error));
     }
     nodes_.reserve(most_nodes(text));
-    root_ = Copier(nodes_, file_).node(root);
+    root_ = Builder(text, document, nodes_, file_).root();
 }
 
 JsonTree::~JsonTree() = default;

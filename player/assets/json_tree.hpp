@@ -23,30 +23,26 @@ struct JsonNode {
         std::uint32_t first, count;
     };
 
-    JsonNode() : number(0.0) {}
+    /// `key`: of a member, else empty. text_bytes: of a string.
+    JsonNode(JsonKind kind_of, std::string_view key, std::size_t bytes = 0)
+        : key_start(key.data()), number(0.0), key_bytes(key.size() & most_bytes),
+          text_bytes(bytes & most_bytes), kind(kind_of), was_read(false) {}
+    JsonNode() : JsonNode(JsonKind::null, {}) {}
 
     std::string_view key() const { return {key_bytes == 0 ? "" : key_start, key_bytes}; } // of a member
     std::string_view text() const { return {text_start, text_bytes}; }                    // of a string
-    void set_key(std::string_view key) {
-        key_start = key.data();
-        key_bytes = key.size() & most_bytes;
-    }
-    void set_text(std::string_view text) {
-        text_start = text.data();
-        text_bytes = text.size() & most_bytes;
-    }
 
     static constexpr std::uint64_t most_bytes = (1U << 30U) - 1; // documents are shorter: max_json_bytes
-    const char *key_start = nullptr;
+    const char *key_start;
     union {
         double number;
         const char *text_start;
         Range children;
         bool truth;
     };
-    std::uint64_t key_bytes : 30 = 0, text_bytes : 30 = 0;
-    JsonKind kind : 3 = JsonKind::null;
-    mutable bool was_read : 1 = false; // of a member: somebody has looked it up
+    std::uint64_t key_bytes : 30, text_bytes : 30;
+    JsonKind kind : 3;
+    mutable bool was_read : 1; // of a member: somebody has looked it up
 };
 
 /// A document of JSON, parsed by simdjson. Nothing is allocated per value, because a scene with many
@@ -54,8 +50,8 @@ struct JsonNode {
 class JsonTree {
   public:
     /// Throws Error if the text is not one JSON value in UTF-8, nests deeper than 256 arrays and objects,
-    /// holds a number that neither a 64-bit integer nor a double can, or repeats a key within one object.
-    /// `file` begins the message.
+    /// holds a number beyond a double's range, or repeats a key within one object. `file` begins the
+    /// message.
     JsonTree(std::string_view text, const std::string &file);
     ~JsonTree();
 

@@ -233,13 +233,13 @@ void open_content(const SceneFile &scene, const Artifact &artifact, LoadedArtifa
 } // namespace
 
 LoadedArtifact open_artifact(const SceneFile &scene, std::uint32_t index, const std::filesystem::path &folder,
-                             const std::stop_token &stop) {
+                             const std::stop_token &stop, std::optional<ReservedMemory> memory) {
     const Artifact &artifact = scene.artifacts[index];
     LoadedArtifact out;
     out.path = (folder / artifact.file).string();
     out.sha256 = artifact.sha256;
     out.tile = tile_of(scene, artifact);
-    out.file = FileBytes::reserve(out.path, {.exactly = artifact.bytes});
+    out.file = FileBytes::reserve(out.path, {.exactly = artifact.bytes}, std::move(memory));
     try {
         open_content(scene, artifact, out);
     } catch (const Error &) {

@@ -37,10 +37,11 @@ FileBytes read_artifact(const Artifact &artifact, const std::filesystem::path &f
                         const std::stop_token &stop = {});
 
 /// Reads and parses the headers of the file. The other bytes are zero, but for those that came with the
-/// headers. If the headers are broken, the whole file is read, and a wrong hash is reported first. Throws
-/// Error.
+/// headers. If the headers are broken, the whole file is read, and a wrong hash is reported first. memory: of
+/// the artifact's bytes; std::nullopt: it is made. Throws Error.
 LoadedArtifact open_artifact(const SceneFile &scene, std::uint32_t index, const std::filesystem::path &folder,
-                             const std::stop_token &stop = {});
+                             const std::stop_token &stop = {},
+                             std::optional<ReservedMemory> memory = std::nullopt);
 
 /// Reads the whole file of an opened artifact and checks its SHA-256 and every number in it. If it
 /// `may_keep_open` and the hash says all about its bytes, the file takes no memory: stage() reads from it.

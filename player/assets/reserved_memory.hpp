@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <span>
+#include <vector>
 
 namespace paradize::assets {
 
@@ -10,6 +11,9 @@ class ReservedMemory {
   public:
     /// `size` must be above 0. Throws Error if the system has no address space left.
     explicit ReservedMemory(std::size_t size);
+    /// Memories of `sizes` bytes, each above 0, in one range: a range for each takes the system longer. Empty
+    /// if there is no range so large.
+    static std::vector<ReservedMemory> side_by_side(std::span<const std::size_t> sizes);
     ~ReservedMemory();
     ReservedMemory(ReservedMemory &&other) noexcept;
     ReservedMemory &operator=(ReservedMemory &&other) noexcept;
@@ -21,6 +25,8 @@ class ReservedMemory {
     void release() const;
 
   private:
+    ReservedMemory(std::byte *data, std::size_t size) : data_(data), size_(size) {}
+
     std::byte *data_ = nullptr;
     std::size_t size_ = 0;
 };

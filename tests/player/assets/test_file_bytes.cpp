@@ -6,6 +6,7 @@
 #include "files.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cstdlib>
 #include <doctest/doctest.h>
 #include <sys/stat.h>
@@ -318,4 +319,24 @@ TEST_CASE("files: the front is read before the rest, and must still be there whe
         file.read_front(path, bytes.size() + 1);
         CHECK(std::ranges::equal(file.bytes(), bytes));
     }
+}
+
+TEST_CASE("files: memories side by side are zero, apart, and freed one by one") {
+    constexpr std::array<std::size_t, 3> sizes{5000, 1, 4096};
+    std::vector<assets::ReservedMemory> memories = assets::ReservedMemory::side_by_side(sizes);
+    REQUIRE(memories.size() == sizes.size());
+    for (std::size_t i = 0; i < sizes.size(); ++i) {
+        const std::span<std::byte> bytes = memories[i].bytes();
+        REQUIRE(bytes.size() == sizes[i]);
+        CHECK(std::ranges::all_of(bytes, [](std::byte byte) { return byte == std::byte{0}; }));
+        std::ranges::fill(bytes, std::byte(i + 1));
+    }
+    { const assets::ReservedMemory freed = std::move(memories[1]); }
+    memories[0].release();
+    CHECK(memories[0].bytes()[4999] == std::byte{0});
+    CHECK(memories[2].bytes()[0] == std::byte{3});
+    CHECK(memories[2].bytes()[4095] == std::byte{3});
+    const std::vector<std::size_t> too_large(70, std::size_t{1} << 42U);
+    CHECK(assets::ReservedMemory::side_by_side(too_large).empty());
+    CHECK(assets::ReservedMemory::side_by_side({}).empty());
 }
