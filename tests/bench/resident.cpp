@@ -6,6 +6,7 @@
 #include "assets/scene/file.hpp"
 #include "assets/upload_plan.hpp"
 #include "gl/buffer.hpp"
+#include "gl/device_memory.hpp"
 #include "gl/headless.hpp"
 #include "streaming/streamer.hpp"
 #include "streaming/texture_format.hpp"
@@ -31,6 +32,7 @@ double seconds(clockid_t clock) {
 }
 
 void load_ours(const assets::SceneFile &scene, const std::filesystem::path &folder) {
+    gl::keep_deleted_memory(); // as the player does
     Streamer streamer(scene, folder);
     while (!streamer.upload({})) {
     }
