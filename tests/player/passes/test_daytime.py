@@ -187,16 +187,40 @@ def test_moon_and_stars_stand_in_the_night_sky_alone(picture: Callable[..., Pict
     assert 0.002 < bright[1] < 0.05
 
 
+WIDE_RAD = 0.5  # of a moon that is to be looked at closely
+WIDE_PX = 0.5 * WIDE_RAD * SIZE[1] / 2 / np.tan(0.45)  # its radius
+
+
+def wide(manifest: dict[str, Any]) -> None:
+    manifest["daytime"]["moon_diameter_rad"] = WIDE_RAD
+
+
 def test_the_moon_is_as_wide_as_the_scene_says(picture: Callable[..., Picture]) -> None:
-    width_rad = 0.5
-
-    def wide(manifest: dict[str, Any]) -> None:
-        manifest["daytime"]["moon_diameter_rad"] = width_rad
-
     disc = picture(NIGHT_S, "--disable", "post", ahead=MOON, change=wide).max(axis=2) > 0.2
-    radius_px = 0.5 * width_rad * SIZE[1] / 2 / np.tan(0.45)
     # The limb and the seas of the disc are darker than the rest.
-    assert 0.9 < disc.sum() / (np.pi * radius_px**2) < 0.98
+    assert 0.9 < disc.sum() / (np.pi * WIDE_PX**2) < 0.98
+
+
+def test_the_moon_is_lit_from_the_right_and_a_little_from_above(picture: Callable[..., Picture]) -> None:
+    shown = picture(NIGHT_S, "--disable", "post", ahead=MOON, change=wide).max(axis=2)
+    y, x = (np.mgrid[: SIZE[1], : SIZE[0]] - (np.array(SIZE[::-1])[:, None, None] - 1) / 2) / WIDE_PX
+    limb = (np.hypot(x, y) < 0.97) & (np.hypot(x, y) > 0.85)
+    right, left, above, below = (
+        shown[limb & side].mean() for side in (x > 0.7, x < -0.7, (x < 0) & (y < -0.4), (x < 0) & (y > 0.4))
+    )
+    assert right > 2.0 * left
+    assert above > 1.1 * below
+
+
+def test_the_moon_hides_the_stars_behind_it(picture: Callable[..., Picture]) -> None:
+    def dark(manifest: dict[str, Any]) -> None:
+        wide(manifest)
+        manifest["daytime"]["keys"][2]["moon"]["intensity"] = 0.0
+
+    shown = picture(NIGHT_S, "--disable", "post", ahead=MOON, change=dark).max(axis=2)
+    y, x = np.mgrid[: SIZE[1], : SIZE[0]] - (np.array(SIZE[::-1])[:, None, None] - 1) / 2
+    disc = np.hypot(x, y) < 0.8 * WIDE_PX
+    assert shown[disc & (x > 0)].max() < 0.5 * np.median(shown)
 
 
 def test_stars_turn_slowly_and_do_not_flicker(picture: Callable[..., Picture]) -> None:
