@@ -28,7 +28,7 @@ constexpr double length_m = 6.0, amplitude_m = 0.2, phase = 0.7;
 const glm::dvec2 along(0.6, 0.8);
 const glm::dvec2 eye_m(3.0, -2.0);
 
-/// What the shader makes of the sea's places around the eye, `step_m` apart.
+/// The points to which the shader lifts the sea around the eye, `step_m` apart.
 class Lifted {
   public:
     Lifted() {
