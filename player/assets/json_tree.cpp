@@ -62,7 +62,7 @@ std::size_t most_nodes(std::string_view text) {
 /// True if the bytes behind the text that simdjson reads are in the text's last page, where reading cannot
 /// fail. The address sanitizer would object even so.
 bool has_padding([[maybe_unused]] std::string_view text) {
-#ifdef __SANITIZE_ADDRESS__
+#if defined(__SANITIZE_ADDRESS__) // of GCC
     return false;
 #else
     constexpr std::uintptr_t page = 4096; // the smallest
@@ -90,7 +90,12 @@ class Builder {
         : text_(text), document_(document), nodes_(nodes), file_(file) {}
 
     JsonNode root() {
-        const JsonNode out = node(document_, 0);
+        const ondemand::json_type type = checked(document_.type());
+        if (type != ondemand::json_type::array && type != ondemand::json_type::object) {
+            throw Error(file_ + ": must hold one JSON object, holds one value alone");
+        }
+        ondemand::value value = checked(document_.get_value());
+        const JsonNode out = node(value, 1);
         if (document_.current_location().error() == simdjson::SUCCESS) {
             fail(simdjson::TRAILING_CONTENT);
         }
@@ -98,12 +103,14 @@ class Builder {
     }
 
   private:
-    /// value: the document, or a value in it. key: of a member.
-    JsonNode node(auto &value, std::size_t depth, std::string_view key = {}) {
-        if (depth > max_depth) {
+    /// depth: how many arrays and objects there would be. key: of a member.
+    JsonNode node(ondemand::value &value, std::size_t depth, std::string_view key = {}) {
+        const ondemand::json_type type = checked(value.type());
+        const bool holds = type == ondemand::json_type::array || type == ondemand::json_type::object;
+        if (holds && depth > max_depth) {
             fail(simdjson::DEPTH_ERROR);
         }
-        switch (checked(value.type())) {
+        switch (type) {
         case ondemand::json_type::array:
             return container(JsonKind::array, key, checked(value.get_array()),
                              [&](ondemand::value &&entry) { return node(entry, depth + 1); });
@@ -115,7 +122,7 @@ class Builder {
                                  return node(member.value(), depth + 1, name);
                              });
         case ondemand::json_type::string: {
-            const auto plain = plain_text(std::string_view(value.raw_json_token()).data() + 1);
+            const auto plain = plain_text(value.raw_json_token().data() + 1);
             if (plain) {
                 checked(value.get_raw_json_string());
             }

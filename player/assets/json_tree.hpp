@@ -49,9 +49,9 @@ struct JsonNode {
 /// instances has a million of them.
 class JsonTree {
   public:
-    /// Throws Error if the text is not one JSON value in UTF-8, nests deeper than 256 arrays and objects,
-    /// holds a number beyond a double's range, or repeats a key within one object. `file` begins the
-    /// message.
+    /// `text` must outlive the tree. Throws Error if it is not one JSON object or array in UTF-8, nests
+    /// deeper than 256 arrays and objects, holds a number beyond a double's range, or repeats a key within
+    /// one object. `file` begins the message.
     JsonTree(std::string_view text, const std::string &file);
     ~JsonTree();
 
@@ -69,7 +69,7 @@ class JsonTree {
     std::string path(const JsonNode &object, std::string_view key) const;
 
   private:
-    struct Strings; // the bytes of all texts and keys
+    struct Strings; // the bytes of texts and keys with escapes; of all, where the text is copied
 
     std::string file_;
     std::unique_ptr<Strings> strings_;

@@ -32,7 +32,6 @@ double seconds(clockid_t clock) {
 }
 
 void load_ours(const assets::SceneFile &scene, const std::filesystem::path &folder) {
-    gl::keep_deleted_memory(); // as the player does
     Streamer streamer(scene, folder);
     while (!streamer.upload({})) {
     }
@@ -80,6 +79,9 @@ int main(int argc, char **argv) {
     const std::filesystem::path folder = argv[1];
     const gl::HeadlessContext context(false);
     const assets::SceneFile scene = assets::read_scene(folder / "scene.json");
+    if (who == "ours") {
+        gl::keep_deleted_memory(); // as the player does
+    }
     const double wall_s = seconds(CLOCK_MONOTONIC);
     const double processor_s = seconds(CLOCK_PROCESS_CPUTIME_ID);
     (who == "ours" ? load_ours : load_barely)(scene, folder);

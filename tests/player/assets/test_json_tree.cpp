@@ -28,15 +28,19 @@ std::string parse_error(const std::string &text) {
 }
 
 std::string text_of(const std::string &json) {
-    const JsonTree tree(json, "f");
-    REQUIRE(tree.root().kind == JsonKind::string);
-    return std::string(tree.root().text());
+    const std::string text = "[" + json + "]";
+    const JsonTree tree(text, "f");
+    const JsonNode &only = tree.children(tree.root())[0];
+    REQUIRE(only.kind == JsonKind::string);
+    return std::string(only.text());
 }
 
 double number_of(const std::string &json) {
-    const JsonTree tree(json, "f");
-    REQUIRE(tree.root().kind == JsonKind::number);
-    return tree.root().number;
+    const std::string text = "[" + json + "]";
+    const JsonTree tree(text, "f");
+    const JsonNode &only = tree.children(tree.root())[0];
+    REQUIRE(only.kind == JsonKind::number);
+    return only.number;
 }
 
 } // namespace
@@ -96,24 +100,27 @@ TEST_CASE("JSON: what is not JSON is refused") {
                                    "{\"a\": 1,}",
                                    "{\"a\": 1",
                                    "[1] x",
-                                   "nul",
-                                   "-null",
-                                   "+1",
-                                   "NaN",
-                                   "-",
-                                   "'a'",
-                                   "01",
-                                   "1.",
-                                   ".5",
-                                   "1e",
+                                   "[nul]",
+                                   "[nulle]",
+                                   "[true-]",
+                                   "[null4]",
+                                   "[-null]",
+                                   "[+1]",
+                                   "[NaN]",
+                                   "[-]",
+                                   "['a']",
+                                   "[01]",
+                                   "[1.]",
+                                   "[.5]",
+                                   "[1e]",
                                    "[1e400]",
                                    "\"a",
                                    "\"a\\",
                                    "\"a\nb\"",
-                                   "\"\\x\"",
-                                   "\"\\u12g4\"",
-                                   "\"\\ud83c\"",
-                                   "\"\\ud83c\\u0041\"",
+                                   "[\"\\x\"]",
+                                   "[\"\\u12g4\"]",
+                                   "[\"\\ud83c\"]",
+                                   "[\"\\ud83c\\u0041\"]",
                                    "\"\xC3\"",
                                    "\"\xC0\x80\"",
                                    "\"\xED\xA0\x80\"",
@@ -125,8 +132,15 @@ TEST_CASE("JSON: what is not JSON is refused") {
     CHECK(parse_error("[1,\n 2,]").find(": near byte 7: ") != std::string::npos);
     CHECK(parse_error("{\"a\": 1} {}").find(": near byte 9: ") != std::string::npos);
     const auto nested = [](std::size_t depth) { return std::string(depth, '[') + std::string(depth, ']'); };
-    CHECK(parse_error(nested(255)).empty());
-    CHECK(parse_error(nested(300)).starts_with("f: is not valid JSON: "));
+    CHECK(parse_error(nested(256)).empty());
+    CHECK(parse_error("[" + nested(256) + "]").starts_with("f: is not valid JSON: "));
+}
+
+TEST_CASE("JSON: a value alone is no document") {
+    for (const std::string text : {"1", "null ", "\"a\"", "true", "false-"}) {
+        CHECK(parse_error(text) == "f: must hold one JSON object, holds one value alone");
+    }
+    CHECK(parse_error("{\"a\": 1} x").find(": near byte 9: Unexpected trailing") != std::string::npos);
 }
 
 TEST_CASE("JSON: members are found by name, in small objects and large ones, and never twice") {

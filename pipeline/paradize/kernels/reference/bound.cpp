@@ -16,7 +16,7 @@ namespace {
 // threads.
 constexpr std::size_t chunk_size = 256, few = 16;
 constexpr std::size_t patience = 32; // pieces of each triangle or piece that a chunk looks at in one round
-constexpr std::size_t most_open = 250'000; // pieces of one round that goes to the farthest: 54 MB
+constexpr std::size_t most_open = 250'000; // pieces up to which rounds go to the farthest: 54 MB each copy
 constexpr std::uint64_t look_up = 16;      // tests that a place's look-up in the tree counts for at least
 constexpr std::uint64_t share = 4;         // of the tests of a look-up of Packet::size places side by side
 constexpr double rounding = 1e-14;         // of distances, as a share of them: smaller differences are none
@@ -159,7 +159,7 @@ Bounds farthest(const Tree &from, const Tree &to, std::span<const std::uint32_t>
     // Every chunk starts from what was known before the round, whichever thread has it.
     const auto round = [&](std::size_t count, std::size_t size, double goal, std::uint64_t until,
                            const auto &piece) {
-        const std::size_t chunks = (count + size - 1) / size;
+        const std::size_t chunks = (count + size - 1) / size; // not 0: a surface has a triangle
         const std::uint64_t each = std::max<std::uint64_t>((until - tests) / chunks, 1);
         std::vector<Work> works(chunks, Work(to, least, goal, closeness));
         for_chunks(chunks, threads, [&](std::size_t chunk) {
@@ -185,7 +185,8 @@ Bounds farthest(const Tree &from, const Tree &to, std::span<const std::uint32_t>
         round(before.size(), few, goal, until, [&](std::size_t i) { return before[i]; });
     };
     // Half of the tests go into one place after another, which is the quickest where they are enough. The
-    // others go to what may lie farthest, so that all of it is known to be near when they end.
+    // others go to what may lie farthest, so that all of it is known to be near when they end; but for
+    // memory's sake not where so many pieces are open.
     const std::uint64_t half = closeness.tests / 2;
     round(near.size(), chunk_size, 0, half, [&](std::size_t place) {
         const std::uint32_t i = from.order()[place];

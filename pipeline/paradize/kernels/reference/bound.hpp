@@ -26,9 +26,11 @@ struct TwoSided {
 };
 
 struct Closeness {
-    double gap = 0.02;         // `most` is at most (1 + gap) * least ...
-    double resolution = 0;     // ... or least + resolution (in the positions' unit) ...
-    std::uint64_t tests = ~0u; // ... unless a place was held against so many triangles before
+    double gap = 0.02;     // `most` is at most (1 + gap) * least ...
+    double resolution = 0; // ... or least + resolution (in the positions' unit) ...
+    // ... unless a place was held against so many triangles before. Each triangle is held against its `near`
+    // one whatever the limit, so that `most` is finite.
+    std::uint64_t tests = ~0u;
 };
 
 // near: (m,) for every triangle of `from` the slot of one of `to` near it; any choice is right, a near one is
