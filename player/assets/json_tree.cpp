@@ -166,8 +166,8 @@ class Builder {
             error = simdjson::TAPE_ERROR; // of a literal that begins like true, false or null
         }
         const auto bytes = std::min(static_cast<std::size_t>(at - text_.data()), text_.size());
-        throw Error(file_ + ": is not valid JSON: near byte " + std::to_string(bytes) + ": " +
-                    simdjson::error_message(error));
+        throw Error(file_ + ": is not valid JSON: near byte " + std::to_string(bytes) +
+                    " of it: " + simdjson::error_message(error));
     }
 
     JsonNode container(JsonKind kind, std::string_view key, auto entries, const auto &node_of) {

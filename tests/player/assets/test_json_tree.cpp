@@ -129,8 +129,8 @@ TEST_CASE("JSON: what is not JSON is refused") {
         INFO(text);
         CHECK(parse_error(text).starts_with("f: is not valid JSON: "));
     }
-    CHECK(parse_error("[1,\n 2,]").find(": near byte 7: ") != std::string::npos);
-    CHECK(parse_error("{\"a\": 1} {}").find(": near byte 9: ") != std::string::npos);
+    CHECK(parse_error("[1,\n 2,]").find(": near byte 7 of it: ") != std::string::npos);
+    CHECK(parse_error("{\"a\": 1} {}").find(": near byte 9 of it: ") != std::string::npos);
     const auto nested = [](std::size_t depth) { return std::string(depth, '[') + std::string(depth, ']'); };
     CHECK(parse_error(nested(256)).empty());
     CHECK(parse_error("[" + nested(256) + "]").starts_with("f: is not valid JSON: "));
@@ -140,7 +140,7 @@ TEST_CASE("JSON: a value alone is no document") {
     for (const std::string text : {"1", "null ", "\"a\"", "true", "false-"}) {
         CHECK(parse_error(text) == "f: must hold one JSON object, holds one value alone");
     }
-    CHECK(parse_error("{\"a\": 1} x").find(": near byte 9: Unexpected trailing") != std::string::npos);
+    CHECK(parse_error("{\"a\": 1} x").find(": near byte 9 of it: Unexpected trailing") != std::string::npos);
 }
 
 TEST_CASE("JSON: members are found by name, in small objects and large ones, and never twice") {

@@ -1,10 +1,6 @@
 #include "context.hpp"
-#include "files.hpp"
-#include "gl/draw.hpp"
-#include "gl/framebuffer.hpp"
-#include "gl/program.hpp"
-#include "gl/shader_library.hpp"
 #include "gl/texture.hpp"
+#include "shader_probe.hpp"
 
 #include <doctest/doctest.h>
 #include <epoxy/gl.h>
@@ -15,8 +11,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <filesystem>
-#include <optional>
 #include <vector>
 
 using namespace paradize;
@@ -31,38 +25,18 @@ const glm::dvec2 eye_m(3.0, -2.0);
 /// The points to which the shader lifts the sea around the eye, `step_m` apart.
 class Lifted {
   public:
-    Lifted() {
-        std::filesystem::create_directory_symlink(gl::ShaderLibrary::find() / "lib",
-                                                  std::filesystem::path(folder_.path()) / "lib");
-        folder_.write("a.vert",
-                      "#include \"lib/fullscreen.glsl\"\n"
-                      "void main() { gl_Position = vec4(fullscreen_corner(gl_VertexID), 0.0, 1.0); }\n");
-        folder_.write("a.frag",
-                      "uniform vec4 eye;\n#include \"lib/near_waves.glsl\"\n"
-                      "uniform float u_step_m;\nuniform bool u_tilt;\nout vec4 color;\nvoid main() {\n"
-                      "LiftedPoint p = lifted_point(eye.xz + (gl_FragCoord.xy - 16.0) * u_step_m);\n"
-                      "color = u_tilt ? vec4(p.tilt, 0.0, 1.0) : vec4(p.offset, 1.0); }\n");
-        program_.emplace(gl::ShaderLibrary(folder_.path()), "a.vert", "a.frag");
-    }
-
     /// wave: which of the four is not flat. shares: of two cells that the map has from -X to +X.
     std::vector<glm::dvec3> at(double step_m, int wave, bool tilt, glm::vec2 shares = {1.0F, 1.0F}) {
         const gl::Texture map = gl::make_target(GL_RGBA16F, 2, 1);
         gl::write_target(map, 2, 1, std::vector<float>{shares[0], 0, 0, 0, shares[1], 0, 0, 0});
-        const gl::Texture target = gl::make_target(GL_RGBA32F, side, side);
-        const gl::Framebuffer framebuffer = gl::make_framebuffer(target, {});
-        const gl::VertexArray empty = gl::VertexArray::create();
-        gl::bind_framebuffer(framebuffer.name(), side, side);
-        glBindVertexArray(empty.name());
-        glDisable(GL_DEPTH_TEST);
-        program_->use();
+        const gl::Program &program = probe_.use();
         gl::bind_texture(0, GL_TEXTURE_2D, map.name());
-        glUniform1i(program_->location("u_wave_shares"), 0);
-        glUniform4f(program_->location("eye"), static_cast<float>(eye_m.x), 1.0F, static_cast<float>(eye_m.y),
+        glUniform1i(program.location("u_wave_shares"), 0);
+        glUniform4f(program.location("eye"), static_cast<float>(eye_m.x), 1.0F, static_cast<float>(eye_m.y),
                     0.0F);
-        glUniform4f(program_->location("u_share_of_xz"), 0.125F, 0.125F, 0.5F - 0.125F * 3.0F, 0.5F);
-        glUniform1f(program_->location("u_step_m"), static_cast<float>(step_m));
-        glUniform1i(program_->location("u_tilt"), tilt ? 1 : 0);
+        glUniform4f(program.location("u_share_of_xz"), 0.125F, 0.125F, 0.5F - 0.125F * 3.0F, 0.5F);
+        glUniform1f(program.location("u_step_m"), static_cast<float>(step_m));
+        glUniform1i(program.location("u_tilt"), tilt ? 1 : 0);
         std::vector<float> waves;
         for (int i = 0; i < 4; ++i) {
             const double k = 2.0 * M_PI / length_m;
@@ -70,11 +44,8 @@ class Lifted {
                 waves.push_back(static_cast<float>(value));
             }
         }
-        glUniform4fv(program_->location("u_near_waves"), 4, waves.data());
-        gl::draw_vertices(GL_TRIANGLES, 3);
-        std::vector<float> pixels(4UL * side * side);
-        glReadPixels(0, 0, side, side, GL_RGBA, GL_FLOAT, pixels.data());
-        test::throw_on_error();
+        glUniform4fv(program.location("u_near_waves"), 4, waves.data());
+        const std::vector<float> pixels = probe_.draw();
         std::vector<glm::dvec3> out;
         for (std::size_t i = 0; i < pixels.size(); i += 4) {
             out.emplace_back(pixels[i], pixels[i + 1], pixels[i + 2]);
@@ -83,8 +54,12 @@ class Lifted {
     }
 
   private:
-    test::Folder folder_;
-    std::optional<gl::Program> program_;
+    test::ShaderProbe probe_{side,
+                             "uniform vec4 eye;\n#include \"lib/near_waves.glsl\"\n"
+                             "uniform float u_step_m;\nuniform bool u_tilt;\nout vec4 color;\n"
+                             "void main() {\n"
+                             "LiftedPoint p = lifted_point(eye.xz + (gl_FragCoord.xy - 16.0) * u_step_m);\n"
+                             "color = u_tilt ? vec4(p.tilt, 0.0, 1.0) : vec4(p.offset, 1.0); }\n"};
 };
 
 glm::dvec2 place(std::size_t pixel, double step_m) {
