@@ -252,18 +252,6 @@ LoadedArtifact open_artifact(const SceneFile &scene, std::uint32_t index, const 
     return out;
 }
 
-namespace {
-
-/// True if the file's hash tells all that may be wrong behind its headers: each code of its texels is valid.
-bool has_codes_alone(const LoadedArtifact &loaded) {
-    return loaded.glb.levels.empty() && std::ranges::none_of(loaded.ktx.levels, [](const Ktx2Level &level) {
-               return !level.compressed.empty() || level.format == PixelFormat::rgba16_float ||
-                      level.format == PixelFormat::r32_float;
-           });
-}
-
-} // namespace
-
 void check_artifact(const Artifact &artifact, LoadedArtifact &loaded, bool may_keep_open,
                     const std::stop_token &stop) {
     std::optional<Sha256> hash(std::in_place);
@@ -273,14 +261,16 @@ void check_artifact(const Artifact &artifact, LoadedArtifact &loaded, bool may_k
         }
         hash->add(part);
     };
-    if (!may_keep_open || !has_codes_alone(loaded) || !loaded.file.read_through(loaded.path, add)) {
+    if (may_keep_open && artifact.drawn && loaded.file.read_through(loaded.path, add)) {
+        check_hash(hash->hex(), loaded.sha256, loaded.path); // stage() checks what it reads
+    } else {
         hash.emplace();
         loaded.file.read_all(loaded.path, add);
+        check_hash(hash->hex(), loaded.sha256, loaded.path);
+        check_mesh(loaded.glb, loaded.path);
+        check_frames(loaded.ktx, loaded.path);
+        check_texels(loaded.ktx, loaded.path);
     }
-    check_hash(hash->hex(), loaded.sha256, loaded.path);
-    check_mesh(loaded.glb, loaded.path);
-    check_frames(loaded.ktx, loaded.path);
-    check_texels(loaded.ktx, loaded.path);
     if (!artifact.drawn || artifact.kind == ArtifactKind::sound) { // a sound is read again when it is played
         loaded.file.release();
     }

@@ -420,13 +420,15 @@ void Uploads::begin(std::size_t place) {
         begun_files[pieces[next.piece].artifact] = true;
         begun_bytes += scene.artifacts[pieces[next.piece].artifact].bytes;
     }
-    if (!known_checked[pieces[next.piece].artifact]) { // nor were its pieces ordered
+    item_of(next.piece).begin(pieces[next.piece].index, takes_all); // while others read and check
+    if (!known_checked[pieces[next.piece].artifact]) {              // nor were its pieces ordered
         checker->wait(pieces[next.piece].artifact);
         order_ahead();
     }
     if (is_staged(next.piece)) {
         assets::StagedPiece staged = loader->take(next.piece);
         if (staged.file_failed) {
+            item_of(next.piece).drop(pieces[next.piece].index);
             give_up(pieces[next.piece].artifact, std::move(staged.error));
             return;
         }
@@ -437,7 +439,6 @@ void Uploads::begin(std::size_t place) {
     }
     queue.erase(queue.begin() + static_cast<std::ptrdiff_t>(place));
     schedule->set_loading(next.piece);
-    item_of(next.piece).begin(pieces[next.piece].index, takes_all);
     count_peak(schedule->used_bytes());
     current = std::move(next);
 }

@@ -9,6 +9,7 @@
 #include "streaming/streamer.hpp"
 
 #include <doctest/doctest.h>
+#include <epoxy/gl.h>
 
 #include <algorithm>
 #include <cstddef>
@@ -19,6 +20,7 @@
 #include <string>
 #include <string_view>
 #include <thread>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -84,6 +86,67 @@ TEST_CASE("streamer: a file that an earlier start has checked is not hashed agai
     const std::string color = "quad_color.ktx2";
     scene.folder.write(color, test::ktx2_file(assets::PixelFormat::rgba8_srgb, 256, 256));
     CHECK(load_error(scene).find(color + ": is damaged or was replaced") != std::string::npos);
+    test::throw_on_error();
+}
+
+TEST_CASE("streamer: what cannot be drawn is named, also in a file that an earlier start has checked") {
+    if (!test::have_context()) {
+        return;
+    }
+    const test::Bytes floats = test::ktx2_file(assets::PixelFormat::r32_float, 256, 256); // up to 3e38
+    const test::Bytes frames = test::zstd_ktx2_file(assets::PixelFormat::rgba8_srgb, 256, 256);
+    const test::Bytes frame(100, std::byte{1});
+    const std::vector<std::tuple<std::string, test::Bytes, std::string>> wrong{
+        {"quad_color", floats, "quad_color.ktx2: level "},
+        {"quad_color", test::with_frame(frames, frame), "quad_color.ktx2: level 0: "},
+        {"quad_mesh", test::glb_file(test::glb_json(), 99), "quad_mesh.glb: "}};
+    for (const auto &[name, file, message] : wrong) {
+        SmallScene scene;
+        scene.put(name, file);
+        const std::string first = load_error(scene);
+        CHECK_MESSAGE(first.find(message) != std::string::npos, first);
+        const CheckedBefore checked(scene);
+        const std::string later = load_error(scene);
+        CHECK_MESSAGE(later.find(message) != std::string::npos, later);
+    }
+    test::throw_on_error();
+}
+
+TEST_CASE("streamer: of a file that is lost before anything of it is drawn, nothing is left on the device") {
+    if (!test::have_context()) {
+        return;
+    }
+    const auto count = [](auto is_one) {
+        constexpr unsigned most = 10000;
+        std::ptrdiff_t found = 0;
+        for (unsigned name = 1; name < most; ++name) {
+            found += is_one(name) != GL_FALSE ? 1 : 0;
+        }
+        return found;
+    };
+    std::vector<std::ptrdiff_t> textures;
+    std::vector<std::ptrdiff_t> vertex_arrays;
+    for (const std::string lost : {"", "quad_color.ktx2", "quad_mesh.glb"}) {
+        const SmallScene scene;
+        Streamer streamer(scene.file, SceneLoad(scene.file, scene.folder.path(), nullptr,
+                                                {.vram_bytes = 100000000, .ram_bytes = 0}));
+        streamer.finish_checks();
+        if (!lost.empty()) {
+            std::filesystem::resize_file(scene.folder.path() / lost, 100);
+        }
+        const std::vector<Need> needs(streamer.piece_count(), Need{2.0F, 0.0F});
+        streamer.set_needs(needs);
+        while (!streamer.upload({.bytes = 30000})) {
+        }
+        CHECK(streamer.failures().size() == (lost.empty() ? 0 : 1));
+        textures.push_back(count([](unsigned name) { return glIsTexture(name); }));
+        vertex_arrays.push_back(count([](unsigned name) { return glIsVertexArray(name); }));
+    }
+    constexpr std::ptrdiff_t mesh_levels = 2;
+    CHECK(textures[1] == textures[0] - 1);
+    CHECK(textures[2] == textures[0]);
+    CHECK(vertex_arrays[1] == vertex_arrays[0]);
+    CHECK(vertex_arrays[2] == vertex_arrays[0] - mesh_levels);
     test::throw_on_error();
 }
 
