@@ -33,22 +33,28 @@ float foam_behind(float behind, float net, float soft, float width) {
     return line * cover * safe_smoothstep(-0.5 * soft, 0.5 * soft + 0.015, behind);
 }
 
-// height: above calm water, m. footprint_m: width of a pixel on the ground.
-Swash swash_at(vec2 world, float height, float height_per_pixel, float footprint_m) {
+// Wetness of sand that dries. dried: time since the water left it, in waves; after one, nothing is left, as the wave
+// after the next one does not know of it.
+float wetness(float dried) {
+    const float one_wave = 0.11; // exp(-2.2)
+    return max(exp(-2.2 * max(dried, 0.0)) - one_wave, 0.0) / (1.0 - one_wave);
+}
+
+// Of one wave at its phase [0,1]. height: above calm water, m. footprint_m: width of a pixel on the ground.
+Swash swash_of(float wave, float phase, vec2 world, float height, float height_per_pixel, float footprint_m) {
     float run_up = u_swash.x;
     float h = height / run_up;
-    float phase = u_swash.z + 1.4 * value_noise(world * 0.031);
-    float wave = u_swash.y + floor(phase);
-    phase = fract(phase);
 
-    // A net of foam: the lines between two fields of noise. It fades to its mean where a pixel covers it.
-    float first = value_noise(world * 2.7 + vec2(0.7, 0.0) * phase);
-    float second = value_noise(world * 7.9 - vec2(0.0, 0.9) * phase + 2.6 * first);
+    // A net of foam: the lines between two fields of noise, one of which drifts there and back. It fades to its mean
+    // where a pixel covers it.
+    float first = value_noise(world * 2.7);
+    float second = value_noise(world * 7.9 - vec2(0.0, 0.9) * abs(2.0 * phase - 1.0) + 2.6 * first);
     float net = 1.0 - abs(first + second - 1.0) * 1.9;
     float resolved = 1.0 / (1.0 + 12.0 * footprint_m * footprint_m);
     net = mix(0.45, net, resolved);
 
-    float ragged = 0.16 * (first - 0.5) + 0.05 * (second - 0.5);
+    // The outline of wet sand stays where it is while it dries.
+    float ragged = 0.2 * (first - 0.5);
     vec2 reach = max(swash_reach(wave, world, ragged), vec2(0.08, 0.0));
     vec2 before = max(swash_reach(wave - 1.0, world, ragged), vec2(0.08, 0.0));
     float rising = clamp(phase / RISE_SHARE, 0.0, 1.0);
@@ -59,7 +65,7 @@ Swash swash_at(vec2 world, float height, float height_per_pixel, float footprint
     Swash s;
     s.sheet = (level - h) * run_up;
     // The edge of the sheet carries foam up and leaves it where it turns.
-    float strength = (0.55 + 0.45 * reach.y) * (1.0 - 0.75 * safe_smoothstep(0.0, 0.8, falling));
+    float strength = mix(1.0, 0.55 + 0.45 * reach.y, rising) * (1.0 - 0.75 * safe_smoothstep(0.0, 0.8, falling));
     s.foam = strength * foam_behind(level - h, net, soft, mix(0.3, 0.1, falling));
     float stranded = foam_behind(reach.x - h, net, soft, 0.05) * step(level, h) * step(RISE_SHARE, phase);
     s.foam = max(s.foam, 0.5 * stranded * (1.0 - safe_smoothstep(0.1, 0.6, falling)));
@@ -72,8 +78,14 @@ Swash swash_at(vec2 world, float height, float height_per_pixel, float footprint
     float now = phase - RISE_SHARE - (1.0 - RISE_SHARE) * sqrt(clamp(1.0 - h / reach.x, 0.0, 1.0));
     float last = phase + 1.0 - RISE_SHARE - (1.0 - RISE_SHARE) * sqrt(clamp(1.0 - h / before.x, 0.0, 1.0));
     float edge = soft + 0.06;
-    s.film = max(exp(-2.2 * max(now, 0.0)) * safe_smoothstep(0.0, edge, reach.x - h) * step(RISE_SHARE, phase),
-                 exp(-2.2 * max(last, 0.0)) * safe_smoothstep(0.0, edge, before.x - h));
+    s.film = max(wetness(now) * safe_smoothstep(0.0, edge, reach.x - h) * step(RISE_SHARE, phase),
+                 wetness(last) * safe_smoothstep(0.0, edge, before.x - h));
     s.film = max(s.film, safe_smoothstep(0.0, soft + 0.01, level - h));
     return s;
+}
+
+// Each place has its own moment at which a wave begins.
+Swash swash_at(vec2 world, float height, float height_per_pixel, float footprint_m) {
+    float phase = u_swash.z + 1.4 * value_noise(world * 0.031);
+    return swash_of(u_swash.y + floor(phase), fract(phase), world, height, height_per_pixel, footprint_m);
 }
