@@ -8,6 +8,7 @@ SCALES = (1e-6, 1e6)  # of an instance along an axis; mirrored: negative
 FLIGHT_S = (1e-3, 86_400.0)
 FOV_RAD = (1e-3, 3.1)
 NEAR_M, FAR_M = (1e-5, 1e7), (1e-4, 1e8)
+DEPTH_RANGE = 20000.0  # far over near that 24 bits of depth serve well
 MOST_INSTANCES = 200_000
 MOST_PARTICLES = 1_000_000
 MOST_LIGHTS = 256  # scene/lights.cpp there

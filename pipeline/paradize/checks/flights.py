@@ -16,6 +16,7 @@ from paradize.formats.glb.reader import decode_glb
 from paradize.formats.glb.tiles import decode_tile
 from paradize.formats.scene.manifest import read_entry
 from paradize.placement import largest_scale, turned_back
+from paradize.player_limits import DEPTH_RANGE
 from paradize.scene.flight import Flight
 from paradize.scene.motion import moved, reach_m
 
@@ -47,7 +48,10 @@ def check_flight(manifest: dict[str, Any], folder: Path, file: str) -> Iterator[
         if len(close):
             worst = close[distance[close].argmin()]
             words = f"{what} within {distance[worst]:.3g} m of the eye; the near plane reaches {near:.3g} m"
-            yield Finding("PZ412", file, words, _place(moments[worst], eyes[worst]), len(close))
+            fits = 0.9 * path["near_m"] * distance[worst] / near
+            mend = "move the waypoints before and after that second away"
+            mend += f", or write near_m = {fits:.2g}" if fits * DEPTH_RANGE > path["far_m"] else ""
+            yield Finding("PZ412", file, words, _place(moments[worst], eyes[worst]), len(close), mend)
 
 
 def _place(moment: float, eye: F64) -> str:

@@ -20,6 +20,7 @@ from paradize.kinds import kind_of, mend_of
 from paradize.new.model import Model, copy_model, identifier
 from paradize.new.sources import FACES, write_heightmap, write_sand, write_sky, write_vase
 from paradize.new.views import FOV_DEG, Waypoint, lens_of, waypoints_of
+from paradize.player_limits import DEPTH_RANGE
 from paradize.readers.record import Vec3
 from paradize.scene.reference import SCHEMA, schema_text
 from paradize.store.atomic import PARTIAL
@@ -131,6 +132,8 @@ def _toml(name: str, model: Model, folder: Path) -> str:
         model.taken.append(f"the flight begins with the cameras of the model: {names}")
     if model.sun.light:
         model.taken.append(f"the sun is the light {_shown(model.sun.light)}")
+    far = 1.5 * side
+    near = min([0.02 * r, *(scale * camera.near for camera in cameras if camera.near is not None)])
     lines = [
         f"#:schema {SCHEMA.name}",
         "# A scene to start from. `paradize bake --help` names the page of all fields and their ranges.",
@@ -170,13 +173,13 @@ def _toml(name: str, model: Model, folder: Path) -> str:
     lines += _objects(model, origin)
     lines += [
         "",
-        *(["# first what the cameras of the model see, then"] if cameras else []),
+        *(["# first what the cameras of the model see, perhaps across walls, then"] if cameras else []),
         "# once around the model, nearer and higher on the far side",
         "[flight]",
         "duration_s = 30.0",
         f"fov_deg = {_text(lens.fov_deg)}",
-        f"near_m = {_text(max(0.02 * r, 1e-4))}",
-        f"far_m = {_text(1.5 * side)}",
+        f"near_m = {_text(max(near, far / DEPTH_RANGE, 1e-4))}",
+        f"far_m = {_text(far)}",
     ]
     lines += _waypoints(cameras, middle, r, away)
     return "\n".join(lines) + "\n"

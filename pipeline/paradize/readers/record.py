@@ -24,7 +24,7 @@ Vec3 = tuple[float, float, float]
 @dataclass(frozen=True)
 class Camera:
     """eye: position, metres. forward, up: unit. fov_deg: vertical; None: it is not a perspective camera.
-    aspect: width over height; None where the file does not say."""
+    aspect: width over height; near_m: of its near plane; None where the file does not say."""
 
     name: str
     eye: Vec3
@@ -32,6 +32,7 @@ class Camera:
     up: Vec3
     fov_deg: float | None
     aspect: float | None = None
+    near_m: float | None = None
 
 
 @dataclass(frozen=True)

@@ -65,19 +65,24 @@ def flight_settings() -> Flight:
     return Flight(duration_s=12.0, fov_deg=FOV_DEG, near_m=1.0, far_m=100.0, eye=eye, target=target)
 
 
-def near_findings(
+def near_manifest(
     folder: Path, mesh: Mesh, *stands: dict[str, Any], motion: dict[str, Any] | None = None
-) -> list[str]:
+) -> dict[str, Any]:
     glb = encode_glb((Lod(mesh, 0.0, 0.0),), "thing")
     (folder / "thing.glb").write_bytes(glb)
-    manifest = {
+    return {
         "flight": plan_flight(flight_settings()).as_json(),
         "viewport": [WIDTH, HEIGHT],
         "terrain": None,
         "objects": [{"mesh": "thing_mesh", "materials": {}, "motion": motion, "instances": list(stands)}],
         "artifacts": {"thing_mesh": {"file": "thing.glb", "bytes": len(glb)}},
     }
-    found = list(check_flight(manifest, folder, "scene.json"))
+
+
+def near_findings(
+    folder: Path, mesh: Mesh, *stands: dict[str, Any], motion: dict[str, Any] | None = None
+) -> list[str]:
+    found = list(check_flight(near_manifest(folder, mesh, *stands, motion=motion), folder, "scene.json"))
     assert {finding.code for finding in found} <= {"PZ412"}
     return [f"{finding.count} times {finding.what} at {finding.place}" for finding in found]
 
@@ -137,6 +142,19 @@ def test_of_a_path_under_ground_the_deepest_place_is_named(tmp_path: Path) -> No
     assert found.count == (depths > 0.0).sum() > 2
     assert found.what == f"the eye is {depths[deepest]:.3g} m under ground"
     assert found.place.startswith(f"flight at {12.0 * deepest / MOMENTS:.2f} s, ({eyes[deepest, 0]:.4g}, ")
+
+
+def test_a_near_plane_that_would_do_is_named_where_depth_serves_it(tmp_path: Path) -> None:
+    mesh = soup([(0.0, 0.0, 0.0), (0.1, 0.0, 0.0), (0.0, 0.0, 0.1)], [(0, 1, 2)])
+    x, y, z = plan_flight(flight_settings()).view(3.0)[0]
+    for gap, named in ((0.5, True), (1e-3, False)):
+        manifest = near_manifest(tmp_path, mesh, instance([x, y - gap, z]))
+        (found,) = check_flight(manifest, tmp_path, "scene.json")
+        words, *near = found.mend.split(", or write near_m = ")
+        assert words == "move the waypoints before and after that second away" and bool(near) == named
+        if near:
+            manifest["flight"]["near_m"] = float(near[0])
+            assert not list(check_flight(manifest, tmp_path, "scene.json"))
 
 
 def test_what_stays_away_is_no_finding(tmp_path: Path) -> None:

@@ -33,7 +33,7 @@ def panel(*nodes: dict[str, Any]) -> Made:
 
 
 def perspective(made: Made, yfov_deg: float, **lens: float) -> int:
-    lens |= {"yfov": radians(yfov_deg), "znear": 0.1}
+    lens = {"yfov": radians(yfov_deg), "znear": 0.1} | lens
     return made.add("cameras", type="perspective", perspective=lens)
 
 
@@ -85,6 +85,28 @@ def test_the_flight_begins_at_the_cameras_of_the_model(tmp_path: Path) -> None:
         assert np.allclose(eye - offset, wanted[0], atol=1e-4)
         assert np.allclose((target - eye) / np.linalg.norm(target - eye), forward, atol=1e-4)
         assert np.degrees(flight.roll[u][0]) == pytest.approx(wanted[1], abs=0.01)
+
+
+@pytest.mark.parametrize("size", [1.0, 2000.0])
+def test_the_near_plane_of_a_flight_is_that_of_its_nearest_camera(tmp_path: Path, size: float) -> None:
+    """As a model of two kilometres is shown, smaller than it is."""
+    eye = [0.5 * size, 0.6 * size, 4.0 * size]
+
+    def planes(name: str, *near: float) -> tuple[float, float, float]:
+        made, primitive = square()
+        cameras = [{"camera": k, "translation": [eye[0] + k * size, *eye[1:]]} for k in range(len(near))]
+        nodes = [made.add("nodes", **node) for node in cameras]
+        made.show(made.add("nodes", mesh=made.mesh(primitive), scale=[size] * 3), *nodes)
+        for each in near:
+            perspective(made, 40, znear=each * size)
+        new = new_scene(tmp_path / name, made.glb(tmp_path / f"{name}.glb"))
+        flight = load_scene(new.scene).flight
+        return flight.near_m, flight.far_m, new.scale * size
+
+    own, far_m, shown_as = planes("none")
+    assert planes("far", 0.5)[0] == own
+    assert planes("near", 0.5, 0.01, 0.012)[0] == pytest.approx(0.01 * shown_as, rel=1e-4)
+    assert planes("least", 1e-9)[0] == pytest.approx(far_m / 20000, rel=1e-4)  # what depth serves
 
 
 def test_the_sun_is_the_directional_light_of_the_model(tmp_path: Path) -> None:

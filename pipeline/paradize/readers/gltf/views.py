@@ -49,7 +49,8 @@ def _camera(document: Document, number: int, matrix: Matrix, node: dict[str, Any
     lens = document.get(entry, place, kind, dict)
     fov = degrees(document.get(lens, f"{place}/{kind}", "yfov", float))
     aspect = document.get(lens, f"{place}/{kind}", "aspectRatio", float, None)
-    return Camera(name, eye, forward, up, fov, aspect)
+    near = document.get(lens, f"{place}/{kind}", "znear", float, None)
+    return Camera(name, eye, forward, up, fov, aspect, near)
 
 
 def _light(document: Document, number: int, matrix: Matrix, node: dict[str, Any]) -> Light:
