@@ -209,13 +209,13 @@ class Heightfield:
     """Heights on a regular grid. A pixel is a vertex; pixel (0, 0) is the corner at -X, -Z.
 
     heights_m: (h, w) float32, metres, row 0 at -Z. size_x_m, size_z_m: distance from the first to the last
-    pixel. metres: whether the source holds metres, so that `--height` has no effect.
+    pixel. step_m: what the source's integers are apart; 0: it holds metres, and `--height` has no effect.
     """
 
     heights_m: F32
     size_x_m: float
     size_z_m: float
-    metres: bool = False
+    step_m: float = 0.0
 
 
 @dataclass(frozen=True)

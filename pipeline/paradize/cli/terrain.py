@@ -27,7 +27,7 @@ def add(sub: argparse.ArgumentParser) -> None:
         required=True,
         size="",
         height="(floats, signed integers, .hgt and .asc are metres and need none)",
-        max_error="(default: a thousandth of H, or of the range of the heights)",
+        max_error="(default: a thousandth of H, or of the range of metres; of 8 bits a step, H / 255)",
     )
     sub.add_argument(
         "--scale",

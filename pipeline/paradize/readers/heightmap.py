@@ -79,11 +79,12 @@ def read_heightmap(
     if image.top is None:
         if height_m is not None:
             warnings.append(_unused_height(image, path, height_m))
-        unit_m = height_scale
+        unit_m, step_m = height_scale, 0.0
     else:
         assert height_m is not None
-        warnings += _precision_warnings(image, path, height_m)
         unit_m = height_m * height_scale
+        step_m = abs(unit_m) / image.top
+        warnings += _precision_warnings(image, path, height_m, step_m)
     heights = np.empty((rows, columns), np.float32)
     bad = 0
     worst: tuple[int, int, float] | None = None
@@ -104,7 +105,7 @@ def read_heightmap(
             place=f"pixel ({column}, {row})",
             mend="save the heights in metres, or scale them less",
         )
-    return Heightfield(heights, size_x_m, size_z_m, metres=image.top is None), warnings
+    return Heightfield(heights, size_x_m, size_z_m, step_m), warnings
 
 
 def guess_source(image: Image) -> tuple[str, str]:
@@ -313,12 +314,11 @@ def _unused_height(image: Image, path: Path, height_m: float) -> str:
     )
 
 
-def _precision_warnings(image: Image, path: Path, height_m: float) -> list[str]:
+def _precision_warnings(image: Image, path: Path, height_m: float, step_m: float) -> list[str]:
     """Warnings about 8-bit heights and about integers that use a small part of their range."""
     assert image.top is not None
     if image.source_bits == 8:
-        step = abs(height_m) / image.top
-        return [f"{path}: has 8 bits a pixel: heights are steps of {step:.3g} m; save it with 16 bits"]
+        return [f"{path}: has 8 bits a pixel: heights are steps of {step_m:.3g} m; save it with 16 bits"]
     largest = round(
         float(image.values[:, :, 0].max()) * (image.top if image.values.dtype == np.float32 else 1)
     )

@@ -211,7 +211,7 @@ class TerrainSettings(BakerSettings):
 
     size_m: along (x, z), from the first to the last pixel, metres. height_m, base_m, height_scale, nodata: as
     readers/heightmap.py takes them. max_error_m: largest vertical error, metres, 0 or more; None: a
-    thousandth of height_m, or of what the heights span where that is None or the file holds metres.
+    thousandth of height_m, and at least a step of an 8-bit picture; of metres, of what they span.
     sand_repeat: how many times the sand pattern repeats along each side. quantise: vertices as 16-bit
     integers, inside the same bound.
     """

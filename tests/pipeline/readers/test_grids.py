@@ -31,7 +31,7 @@ def test_an_ascii_grid_is_metres_from_the_north_row_on(tmp_path: Path, newline: 
     text = HEADER.replace("ncols", " NCOLS ") + "1.5 -2 3e1\n\t4 5 6 \n\n"
     field, warnings = heights(grid(tmp_path, bom + text.replace("\n", newline).encode(), "a.txt"))
     assert field.heights_m.tolist() == [[1.5, -2.0, 30.0], [4.0, 5.0, 6.0]]
-    assert field.metres and not warnings
+    assert not field.step_m and not warnings
 
 
 def test_the_no_data_value_of_an_ascii_grid_is_filled_and_told(tmp_path: Path) -> None:

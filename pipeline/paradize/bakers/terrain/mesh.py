@@ -49,12 +49,9 @@ def bake_terrain(path: Path, settings: TerrainSettings, *, tier: str = "balanced
     """
     report_step("reading")
     heightfield, warnings = height_map_of(path, settings)
-    height_m, max_error_m = settings.height_m, settings.max_error_m
+    max_error_m = settings.max_error_m
     if max_error_m is None:
-        codes_m = None if height_m is None or heightfield.metres else abs(height_m * settings.height_scale)
-        max_error_m = (
-            float(np.ptp(heightfield.heights_m)) / 1000.0 or 0.001 if codes_m is None else codes_m / 1000.0
-        )
+        max_error_m = _default_bound_m(heightfield, settings)
     if tier not in TIERS:
         raise ValueError(f"no tier {tier!r}")
     used = tier
@@ -115,6 +112,14 @@ def bake_terrain(path: Path, settings: TerrainSettings, *, tier: str = "balanced
         warnings=warnings,
         quantisation_errors=cost,
     )
+
+
+def _default_bound_m(heightfield: Heightfield, settings: TerrainSettings) -> float:
+    """At least a step of the source: two pixels of a slope may be off by half a step each."""
+    if settings.height_m is None or not heightfield.step_m:
+        return float(np.ptp(heightfield.heights_m)) / 1000.0 or 0.001
+    step_m = 1.0001 * heightfield.step_m  # heights are rounded to float32
+    return max(abs(settings.height_m * settings.height_scale) / 1000.0, step_m)
 
 
 def height_map_of(path: Path, settings: TerrainSettings) -> tuple[Heightfield, list[str]]:

@@ -177,6 +177,21 @@ def test_normals_and_tangents_are_those_of_the_height_field() -> None:
     assert (np.cross(n, t)[:, 2] < 0).all()  # B points to -Z, up the image
 
 
+def test_without_a_bound_the_steps_of_an_8_bit_slope_get_no_triangles(tmp_path: Path) -> None:
+    z, x = np.mgrid[0:33, 0:33] / 32.0
+    half = {"size_m": (40.0, 40.0), "height_m": 100.0, "height_scale": 0.5}
+    coarse, fine = (
+        write(tmp_path / f"{kind}.png", np.rint((0.3 * x + 0.2 * z) * np.iinfo(kind).max).astype(kind))
+        for kind in ("uint8", "uint16")
+    )
+    made = bake_terrain(coarse, TerrainSettings(**half))
+    assert made.triangles == 2 and made.max_error_m <= made.bound_m == pytest.approx(50.0 / 255.0, rel=1e-3)
+    assert "steps of 0.196 m" in made.warnings[0]
+    named = bake_terrain(coarse, TerrainSettings(**half, max_error_m=0.05))
+    assert named.bound_m == 0.05 and named.triangles > 100
+    assert bake_terrain(fine, TerrainSettings(**half)).bound_m == 0.05
+
+
 @pytest.mark.parametrize("tier", ["fast", "balanced", "exact"])
 def test_a_planes_normals_are_its_own_up_to_the_rim(tier: str) -> None:
     z, x = np.mgrid[0:9, 0:13] * 1.0
