@@ -14,7 +14,7 @@ from paradize.build.materials.udim import MEND, udim_fault
 from paradize.documents import toml_text
 from paradize.errors import SourceError
 from paradize.files import read_parts, resolved
-from paradize.kinds import MODEL, expecting, is_gltf
+from paradize.kinds import MODEL, STL, expecting, is_gltf, kind_of
 from paradize.material import Material
 from paradize.new.instances import instance_of, moved, sizes_of, table_text, why_not
 from paradize.new.shapes import Shape, bounds, least_floor
@@ -60,12 +60,14 @@ class Part:
 @dataclass
 class Model:
     """The objects made from the model, and its size in the units of the file. floor: how far above its foot
-    its lowest floor lies. position: where the scene shows its origin."""
+    its lowest floor lies. least_z: of an STL, which does not say which axis is up. position: where the scene
+    shows its origin."""
 
     parts: list[Part] = field(default_factory=list)
     center: Vec3 = (0.0, 0.0, 0.0)
     foot: float = 0.0
     floor: float | None = None
+    least_z: float | None = None
     radius: float = 1.0
     position: Vec3 = (0.0, 0.0, 0.0)
     sun: Sun = field(default_factory=Sun)
@@ -159,6 +161,7 @@ def _measure(model: Model, source: Path, reads: Sequence[_Read]) -> None:
     half = [0.5 * (b - a) for a, b in zip(low, high, strict=True)]
     model.center = (low[0] + half[0], low[1] + half[1], low[2] + half[2])
     model.foot, model.floor = low[1], least_floor(shapes)
+    model.least_z = low[2] if kind_of(source) is STL else None
     model.radius = sqrt(sum(h * h for h in half))
     model.sun = sun_of(model.views)
     if model.views:

@@ -8,7 +8,7 @@ from __future__ import annotations
 import secrets
 import shutil
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from math import ceil, cos, log10, pi, sin
 from pathlib import Path
 from typing import TypeVar
@@ -171,6 +171,14 @@ def _toml(name: str, model: Model, folder: Path) -> str:
         f"sand_repeat = {_text(40.0)}",
     ]
     lines += _objects(model, origin)
+    if model.least_z is not None:
+        x, y, z = model.center
+        upright = _origin(replace(model, center=(x, z, -y), foot=model.least_z), lift)
+        lines += [
+            "# STL does not say which axis is up. If it is Z, write these two lines instead of the position:",
+            f"# position = [{', '.join(_text(value, 1e-5 * r) for value in upright)}]",
+            "# pitch_deg = -90.0",
+        ]
     lines += [
         "",
         *(["# first what the cameras of the model see, perhaps across walls, then"] if cameras else []),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from math import asin, atan2, pi, sqrt
 from pathlib import Path
 
@@ -16,7 +17,9 @@ from paradize.checks import check_paths
 from paradize.errors import BakeError, SourceError
 from paradize.material import REPEATED
 from paradize.new.scene import new_scene
+from paradize.placement import to_world
 from paradize.readers.obj import read_obj
+from paradize.scene.placement import placed
 from paradize.scene.settings import Scene, load_scene
 from tests.pipeline.scenes import ball, write_image
 
@@ -195,6 +198,28 @@ def test_a_model_with_several_maps_stays_one_object_with_a_map_for_each_material
     maps = {one.name for one in report.artifacts}
     assert {"thing_a_color", "thing_b_color"} <= maps
     assert not any(name.startswith("thing_bare") for name in maps)
+
+
+@pytest.mark.parametrize("size", [1.0, 2000.0])
+def test_the_lines_beside_an_stl_turn_a_model_whose_z_is_up_upright(tmp_path: Path, size: float) -> None:
+    low, high = size * np.array([5.0, 7.0, 1.0]), size * np.array([7.0, 7.5, 4.0])
+    corners = [low, [high[0], low[1], low[2]], [low[0], high[1], high[2]], high]
+    loops = "".join(
+        "outer loop\n" + "".join("vertex {} {} {}\n".format(*corners[k]) for k in loop) + "endloop\n"
+        for loop in ((0, 1, 3), (0, 3, 2))
+    )
+    (tmp_path / "Post.STL").write_text(f"solid post\n{loops}endsolid post\n")
+    new = new_scene(tmp_path / "s", tmp_path / "Post.STL")
+    text = new.scene.read_text()
+    pattern = r"(position = .*)\n(?:scale.*\n)?# STL .*\n# (position.*)\n# (pitch.*)"
+    ((given, line, turn),) = re.findall(pattern, text)
+    new.scene.write_text(text.replace(given, f"{line}\n{turn}", 1))
+    (instance,) = load_scene(new.scene).objects[0].instances
+    places = np.array([to_world(corner, placed(instance)) for corner in (low, high)])
+    assert np.allclose(np.ptp(places, axis=0), new.scale * size * np.array([2.0, 3.0, 0.5]))
+    assert places[1, 1] > places[0, 1] == pytest.approx(0.0, abs=0.05 * size * new.scale)
+    assert np.allclose(places.mean(axis=0)[[0, 2]], 0.0, atol=1e-4 * size)
+    assert "STL" not in new_scene(tmp_path / "t").scene.read_text()
 
 
 def test_what_is_there_is_left_alone(tmp_path: Path) -> None:
