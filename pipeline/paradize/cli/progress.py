@@ -193,7 +193,8 @@ class Work:
 
     def left_s(self, now: float) -> float | None:
         """Seconds until all jobs are done: the seconds of work left, over the seconds of work done in each
-        second so far. Of steps, as long for each as so far. None where nothing is known yet."""
+        second so far, and at least those of the longest job that runs. Of steps, as long for each as so far.
+        None where nothing is known yet, or no second is left beside jobs that take longer than known."""
         if self.since is None:
             return None
         passed = now - self.since
@@ -201,10 +202,11 @@ class Work:
             return passed * (self.count - self.done) / self.done if self.done else None
         mean = self.timed_s / self.timed
         spent = {name: now - start for name, start in self.running.items()}
-        left = self.waiting_s + self.waiting_unknown * mean
-        left += sum(max(0.0, self.known.get(name, mean) - seconds) for name, seconds in spent.items())
+        rests = [self.known.get(name, mean) - seconds for name, seconds in spent.items()]
+        left = self.waiting_s + self.waiting_unknown * mean + sum(max(0.0, rest) for rest in rests)
         worked = self.done_s + sum(spent.values())
-        return left * passed / worked if worked > 0.0 else left
+        seconds = max(left * passed / worked if worked > 0.0 else left, *rests, 0.0)
+        return None if seconds < 1.0 and any(rest < 0.0 for rest in rests) else seconds
 
     def _wait(self, name: str, more: int) -> None:
         if name in self.known:
