@@ -1,6 +1,6 @@
 """Unpacks what meshopt and Draco compressed.
 
-Sources: EXT_meshopt_compression and KHR_draco_mesh_compression of the Khronos registry. The decoders are
+Sources: KHR_meshopt_compression and KHR_draco_mesh_compression of the Khronos registry. The decoders are
 those of the libraries meshoptimizer and Draco; what they may unfold is bounded before they start.
 """
 
@@ -43,20 +43,21 @@ def unpacked_view(
     if mode == "TRIANGLES" and count % 3:
         raise document.fault(f"{count} indices are not whole triangles", f"{place}/count")
     filters = {
-        "NONE": None,
-        "OCTAHEDRAL": meshoptimizer.decode_filter_oct,
-        "QUATERNION": meshoptimizer.decode_filter_quat,
-        "EXPONENTIAL": meshoptimizer.decode_filter_exp,
+        "NONE": (None, (stride,)),
+        "OCTAHEDRAL": (meshoptimizer.decode_filter_oct, (4, 8)),
+        "QUATERNION": (meshoptimizer.decode_filter_quat, (8,)),
+        "EXPONENTIAL": (meshoptimizer.decode_filter_exp, (stride,)),
+        "COLOR": (_colors, (4, 8)),
     }
     if kind not in filters or (kind != "NONE" and not attributes):
         raise document.fault(f"filter {kind[:20]!r} is not known for {mode}", f"{place}/filter")
-    if (kind == "OCTAHEDRAL" and stride not in (4, 8)) or (kind == "QUATERNION" and stride != 8):
+    unfilter, strides = filters[kind]
+    if stride not in strides:
         raise document.fault(f"{stride}, not allowed for filter {kind}", f"{place}/byteStride")
     try:
         if attributes:
             values = meshoptimizer.decode_vertex_buffer(count, stride, packed)
             values = values.reshape(-1).view(np.uint8)
-            unfilter = filters[kind]
             values = values if unfilter is None else unfilter(values, count, stride)
         else:
             name = "decode_index_buffer" if mode == "TRIANGLES" else "decode_index_sequence"
@@ -64,6 +65,19 @@ def unpacked_view(
     except (RuntimeError, ValueError) as error:
         raise document.fault(f"meshopt cannot unpack it: {error}", place) from None
     return memoryview(values.tobytes()), stride
+
+
+def _colors(values: npt.NDArray[np.uint8], count: int, stride: int) -> npt.NDArray[Any]:
+    """RGBA of 8 or 16 bits from Y, Co, Cg and alpha. Alpha's highest bit says how many bits they have."""
+    size, most = stride // 4, (1 << 2 * stride) - 1
+    y, co, cg, alpha = values.view(f"<i{size}").reshape(count, 4).T.astype(np.int32)
+    y, alpha = y & most, alpha & most  # without a sign
+    if (alpha < 2).any():
+        raise ValueError("a colour that does not say its bits")
+    top = (1 << np.frexp(alpha)[1]) - 1
+    alpha &= top >> 1
+    colors = np.stack([y + co - cg, y + cg, y - co - cg, 2 * alpha + alpha % 2])
+    return np.clip(colors * (most / top) + 0.5, 0, most).T.astype(f"<u{size}")
 
 
 def draco_mesh(
