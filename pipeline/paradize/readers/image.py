@@ -1,16 +1,12 @@
 """Reads pictures of all formats that OpenImageIO supports, AVIF, QOI and Basis Universal, or raises one
 clear SourceError.
 
-OpenImageIO reports errors through return values, sometimes with pixels beside the error, sometimes not at
-all, and multiplies colour by alpha by default. This reader asks for straight alpha, treats any error as an
-error, and checks for damage itself (damage.py).
+OpenImageIO returns pixels beside some errors, hides others, and multiplies colour by alpha. This reader
+refuses any error, asks for straight alpha, and checks for damage itself (damage.py).
 
-A picture has one to four channels: grey; grey and alpha; RGB; RGBA. Alpha is straight (not multiplied into
-colour). Unsigned integers of 8 and 16 bits keep the file's values; signed integers and floats are used as
-they are. Of several pictures in a file the first is read. Grids of heights are read too (grids/).
-
-Environment variables set the limits: PARADIZE_MAX_SIDE (texels), PARADIZE_MAX_TEXELS and PARADIZE_MAX_MB (of
-the decoded picture).
+A picture has one to four channels: grey; grey and alpha; RGB; RGBA. Alpha is not multiplied into colour.
+Unsigned integers of 8 and 16 bits, signed integers and floats keep their values. Of several pictures in a
+file the first is read. Grids of heights are read too (grids/).
 """
 
 from __future__ import annotations
@@ -76,6 +72,7 @@ _LAYERED = ("psd",)  # the first picture of these is all layers together
 _TARGA_MULTIPLIED = 4  # type of alpha
 _SPELLED = {"red": "r", "green": "g", "blue": "b", "alpha": "a"}  # long names of channels
 _CODEC = re.compile(r"(\w+) compression support is not configured|(scheme \d+) .*not implemented")
+_FOURCC = re.compile(r"Unsupported compression type: (\d+)")  # of a DDS
 _JUNK = re.compile(r"Corrupt JPEG data: (\d+) extraneous bytes before marker")  # between whole segments
 _MISSING = "premature end of data segment"  # in libjpeg's word about a file of several scans
 _PLAIN_NUMBERS = {"half": 16, "float": 32, "double": 32, "int8": 8, "int16": 16, "int": 32}  # bits
@@ -168,6 +165,9 @@ def _message(source: Any) -> str:
         return "damaged (its error message cannot be decoded)"
     if "could not find a format reader" in text:
         return "OpenImageIO does not know its format"
+    if code := _FOURCC.search(text):
+        name = int(code[1]).to_bytes(4, "little").decode("latin-1")
+        return f"DDS format {name if name.isprintable() else int(code[1])!r} is not read"
     return "; ".join(line.strip() for line in text.splitlines() if line.strip())
 
 
@@ -203,9 +203,7 @@ def _read_open(source: Any, path: Path, head: bytes, color_space: str | None, fi
     if declared.startswith(("pq_", "hlg_")) and color_space != "data":
         raise high_range(declared.partition("_")[0].upper(), path)
     profile, name = spec.getattribute("ICCProfile"), types[channels[0]]
-    if (
-        kind == "png" and spec.getattribute("CICP") is not None
-    ):  # which precedes a profile, as that does gamma
+    if kind == "png" and spec.getattribute("CICP") is not None:  # it precedes a profile, as that does gamma
         profile = None
     if color_space is None:
         linear = declared.startswith("lin") and profile is None

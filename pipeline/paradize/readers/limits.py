@@ -1,4 +1,4 @@
-"""Limits of the pictures that are read, which environment variables set."""
+"""Limits of pictures: texels, and MB of the decoded picture. Environment variables set them."""
 
 from __future__ import annotations
 

@@ -122,6 +122,24 @@ def test_volumes_cube_maps_and_what_is_too_large_are_refused(
 
 
 @pytest.mark.parametrize(
+    ("code", "name"),
+    [
+        (b"ATC ", "'ATC '"),
+        (b"ATCA", "'ATCA'"),
+        (b"YUY2", "'YUY2'"),
+        (b"\x3f\0\0\0", "63"),
+        (b"\n.. ", "539897354"),
+    ],
+)
+def test_a_format_that_is_not_read_is_named_by_its_code(tmp_path: Path, code: bytes, name: str) -> None:
+    path = older(tmp_path / "a.dds", int.from_bytes(code, "little"), bytes(64))
+    with pytest.raises(SourceError) as caught:
+        read_image(path)
+    what = f"is not a readable picture: DDS format {name} is not read; save it as PNG, TIFF or OpenEXR"
+    assert str(caught.value) == f"{path}: {what}"
+
+
+@pytest.mark.parametrize(
     ("flags", "bits", "masks", "channels"),
     [
         (0x40, 24, (0xFF0000, 0xFF00, 0xFF, 0xFF000000), 3),
