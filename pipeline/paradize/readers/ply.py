@@ -36,6 +36,8 @@ _COLORS = (
 )
 _FACES = ("vertex_indices", "vertex_index")
 _READ = {"x", "y", "z", "nx", "ny", "nz", *(name for names in (*_UVS, *_COLORS) for name in names)}
+# Properties of Gaussian splats: of trained ones, of compressed ones.
+_SPLATS = ({"scale_0", "rot_0"}, {"packed_position", "packed_scale"})
 _PICTURE = "TextureFile"  # a comment names it
 _MEND = "export the model again"
 
@@ -55,7 +57,7 @@ def read_ply(path: Path, root: Path | None = None) -> Model:
     ply = read_elements(data, path)
     columns = ply.columns.get("vertex", {})
     if not {"x", "y", "z"} <= columns.keys():
-        raise SourceError("has no vertices with x, y and z", file=path, mend=_MEND)
+        raise _no_mesh(ply, path, "has no vertices with x, y and z")
     places = np.stack([columns[name] for name in ("x", "y", "z")], axis=1).astype(np.float64)
     warnings: list[str] = []
     faces, own = _faces(ply, path, len(places), warnings)
@@ -92,6 +94,13 @@ def read_ply(path: Path, root: Path | None = None) -> Model:
     return Model(mesh, source, materials, warnings, counts, smoothing, absent=absent)
 
 
+def _no_mesh(ply: Ply, path: Path, what: str) -> SourceError:
+    """The error `what`, or that the file is a Gaussian splat."""
+    if any(names <= ply.columns.get("vertex", {}).keys() for names in _SPLATS):
+        what = "is a Gaussian splat, and Paradize reads only meshes"
+    return SourceError(what, file=path, mend="export the model with its faces, as polygons")
+
+
 def _require_finite(places: F64, corners: npt.NDArray[np.uint32], path: Path) -> None:
     """Raises SourceError where a place of a corner is not a number, or beyond float32. Vertices that no face
     uses, which are left out, are put at 0 there."""
@@ -114,8 +123,7 @@ def _faces(
     if strips is not None and faces is None:
         faces = _triangles(strips)
     if faces is None or not (faces.counts >= 3).any():
-        mend = "export the model with its faces, as polygons"
-        raise SourceError("holds no faces", file=path, mend=mend)
+        raise _no_mesh(ply, path, "holds no faces")
     whole = np.repeat(faces.counts >= 3, faces.counts)
     corners = faces.values[whole]
     bad = ~((corners >= 0) & (corners < vertices) & (corners == np.floor(corners)))

@@ -338,6 +338,30 @@ def test_a_broken_ply_is_refused_in_one_line(tmp_path: Path) -> None:
         assert "\n" not in str(caught.value) and "a.ply" in str(caught.value)
 
 
+@pytest.mark.parametrize(
+    "names",
+    [
+        "x y z f_dc_0 f_dc_1 f_dc_2 opacity scale_0 scale_1 scale_2 rot_0 rot_1 rot_2 rot_3",
+        "x y z red green blue scale_0 scale_1 rot_0 rot_1 rot_2 rot_3",
+        "packed_position packed_rotation packed_scale packed_color",
+    ],
+)
+def test_a_gaussian_splat_is_refused_as_one(names: str, tmp_path: Path) -> None:
+    data = ply("ascii", columns("float", names, np.zeros((3, len(names.split())))), [])
+    points = data.replace(b"element face 0\nproperty list uchar int vertex_indices\n", b"")
+    assert b"face" not in points
+    for each in (data, points):
+        (tmp_path / "a.ply").write_bytes(each)
+        with pytest.raises(SourceError, match="is a Gaussian splat, and Paradize reads only meshes; export"):
+            read_model(tmp_path / "a.ply")
+
+
+def test_a_mesh_with_properties_of_splats_is_read(tmp_path: Path) -> None:
+    rows = np.pad(PLACES, ((0, 0), (0, 2)))
+    (tmp_path / "a.ply").write_bytes(ply("ascii", columns("float", "x y z scale_0 rot_0", rows), [[0, 1, 2]]))
+    assert len(read_model(tmp_path / "a.ply").mesh.triangles) == 1
+
+
 @pytest.mark.parametrize("form", FORMS)
 def test_a_header_line_that_is_no_statement_is_skipped_and_told(form: str, tmp_path: Path) -> None:
     """As Blender 2.4 wrote a comment without its word."""
