@@ -125,9 +125,10 @@ def scene_with(folder: Path, lights: str) -> Scene:
 def test_a_light_of_an_object_stands_at_each_instance_and_each_later_than_the_one_before(
     tmp_path: Path,
 ) -> None:
+    """The last of two goes on 0.5 s after the first, and 0.25 s before all go off."""
     scene = scene_with(
         tmp_path,
-        '\n[[light]]\nname = "lamp"\nobject = "post"\noffset = [0.0, 2.0, 0.0]\non_s = 1.0\noff_s = 3.0\n'
+        '\n[[light]]\nname = "lamp"\nobject = "post"\noffset = [0.0, 2.0, 0.0]\non_s = 1.0\noff_s = 1.75\n'
         "step_s = 0.5\n",
     )
     post = next(item for item in scene.objects if item.name == "post")
@@ -135,7 +136,7 @@ def test_a_light_of_an_object_stands_at_each_instance_and_each_later_than_the_on
     assert len(entries) == len(post.instances)
     assert glow == {"post": list(range(len(entries)))}
     for k, (entry, instance) in enumerate(zip(entries, post.instances, strict=True)):
-        assert entry["hours"] == {"on_s": 1.0 + 0.5 * k, "off_s": 3.0}
+        assert entry["hours"] == {"on_s": 1.0 + 0.5 * k, "off_s": 1.75}
         if not (instance.pitch_deg or instance.roll_deg) and instance.scale == 1.0:
             x, y, z = instance.position
             assert entry["position"] == pytest.approx([x, y + 2.0, z])
@@ -150,7 +151,7 @@ def test_a_light_of_an_object_stands_at_each_instance_and_each_later_than_the_on
         ("position = [0.0, 1.0, 0.0]\non_s = 1.0", "stands without off_s"),
         ("position = [0.0, 1.0, 0.0]\non_s = 1.0\noff_s = 5000.0", "is 5000"),
         ("position = [0.0, 1.0, 0.0]\nstep_s = 1.0", "is 1"),
-        ('object = "post"\non_s = 1.0\noff_s = 1.5\nstep_s = 1.0', "the last of"),
+        ('object = "post"\non_s = 1.0\noff_s = 1.5\nstep_s = 0.5', "the last of"),
         ("position = [0.0, 1.0, 0.0]\non_s = 1.0\noff_s = 0.5\nfade_s = 30.0", "is 30"),
     ],
 )

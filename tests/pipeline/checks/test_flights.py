@@ -175,6 +175,21 @@ def test_an_object_that_moves_is_near_where_it_is_when_the_eye_comes(tmp_path: P
     assert not near_findings(tmp_path, mesh, across, motion=round_it)
 
 
+def test_a_moving_object_that_only_just_comes_within_reach_of_the_eye_is_found(tmp_path: Path) -> None:
+    """A triangle goes round 5 m away from its position; its corner is 1 m farther out when it passes."""
+    mesh = soup([(1.0, 0.0, 0.0), (0.0, 0.1, 0.0), (0.0, 0.0, 0.1)], [(0, 1, 2)])
+    glb = encode_glb((Lod(mesh, 0.0, 0.0),), "thing")
+    (tmp_path / "thing.glb").write_bytes(glb)
+    motion = {"rise_m": 0.0, "bank_rad": 0.0, "ahead": False, "laps": 1, "radius_m": [5.0, 5.0], "pauses": 0}
+    manifest = {
+        "objects": [{"mesh": "thing_mesh", "motion": motion, "instances": [instance([0.0, 0.0, 0.0])]}],
+        "artifacts": {"thing_mesh": {"file": "thing.glb", "bytes": len(glb)}},
+    }
+    for gap_m, wanted in ((0.2, 0.2), (0.6, np.inf)):
+        eyes = np.tile([6.0 + gap_m, 0.0, 0.0], (8, 1))
+        assert _nearest_object(manifest, tmp_path, eyes, 0.4).min() == pytest.approx(wanted, abs=1e-6)
+
+
 def test_distances_are_those_of_all_triangles_of_all_instances_at_every_moment(tmp_path: Path) -> None:
     """Whatever boxes leave out: mirrored, turned and stretched instances, still and in motion."""
     rng = np.random.default_rng(6)

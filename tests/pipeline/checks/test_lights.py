@@ -57,6 +57,11 @@ def test_a_light_that_reaches_nothing_is_found() -> None:
     assert codes(scene(light(0.0), light(5.0, range_m=0.5))) == [("PZ424", "lights[1]")]
 
 
+def test_a_light_deep_under_water_does_not_reach_it() -> None:
+    deep = light(30.0, position=[30.0, -59.0, 0.0])  # 50 m below the water
+    assert codes(scene(light(0.0), deep)) == [("PZ424", "lights[1]")]
+
+
 def test_a_light_that_is_never_on_is_found() -> None:
     never = [
         light(0.0, intensity=0.0),

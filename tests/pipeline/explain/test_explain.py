@@ -13,12 +13,15 @@ from typing import Any
 import pytest
 
 from paradize.build.bake import bake
+from paradize.build.job_inputs import _changes, views_of_job
 from paradize.build.options import BuildOptions
 from paradize.explain.economy import economy, economy_words, textures_by_owner
 from paradize.explain.facts import explain
 from paradize.explain.gutters import decides
 from paradize.explain.words import render
 from paradize.formats.ktx2.layout import IDENTIFIER
+from paradize.scene.jobs import BakeJob
+from paradize.scene.settings import load_scene
 from tests.pipeline.bakes import bake_apart
 from tests.pipeline.layouts import make_atlas_scene, two_tone
 from tests.pipeline.scenes import make_cove
@@ -277,6 +280,14 @@ def test_a_changed_setting_or_picture_is_named_by_what_it_makes_stale(cove: tupl
     assert changed.pop("sand_normal") == ["setting strength 0.5 -> 0.4"]
     assert changed.keys() == {"post_color", "post_normal", "post_height", "post_gloss"}
     assert all(len(texts) == 1 and texts[0].endswith("wood.png changed") for texts in changed.values())
+
+
+def test_an_instance_that_moved_is_named_for_the_jobs_of_its_object(tmp_path: Path) -> None:
+    path, job = make_cove(tmp_path), BakeJob("post_mesh", "mesh", {}, {}, (), objects=("post",))
+    before = views_of_job(load_scene(path), job)
+    replace(path, "[1.0, 0.0, 2.0]", "[1.0, 0.0, 3.0]")
+    changes = list(_changes(before, views_of_job(load_scene(path), job)))
+    assert changes == ["instance[0].position [1.0, 0.0, 2.0] -> [1.0, 0.0, 3.0]"]
 
 
 @pytest.mark.deep

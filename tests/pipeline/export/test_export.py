@@ -69,7 +69,7 @@ def edited(baked: Path, folder: Path, edit: Callable[[dict[str, Any]], Any]) -> 
     return folder
 
 
-def test_metal_occlusion_emission_and_blending_are_written_as_gltf_has_them(
+def test_metal_specular_occlusion_emission_and_blending_are_written_as_gltf_has_them(
     baked: Path, tmp_path: Path
 ) -> None:
     def edit(tree: dict[str, Any]) -> None:
@@ -78,7 +78,7 @@ def test_metal_occlusion_emission_and_blending_are_written_as_gltf_has_them(
         maps = material["maps"]
         maps["occlusion"], maps["emission"] = maps["gloss"], maps["color"]  # two channels, and colours
         material |= {"metalness": 0.75, "opacity": 0.5, "alpha_mode": "blend", "occlusion_strength": 0.25}
-        material["emission"] = [4.0, 1.0, 0.0]
+        material |= {"emission": [4.0, 1.0, 0.0], "specular": 0.5}  # reflects 4 %, as a factor of 1 does
         item["materials"] = dict.fromkeys(item["materials"], material)
 
     folder = edited(baked, tmp_path / "in", edit)
@@ -89,6 +89,7 @@ def test_metal_occlusion_emission_and_blending_are_written_as_gltf_has_them(
     assert look["metallicFactor"] == 0.75 and look["baseColorFactor"][3] == 0.5
     assert material["alphaMode"] == "BLEND" and material["occlusionTexture"]["strength"] == 0.25
     assert material["emissiveFactor"] == [1.0, 0.25, 0.0]
+    assert material["extensions"]["KHR_materials_specular"]["specularColorFactor"] == [1.0, 1.0, 1.0]
     assert material["extensions"]["KHR_materials_emissive_strength"] == {"emissiveStrength": 4.0}
     indices = [material["occlusionTexture"]["index"], look["metallicRoughnessTexture"]["index"]]
     assert len({*indices, look["baseColorTexture"]["index"]}) == 3

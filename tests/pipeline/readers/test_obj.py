@@ -171,6 +171,14 @@ def test_an_outline_that_crosses_itself_is_cut_and_told(tmp_path: Path) -> None:
     assert any("crosses itself" in warning for warning in result.warnings)
 
 
+def test_an_outline_that_winds_round_its_first_corner_more_than_once_is_warned_about(tmp_path: Path) -> None:
+    """Five corners 108 degrees apart: each turns the same way, 1.2 times round in all."""
+    around = np.radians(108.0 * np.arange(5))
+    rows = "".join(f"v {np.cos(a):.6f} {np.sin(a):.6f} 0\n" for a in around)
+    result = read(tmp_path, f"v 0 0 0\n{rows}f 1 2 3 4 5 6\n")
+    assert any("crosses itself" in warning for warning in result.warnings)
+
+
 def test_a_hostile_polygon_costs_bounded_work(tmp_path: Path) -> None:
     rng = np.random.default_rng(5)
 

@@ -16,13 +16,15 @@ from PIL import Image
 
 from paradize.build.provenance import BakeReport
 from paradize.cli.main import main
-from paradize.data import Group, Mesh, Texture
+from paradize.data import Group, Lod, Mesh, Texture
+from paradize.formats.glb.encode import encode_glb
 from paradize.formats.ktx2.encode import encode_ktx2
 from paradize.formats.ktx2.layout import full_level_count
 from paradize.preview.pictures import MaterialDefaults, SheetMap, lit_preview
 from paradize.preview.shade import Material, flat_preview, sphere_preview, to_light, to_srgb
 from paradize.report import lod_view, sheet
 from paradize.report.folder import Sheets, draw_folder, draw_maps, draw_page
+from paradize.report.levels import draw_object
 from paradize.report.poster import FILE, Poster, draw_poster
 from paradize.report.scene_page import _curves, scene_page
 from paradize.report.sheet import draw_sheet, error_lines
@@ -30,6 +32,7 @@ from paradize.report.verdict import SWITCHED, verdict_of
 from paradize.scene.budget import METRICS, REPORTED, meaning_of
 from tests.conftest import RENDER_ENVIRONMENT
 from tests.pipeline.scenes import make_cove
+from tests.pipeline.shapes import soup
 from tests.pipeline.small_scenes import sky_and_sound
 from tests.sweeps import sample
 
@@ -125,6 +128,14 @@ def test_holes_show_the_ground_behind_them() -> None:
 def test_the_preview_keeps_the_map_s_shape() -> None:
     wide = chain("RGBA8_SRGB", np.full((8, 32, 4), 128, np.uint8))
     assert lit_preview({"color": entry(wide)}, MaterialDefaults(), 64).shape == (16, 64, 3)
+
+
+def test_a_preview_of_the_map_s_size_shows_each_texel_where_it_lies() -> None:
+    texels = np.random.default_rng(2).random((3, 4, 3)).astype(np.float32)
+    seen = flat_preview(Material(color=texels), 4, 3)
+    for row, column in np.ndindex(3, 4):
+        alone = flat_preview(Material(base=tuple(texels[row, column].tolist())), 1, 1)
+        assert np.array_equal(seen[row, column], alone[0, 0]), (row, column)
 
 
 @pytest.mark.parametrize(("height", "width"), sample([(1, 1), (64, 64), (1, 9), (130, 3)], every=4))
@@ -430,6 +441,21 @@ def test_every_error_is_judged_without_a_budget(metric: str) -> None:
     assert verdict_of(metric, best, scene).kind == "good"
     worst = 5.0 if metric.endswith("_db") else 90.0
     assert verdict_of(metric, worst, scene).kind in ("hint", "plain") or metric in SWITCHED
+
+
+def test_an_object_s_sheet_names_the_width_of_a_pixel_from_which_on_a_level_is_drawn(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """An error of 0.1 m covers 2 pixels, which are accepted, where a pixel covers 0.05 m."""
+    mesh = soup([(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)], [(0, 1, 2)])
+    glb = encode_glb((Lod(mesh, 0.0, 0.0), Lod(mesh, 0.1, 0.1)), "thing")
+    (tmp_path / "thing.glb").write_bytes(glb)
+    measured = {"file": "thing.glb", "bytes": len(glb), "tier": "exact", "levels": [{}, {}]}
+    item = {"mesh": "thing", "materials": {}, "lods": [{"error_m": 0.0}, {"error_m": 0.1}]}
+    drawn: list[lod_view.Shown] = []
+    monkeypatch.setattr("paradize.report.levels.draw_levels", lambda *given: drawn.extend(given[2]))
+    draw_object(tmp_path, {"name": "a", "lod_error_px": 2.0, "artifacts": {"thing": measured}}, item)
+    assert "drawn where a pixel covers 0.05 m or more" in drawn[1].lines
 
 
 def test_a_level_is_drawn_where_it_lies_and_holes_show_what_is_behind() -> None:

@@ -98,6 +98,13 @@ def test_a_survey_counts_what_is_wrong_inside_alone() -> None:
     assert seen + seen == type(seen)(14, 2, 2, 2, 2, 0j, 6.0, 1.0)
 
 
+def test_normals_within_a_tenth_of_unit_length_are_no_fault() -> None:
+    """JPEG and resizing leave them so."""
+    z = np.array([0.85, 0.95, 1.0, 1.05, 1.15], np.float32)
+    texels = np.stack([0 * z, 0 * z, z], axis=1)[None]
+    assert survey_normals(texels, NormalCoding(signed=True), np.ones((1, 5), np.bool_)).off == 2
+
+
 @settings(max_examples=tries(40), deadline=None)
 @given(plane=arrays(np.uint16, (3, 4)), gain=st.floats(-2, 2), offset=st.floats(-1, 2))
 def test_shares_are_the_nearest_floats_and_stay_within_0_and_1(

@@ -249,6 +249,18 @@ def test_damaged_products_and_missing_blobs_there_are_mended(tmp_path: Path) -> 
     assert {path: path.read_bytes() for path in whole} == whole
 
 
+def test_an_empty_product_there_is_mended_by_a_store_that_has_it(tmp_path: Path) -> None:
+    remote = tmp_path / "remote"
+    push_all(tmp_path / "a", str(remote), 1)
+    (path,) = (remote / "products").glob("*/*")
+    whole = path.read_bytes()
+    path.write_bytes(b"")
+    shutil.rmtree(tmp_path / "a" / "remotes")  # which says that it is there
+    with shared(tmp_path / "a", str(remote)) as store:
+        assert store.get_product(KEYS[0]) and store.settle() == []
+    assert path.read_bytes() == whole
+
+
 def test_what_did_not_come_and_was_made_here_is_found(tmp_path: Path) -> None:
     url = str(tmp_path / "remote")
     push_all(tmp_path / "a", url, 1)

@@ -35,7 +35,7 @@ from paradize.formats.ktx2.reader import decode_ktx2
 from paradize.scene import finest_views
 from paradize.scene.flight import Flight, plan_flight
 from paradize.scene.placement import placed
-from paradize.scene.settings import EyePoint, Instance, TargetPoint
+from paradize.scene.settings import EyePoint, Instance, TargetPoint, load_scene
 from paradize.scene.settings import Flight as FlightSettings
 from paradize.visibility import finest_mip
 from paradize.visibility.finest_mip import (
@@ -326,6 +326,12 @@ def test_the_finest_quality_of_the_player_is_the_one_that_is_asked_for() -> None
     cascades = (ROOT / "player/scene/cascades.hpp").read_text()
     assert f"max_cascades = {finest_views.SHADOW_CASCADES};" in cascades
     assert f"cascade_ratio = {finest_views.CASCADE_RATIO};" in cascades
+
+
+def test_the_finest_shadow_texel_is_an_eighteenth_of_the_one_that_the_scene_names(tmp_path: Path) -> None:
+    """The map is twice as wide, and two cascades follow the first, each three times finer."""
+    scene = load_scene(make_cove(tmp_path))  # 256 texels over 20 m
+    assert finest_views.finest_shadow_texel_m(scene) == pytest.approx(20.0 / 256.0 / 18.0)
 
 
 @pytest.fixture(scope="module", params=sweep([50.0, 90.0], test=[50.0]), ids=["narrow", "wide"])

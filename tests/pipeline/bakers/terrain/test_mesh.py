@@ -12,7 +12,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from paradize.bakers.terrain.mesh import bake_terrain
+from paradize.bakers.terrain.mesh import _six, bake_terrain
 from paradize.data import Heightfield, Mesh
 from paradize.errors import BakeError, SourceError
 from paradize.formats.glb.reader import decode_glb
@@ -310,6 +310,12 @@ def test_the_glb_tells_the_measured_error(tmp_path: Path) -> None:
     assert again.glb == made.glb
     fast = bake_terrain(path, TerrainSettings(size_m=(100, 100), height_m=20, max_error_m=0.1), tier="fast")
     assert fast.tier == "fast" and fast.max_error_m <= 0.1 and fast.triangles > made.triangles
+
+
+@given(st.floats(1e-9, 1e9))
+@settings(max_examples=tries(60), deadline=None)
+def test_a_stated_error_is_never_less_than_the_measured_one(error_m: float) -> None:
+    assert error_m <= _six(error_m) <= 1.00002 * error_m
 
 
 def test_a_bound_that_float32_cannot_hold_is_refused(tmp_path: Path) -> None:

@@ -18,7 +18,7 @@ from paradize.scene.flight import plan_flight, sightings_of
 from paradize.scene.placement import placed
 from paradize.scene.settings import Scene, load_scene
 from tests.pipeline.scenes import make_cove
-from tests.pipeline.shapes import grid, sphere
+from tests.pipeline.shapes import grid, soup, sphere
 
 
 def glb(mesh: Mesh) -> bytes:
@@ -137,8 +137,10 @@ def test_what_never_comes_into_view_is_left_out(tmp_path: Path) -> None:
 
 
 def test_what_the_camera_touches_is_as_near_as_the_near_plane(tmp_path: Path) -> None:
-    scene = cove(tmp_path, position=(8.9, 2.0, 0.0), yaw_deg=0.0, scale=1.0)
-    assert near_m(scene, sphere(24, radius=0.02)) == pytest.approx(scene.flight.near_m, abs=0.1)
+    scene = cove(tmp_path, position=(9.0, 2.0, 0.0), yaw_deg=0.0, scale=1.0)
+    corner_at_the_eye = soup([(0.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)], [(0, 1, 2)])
+    for mesh in (sphere(24, radius=0.02), corner_at_the_eye):
+        assert near_m(scene, mesh) == pytest.approx(scene.flight.near_m, rel=1e-6)
 
 
 @pytest.mark.parametrize("length", [0, 12, 20, 60, 400])
