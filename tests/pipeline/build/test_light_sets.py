@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import dist
+from math import cos, dist, pi, sin
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +12,8 @@ from paradize.build.light_sets import add_light_sets, light_entries
 from paradize.errors import GroupedError, SceneError
 from paradize.placement import to_world
 from paradize.player_limits import MOST_LIGHTS_OF_A_SET
-from paradize.scene.settings import Scene, load_scene
+from paradize.scene.motion import motion_json, moved
+from paradize.scene.settings import Motion, Scene, load_scene
 from tests.pipeline.scenes import make_cove
 
 UPRIGHT = {"rotation": [0.0, 0.0, 0.0, 1.0], "scale": [1.0, 1.0, 1.0]}
@@ -76,6 +77,19 @@ def test_wind_brings_an_object_nearer_to_a_light() -> None:
     add_light_sets(swaying, {})
     assert "light_sets" not in still["objects"][0]
     assert lists(swaying, swaying["objects"][0]["light_sets"]) == [[0]]
+
+
+def test_a_moving_mesh_off_its_origin_has_every_light_that_it_passes() -> None:
+    lights = [light(4.5 * cos(k * pi / 6), 0.0, 4.5 * sin(k * pi / 6)) for k in range(12)]
+    motion = motion_json(Motion(laps=1, radius_m=(1.0, 2.0)))
+    assert motion is not None
+    item = crate([0.0, 0.0, 0.0]) | {"center": [3.0, 0.0, 0.0], "motion": motion}
+    scene = manifest(lights, item)
+    add_light_sets(scene, {})
+    way = [to_world(item["center"], moved(item["instances"][0], motion, 0, k / 100)) for k in range(100)]
+    passed = [k for k, one in enumerate(lights) if min(dist(one["position"], at) for at in way) < 3.5]
+    (found,) = lists(scene, item["light_sets"])
+    assert len(passed) > 6 and set(found) >= set(passed)
 
 
 def test_the_water_has_the_lights_whose_spheres_cross_its_level() -> None:

@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 
 from paradize.data import Texture
 from paradize.errors import FormatError
-from paradize.formats.ktx2.cut import cut_ktx2
+from paradize.formats.ktx2.cut import can_cut, cut_ktx2
 from paradize.formats.ktx2.encode import encode_ktx2
 from paradize.formats.ktx2.layout import FORMATS, full_level_count, level_bytes
 from paradize.formats.ktx2.reader import decode_ktx2
@@ -58,6 +58,23 @@ def test_without_its_finest_levels_a_texture_is_packed_as_before(zstd_level: int
     coarse = Texture("BC5_SNORM", 16, 8, whole.levels[2:], 1)
     cut = cut_ktx2(encode_ktx2(whole, zstd_level=zstd_level), 2, zstd_level=3)
     assert cut == encode_ktx2(coarse, zstd_level=zstd_level)
+
+
+@pytest.mark.parametrize(
+    ("width", "height", "fmt", "finer", "can"),
+    [
+        (16, 16, "BC1_RGB_SRGB", 2, True),
+        (8, 8, "BC1_RGB_SRGB", 2, False),
+        (16, 8, "BC7_SRGB", 2, False),
+        (24, 16, "BC5_SNORM", 2, False),
+        (8, 4, "RGBA8_SRGB", 2, True),
+        (6, 8, "RGBA8_SRGB", 2, False),
+    ],
+)
+def test_a_cut_texture_keeps_whole_sides_and_with_blocks_multiples_of_four(
+    width: int, height: int, fmt: str, finer: int, can: bool
+) -> None:
+    assert can_cut(width, height, fmt, finer) == can
 
 
 # vkFormat, typeSize, colour model, bytes of a block, and of each sample: channel and qualifiers, offset,

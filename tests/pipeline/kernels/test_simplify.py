@@ -117,6 +117,22 @@ def test_straight_borders_stay_straight() -> None:
     assert off.max() < 2e-4
 
 
+def test_holes_stay_open_and_their_borders_never_touch() -> None:
+    """By Euler's formula for a sheet, and by the two border edges of each border vertex."""
+    sheet = grid(16)
+    points = sheet.positions.astype(np.float64)
+    points[:, 1] = 0.02 * np.random.default_rng(0).normal(size=len(points))
+    cell = (points[sheet.triangles].mean(axis=1)[:, [0, 2]] * 16).astype(int)
+    faces = sheet.triangles[~(cell % 3 == 1).all(axis=1)]
+    found = simplify(points, faces, target=60, seams=np.arange(len(points)))
+    rows = found.place[found.triangles]
+    edges = np.sort(rows[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
+    pairs, count = np.unique(edges, axis=0, return_counts=True)
+    assert len(rows) < 150 and count.max() == 2
+    assert len(np.unique(rows)) - len(pairs) + len(rows) == 1 - 25
+    assert (np.unique(pairs[count == 1], return_counts=True)[1] == 2).all()
+
+
 def test_a_cube_becomes_twelve_triangles_with_its_corners() -> None:
     found = made(split_cube(12), 12)
     assert len(found.triangles) == 12

@@ -74,6 +74,11 @@ def test_each_sky_is_baked_once_and_needed_from_the_key_before_its_own(load: Any
     assert outputs["clouds_color"].passes == ("environment", "sky")
 
 
+def test_two_keys_need_both_skies_from_the_first_frame(load: Any) -> None:
+    keys = f"[[daytime]]\nat_s = 1.0\n[[daytime]]\nat_s = 5.0\n{NIGHT}\n"
+    assert [(sky.name, sky.first_s) for sky in key_skies(load(keys))] == [("sky", 0.0), ("sky_2", 0.0)]
+
+
 def test_without_keys_the_sky_is_what_it_was(load: Any) -> None:
     scene = load("")
     assert [(sky.name, sky.first_s) for sky in key_skies(scene)] == [("sky", 0.0)]
@@ -81,9 +86,13 @@ def test_without_keys_the_sky_is_what_it_was(load: Any) -> None:
 
 
 def test_a_fixed_moment_is_lit_as_at_the_key_nearest_to_the_poster(load: Any) -> None:
-    standing = standing_light(load(KEYS))  # poster_s = 2: the first of two equally near
+    mist = "ambient = { intensity = 0.25 }\nfog = { density_per_m = 0.125, color = [1.0, 0.5, 0.25] }\n"
+    lit = KEYS.replace("exposure = 0.8\n", "exposure = 0.8\n" + mist)
+    standing = standing_light(load(lit))  # poster_s = 2: the first of two equally near
     assert standing.head.exposure == 0.8
     assert standing.sun.intensity == 3.0
+    assert standing.ambient.intensity == 0.25
+    assert (standing.fog.density_per_m, standing.fog.color) == (0.125, (1.0, 0.5, 0.25))
 
 
 def test_keys_that_cannot_be_played_are_refused_with_their_place(load: Any) -> None:

@@ -54,7 +54,7 @@ def test_the_end_of_the_flight_meets_its_beginning(motion: Motion) -> None:
         assert min(same, turned) < 1e-9
 
 
-@pytest.mark.parametrize("motion", [GLIDE, WALK])
+@pytest.mark.parametrize("motion", [GLIDE, WALK, Motion(laps=1, radius_m=(1.0, 5.0), rise_m=0.25)])
 def test_it_goes_round_its_ellipse_in_its_own_plane_and_no_farther_than_its_reach(motion: Motion) -> None:
     own = Rotation.from_quat(STAND["rotation"]).inv().apply(positions(motion) - STAND["position"])
     a, b = motion.radius_m

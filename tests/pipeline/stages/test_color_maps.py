@@ -65,6 +65,17 @@ def test_alpha_is_the_channel_that_its_material_names(
     assert np.array_equal(alpha, 255 - pixels[:, :, at] if inverted else pixels[:, :, at])
 
 
+@pytest.mark.parametrize("opaque", [True, False])
+def test_a_mask_is_read_as_grey_where_its_alpha_is_opaque_else_as_alpha(tmp_path: Path, opaque: bool) -> None:
+    color = save(tmp_path / "c.png", np.full((16, 16, 3), 90, np.uint8))
+    pixels = np.full((16, 16, 4), 255, np.uint8)
+    pixels[:4, :, :3] = 0
+    pixels[:, :4, 3] = 255 if opaque else 0
+    product = bake_color(color, alpha=save(tmp_path / "a.png", pixels), alpha_channel="luminance")
+    alpha = decode_texels(decode_ktx2(product.data))[:, :, 3] * 255
+    assert np.array_equal(alpha, pixels[:, :, 0 if opaque else 3])
+
+
 @pytest.mark.parametrize("fmt", ["BC3_SRGB", "BC7_SRGB"])
 def test_what_is_transparent_takes_no_precision_from_the_coarse_levels_of_the_rest(fmt: str) -> None:
     """Pale columns end in a dark rim, and the transparent rows below take the rim's colour."""

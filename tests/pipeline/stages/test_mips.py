@@ -283,3 +283,17 @@ def test_a_constant_sky_stays_constant_and_a_smooth_one_has_no_seams() -> None:
         step = np.abs(level[4][:, -1] - level[0][:, 0]).max()
         inner = np.abs(level[4][:, -1] - level[4][:, -2]).max()
         assert step < 1.6 * inner
+
+
+def test_a_texel_of_a_coarser_sky_weighs_finer_ones_by_their_solid_angles() -> None:
+    faces = np.random.default_rng(3).random((6, 32, 32, 1)).astype(np.float32)
+    x = np.arange(33) / 16 - 1
+    area = np.arctan2(np.outer(x, x), np.sqrt(1 + x[:, None] ** 2 + x**2))  # from the middle to a corner
+    weight = np.diff(np.diff(area, axis=0), axis=1)
+    found = cube_mips(faces)[1]
+    for row, column in ((1, 1), (1, 7), (4, 14)):
+        there = np.s_[2 * row - 1 : 2 * row + 3, 2 * column - 1 : 2 * column + 3]
+        of_each = np.outer([1, 3, 3, 1], [1, 3, 3, 1]) * weight[there]
+        for face in range(6):
+            mean = (faces[face, :, :, 0][there] * of_each).sum() / of_each.sum()
+            assert found[face, row, column, 0] == pytest.approx(mean, abs=1e-4)

@@ -64,6 +64,11 @@ def test_half_way_up_a_blade_leans_a_quarter_as_far_as_its_tip() -> None:
     assert found[:, 0] == pytest.approx([0.0, 0.0, 0.25, 0.25, 1.0, 1.0], abs=0.01)
 
 
+def test_the_lowest_fiftieth_is_rooted_and_what_is_higher_bends() -> None:
+    found = sway(strip((0.0, 0.0, 0.0), (0.0, 0.04, 0.0), (0.0, 0.4, 0.0), (0.0, 4.0, 0.0)))
+    assert found[::2, 0] == pytest.approx([0.0, 0.0, (0.36 / 3.96) ** 2, 1.0], abs=1e-3)
+
+
 def test_only_what_hangs_flutters_and_its_tip_most() -> None:
     found = sway(palm())[:, 1]
     assert (found[:10] == 0).all()

@@ -16,6 +16,7 @@ from paradize.bakers.mesh.bake import bake_mesh
 from paradize.data import Lod, Mesh
 from paradize.errors import SourceError
 from paradize.formats.glb.encode import encode_glb
+from paradize.readers.gltf.accessors import shares
 from paradize.readers.model import Model, read_model
 from tests.pipeline.readers.gltf.made import PNG, SQUARE, TWO, Made, shown, square
 from tests.sweeps import tries
@@ -256,6 +257,31 @@ def test_a_skin_is_read_as_its_joints_stand_and_a_morph_at_its_default_weights(t
     assert model.source.positions.tolist() == [[0, 0, 1], [1, 0, 6], [1, 1, 6], [0, 1, 1]]
     text = " ".join(model.warnings)
     assert "skins are read at rest" in text and "morph targets are read at their default weights" in text
+
+
+def test_weights_of_joints_count_as_shares_of_their_sum(tmp_path: Path) -> None:
+    made, primitive = square(
+        JOINTS_0=np.tile(np.uint8([0, 1, 0, 0]), (4, 1)),
+        WEIGHTS_0=np.tile(np.float32([0.2, 0.2, 0, 0]), (4, 1)),
+    )
+    joints = [made.add("nodes", translation=[1, 0, 5]) for _ in range(2)]
+    node = made.add("nodes", mesh=made.mesh(primitive), skin=made.add("skins", joints=joints))
+    made.show(*joints, node)
+    model = read_model(made.glb(tmp_path / "a.glb"))
+    assert np.abs(model.source.positions - SQUARE - [1, 0, 5]).max() < 1e-6
+
+
+def test_weights_of_a_node_s_morph_take_the_place_of_its_mesh_s(tmp_path: Path) -> None:
+    made, primitive = square()
+    primitive["targets"] = [{"POSITION": made.array(np.tile(np.float32([0, 0, 2]), (4, 1)))}]
+    made.show(made.add("nodes", mesh=made.mesh(primitive, weights=[0.5]), weights=[1.0]))
+    assert read_model(made.glb(tmp_path / "a.glb")).source.positions[:, 2].tolist() == [2, 2, 2, 2]
+
+
+@pytest.mark.parametrize("kind", [np.int8, np.int16])
+def test_both_lowest_codes_of_a_normalized_integer_are_minus_one(kind: Any) -> None:
+    low = np.iinfo(kind).min
+    assert shares(np.array([low, low + 1], kind), True).tolist() == [-1.0, -1.0]
 
 
 def test_attributes_of_some_primitives_are_filled_in_for_the_others_and_said(tmp_path: Path) -> None:

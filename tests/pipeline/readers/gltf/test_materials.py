@@ -280,11 +280,12 @@ def test_the_older_model_of_light_is_converted_and_said(
     assert any("pbrSpecularGlossiness is converted" in text for text in model.warnings)
 
 
-def test_the_colour_of_a_glossiness_picture_that_is_left_out_is_said(tmp_path: Path) -> None:
+def test_a_glossiness_picture_draws_no_metal_and_its_left_out_colour_is_said(tmp_path: Path) -> None:
     made, primitive = square(TEXCOORD_0=UVS)
-    older = {"specularGlossinessTexture": {"index": textured(made)}}
+    older = {"specularGlossinessTexture": {"index": textured(made)}, "diffuseFactor": [0.5, 0.25, 1, 1]}
     found, model = read(tmp_path, made, primitive, extensions={"KHR_materials_pbrSpecularGlossiness": older})
     assert found.maps.keys() == {"smoothness"}
+    assert (found.metalness, found.color) == (0.0, (0.5, 0.25, 1.0))
     (text,) = [text for text in model.warnings if "specularGlossinessTexture" in text]
     assert "/materials/0/extensions/KHR_materials_pbrSpecularGlossiness" in text and "left out" in text
 
