@@ -51,9 +51,10 @@ class MapSource:
 
     channel: which values count. wrap: what lies beyond the edges along u and v; None: the format does not
     say. nearest: whether texels look like squares where they are enlarged. inverted: the value counts as 1 -
-    value. Offsets, scales and turns of texture coordinates are no field: readers apply them to the mesh. Only
-    where the mesh cannot hold them too, `placed` says how the picture has to be drawn anew for the material's
-    coordinates: its own are scale * t + offset of theirs.
+    value. srgb: whether its colours are sRGB, whatever the picture says of them. Offsets, scales and turns of
+    texture coordinates are no field: readers apply them to the mesh. Only where the mesh cannot hold them
+    too, `placed` says how the picture has to be drawn anew for the material's coordinates: its own are
+    scale * t + offset of theirs.
     """
 
     picture: Picture
@@ -61,6 +62,7 @@ class MapSource:
     wrap: tuple[Wrap, Wrap] | None = None
     nearest: bool = False
     inverted: bool = False
+    srgb: bool = False
     placed: Placed | None = None
 
 

@@ -89,6 +89,7 @@ def bake_color(
         alpha_channel=used.alpha_channel,
         alpha_inverted=used.alpha_inverted,
         white=used.white,
+        srgb=used.srgb,
         root=root,
     )
     rows, columns = values.shape[:2]
@@ -140,12 +141,13 @@ def color_values(
     alpha_channel: str = "luminance",
     alpha_inverted: bool = False,
     white: bool = False,
+    srgb: bool = False,
     root: Path | None = None,
 ) -> tuple[Values, bool, list[str]]:
     """The texels (h, w, 3 or 4) of level 0 as bake_color takes them from its sources, whether they are sRGB,
     and warnings. materials: those of the UV layout that count; none: all. opaque: what the picture says of
-    alpha does not count. alpha_channel, alpha_inverted, white: as of ColorSettings."""
-    image = read_image(path)
+    alpha does not count. alpha_channel, alpha_inverted, white, srgb: as of ColorSettings."""
+    image = read_image(path, color_space="srgb" if srgb else None)
     if white:
         full: Any = np.full((*image.values.shape[:2], 3), 255, np.uint8)
         image = Image(full, "srgb", 8, notes=image.notes)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import glob
+import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from math import sqrt
@@ -11,6 +12,7 @@ from pathlib import Path
 from paradize import player_limits
 from paradize.build.materials.model_facts import tiles_of
 from paradize.build.materials.udim import MEND, udim_fault
+from paradize.data import Mesh
 from paradize.documents import toml_text
 from paradize.errors import SourceError
 from paradize.files import read_parts, resolved
@@ -43,6 +45,12 @@ LEAST_M, MOST_M = 0.05, 500.0  # a model with a radius outside these is scaled t
 SMALLEST, LARGEST = 1e-8, 1e9  # limits of a model's radius; of one object of it: player_limits.LARGEST_M
 FARTHEST = 1e9  # limit of a model's distance from 0, in radii
 PICTURES = {".png", ".jpg", ".jpeg", ".tga", ".tif", ".tiff", ".exr"}
+# Words in names of colour maps, and of others, behind the model's own name.
+_COLOR = re.compile(r"colou?r|albedo|diff|(?<![a-z])d(?![a-z])", re.IGNORECASE)
+_OTHER = re.compile(
+    r"norm|nrm|height|bump|disp|rough|gloss|spec|metal|occl|emi|mask|alpha|opac|(?<![a-z])(ao|[a-z]|sss|[oa]rm)(?![a-z])",
+    re.IGNORECASE,
+)
 _MOST_SPLIT = 64  # instanced meshes that become objects
 
 
@@ -178,9 +186,7 @@ def _measure(model: Model, source: Path, reads: Sequence[_Read]) -> None:
         raise SourceError(what, file=source, mend="move the model nearer to the origin")
     read = reads[0].model
     if not read.libraries and not read.materials and not is_gltf(source):
-        model.notes.append(
-            _white(source, "in its vertex colours" if read.mesh.colors is not None else "white")
-        )
+        model.notes.append(_white(source, read.mesh))
 
 
 def _refuse_large(source: Path, reads: Sequence[_Read]) -> None:
@@ -314,12 +320,21 @@ def _is_cut(material: Material | None) -> bool:
     return material is not None and "alpha" in material.maps and material.two_sided is None
 
 
-def _white(source: Path, shown: str) -> str:
-    """Says how a model without a material file is shown, and which picture may be its colour map."""
-    near = sorted(source.parent.glob(f"{glob.escape(source.stem)}*"))
-    picture = next((path.name for path in near if path.suffix.lower() in PICTURES), "PICTURE")
+def _white(source: Path, mesh: Mesh) -> str:
+    """Says how a model without materials is shown, and which picture may be its colour map."""
+    shown = f"it is drawn {'white' if mesh.colors is None else 'in its vertex colours'}"
+    if mesh.uvs is None:
+        return f"{source}: has neither materials nor texture coordinates, so {shown}"
+    ends = {
+        path.name: path.stem[len(source.stem) :]
+        for path in sorted(source.parent.glob(f"{glob.escape(source.stem)}*"))
+        if path.suffix.lower() in PICTURES
+    }
+    likely = [name for name, end in ends.items() if _COLOR.search(end)]
+    likely += [name for name, end in ends.items() if not _OTHER.search(end)]
+    picture = next(iter(likely), "PICTURE")
     write = f"copy {picture} beside scene.toml and write color = {toml_text(picture)} under [[object]]"
-    return f"{source}: has no material file, so it is drawn {shown}; for a colour map {write}"
+    return f"{source}: has no material file, so {shown}; for a colour map {write}"
 
 
 def _pictures_of(material: Material) -> list[Path]:

@@ -205,16 +205,16 @@ def _read_open(source: Any, path: Path, head: bytes, color_space: str | None, fi
     profile, name = spec.getattribute("ICCProfile"), types[channels[0]]
     if kind == "png" and spec.getattribute("CICP") is not None:  # it precedes a profile, as that does gamma
         profile = None
+    colors: tuple[str, ...] = ()
     if color_space is None:
         linear = declared.startswith("lin") and profile is None
         color_space = "linear" if linear or name in _PLAIN_NUMBERS else "srgb"
-    colors: tuple[str, ...] = ()
-    if color_space == "srgb" and profile is not None:
-        colors = profile_note(bytes(profile))
-    elif color and kind == "png":
-        colors = declared_note(declared, color_space)
-    elif color and kind == "openexr":
-        colors = primaries_note(spec.getattribute("chromaticities"))
+        if color_space == "srgb" and profile is not None:
+            colors = profile_note(bytes(profile))
+        elif kind == "png":
+            colors = declared_note(declared, color_space)
+        elif kind == "openexr":
+            colors = primaries_note(spec.getattribute("chromaticities"))
     bits = _PLAIN_NUMBERS.get(name) or {"uint8": 8, "uint16": 16}.get(name, 32)
     notes = (*filter(None, (skipped, dds.note, fourth, others)), *_notes(source, kind))
     return Image(values, color_space, bits, top, notes=notes, color_notes=colors)

@@ -128,7 +128,8 @@ class ColorSettings(TextureSettings):
     or "emission", which has no alpha. alpha_cutoff: each mip keeps the share of texels that pass it, 0 to 1;
     0: alpha is averaged. opaque: alpha does not count, and the texture has none. Of the picture of alpha:
     alpha_channel, what of it counts, as material.Channel ("luminance": its alpha where it has any, else its
-    brightness); alpha_inverted: its values count as 1 - value. white: of the image only its size counts."""
+    brightness); alpha_inverted: its values count as 1 - value. white: of the image only its size counts.
+    srgb: as of material.MapSource."""
 
     product: Literal["color", "emission"] = "color"
     alpha_cutoff: float = 0.5
@@ -136,6 +137,7 @@ class ColorSettings(TextureSettings):
     alpha_channel: str = "luminance"
     alpha_inverted: bool = False
     white: bool = False
+    srgb: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)

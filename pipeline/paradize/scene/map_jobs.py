@@ -90,7 +90,8 @@ def add_map_set(
         color = {"image": map_set.pictures["color"]}
         add("maps", "maps", color, origins.of_color, _map_settings(map_set, "color", origins.of_color))
     if "emission" in inputs:
-        emission = asdict(ColorSettings(product="emission", **_plain(map_set)))
+        srgb = "emission" in map_set.srgb
+        emission = asdict(ColorSettings(product="emission", srgb=srgb, **_plain(map_set)))
         add("emission", "color", {"image": map_set.pictures["emission"]}, ["emission"], emission)
 
 
@@ -118,6 +119,7 @@ def _color_settings(map_set: MapSet) -> dict[str, Any]:
         alpha_channel=read["channels"].get("alpha", "luminance"),
         alpha_inverted="alpha" in read["inverted"],
         white="color" not in map_set.pictures,
+        srgb="color" in map_set.srgb,
         **_plain(map_set),
     )
     return asdict(settings)

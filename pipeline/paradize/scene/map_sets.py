@@ -69,7 +69,7 @@ class MapSet:
     object; height_strength: the strength of `height`, which is a picture. authored: fields of
     AuthoredSettings (scene/baker_settings.py), as pairs. opaque: no material reads alpha. alpha_cutoff: the
     least of its masks; 0: they are all blended or opaque. second: its maps, of map_table.SECOND, lie on the
-    mesh's second texture coordinates (TEXCOORD_1).
+    mesh's second texture coordinates (TEXCOORD_1). srgb: roles, as of material.MapSource.
     """
 
     name: str
@@ -90,6 +90,7 @@ class MapSet:
     opaque: bool = False
     alpha_cutoff: float = 0.5
     second: bool = False
+    srgb: tuple[str, ...] = ()
 
     @property
     def casts_occlusion(self) -> bool:

@@ -173,6 +173,7 @@ def _picture(sources: dict[str, Path], settings: Settings) -> tuple[Any, bool, l
         alpha_channel=settings.get("alpha_channel", "luminance"),
         alpha_inverted=settings.get("alpha_inverted", False),
         white=settings.get("white", False),
+        srgb=settings.get("srgb", False),
     )
 
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 import io
 import json
 import shutil
+import struct
+import zlib
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -14,6 +16,7 @@ import pytest
 from PIL import Image
 
 from paradize.bakers.mesh.bake import bake_mesh
+from paradize.bakers.registry import make_color
 from paradize.build.bake import bake
 from paradize.build.materials.map_sets import find_map_sets
 from paradize.build.options import BuildOptions
@@ -24,7 +27,9 @@ from paradize.explain.facts import explain
 from paradize.export.scene import export
 from paradize.formats.glb.document import glb_document
 from paradize.formats.glb.reader import decode_glb
+from paradize.formats.ktx2.reader import decode_ktx2
 from paradize.formats.scene.manifest import read_scene
+from paradize.metrics.texels import decode_texels
 from paradize.new.scene import new_scene
 from paradize.scene.requirements import require
 from paradize.scene.settings import load_scene
@@ -211,6 +216,25 @@ def test_enlarged_texels_are_squares_where_the_sampler_or_the_scene_says_so(
         scene.write_text(f'{scene.read_text()}\n[object.material.paint]\nfilter = "{words}"\n')
     (drawn,) = find_map_sets(load_scene(scene), scene).maps.objects["panel"].drawn.values()
     assert drawn.nearest is nearest
+
+
+def test_colours_are_srgb_whatever_a_picture_of_a_gltf_says_of_them(tmp_path: Path) -> None:
+    """glTF 2.0, 3.9.2. Programs of DirectX write a gamma of 1."""
+    made = panel()
+    gamma = b"gAMA" + struct.pack(">I", 100000)
+    chunk = struct.pack(">I", 4) + gamma + struct.pack(">I", zlib.crc32(gamma))
+    picture = checker(128)
+    made.tree["images"][0]["bufferView"] = made.view(picture[:33] + chunk + picture[33:])
+    texture = made.tree["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"]
+    made.tree["materials"][0] |= {"emissiveTexture": texture, "emissiveFactor": [1, 1, 1]}
+    scene = scene_of(tmp_path / "s", made.glb(tmp_path / "panel.glb"))
+    required = require(load_scene(scene), find_map_sets(load_scene(scene), scene).maps)
+    jobs = {job.name: job for job in required.jobs}
+    for name in ("panel colour", "panel emission"):
+        (product,) = make_color(jobs[name].sources, jobs[name].settings, "balanced")
+        assert not product.artifact.warnings
+        texels = decode_texels(decode_ktx2(product.data))[:, :, :3]
+        assert 255.0 * texels.max() == pytest.approx(128, abs=4), "not as linear light"
 
 
 def test_maps_that_a_model_wraps_in_another_way_than_the_first_are_named(tmp_path: Path) -> None:

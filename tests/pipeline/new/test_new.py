@@ -179,6 +179,18 @@ def test_a_model_without_a_material_file_is_told_to_be_white_and_which_picture_i
         if "no material file, so it is drawn white" in note
     ]
     assert 'write color = "thing_texture.png" under [[object]]' in note
+    for names, advised in (
+        (("thing_ao.png", "thing_BaseColor.png", "thing_plain.png"), "thing_BaseColor.png"),
+        (("thing_SSS.jpg", "thing_diffuse.tga", "thing_nm.png"), "thing_diffuse.tga"),
+        (("thing_n.png", "thing.png"), "thing.png"),
+        (("thing_roughness.png",), "PICTURE"),
+    ):
+        for old in source.parent.glob("thing*.*g*"):
+            old.unlink()
+        for name in names:
+            (source.parent / name).touch()
+        (note,) = [note for note in new_scene(tmp_path / advised, source).notes if "drawn white" in note]
+        assert f'color = "{advised}" under' in note
     named = write_model(tmp_path / "n", "mtllib thing.mtl\n" + QUAD + "f 1/1 2/2 3/3\n", "newmtl a\n")
     assert not any("white" in note for note in new_scene(tmp_path / "t", named).notes)
 

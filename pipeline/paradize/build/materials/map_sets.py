@@ -49,7 +49,7 @@ _WORTH = 2  # halvings after which four bytes a texel are less than the blocks o
 _MOST_NAME = 80  # characters of a set's name
 _COMPARED = (
     "layout", "wrap", "palette", "derived", "relief", "strength", "height_strength", "gloss_groups", "bleed",
-    "authored", "second",
+    "authored", "second", "srgb",
 )  # fmt: skip
 
 
@@ -330,6 +330,7 @@ class _Finder:
             name="",
             materials={},
             pictures={role: source.picture.file for role, source in material.maps.items()},
+            srgb=tuple(role for role, source in material.maps.items() if source.srgb),
             layout=layout,
             wrap=wrap,
             palette=palette,
@@ -356,6 +357,7 @@ class _Finder:
             name="",
             materials={},
             pictures={role: source.picture.file for role, source in material.maps.items()},
+            srgb=tuple(role for role, source in material.maps.items() if source.srgb),
             wrap=(material.leading.wrap if material.leading else None) or REPEATED,
             derived=(),
             strength=0.0,

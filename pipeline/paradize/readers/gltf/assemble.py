@@ -60,14 +60,13 @@ def place_part(
         at = int((~(np.abs(positions) <= LARGEST_COORDINATE)).any(axis=1).argmax())
         shown = " ".join(f"{value:g}" for value in positions[at])
         raise document.fault(f"vertex {at} lies at {shown}, beyond float32", place)
-    triangles, mirrored = read.triangles, np.zeros(len(positions), np.bool_)
-    if isinstance(matrix, tuple):
-        normal_matrix = np.asarray(cofactors(matrix))[None, :]
-        mirrored[:] = determinant(matrix) < 0.0
-        if determinant(matrix) < 0.0:
-            triangles = triangles[:, ::-1]
-    else:
-        normal_matrix = np.stack(cofactors(tuple(matrix.T)), axis=1)
+    columns = matrix if isinstance(matrix, tuple) else tuple(matrix.T)
+    normal_matrix = np.stack(cofactors(columns), axis=-1).reshape(-1, 9)
+    mirrored = np.broadcast_to(determinant(columns) < 0.0, len(positions))
+    triangles = read.triangles
+    if mirrored.any():
+        most = np.count_nonzero(mirrored[triangles], axis=1) >= 2  # of the corners
+        triangles = np.where(most[:, None], triangles[:, ::-1], triangles)
     turned = np.where(mirrored, -1.0, 1.0)[:, None]
     normals = read.values.get("NORMAL")
     if normals is not None:

@@ -43,6 +43,8 @@ _CHANNELS: dict[str, Channel] = {
 }  # fmt: skip
 
 
+_SRGB = ("color", "emission")  # glTF 2.0, 3.9.2: what a picture says of its colours does not count
+
 EqualSets = Callable[[int, int, int], bool]
 
 
@@ -116,7 +118,7 @@ class _Reader:
         )
         base = document.get(entry, place, "pbrMetallicRoughness", dict, None)
         gloss = document.extension(entry, place, _GLOSSINESS)
-        if gloss is not None and base is None:
+        if gloss is not None and not base:
             material = self._glossiness(material, gloss)
         else:
             if gloss is not None:
@@ -280,7 +282,7 @@ class _Reader:
             sine, cosine = sine_cosine(turn % (2.0 * PI) * (180.0 / PI))
             matrix = (cosine * sx, sine * sy, x, -sine * sx, cosine * sy, y)
         for role in roles:
-            self.maps[role] = replace(source, channel=_CHANNELS[role])
+            self.maps[role] = replace(source, channel=_CHANNELS[role], srgb=role in _SRGB)
             self.placements[role] = TextureTransform(coordinates, matrix)
         return info
 

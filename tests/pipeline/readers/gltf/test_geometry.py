@@ -284,6 +284,29 @@ def test_both_lowest_codes_of_a_normalized_integer_are_minus_one(kind: Any) -> N
     assert shares(np.array([low, low + 1], kind), True).tolist() == [-1.0, -1.0]
 
 
+@pytest.mark.parametrize("skinned", [False, True])
+def test_a_mirrored_rig_stays_right_side_out(skinned: bool, tmp_path: Path) -> None:
+    """Half of it is bound to a joint that mirrors."""
+    ball = trimesh.creation.icosphere(subdivisions=1)
+    attributes = {"POSITION": ball.vertices.astype(np.float32), "NORMAL": ball.vertices.astype(np.float32)}
+    made, node = Made(), {"scale": [-1, 1, 1]}
+    mirror = made.add("nodes", **node)
+    if skinned:
+        attributes["JOINTS_0"] = np.repeat(np.uint8([[0, 0, 0, 0]]), len(ball.vertices), axis=0)
+        attributes["WEIGHTS_0"] = np.repeat(np.float32([[1, 0, 0, 0]]), len(ball.vertices), axis=0)
+        node = {"skin": made.add("skins", joints=[mirror])}
+    primitive = {
+        "attributes": {name: made.array(values) for name, values in attributes.items()},
+        "indices": made.array(ball.faces.astype(np.uint16).reshape(-1)),
+    }
+    made.show(mirror, made.add("nodes", mesh=made.mesh(primitive), **node))
+    mesh = read_model(made.glb(tmp_path / "a.glb")).mesh
+    assert mesh.normals is not None
+    outwards = np.einsum("ij,ij->i", mesh.positions, mesh.normals)
+    assert outwards.min() > 0.9
+    assert trimesh.Trimesh(mesh.positions, mesh.triangles, process=False).volume == pytest.approx(ball.volume)
+
+
 def test_attributes_of_some_primitives_are_filled_in_for_the_others_and_said(tmp_path: Path) -> None:
     made, primitive = square(TEXCOORD_0=UVS, COLOR_0=np.zeros((4, 4), np.float32))
     bare = {"attributes": {"POSITION": made.array(SQUARE + np.float32(3))}, "indices": primitive["indices"]}

@@ -278,6 +278,8 @@ def test_the_older_model_of_light_is_converted_and_said(
     found, model = read(tmp_path, made, primitive, extensions={"KHR_materials_pbrSpecularGlossiness": older})
     assert (found.metalness, found.roughness, *found.color) == pytest.approx((metalness, 0.25, *color))
     assert any("pbrSpecularGlossiness is converted" in text for text in model.warnings)
+    beside = {"extensions": {"KHR_materials_pbrSpecularGlossiness": older}, "pbrMetallicRoughness": {}}
+    assert read(tmp_path, *square(), **beside)[0] == found, "some exporters write an empty table"
 
 
 def test_a_glossiness_picture_draws_no_metal_and_its_left_out_colour_is_said(tmp_path: Path) -> None:
