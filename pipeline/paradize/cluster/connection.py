@@ -8,13 +8,11 @@ import queue
 import threading
 import warnings
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 from paradize.errors import BakeError, one_line
 
 CONNECT_S = 10.0  # until a scheduler must have answered
-HOWTO = f"see {Path(__file__).with_name('README.md')}"
 
 
 class ClusterLost(BakeError):  # noqa: N818 (an event, not a fault)
@@ -31,7 +29,7 @@ def connect(address: str) -> Any:
         raise BakeError("--cluster needs the library distributed (Dask)", mend=mend) from None
     for name in ("distributed", "distributed.client", "distributed.comm"):
         logging.getLogger(name).setLevel(logging.CRITICAL)
-    mend = f"start it with `dask scheduler`, or mend the address: tcp://HOST:PORT; {HOWTO}"
+    mend = "start it with `dask scheduler`, or mend the address: tcp://HOST:PORT"
     client, why = _within(CONNECT_S, lambda: _client(address))
     if client is None:
         what = f"no Dask scheduler answers within {CONNECT_S:g} s{why}"
@@ -44,7 +42,7 @@ def connect(address: str) -> Any:
         if not same:
             client.close()
             what = f"the scheduler runs {name} {theirs}, this bake {version}"
-            raise ClusterLost(what, file=address, mend=f"install the same on both; {HOWTO}")
+            raise ClusterLost(what, file=address, mend="install the same on both")
     return client
 
 

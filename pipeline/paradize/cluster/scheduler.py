@@ -17,7 +17,7 @@ from contextlib import suppress
 from secrets import token_hex
 from typing import Any
 
-from paradize.cluster.connection import HOWTO, ClusterLost, connect
+from paradize.cluster.connection import ClusterLost, connect
 from paradize.cluster.dask_worker import PROTOCOL, bake_here, end_bake, greet
 from paradize.cluster.file_transfer import FileTransfer
 from paradize.cluster.serialization import absolute, pack_call, unpack
@@ -131,7 +131,11 @@ class _ClusterScheduler:
             self.last_worker_s = now
         elif now - self.last_worker_s > ABSENT_S:
             what = f"the cluster has had no worker for {ABSENT_S:g} s"
-            raise ClusterLost(what, file=self.address, mend=f"start some with `dask worker`; {HOWTO}")
+            raise ClusterLost(
+                what,
+                file=self.address,
+                mend="start some: dask worker tcp://HOST:PORT --nworkers 1 --nthreads 8",
+            )
         self.fail_refused()
 
     def threads_of_workers(self) -> dict[str, int]:

@@ -45,12 +45,9 @@ LEAST_M, MOST_M = 0.05, 500.0  # a model with a radius outside these is scaled t
 SMALLEST, LARGEST = 1e-8, 1e9  # limits of a model's radius; of one object of it: player_limits.LARGEST_M
 FARTHEST = 1e9  # limit of a model's distance from 0, in radii
 PICTURES = {".png", ".jpg", ".jpeg", ".tga", ".tif", ".tiff", ".exr"}
-# Words in names of colour maps, and of others, behind the model's own name.
-_COLOR = re.compile(r"colou?r|albedo|diff|(?<![a-z])d(?![a-z])", re.IGNORECASE)
-_OTHER = re.compile(
-    r"norm|nrm|height|bump|disp|rough|gloss|spec|metal|occl|emi|mask|alpha|opac|(?<![a-z])(ao|[a-z]|sss|[oa]rm)(?![a-z])",
-    re.IGNORECASE,
-)
+_COLOR = re.compile(
+    r"^$|colou?r|albedo|diff|tex|(?<![a-z])d(?![a-z])", re.IGNORECASE
+)  # behind a model's name
 _MOST_SPLIT = 64  # instanced meshes that become objects
 
 
@@ -325,14 +322,10 @@ def _white(source: Path, mesh: Mesh) -> str:
     shown = f"it is drawn {'white' if mesh.colors is None else 'in its vertex colours'}"
     if mesh.uvs is None:
         return f"{source}: has neither materials nor texture coordinates, so {shown}"
-    ends = {
-        path.name: path.stem[len(source.stem) :]
-        for path in sorted(source.parent.glob(f"{glob.escape(source.stem)}*"))
-        if path.suffix.lower() in PICTURES
-    }
-    likely = [name for name, end in ends.items() if _COLOR.search(end)]
-    likely += [name for name, end in ends.items() if not _OTHER.search(end)]
-    picture = next(iter(likely), "PICTURE")
+    near = sorted(source.parent.glob(f"{glob.escape(source.stem)}*"))
+    near = [path for path in near if path.suffix.lower() in PICTURES]
+    likely = (path.name for path in near if _COLOR.search(path.stem[len(source.stem) :]))
+    picture = next(likely, "PICTURE")
     write = f"copy {picture} beside scene.toml and write color = {toml_text(picture)} under [[object]]"
     return f"{source}: has no material file, so {shown}; for a colour map {write}"
 

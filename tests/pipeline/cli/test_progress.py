@@ -205,7 +205,7 @@ def test_a_job_that_takes_longer_than_known_leaves_no_time_that_is_known() -> No
 
 
 def test_the_time_left_is_no_less_than_that_of_a_job_that_runs() -> None:
-    work = Work({name: 10.0 for name in "abcd"} | {"long": 60.0})
+    work = Work(dict.fromkeys("abcd", 10.0) | {"long": 60.0})
     work.planned([*"abcd", "long"])
     for name in (*"abcd", "long"):
         work.began(name, 0.0)
