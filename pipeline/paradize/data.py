@@ -209,7 +209,7 @@ class Heightfield:
     """Heights on a regular grid. A pixel is a vertex; pixel (0, 0) is the corner at -X, -Z.
 
     heights_m: (h, w) float32, metres, row 0 at -Z. size_x_m, size_z_m: distance from the first to the last
-    pixel. step_m: what the source's integers are apart; 0: it holds metres, and `--height` has no effect.
+    pixel. step_m: between two integers of the source; 0: it holds metres.
     """
 
     heights_m: F32

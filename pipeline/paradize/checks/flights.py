@@ -49,7 +49,7 @@ def check_flight(manifest: dict[str, Any], folder: Path, file: str) -> Iterator[
             worst = close[distance[close].argmin()]
             words = f"{what} within {distance[worst]:.3g} m of the eye; the near plane reaches {near:.3g} m"
             fits = 0.9 * path["near_m"] * distance[worst] / near
-            mend = "move the waypoints before and after that second away"
+            mend = "move the waypoints of that second away"
             mend += f", or write near_m = {fits:.2g}" if fits * DEPTH_RANGE > path["far_m"] else ""
             yield Finding("PZ412", file, words, _place(moments[worst], eyes[worst]), len(close), mend)
 

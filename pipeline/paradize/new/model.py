@@ -65,8 +65,7 @@ class Part:
 @dataclass
 class Model:
     """The objects made from the model, and its size in the units of the file. floor: how far above its foot
-    its lowest floor lies. least_z: of an STL, which does not say which axis is up. position: where the scene
-    shows its origin."""
+    its lowest floor lies. least_z: of an STL. position: where the scene shows its origin."""
 
     parts: list[Part] = field(default_factory=list)
     center: Vec3 = (0.0, 0.0, 0.0)

@@ -23,7 +23,7 @@ _STEEPEST = 0.999  # of a look up or down; beyond, the horizon is anywhere
 @dataclass(frozen=True)
 class Waypoint:
     """A place of the flight, metres, and what it looks at. camera: whose view it is. near: of its near plane,
-    in the model's units; None where the file does not say."""
+    in the model's units."""
 
     eye: Vec3
     target: Vec3
@@ -137,8 +137,8 @@ def waypoints_of(
         ahead = sum((c - e) * f for c, e, f in zip(center, camera.eye, camera.forward, strict=True))
         reach = max(ahead, 0.1 * radius)
         x, y, z = (e + reach * f for e, f in zip(camera.eye, camera.forward, strict=True))
-        eye, target = place(camera.eye), place((x, y, z))
-        found.append(Waypoint(eye, target, _roll_deg(camera), camera.name, camera.near_m))
+        ends = place(camera.eye), place((x, y, z))
+        found.append(Waypoint(*ends, _roll_deg(camera), camera.name, camera.near_m))
     notes = [lens.note] if lens.note else []
     for why, names in left_out.items():
         notes.append(f"{_cameras(names)} {'are' if len(names) > 1 else 'is'} left out: {why}")

@@ -151,7 +151,7 @@ def test_a_near_plane_that_would_do_is_named_where_depth_serves_it(tmp_path: Pat
         manifest = near_manifest(tmp_path, mesh, instance([x, y - gap, z]))
         (found,) = check_flight(manifest, tmp_path, "scene.json")
         words, *near = found.mend.split(", or write near_m = ")
-        assert words == "move the waypoints before and after that second away" and bool(near) == named
+        assert words == "move the waypoints of that second away" and bool(near) == named
         if near:
             manifest["flight"]["near_m"] = float(near[0])
             assert not list(check_flight(manifest, tmp_path, "scene.json"))
