@@ -134,7 +134,7 @@ class _ClusterScheduler:
             raise ClusterLost(
                 what,
                 file=self.address,
-                mend="start some: dask worker tcp://HOST:PORT --nworkers 1 --nthreads 8",
+                mend="start some with `dask worker`",
             )
         self.fail_refused()
 

@@ -306,8 +306,8 @@ COVERED = [  # of messages that are followed above, in test_advice.py and in tes
 _CHARTS = "weld the mesh (--weld), so that triangles share edges, or paint its own layout"
 ELSEWHERE = {  # where it is followed; or why it is not
     "bake with --force": "tests/pipeline/build/test_verify.py",
-    "start some with `dask worker`; {}": "needs a cluster",
-    "start it with `dask scheduler`, or mend the address: tcp://HOST:PORT; {}": "needs a cluster",
+    "start some with `dask worker`": "needs a cluster",
+    "start it with `dask scheduler`, or mend the address: tcp://HOST:PORT": "needs a cluster",
     "install it as of setup/python-test.txt, or with pip install 'paradize[cluster]'": "needs the network",
     "let this user write there, or set PARADIZE_STORE to another folder": "root may write anywhere",
     "write paradize.{}(..., budget={})": "tests/pipeline/test_api.py",
