@@ -147,7 +147,9 @@ def color_values(
     """The texels (h, w, 3 or 4) of level 0 as bake_color takes them from its sources, whether they are sRGB,
     and warnings. materials: those of the UV layout that count; none: all. opaque: what the picture says of
     alpha does not count. alpha_channel, alpha_inverted, white, srgb: as of ColorSettings."""
-    image = read_image(path, color_space="srgb" if srgb else None)
+    image = read_image(path)
+    if srgb and image.top is not None:  # floats are light
+        image = replace(image, color_space="srgb", color_notes=())
     if white:
         full: Any = np.full((*image.values.shape[:2], 3), 255, np.uint8)
         image = Image(full, "srgb", 8, notes=image.notes)

@@ -12,9 +12,11 @@ from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
+import OpenImageIO as oiio
 import pytest
 from PIL import Image
 
+from paradize.bakers.color import color_values
 from paradize.bakers.mesh.bake import bake_mesh
 from paradize.bakers.registry import make_color
 from paradize.build.bake import bake
@@ -235,6 +237,9 @@ def test_colours_are_srgb_whatever_a_picture_of_a_gltf_says_of_them(tmp_path: Pa
         assert not product.artifact.warnings
         texels = decode_texels(decode_ktx2(product.data))[:, :, :3]
         assert 255.0 * texels.max() == pytest.approx(128, abs=4), "not as linear light"
+    light: Any = np.full((4, 4, 3), 0.5, np.float32)
+    assert oiio.ImageBuf(light).write(str(tmp_path / "a.exr"))
+    assert not color_values(tmp_path / "a.exr", None, (False, False), None, srgb=True)[1], "floats are light"
 
 
 def test_maps_that_a_model_wraps_in_another_way_than_the_first_are_named(tmp_path: Path) -> None:

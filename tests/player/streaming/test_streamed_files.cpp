@@ -57,6 +57,17 @@ void hash_falsely(SmallScene &scene) {
     }
 }
 
+/// Counts objects of the device. is_one: glIsTexture() or alike.
+template <class IsOne>
+std::ptrdiff_t count_objects(IsOne is_one) {
+    constexpr unsigned most = 10000;
+    std::ptrdiff_t found = 0;
+    for (unsigned name = 1; name < most; ++name) {
+        found += is_one(name) != GL_FALSE ? 1 : 0;
+    }
+    return found;
+}
+
 /// Uploads all. Returns the error, or an empty text.
 std::string load_error(const SmallScene &scene) {
     try {
@@ -112,18 +123,37 @@ TEST_CASE("streamer: what cannot be drawn is named, also in a file that an earli
     test::throw_on_error();
 }
 
+TEST_CASE("streamer: a wrong file is named in each call, and none leaves anything of it on the device") {
+    if (!test::have_context()) {
+        return;
+    }
+    for (const bool before : {false, true}) { // its check fails, or that of a level once it is read
+        SmallScene scene;
+        scene.put("quad_mesh", test::glb_file(test::glb_json(), 99));
+        std::optional<CheckedBefore> checked;
+        if (before) {
+            checked.emplace(scene);
+        }
+        Streamer streamer = scene.streamer();
+        std::vector<Need> needs(streamer.piece_count());
+        const auto [first, pieces] = streamer.pieces_of("quad_mesh");
+        std::fill_n(needs.begin() + first, pieces, Need{2.0F, 0.0F});
+        streamer.set_needs(needs);
+        const std::ptrdiff_t vertex_arrays = count_objects(glIsVertexArray);
+        for (int call = 0; call < 3; ++call) { // a player goes on where a newer scene is about to come
+            CHECK_THROWS_WITH_AS(streamer.upload({.not_ready = NotReady::wait_if_seen}),
+                                 doctest::Contains("quad_mesh.glb: "), Error);
+            // Of the file that was checked before, the coarser level is right.
+            CHECK(count_objects(glIsVertexArray) == vertex_arrays + (before ? 1 : 0));
+        }
+    }
+    test::throw_on_error();
+}
+
 TEST_CASE("streamer: of a file that is lost before anything of it is drawn, nothing is left on the device") {
     if (!test::have_context()) {
         return;
     }
-    const auto count = [](auto is_one) {
-        constexpr unsigned most = 10000;
-        std::ptrdiff_t found = 0;
-        for (unsigned name = 1; name < most; ++name) {
-            found += is_one(name) != GL_FALSE ? 1 : 0;
-        }
-        return found;
-    };
     std::vector<std::ptrdiff_t> textures;
     std::vector<std::ptrdiff_t> vertex_arrays;
     for (const std::string lost : {"", "quad_color.ktx2", "quad_mesh.glb"}) {
@@ -139,8 +169,8 @@ TEST_CASE("streamer: of a file that is lost before anything of it is drawn, noth
         while (!streamer.upload({.bytes = 30000})) {
         }
         CHECK(streamer.failures().size() == (lost.empty() ? 0 : 1));
-        textures.push_back(count([](unsigned name) { return glIsTexture(name); }));
-        vertex_arrays.push_back(count([](unsigned name) { return glIsVertexArray(name); }));
+        textures.push_back(count_objects(glIsTexture));
+        vertex_arrays.push_back(count_objects(glIsVertexArray));
     }
     constexpr std::ptrdiff_t mesh_levels = 2;
     CHECK(textures[1] == textures[0] - 1);
