@@ -11,32 +11,18 @@
 
 namespace paradize::assets {
 
-class ReservedMemory::Range {
-  public:
-    /// Without data if the system has no range so large.
-    explicit Range(std::size_t size)
-        : data_(::mmap(nullptr, size, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1,
-                       0)),
-          size_(size) {}
-    ~Range() {
-        if (data_ != MAP_FAILED) {
-            ::munmap(data_, size_);
-        }
-    }
-    Range(const Range &) = delete;
-    Range &operator=(const Range &) = delete;
-    std::byte *data() const { return data_ == MAP_FAILED ? nullptr : static_cast<std::byte *>(data_); }
+namespace {
 
-  private:
-    void *data_;
-    std::size_t size_;
-};
+/// nullptr if there is no range so large.
+std::byte *range_of(std::size_t size) {
+    void *data =
+        ::mmap(nullptr, size, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
+    return data == MAP_FAILED ? nullptr : static_cast<std::byte *>(data);
+}
 
-ReservedMemory::ReservedMemory(std::shared_ptr<const Range> range, std::byte *data, std::size_t size)
-    : range_(std::move(range)), data_(data), size_(size) {}
+} // namespace
 
-ReservedMemory::ReservedMemory(std::size_t size) : range_(std::make_shared<const Range>(size)), size_(size) {
-    data_ = range_->data();
+ReservedMemory::ReservedMemory(std::size_t size) : data_(range_of(size)), size_(size) {
     if (data_ == nullptr) {
         throw Error("no memory for " + std::to_string(size) + " bytes: " + std::strerror(errno));
     }
@@ -49,28 +35,29 @@ std::vector<ReservedMemory> ReservedMemory::side_by_side(std::span<const std::si
     for (const std::size_t size : sizes) {
         sum += whole(size);
     }
-    const auto range = std::make_shared<const Range>(sum); // none of 0 bytes
     std::vector<ReservedMemory> out;
-    if (std::byte *data = range->data(); data != nullptr) {
+    if (std::byte *data = sum == 0 ? nullptr : range_of(sum); data != nullptr) {
         out.reserve(sizes.size());
         for (const std::size_t size : sizes) {
-            out.push_back(ReservedMemory(range, data, size));
+            out.push_back(ReservedMemory(data, size));
             data += whole(size);
         }
     }
     return out;
 }
 
+ReservedMemory::ReservedMemory(ReservedMemory &&other) noexcept
+    : data_(std::exchange(other.data_, nullptr)), size_(std::exchange(other.size_, 0)) {}
+
 ReservedMemory &ReservedMemory::operator=(ReservedMemory &&other) noexcept {
-    std::swap(range_, other.range_);
     std::swap(data_, other.data_);
     std::swap(size_, other.size_);
     return *this;
 }
 
 ReservedMemory::~ReservedMemory() {
-    if (range_) {
-        release();
+    if (data_ != nullptr) {
+        ::munmap(data_, size_);
     }
 }
 

@@ -2,7 +2,6 @@
 // Reserved address space. It uses physical memory only where it is written.
 
 #include <cstddef>
-#include <memory>
 #include <span>
 #include <vector>
 
@@ -15,9 +14,8 @@ class ReservedMemory {
     /// Memories of `sizes` bytes, each above 0, in one range: a range for each takes the system longer. Empty
     /// if there is no range so large.
     static std::vector<ReservedMemory> side_by_side(std::span<const std::size_t> sizes);
-    /// Frees the physical memory. The range goes with the last memory in it: to cut it, too, takes longer.
     ~ReservedMemory();
-    ReservedMemory(ReservedMemory &&other) noexcept = default;
+    ReservedMemory(ReservedMemory &&other) noexcept;
     ReservedMemory &operator=(ReservedMemory &&other) noexcept;
     std::span<std::byte> bytes() const { return {data_, size_}; }
     /// Takes physical memory for a part that is about to be written, at once and not page by page. Where the
@@ -27,10 +25,8 @@ class ReservedMemory {
     void release() const;
 
   private:
-    class Range;
-    ReservedMemory(std::shared_ptr<const Range> range, std::byte *data, std::size_t size);
+    ReservedMemory(std::byte *data, std::size_t size) : data_(data), size_(size) {}
 
-    std::shared_ptr<const Range> range_; // nullptr after a move
     std::byte *data_ = nullptr;
     std::size_t size_ = 0;
 };

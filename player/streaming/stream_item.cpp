@@ -57,16 +57,6 @@ void StreamItem::begin(std::uint32_t piece_index, bool all_follow) {
     }
 }
 
-void StreamItem::drop(std::uint32_t piece_index) {
-    if (loaded.tile) {
-        tile.evict(piece_index);
-    } else if (kind == assets::ArtifactKind::mesh) {
-        mesh.evict(loaded.plan.pieces[piece_index].first_level);
-    } else {
-        finer = {};
-    }
-}
-
 void StreamItem::upload(const assets::UploadChunk &chunk, const gl::Source &from) {
     if (loaded.tile) {
         tile.upload(loaded.glb, chunk, from);

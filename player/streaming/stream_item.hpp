@@ -30,8 +30,6 @@ struct StreamItem {
     /// Creates the GPU objects of a piece. `all_follow`: all others of the artifact come soon, and none is
     /// evicted, so that a texture gets room for its finer mips as well.
     void begin(std::uint32_t piece_index, bool all_follow);
-    /// Frees the GPU objects of a piece that was begun and will not be uploaded.
-    void drop(std::uint32_t piece_index);
     void upload(const assets::UploadChunk &chunk, const gl::Source &from);
     /// Makes an uploaded piece visible.
     void finish(std::uint32_t piece_index);

@@ -420,31 +420,24 @@ void Uploads::begin(std::size_t place) {
         begun_files[pieces[next.piece].artifact] = true;
         begun_bytes += scene.artifacts[pieces[next.piece].artifact].bytes;
     }
-    item_of(next.piece).begin(pieces[next.piece].index, takes_all); // while others read and check
-    assets::StagedPiece staged;
-    try {
-        if (!known_checked[pieces[next.piece].artifact]) { // nor were its pieces ordered
-            checker->wait(pieces[next.piece].artifact);
-            order_ahead();
-        }
-        if (is_staged(next.piece)) {
-            staged = loader->take(next.piece);
-            if (!staged.error.empty() && !staged.file_failed) {
-                throw Error(staged.error);
-            }
-        }
-    } catch (...) { // the next call begins it again
-        item_of(next.piece).drop(pieces[next.piece].index);
-        throw;
+    if (!known_checked[pieces[next.piece].artifact]) { // nor were its pieces ordered
+        checker->wait(pieces[next.piece].artifact);
+        order_ahead();
     }
-    if (staged.file_failed) {
-        item_of(next.piece).drop(pieces[next.piece].index);
-        give_up(pieces[next.piece].artifact, std::move(staged.error));
-        return;
+    if (is_staged(next.piece)) {
+        assets::StagedPiece staged = loader->take(next.piece);
+        if (staged.file_failed) {
+            give_up(pieces[next.piece].artifact, std::move(staged.error));
+            return;
+        }
+        if (!staged.error.empty()) {
+            throw Error(staged.error);
+        }
+        next.staged = std::move(staged.bytes);
     }
-    next.staged = std::move(staged.bytes);
     queue.erase(queue.begin() + static_cast<std::ptrdiff_t>(place));
     schedule->set_loading(next.piece);
+    item_of(next.piece).begin(pieces[next.piece].index, takes_all);
     count_peak(schedule->used_bytes());
     current = std::move(next);
 }
