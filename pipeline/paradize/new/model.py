@@ -45,9 +45,8 @@ LEAST_M, MOST_M = 0.05, 500.0  # a model with a radius outside these is scaled t
 SMALLEST, LARGEST = 1e-8, 1e9  # limits of a model's radius; of one object of it: player_limits.LARGEST_M
 FARTHEST = 1e9  # limit of a model's distance from 0, in radii
 PICTURES = {".png", ".jpg", ".jpeg", ".tga", ".tif", ".tiff", ".exr"}
-_COLOR = re.compile(
-    r"^$|colou?r|albedo|diff|tex|(?<![a-z])d(?![a-z])", re.IGNORECASE
-)  # behind a model's name
+# The end of a colour map's name, behind the model's.
+_COLOR = re.compile(r"^$|colou?r|albedo|diff|tex|(?<![a-z])d(?![a-z])", re.IGNORECASE)
 _MOST_SPLIT = 64  # instanced meshes that become objects
 
 
