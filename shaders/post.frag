@@ -16,7 +16,8 @@ void main() {
     color += u_glow_strength * texture(u_glow, v_uv).rgb;
     vec3 encoded = srgb_encode(tone_map(color));
     // Static triangular dither of one 8-bit step, against banding: L. Roberts, "Picture Coding Using
-    // Pseudo-Random Noise", 1962.
-    float dither = gradient_noise(gl_FragCoord.xy) + gradient_noise(gl_FragCoord.xy + vec2(47.0, 17.0)) - 1.0;
+    // Pseudo-Random Noise", 1962. The second pattern lies across the first: moved along, it would follow it, and the
+    // sum would be half as wide and not triangular.
+    float dither = gradient_noise(gl_FragCoord.xy) + gradient_noise(gl_FragCoord.yx + vec2(47.0, 17.0)) - 1.0;
     fragment = vec4(encoded + dither * (0.5 / 255.0), 1.0);
 }
