@@ -275,7 +275,17 @@ TEST_CASE(
     ground.cast(1, [](double, double) { return 2.0; });
     CHECK(ground.at(1.5F) == 0.0);
     CHECK(ground.at(2.0F) == 1.0);
+    // Edges are as soft where two of them share the taps.
+    ground.penumbra_m = 0.2F;
+    const auto edge_at = [&](double x) { // of a roof over the places before it
+        ground.cast(0, [=](double along, double) { return along > -x ? 2.0 : 0.0; });
+        ground.cast(1, [=](double along, double) { return 0.5 * along > -x ? 2.0 : 0.0; });
+        const auto middle = static_cast<float>(x);
+        return soft_edge_m(ground.between(middle - 0.5F, middle + 0.5F), 1.0 / looks);
+    };
+    CHECK(edge_at(1.65) < 1.2 * edge_at(1.3));
     // From so far that a pixel holds many texels of them, the coarsest is read.
+    ground.cast(0, flat);
     ground.eye_distance_m = 500.0F;
-    CHECK(ground.at(0.0F) == 1.0);
+    CHECK(ground.at(-0.5F) == 1.0);
 }
