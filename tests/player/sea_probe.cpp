@@ -94,12 +94,15 @@ std::vector<glm::dvec4> SeaProbe::between(const glm::vec2 &first, const glm::vec
     return out;
 }
 
-glm::dvec3 drawn_sky(const SeaProbe &sea, const glm::vec3 &direction) {
-    ShaderProbe probe(1, ray_vertex, "sky.frag");
-    gl::FrameUniforms frame = sea.frame;
-    frame.eye.y = 1.0F; // above the water
-    probe.set_frame(frame);
-    probe.set_texture("u_sky", 5, GL_TEXTURE_CUBE_MAP, sea.sky);
+glm::dvec3 SeaProbe::drawn_sky(const glm::vec3 &direction) {
+    if (!sky_probe_) {
+        sky_probe_.emplace(1, ray_vertex, "sky.frag");
+    }
+    ShaderProbe &probe = *sky_probe_;
+    gl::FrameUniforms above = frame;
+    above.eye.y = 1.0F;
+    probe.set_frame(above);
+    probe.set_texture("u_sky", 5, GL_TEXTURE_CUBE_MAP, sky);
     probe.set("u_water_glow", {0.0F, 0.0F, 0.0F});
     probe.set("u_water_scatter", {0.0F});
     probe.set("u_ray", {direction.x, direction.y, direction.z});

@@ -9,6 +9,7 @@
 #include <glm/vec3.hpp>
 
 #include <initializer_list>
+#include <optional>
 #include <string_view>
 #include <vector>
 
@@ -48,17 +49,18 @@ class SeaProbe {
     /// At one place.
     glm::dvec4 at(const glm::vec2 &xz) { return between(xz, xz)[0]; }
 
+    /// Radiance that sky.frag draws in a direction, with this sky and haze.
+    glm::dvec3 drawn_sky(const glm::vec3 &direction);
+
     static gl::Texture one_sky(const glm::vec3 &radiance);
 
   private:
     ShaderProbe probe_;
+    std::optional<ShaderProbe> sky_probe_; // made when it is needed
     gl::Texture flat_ = one_color(0, 0, 0, 0);
     gl::Texture no_shadow_;
     gl::Buffer lights_;
 };
-
-/// Radiance that sky.frag draws in a direction, with the sky and the haze of a sea.
-glm::dvec3 drawn_sky(const SeaProbe &sea, const glm::vec3 &direction);
 
 /// Reflectance of calm water for unpolarised light: A. Fresnel, 1823. cosine: of the angle in air.
 double fresnel_of_water(double cosine);

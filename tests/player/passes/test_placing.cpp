@@ -20,14 +20,15 @@ using namespace paradize;
 
 namespace {
 
-/// Where wind of a moment moves points near the anchor; a point in each pixel, by its hash.
-std::vector<glm::dvec3> moved_by_wind(const glm::dvec3 &anchor, double second, const glm::vec2 &shares) {
-    static const std::string text =
-        "#include \"lib/frame.glsl\"\n#include \"lib/wind.glsl\"\nuniform vec3 u_origin;\n"
-        "uniform vec2 u_shares;\nout vec4 color;\nvoid main() {\n"
-        "vec3 p = vec3(gl_FragCoord.x, 0.1 * gl_FragCoord.x, gl_FragCoord.y) - u_origin;\n"
-        "color = vec4(in_wind(p, u_shares, vec2(0.5, 0.1)) - p, 1.0); }\n";
-    test::ShaderProbe probe(16, text);
+const std::string wind_text =
+    "#include \"lib/frame.glsl\"\n#include \"lib/wind.glsl\"\nuniform vec3 u_origin;\n"
+    "uniform vec2 u_shares;\nout vec4 color;\nvoid main() {\n"
+    "vec3 p = vec3(gl_FragCoord.x, 0.1 * gl_FragCoord.x, gl_FragCoord.y) - u_origin;\n"
+    "color = vec4(in_wind(p, u_shares, vec2(0.5, 0.1)) - p, 1.0); }\n";
+
+/// How far wind of a moment moves points near the anchor, one in each pixel. probe: of wind_text.
+std::vector<glm::dvec3> moved_by_wind(test::ShaderProbe &probe, const glm::dvec3 &anchor, double second,
+                                      const glm::vec2 &shares) {
     assets::Wind wind;
     wind.direction = glm::normalize(glm::vec2(0.8F, -0.6F));
     wind.speed_m_per_s = 5.0F;
@@ -48,13 +49,15 @@ std::vector<glm::dvec3> moved_by_wind(const glm::dvec3 &anchor, double second, c
     return out;
 }
 
-/// Where the refraction view shows a point of the world, from an eye at (0, height, 0).
-glm::dvec3 shown_through_water(const glm::vec3 &world, float eye_m, float index) {
-    test::ShaderProbe probe(
-        1,
-        "#include \"lib/position.glsl\"\nuniform vec3 u_world;\nout vec3 v_seen;\nvoid main() {\n"
-        "write_position(u_world);\nv_seen = gl_Position.xyz;\ngl_Position = vec4(0.0, 0.0, 0.0, 1.0); }\n",
-        "in vec3 v_seen;\nout vec4 color;\nvoid main() { color = vec4(v_seen, 1.0); }\n");
+const std::string refraction_vertex =
+    "#include \"lib/position.glsl\"\nuniform vec3 u_world;\nout vec3 v_seen;\nvoid main() {\n"
+    "write_position(u_world);\nv_seen = gl_Position.xyz;\ngl_Position = vec4(0.0, 0.0, 0.0, 1.0); }\n";
+const std::string refraction_fragment =
+    "in vec3 v_seen;\nout vec4 color;\nvoid main() { color = vec4(v_seen, 1.0); }\n";
+
+/// Where the refraction view shows a point of the world, from an eye above the origin. probe: of the two
+/// above.
+glm::dvec3 shown_through_water(test::ShaderProbe &probe, const glm::vec3 &world, float eye_m, float index) {
     gl::FrameUniforms frame = test::plain_frame(1);
     frame.eye.y = eye_m;
     frame.water.w = 0.0F;
@@ -72,9 +75,10 @@ TEST_CASE("wind: the floating origin does not move what the wind moves, in the p
     if (!test::have_context()) {
         return;
     }
+    test::ShaderProbe probe(16, wind_text);
     for (const double second : {0.0, 3.7, 100.0}) {
-        const auto here = moved_by_wind(glm::dvec3(0.0), second, {1.0F, 1.0F}),
-                   elsewhere = moved_by_wind({13.0, 4.0, -29.0}, second, {1.0F, 1.0F});
+        const auto here = moved_by_wind(probe, glm::dvec3(0.0), second, {1.0F, 1.0F}),
+                   elsewhere = moved_by_wind(probe, {13.0, 4.0, -29.0}, second, {1.0F, 1.0F});
         for (std::size_t i = 0; i < here.size(); ++i) {
             CHECK(glm::length(here[i] - elsewhere[i]) < 1e-4);
         }
@@ -85,11 +89,12 @@ TEST_CASE("wind: plants lean the way it blows, leaves flutter along it and up an
     if (!test::have_context()) {
         return;
     }
+    test::ShaderProbe probe(16, wind_text);
     const glm::dvec3 blows(0.8, 0.0, -0.6);
     const auto reach = [&](const glm::vec2 &shares, const glm::dvec3 &along) { // least and most along an axis
         double least = 1e9, most = -1e9, aside = 0.0;
         for (const double second : {0.0, 1.3, 2.9, 7.1, 11.0}) {
-            for (const glm::dvec3 &offset : moved_by_wind(glm::dvec3(0.0), second, shares)) {
+            for (const glm::dvec3 &offset : moved_by_wind(probe, glm::dvec3(0.0), second, shares)) {
                 least = std::min(least, glm::dot(offset, along));
                 most = std::max(most, glm::dot(offset, along));
                 aside = std::max(aside, std::abs(glm::dot(offset, glm::dvec3(0.6, 0.0, 0.8))));
@@ -115,7 +120,7 @@ TEST_CASE("wind: plants lean the way it blows, leaves flutter along it and up an
     CHECK(along.x < -0.02);
     // Between gusts, of which the weakest has a fifth of a full one's strength, they flutter less.
     double squares = 0.0;
-    for (const glm::dvec3 &offset : moved_by_wind(glm::dvec3(0.0), 3.0, {0.0F, 1.0F})) {
+    for (const glm::dvec3 &offset : moved_by_wind(probe, glm::dvec3(0.0), 3.0, {0.0F, 1.0F})) {
         squares += offset.y * offset.y / 256.0;
     }
     CHECK(squares > 0.2 * 0.5 * 0.01);
@@ -127,12 +132,13 @@ TEST_CASE(
     if (!test::have_context()) {
         return;
     }
+    test::ShaderProbe probe(1, refraction_vertex, refraction_fragment);
     constexpr double index = 1.33;
     for (const float eye_m : {0.5F, 2.0F, 20.0F}) {
         for (const float depth_m : {0.1F, 1.0F, 5.0F}) {
             for (const float away_m : {0.5F, 3.0F, 10.0F, 30.0F}) {
                 const glm::vec3 point(0.6F * away_m, -depth_m, 0.8F * away_m);
-                const glm::dvec3 seen = shown_through_water(point, eye_m, static_cast<float>(index));
+                const glm::dvec3 seen = shown_through_water(probe, point, eye_m, static_cast<float>(index));
                 CHECK(seen.x == doctest::Approx(static_cast<double>(point.x)));
                 CHECK(seen.z == doctest::Approx(static_cast<double>(point.z)));
                 // The ray enters where the straight line to what is seen meets the water.
@@ -145,11 +151,12 @@ TEST_CASE(
             }
         }
     }
-    CHECK(shown_through_water({0.0F, -2.0F, 0.0F}, 3.0F, 1.33F).y == doctest::Approx(-2.0 / 1.33));
-    CHECK(shown_through_water({0.001F, -2.0F, 0.0F}, 3.0F, 1.33F).y == test::within(-2.0 / 1.33, 1e-3));
-    CHECK(shown_through_water({1.0F, -2.0F, 0.0F}, 3.0F, 1.0F).y == -2.0); // in the other views
-    CHECK(shown_through_water({1.0F, 0.5F, 0.0F}, 3.0F, 1.33F).y == 0.5);
-    CHECK(shown_through_water({1.0F, -2.0F, 0.0F}, -1.0F, 1.33F).y == -2.0); // for an eye in the water
+    CHECK(shown_through_water(probe, {0.0F, -2.0F, 0.0F}, 3.0F, 1.33F).y == doctest::Approx(-2.0 / 1.33));
+    CHECK(shown_through_water(probe, {0.001F, -2.0F, 0.0F}, 3.0F, 1.33F).y ==
+          test::within(-2.0 / 1.33, 1e-3));
+    CHECK(shown_through_water(probe, {1.0F, -2.0F, 0.0F}, 3.0F, 1.0F).y == -2.0); // in the other views
+    CHECK(shown_through_water(probe, {1.0F, 0.5F, 0.0F}, 3.0F, 1.33F).y == 0.5);
+    CHECK(shown_through_water(probe, {1.0F, -2.0F, 0.0F}, -1.0F, 1.33F).y == -2.0); // for an eye in the water
 }
 
 TEST_CASE("depth: metres from the eye come back out of a window depth") {

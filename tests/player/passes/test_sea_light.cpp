@@ -69,7 +69,7 @@ TEST_CASE("sea: the sky that it mirrors is as hazy as the sky above it") {
         hazy_evening(sea.frame);
         const glm::dvec4 hazy = sea.at(seen_at(elevation));
         const glm::vec3 mirrored(std::cos(elevation), std::sin(elevation), 0.0F);
-        const glm::dvec3 sky = test::drawn_sky(sea, mirrored); // of a clear sky of 1
+        const glm::dvec3 sky = sea.drawn_sky(mirrored); // of a clear sky of 1
         for (int i = 0; i < 3; ++i) {
             CHECK(hazy[i] / clear[i] == test::within(sky[i], 0.01));
         }
@@ -87,7 +87,7 @@ TEST_CASE("sea: from below, the hazy sky fills Snell's window, and beyond it is 
     for (const double degrees : {1.0, 20.0, 40.0, 46.0, 48.5}) {
         const double below = radians(degrees), above = std::asin(test::water_index * std::sin(below));
         const glm::dvec4 seen = sea.at({std::tan(below), 0.0F});
-        const glm::dvec3 sky = test::drawn_sky(sea, glm::vec3(std::sin(above), std::cos(above), 0.0F));
+        const glm::dvec3 sky = sea.drawn_sky(glm::vec3(std::sin(above), std::cos(above), 0.0F));
         const double passes = 1.0 - test::fresnel_of_water(std::cos(above));
         for (int i = 0; i < 3; ++i) {
             const double slack = degrees < 45.0 ? 0.02 : 0.08; // of Schlick's approximation
@@ -228,7 +228,7 @@ TEST_CASE("sea: at the horizon it has the colour of the sky there, brighter towa
     sea.frame.eye.y = 20.0F;
     for (const glm::vec2 &far :
          {glm::vec2(2000.0F, 0.0F), glm::vec2(-2000.0F, 0.0F), glm::vec2(0.0F, 2000.0F)}) {
-        const glm::dvec3 seen = sea.at(far), sky = test::drawn_sky(sea, glm::vec3(far.x, 0.0F, far.y));
+        const glm::dvec3 seen = sea.at(far), sky = sea.drawn_sky(glm::vec3(far.x, 0.0F, far.y));
         CHECK(glm::length(seen - sky) < 0.01);
     }
     CHECK(sea.at({2000.0F, 0.0F}).b > 1.2 * sea.at({-2000.0F, 0.0F}).b);
