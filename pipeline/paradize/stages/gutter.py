@@ -1,30 +1,8 @@
 """Finds the UV islands of a map and fills its gutters: every texel outside an island copies the nearest one
 inside.
 
-So no sample beside an island reads black: no bilinear sample, no coarse mip, no parallax offset.
-
-How wide a gutter must be, in texels of level 0:
-
-- A sample at level L is the bilinear mean of four texels, each 2^L wide. It reads up to 1.5 * 2^L away. The
-  centre of a pixel on a triangle's edge may lie outside by half a pixel, which is half a texel at level L.
-  Together: FOOTPRINT * 2^L.
-- Parallax moves the sample by h * v. h = (height - 1/2) * scale + bias, as a share of the map's width. v is
-  the part of the view's unit vector along the surface. shaders/lib/parallax.glsl does not divide by the
-  view's depth and limits v to STEEPEST. So the steepest view moves the sample by (scale / 2 + |bias|) *
-  STEEPEST.
-- The last level in use follows from the flight: one texel of it is as large as one pixel where the object is
-  farthest. Trilinear filtering also reads the next coarser level.
-
-    needed = FOOTPRINT * 2^level + reach * width
-
-The available width is half the distance to the next island. Islands without a whole texel between them count
-as one, because level 0 cannot tell them apart; so a seam across which the picture continues is not a border.
-
-If width alone decided, ordinary atlases would stop at a fine level and shimmer. But most neighbouring islands
-have nearly the same colour, and then bleeding does no harm. So the bleeding is measured
-(kernels/gutter/walk.hpp): along all borders, at each level and at the steepest offset, each sample is
-compared with the same sample without the texels of other islands. A level is safe if 99 of 100 samples differ
-by at most the object's `bleed`, and none by more than WORST times that.
+So no sample beside an island reads black: no bilinear sample, no coarse mip, no parallax offset. README.md
+says how wide a gutter must be, and why what bleeds is measured (kernels/gutter/walk.hpp).
 """
 
 from __future__ import annotations
