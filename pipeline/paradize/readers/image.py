@@ -73,6 +73,7 @@ _TARGA_MULTIPLIED = 4  # type of alpha
 _SPELLED = {"red": "r", "green": "g", "blue": "b", "alpha": "a"}  # long names of channels
 _CODEC = re.compile(r"(\w+) compression support is not configured|(scheme \d+) .*not implemented")
 _FOURCC = re.compile(r"Unsupported compression type: (\d+)")  # of a DDS
+_CUT = re.compile("hit end of file|asked for|implausible")
 _JUNK = re.compile(r"Corrupt JPEG data: (\d+) extraneous bytes before marker")  # between whole segments
 _MISSING = "premature end of data segment"  # in libjpeg's word about a file of several scans
 _PLAIN_NUMBERS = {"half": 16, "float": 32, "double": 32, "int8": 8, "int16": 16, "int": 32}  # bits
@@ -108,7 +109,7 @@ def _read_image(path: Path, color_space: str | None, finite: bool) -> Image:
         return grid
     try:
         head = _head(path)
-        for read in (read_with_pillow, read_plain_dds, read_basis, read_rare_tiff):
+        for read in (read_plain_dds, read_with_pillow, read_basis, read_rare_tiff):
             if (picture := read(path, head, color_space)) is not None:
                 if finite and picture.top is None:
                     require_finite(picture.values, path)
@@ -145,6 +146,8 @@ def _read_with_oiio(path: Path, head: bytes, color_space: str | None, finite: bo
             said = _message(oiio)
             if "limits:imagesize_MB" in said:
                 raise too_many_bytes(path)
+            if _CUT.search(said):
+                raise damaged(said.replace(name, path.name), path)
             what = f"is not a readable picture: {said or 'no reason given'}"
             mend = "save it as PNG, TIFF or OpenEXR"
             raise SourceError(what.replace(name, path.name), file=path, mend=mend)

@@ -1,10 +1,13 @@
-"""Reads with Pillow those pictures that OpenImageIO 3.2 reads wrong or not at all: AVIF, QOI, some bitmaps.
+"""Reads with Pillow those pictures that OpenImageIO 3.2 reads wrong or not at all: AVIF, QOI, some others.
 
 Of Windows bitmaps OpenImageIO takes the unused fourth byte of a texel for alpha, ignores the masks that say
-where a channel lies, and refuses sound run-length coded ones. Plain palettes are left to it: Pillow 13 takes
-bytes for bits where there are two colours. Of Photoshop pictures it leaves out a fourth channel. Sources:
-Microsoft, "Bitmap storage"; D. Szablewski, "The Quite OK Image Format", 2022; Alliance for Open Media, "AV1
-Image File Format", 2022; Adobe, "Photoshop File Formats Specification", 2019.
+where a channel lies, refuses sound run-length coded ones, and gives one under a header of OS/2 the size of
+the bitmap read before. Plain palettes are left to it: Pillow 13 takes bytes for bits where there are two
+colours. Canvas that the first picture of a WebP leaves free gets memory that nobody wrote. DDS of GLI (a code
+that the flags do not declare) and those without flags that no reader needs are refused. Of Photoshop pictures
+it leaves out a fourth channel. Sources: Microsoft, "Bitmap storage"; D. Szablewski, "The Quite OK Image
+Format", 2022; Alliance for Open Media, "AV1 Image File Format", 2022; Google, "WebP Container Specification";
+Adobe, "Photoshop File Formats Specification", 2019.
 """
 
 from __future__ import annotations
@@ -29,13 +32,11 @@ if TYPE_CHECKING:
 
     import numpy.typing as npt
 
-_FORMATS = {  # name in Pillow -> our name of the picture
-    "Bmp": "bitmap",
-    "Qoi": "QOI picture",
-    "Avif": "AVIF picture",
-}
 _ERRORS = (OSError, ValueError, SyntaxError, RuntimeError)  # of damaged files
 _PLAIN = {"1": "L", "P": "RGB"}  # two greys, and palettes -> what they mean
+_BITMAP_HEADS = 12, 40, 108, 124  # bytes, of those that OpenImageIO knows
+_DDS_FLAGS, _DDS_TEXTURE, _DDS_CODE = 0x1001, 0x1000, 0x4  # it asks for the first two; a code is the format
+_MOVES = 2  # flag of a WebP of several pictures
 _HIGH_DEPTH = 0x40  # flag in the third byte of an AVIF file's box av1C
 _ORIENTATION = 0x0112  # Exif
 _LINEAR, _HDR = 8, {16: "PQ", 18: "HLG"}  # transfer functions of ITU-T H.273
@@ -65,10 +66,10 @@ def read_with_pillow(path: Path, head: bytes, color_space: str | None) -> Image 
             require_size(width, height, len(picture.getbands()), path)
             check_damage(path, name.lower())
             values = np.asarray(picture.convert(_PLAIN.get(picture.mode, picture.mode)))
-            notes = _avif_notes(picture, head) if name == "Avif" else ()
+            notes = _notes(picture, head)
             colors = profile_note(profile) if (profile := picture.info.get("icc_profile")) else ()
     except _ERRORS as error:
-        what = f"is not a readable {_FORMATS[name]}: {error}"
+        what = f"is not a readable {name.upper()} picture: {error}"
         raise SourceError(what, file=path, mend="save it as PNG") from None
     # A QOI's byte of colour space is not asked: programs (Pillow) write "linear" for any picture.
     color_space = color_space or ("linear" if curve == _LINEAR else "srgb")
@@ -97,10 +98,19 @@ def _format(head: bytes) -> str | None:
         return "Qoi"
     if is_avif(head):
         return "Avif"
-    if len(head) < 34 or not head.startswith(b"BM"):
+    if len(head) < 34:
         return None
-    size, _, _, _, bits, packing = struct.unpack_from("<IiiHHI", head, 14)
-    return None if size < 40 or (packing == 0 and bits in (1, 4, 8)) else "Bmp"
+    if head[8:16] == b"WEBPVP8X":
+        return "WebP" if head[20] & _MOVES else None
+    if head.startswith(b"DDS ") and len(head) >= 128:
+        flags, form, code, texture = struct.unpack_from("<I68xI4s20xI", head, 8)
+        sound = flags & _DDS_FLAGS == _DDS_FLAGS and texture & _DDS_TEXTURE
+        return None if sound and (code != b"DX10" or form & _DDS_CODE) else "Dds"
+    if head[:2] not in (b"BM", b"BA"):  # BA: several, which neither reads
+        return None
+    size, bits, packing = struct.unpack_from("<I10xHI", head, 14)
+    plain = size == 12 or (packing == 0 and bits in (1, 4, 8))
+    return None if plain and size in _BITMAP_HEADS else "Bmp"
 
 
 def _avif_curve(head: bytes) -> int:
@@ -109,15 +119,15 @@ def _avif_curve(head: bytes) -> int:
     return int.from_bytes(head[at + 10 : at + 12], "big") if at >= 0 else 0
 
 
-def _avif_notes(picture: Any, head: bytes) -> tuple[str, ...]:
-    """Notes for the user about an AVIF picture."""
+def _notes(picture: Any, head: bytes) -> tuple[str, ...]:
+    """Notes for the user about a picture."""
     notes = []
-    at = head.find(b"av1C")
+    at = head.find(b"av1C") if is_avif(head) else -1
     if at >= 0 and head[at + 6 : at + 7] and head[at + 6] & _HIGH_DEPTH:
         notes.append(NARROWED)
     way = picture.getexif().get(_ORIENTATION, 1)
     if way > 1:
         notes.append(turned(way))
-    if picture.n_frames > 1:
+    if getattr(picture, "n_frames", 1) > 1:
         notes.append(SEVERAL)
     return tuple(notes)

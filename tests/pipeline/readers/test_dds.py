@@ -174,6 +174,20 @@ def test_channels_outside_their_texel_are_refused(
         read_image(dds(tmp_path / "a.dds", flags, bits, masks, CODES.astype("u1").tobytes()))
 
 
+def test_a_code_that_is_not_declared_and_missing_flags_do_not_count(tmp_path: Path) -> None:
+    """As GLI writes pictures without blocks, and some compressors all of theirs."""
+    texels = bytes(range(64))
+    whole = dds(tmp_path / "a.dds", 0x41, 32, (0xFF, 0xFF00, 0xFF0000, 0xFF000000), texels).read_bytes()
+    wanted = np.frombuffer(texels, np.uint8).reshape(4, 4, 4)
+    for at, part in ((84, b"DX10"), (8, struct.pack("<I", 6)), (108, bytes(4))):
+        (tmp_path / "a.dds").write_bytes(whole[:at] + part + whole[at + 4 :])
+        assert np.array_equal(read_image(tmp_path / "a.dds").values, wanted), at
+    cube = whole[:84] + b"DX10" + whole[88:112] + struct.pack("<I", 0x200) + whole[116:]
+    (tmp_path / "a.dds").write_bytes(cube)
+    with pytest.raises(SourceError, match="six faces of a cube map"):
+        read_image(tmp_path / "a.dds")
+
+
 def test_what_the_newer_header_says_of_alpha_is_done(tmp_path: Path) -> None:
     texel = bytes([50, 100, 25, 100])
     for mode, wanted in ((0, [50, 100, 25, 100]), (1, [50, 100, 25, 100]), (3, [50, 100, 25])):

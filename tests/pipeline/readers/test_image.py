@@ -734,3 +734,13 @@ def test_a_targa_that_says_so_is_multiplied_by_alpha(tmp_path: Path) -> None:
     assert picture.pixels[0] == pytest.approx(
         np.array([[0.5, 0.2, 0.0, 100 / 255], [1.0, 0.2, 0.1, 100 / 255]]), abs=1e-6
     )
+
+
+def test_a_file_that_its_decoder_finds_cut_is_called_cut(tmp_path: Path) -> None:
+    texels = PIL.Image.fromarray(np.random.default_rng(1).integers(0, 256, (16, 16), np.uint8))
+    for name in ("a.gif", "a.tga"):
+        path = tmp_path / name
+        texels.save(path)
+        path.write_bytes(path.read_bytes()[:-60])
+        with pytest.raises(SourceError, match=r"damaged or cut: .*; save or export it again"):
+            read_image(path)

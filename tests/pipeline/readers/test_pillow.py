@@ -51,10 +51,34 @@ def test_a_bitmap_has_the_colours_that_its_header_says(tmp_path: Path, name: str
     assert read_image(path).values.tolist() == [[list(texel) for texel in row] for row in texels]
 
 
+def test_a_bitmap_under_a_header_of_os_2_is_not_given_the_size_of_the_one_read_before(tmp_path: Path) -> None:
+    plain = bitmap(8, 0, bytes([0, 1, 0, 0, 2, 3, 0, 0]), colors=bytes.fromhex(FOUR_COLORS))
+    for size in (2, 3):
+        wide = plain[:18] + struct.pack("<I", size) + plain[22:]
+        (tmp_path / "before.bmp").write_bytes(wide)
+        assert read_image(tmp_path / "before.bmp").values.shape == (2, size, 3)
+        newer = plain[:10] + struct.pack("<2I", 54 + 24 + 16, 64) + plain[18:54] + bytes(24) + plain[54:]
+        (tmp_path / "a.bmp").write_bytes(newer)
+        assert read_image(tmp_path / "a.bmp").values.tolist() == [[list(t) for t in row] for row in UPRIGHT]
+    (tmp_path / "a.bmp").write_bytes(b"BA" + newer[2:])
+    with pytest.raises(SourceError, match="is not a readable BMP picture: Not a BMP file"):
+        read_image(tmp_path / "a.bmp")
+
+
+def test_the_canvas_that_the_first_picture_of_a_webp_leaves_free_is_clear(tmp_path: Path) -> None:
+    first, second = (PIL.Image.new("RGBA", (64, 64), (0, 0, 0, 0)) for _ in range(2))
+    first.paste((255, 0, 0, 255), (20, 20, 24, 24))
+    second.paste((0, 0, 255, 128), (0, 0, 64, 64))
+    first.save(tmp_path / "a.webp", save_all=True, append_images=[second], lossless=True)
+    image = read_image(tmp_path / "a.webp")
+    assert (image.notes, image.values[22, 22].tolist()) == ((SEVERAL,), [255, 0, 0, 255])
+    assert image.values[:20].max() == 0 and (image.values[:, :, 3] > 0).sum() == 16
+
+
 def test_a_bitmap_of_masks_that_are_not_decoded_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "a.bmp"
     path.write_bytes(bitmap(32, 3, bytes(16), masks=(0x7FF00000, 0xFFC00, 0x3FF, 0)))
-    with pytest.raises(SourceError, match=r"is not a readable bitmap.*; save it as PNG"):
+    with pytest.raises(SourceError, match=r"is not a readable BMP picture.*; save it as PNG"):
         read_image(path)
 
 
