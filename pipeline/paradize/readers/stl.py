@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
     from paradize.data import F64
 
-_HEADER, _FACET = 84, 50  # bytes
+_HEADER, _FACET, _ATTRIBUTE = 84, 50, 2  # bytes; the last of a facet mean nothing here
 # A corner, the end of a loop, or the begin of one or the line of a solid's name, which may hold all words.
 _PIECE = re.compile(
     rb"\bvertex\s+(\S+)\s+(\S+)\s+(\S+)|\b(end\s*loop)\b"
@@ -61,13 +61,14 @@ def read_stl(path: Path) -> Model:
         raise SourceError(
             f"is not an STL: a text that begins with {begins!r}, not with 'solid'", file=path, mend=_MEND
         )
-    elif len(data) < needed:
+    elif len(data) + _ATTRIBUTE < needed:  # the last facet's may be missing: 3ds Max leaves out a byte
         raise SourceError(f"cut: {len(data)} bytes; its {count} facets need {needed}", file=path, mend=_MEND)
     else:
         kind = np.dtype([("normal", "<f4", 3), ("corners", "<f4", 9), ("attribute", "<u2")])
-        places = np.frombuffer(data, kind, count, _HEADER)["corners"].astype(np.float64).reshape(-1, 3)
+        facets = np.frombuffer(data.ljust(needed, b"\0"), kind, count, _HEADER)
+        places = facets["corners"].astype(np.float64).reshape(-1, 3)
         counts = np.full(count, 3, np.uint32)
-        if more := (len(data) - needed) // _FACET:
+        if more := max(len(data) - needed, 0) // _FACET:
             what = f"holds bytes of {more} facets behind the {count} that its header says; these are left out"
             warnings.append(f"{path}: {what}: export the model again")
     if not len(places):
