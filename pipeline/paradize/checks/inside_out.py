@@ -1,4 +1,5 @@
-"""The rule for closed parts of an object whose triangles face inwards: their near side is culled."""
+"""The rule for parts of an object whose triangles face inwards, or away from their normals: the side that
+should be seen is culled."""
 
 from __future__ import annotations
 
@@ -29,10 +30,11 @@ def check_winding(manifest: dict[str, Any], folder: Path) -> Iterator[Finding]:
         except (OSError, ParadizeError):
             continue
         culled = [name for name, material in item["materials"].items() if not material["two_sided"]]
-        yield from isolated(_findings(mesh, culled, file), file)
+        yield from isolated(find_turned(mesh, culled, file), file)
 
 
-def _findings(mesh: Mesh, culled: list[str], file: str) -> Iterator[Finding]:
+def find_turned(mesh: Mesh, culled: list[str], file: str) -> Iterator[Finding]:
+    """The findings in a mesh. culled: its materials of one side."""
     parts = inside_out(mesh)
     drawn = np.concatenate(
         [np.full(group.count, group.material in culled, np.bool_) for group in mesh.groups]
@@ -43,6 +45,14 @@ def _findings(mesh: Mesh, culled: list[str], file: str) -> Iterator[Finding]:
         corner = ", ".join(f"{value:.4g}" for value in mesh.positions[mesh.triangles[first, 0]] + mesh.origin)
         what = f"a closed part of {int(parts[0].sum())} triangles at {corner} faces inwards"
         yield Finding("PZ234", file, what, f"lod0 triangle {first}", len(parts))
+    elif mesh.normals is not None and drawn.any():
+        a, b, c = np.moveaxis(mesh.positions[mesh.triangles[drawn]], 1, 0)
+        facet = np.cross(b - a, c - a)
+        area = np.sqrt((facet * facet).sum(axis=1))
+        back = area[(facet * mesh.normals[mesh.triangles[drawn]].sum(axis=1)).sum(axis=1) < 0].sum()
+        if 2 * back > area.sum():
+            what = f"normals of {back / area.sum():.0%} of its surface point to the back, which is culled"
+            yield Finding("PZ234", file, what, "lod0")
 
 
 def inside_out(mesh: Mesh) -> list[npt.NDArray[np.bool_]]:

@@ -142,7 +142,7 @@ RULES: dict[str, Rule] = {
     "PZ234": Rule(
         "warning",
         "part inside out",
-        "a closed part of a mesh faces inwards: its far inner wall is drawn instead of its near side",
+        "a closed part of a mesh faces inwards, or most of it away from its normals: its far side is drawn",
         "flip its faces in your modelling tool, or draw its material two_sided; if it is seen from within, "
         'write PZ234 = "off" under [check]',
     ),

@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from paradize.checks.inside_out import inside_out
-from paradize.data import Mesh
+from paradize.checks.inside_out import find_turned, inside_out
+from paradize.data import Group, Mesh
 from tests.pipeline.shapes import sphere
 
 
@@ -50,3 +50,17 @@ def test_open_parts_sheets_of_two_sides_and_half_turned_parts_are_not_judged() -
     half = part.triangles.copy()
     half[::2] = half[::2, ::-1]
     assert inside_out(replace(part, triangles=half)) == []
+
+
+def test_a_sheet_whose_normals_point_to_its_back_is_found_where_that_is_culled() -> None:
+    positions = np.array([[0, 0, 0], [2, 0, 0], [0, 0, 1], [1, 0, 0], [0, 0, 2]], np.float32)
+    normals = np.tile(np.array([0, 1, 0], np.float32), (5, 1))
+    triangles = np.array([[0, 1, 2], [0, 4, 3]], np.uint32)  # the first is seen from below
+    mesh = Mesh(positions, triangles, normals=normals, groups=(Group("a", "a", 0, 2),))
+    assert list(find_turned(mesh, ["a"], "f")) == []  # half of it
+    wider = replace(mesh, positions=positions.copy())
+    wider.positions[1] = (6, 0, 0)
+    (found,) = find_turned(wider, ["a"], "f")
+    assert (found.code, found.what[:27]) == ("PZ234", "normals of 75% of its surfa")
+    assert list(find_turned(wider, [], "f")) == []
+    assert list(find_turned(replace(wider, triangles=triangles[:, ::-1]), ["a"], "f")) == []
