@@ -175,7 +175,7 @@ def _toml(name: str, model: Model, folder: Path) -> str:
         x, y, z = model.center
         upright = _origin(replace(model, center=(x, z, -y), foot=model.least_z), lift)
         lines += [
-            "# STL does not say which axis is up. If it is Z, write these two lines instead of the position:",
+            "# The file names no axis as up. If it is Z, write these two lines instead of the position:",
             f"# position = [{', '.join(_text(value, 1e-5 * r) for value in upright)}]",
             "# pitch_deg = -90.0",
         ]

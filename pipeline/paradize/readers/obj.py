@@ -179,7 +179,7 @@ class _Definitions:
                 ", ..." if len(missing) > 8 else ""
             )
             are = "1 material is" if len(missing) == 1 else f"{len(missing)} materials are"
-            mend = "drawn white, unless a scene says more; a `mtllib` line names the file that defines them"
+            mend = "drawn plain, unless a scene says more; a `mtllib` line names the file that defines them"
             warnings.append(f"{path}: {are} used but not defined: {shown}; {mend}")
         return tuple(replace(group, material=meant.get(group.material, group.material)) for group in groups)
 

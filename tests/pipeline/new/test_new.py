@@ -212,18 +212,24 @@ def test_a_model_with_several_maps_stays_one_object_with_a_map_for_each_material
     assert not any(name.startswith("thing_bare") for name in maps)
 
 
-@pytest.mark.parametrize("size", [1.0, 2000.0])
-def test_the_lines_beside_an_stl_turn_a_model_whose_z_is_up_upright(tmp_path: Path, size: float) -> None:
+@pytest.mark.parametrize(("size", "suffix"), [(1.0, "STL"), (2000.0, "STL"), (1.0, "ply")])
+def test_the_lines_beside_an_stl_or_ply_turn_a_model_whose_z_is_up_upright(
+    tmp_path: Path, size: float, suffix: str
+) -> None:
     low, high = size * np.array([5.0, 7.0, 1.0]), size * np.array([7.0, 7.5, 4.0])
     corners = [low, [high[0], low[1], low[2]], [low[0], high[1], high[2]], high]
     loops = "".join(
         "outer loop\n" + "".join("vertex {} {} {}\n".format(*corners[k]) for k in loop) + "endloop\n"
         for loop in ((0, 1, 3), (0, 3, 2))
     )
-    (tmp_path / "Post.STL").write_text(f"solid post\n{loops}endsolid post\n")
-    new = new_scene(tmp_path / "s", tmp_path / "Post.STL")
+    head = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n"
+    head += "element face 2\nproperty list uchar int vertex_indices\nend_header\n"
+    rows = "".join("{} {} {}\n".format(*corner) for corner in corners) + "3 0 1 3\n3 0 3 2\n"
+    text = f"solid post\n{loops}endsolid post\n" if suffix == "STL" else head + rows
+    (tmp_path / f"Post.{suffix}").write_text(text)
+    new = new_scene(tmp_path / "s", tmp_path / f"Post.{suffix}")
     text = new.scene.read_text()
-    pattern = r"(position = .*)\n(?:scale.*\n)?# STL .*\n# (position.*)\n# (pitch.*)"
+    pattern = r"(position = .*)\n(?:scale.*\n)?# The file .*\n# (position.*)\n# (pitch.*)"
     ((given, line, turn),) = re.findall(pattern, text)
     new.scene.write_text(text.replace(given, f"{line}\n{turn}", 1))
     (instance,) = load_scene(new.scene).objects[0].instances
@@ -231,7 +237,7 @@ def test_the_lines_beside_an_stl_turn_a_model_whose_z_is_up_upright(tmp_path: Pa
     assert np.allclose(np.ptp(places, axis=0), new.scale * size * np.array([2.0, 3.0, 0.5]))
     assert places[1, 1] > places[0, 1] == pytest.approx(0.0, abs=0.05 * size * new.scale)
     assert np.allclose(places.mean(axis=0)[[0, 2]], 0.0, atol=1e-4 * size)
-    assert "STL" not in new_scene(tmp_path / "t").scene.read_text()
+    assert "names no axis" not in new_scene(tmp_path / "t").scene.read_text()
 
 
 def test_what_is_there_is_left_alone(tmp_path: Path) -> None:
