@@ -5,12 +5,9 @@ The reference of level 0 is computed from the source in float64. The reference o
 curves and means belong to the reference kernels.
 
 Normals have one reference for all tiers and filters: eighth-order differences of the source's heights, within
-0.001 degrees on smooth heights with wavelengths of 8 texels and more. Heights of an integer source are known
-to half a step only. The half steps allow a cone of normals around the reference: the largest angle to a
-normal whose slopes lie within their reach. An angle counts by how much it exceeds the cone; at level k the
-cone is the mean of level 0's, which is generous, because half steps partly cancel. The heights are the
-source's own (source.py), not those of the stages. Authored normals are their own reference
-(authored.py).
+0.001 degrees on smooth heights with wavelengths of 8 texels and more. An integer source leaves a cone of
+normals open (ERRORS.md); an angle counts by how much it exceeds the cone. The heights are the source's own
+(source.py), not those of the stages. Authored normals are their own reference (authored.py).
 
 Angles are degrees. PSNR is dB for a peak of 1, at most LOSSLESS_DB. p99 is the 99th percentile. All numbers
 have six significant digits.

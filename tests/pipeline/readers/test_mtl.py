@@ -40,6 +40,15 @@ def test_materials_are_read_with_their_maps(tmp_path: Path) -> None:
     assert result.warnings == []
 
 
+@pytest.mark.parametrize(("kd", "color"), [("0 0 0", (1, 1, 1)), ("0.5 0 0", (0.5, 0, 0))])
+def test_black_in_place_of_a_picture_that_is_missing_is_not_drawn(
+    tmp_path: Path, kd: str, color: tuple[float, ...]
+) -> None:
+    for lines in (f"Kd {kd}\nmap_Kd lost.png", f"map_Kd lost.png\nKd {kd}"):
+        assert model(tmp_path, "a.mtl", f"newmtl wood\n{lines}\n").materials["wood"].color == color
+    assert model(tmp_path, "a.mtl", "newmtl wood\nKd 0 0 0\n").materials["wood"].color == (0, 0, 0)
+
+
 @pytest.mark.parametrize(
     ("line", "opacity"),
     [("d 0.25", 0.25), ("Tr 0.25", 0.75), ("d 7", 1.0), ("Tr 7", 1.0), ("d -halo 0.5", 0.5)],

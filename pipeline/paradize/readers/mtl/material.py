@@ -2,7 +2,7 @@
 
 A map replaces the factor that it goes with. The format multiplies the two, and so does three.js; but Blender
 and others write the colour that a picture stands in place of (Kd 0.8 beside map_Kd), and Blender's importer
-drops it again.
+drops it again. Maya writes Kd 0, which would be a black model where the picture is missing.
 
 In files that Blender wrote, map_Ns and refl name pictures of roughness and metalness, map_Bump a normal map,
 and Ka beside illum 3 or 6 is the metalness.
@@ -56,8 +56,8 @@ _SCALED = ("alpha", "roughness", "metalness", "specular")
 
 @dataclass
 class Statements:
-    """The statements of one material, by keyword in small letters. lines: of `values`. blender, meshlab: as
-    these write them."""
+    """The statements of one material, by keyword in small letters. values: () of a map that is not there.
+    lines: of `values`. blender, meshlab: as these write them."""
 
     values: dict[str, tuple[float, ...]] = field(default_factory=dict)
     lines: dict[str, int] = field(default_factory=dict)
@@ -99,9 +99,10 @@ def material_of(
     normal, height = roles.get("normal"), roles.get("height")
     steepness = _limited(normal, normal.bump if normal else None, MAX_NORMAL_SCALE, warn)
     bump = _limited(height, height.height if height else None, MAX_BUMP_M, warn)
+    stands_in = "map_kd" in statements.values and not any(statements.color("kd", 1.0))
     material = Material(
         name,
-        color=(1.0, 1.0, 1.0) if "color" in roles else statements.color("kd", 1.0),
+        color=(1.0, 1.0, 1.0) if "color" in roles or stands_in else statements.color("kd", 1.0),
         opacity=opacity,
         alpha_mode="blend" if opacity < 1.0 else None,
         roughness=gains.get("roughness") if {"roughness", "smoothness"} & roles.keys() else roughness,

@@ -200,6 +200,7 @@ class _Reader:
         found = read_map_statement(key, rest, self.path, line, self.root, self.absent)
         if isinstance(found, str):
             self.warn(line, f"{word}: {found}")
+            into.values[key] = ()
             return
         if found.note:
             self.warn(line, f"{word}: {found.note}")
