@@ -139,6 +139,8 @@ def _check_tiff(path: Path) -> None:
         raise damaged("its directory extends beyond the end of the file", path) from None
     for offsets, counts in zip(_OFFSETS, _COUNTS, strict=True):
         for offset, count in zip(tags.get(offsets, ()), tags.get(counts, ()), strict=False):
+            if not offset:
+                raise SourceError("strips or tiles are left out (sparse)", file=path, mend="save it whole")
             if offset + count > size:
                 raise damaged(f"texels end at byte {offset + count} of {size}", path)
 

@@ -330,6 +330,19 @@ def test_a_tiff_whose_strips_leave_the_file_is_refused(tmp_path: Path) -> None:
         read_image(path)
 
 
+def test_a_tiff_that_leaves_strips_out_is_refused_and_its_header_never_read_as_texels(tmp_path: Path) -> None:
+    path = write(tmp_path / "a.tif", np.ones((64, 64, 3), np.float32), oiio.FLOAT)
+    data = bytearray(path.read_bytes())
+    (at,) = struct.unpack_from("<I", data, 4)
+    for k in range(struct.unpack_from("<H", data, at)[0]):
+        tag, _, count, value = struct.unpack_from("<HHII", data, at + 2 + 12 * k)
+        if tag in (273, 279):  # the strips' places and lengths
+            struct.pack_into("<I", data, at + 10 + 12 * k if count == 1 else value, 0)
+    path.write_bytes(data)
+    with pytest.raises(SourceError, match=r"are left out \(sparse\); save it whole"):
+        read_image(path)
+
+
 def test_what_is_no_picture_is_refused(tmp_path: Path) -> None:
     (tmp_path / "empty.png").write_bytes(b"")
     (tmp_path / "text.png").write_text("this is no picture")
