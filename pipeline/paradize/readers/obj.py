@@ -172,6 +172,10 @@ class _Definitions:
             warnings.append(
                 f"{path}: no mtllib line names {own.name!r}; its name is the model's, so it is read"
             )
+        if list(used) == [DEFAULT_NAME] and len(self.materials) == 1 and DEFAULT_NAME not in self.materials:
+            (only,) = self.materials
+            warnings.append(f"{path}: its faces name no material; {only[:120]!r}, the only one, is used")
+            return tuple(replace(group, material=only) for group in groups)
         for name, other in meant.items():
             warnings.append(f"{path}: material {name[:120]!r} is not defined; read as {other[:120]!r}")
         if missing:
