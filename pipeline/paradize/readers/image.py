@@ -75,6 +75,7 @@ _CODEC = re.compile(r"(\w+) compression support is not configured|(scheme \d+) .
 _FOURCC = re.compile(r"Unsupported compression type: (\d+)")  # of a DDS
 _CUT = re.compile("hit end of file|asked for|implausible")
 _JUNK = re.compile(r"Corrupt JPEG data: (\d+) extraneous bytes before marker")  # between whole segments
+_MEND = "save it as PNG, TIFF or OpenEXR"
 _MISSING = "premature end of data segment"  # in libjpeg's word about a file of several scans
 _PLAIN_NUMBERS = {"half": 16, "float": 32, "double": 32, "int8": 8, "int16": 16, "int": 32}  # bits
 _TYPES: dict[str, tuple[Any, Any, float]] = {  # type to ask for, type of the result, value of 1.0
@@ -149,8 +150,7 @@ def _read_with_oiio(path: Path, head: bytes, color_space: str | None, finite: bo
             if _CUT.search(said):
                 raise damaged(said.replace(name, path.name), path)
             what = f"is not a readable picture: {said or 'no reason given'}"
-            mend = "save it as PNG, TIFF or OpenEXR"
-            raise SourceError(what.replace(name, path.name), file=path, mend=mend)
+            raise SourceError(what.replace(name, path.name), file=path, mend=_MEND)
         try:
             return _read_open(source, path, head, color_space, finite)
         except SourceError as error:
@@ -294,15 +294,14 @@ def _require_shape(spec: Any, types: list[str], path: Path) -> None:
     cannot be decoded correctly."""
     width, height = spec.width, spec.height
     if spec.deep or spec.depth > 1:
-        raise SourceError("deep and volume pictures are not maps", file=path)
+        raise SourceError("deep and volume pictures are not maps", file=path, mend=_MEND)
     if "LAB" in (coding := spec.get_string_attribute("tiff:ColorSpace")):
         raise SourceError(f"its colours are {coding}, not RGB", file=path, mend="save it as RGB")
     if spec.get_string_attribute("textureformat") == "CubeFace Environment":  # the faces side by side
         raise six_faces(path)
     if width < 1 or height < 1 or spec.nchannels < 1:
-        raise SourceError(
-            f"{width} x {height} texels of {spec.nchannels} channels; expected at least 1 of each", file=path
-        )
+        what = f"{width} x {height} texels of {spec.nchannels} channels; expected at least 1 of each"
+        raise SourceError(what, file=path, mend=_MEND)
     require_size(width, height, spec.pixel_bytes(True), path)
     bits, read = spec.get_int_attribute("oiio:BitsPerSample", 0), 8 * spec.format.size()
     if bits > read and spec.get_string_attribute("compression") == "jpeg":  # a decoder of 8 bits
@@ -372,7 +371,7 @@ def _decode(source: Any, spec: Any, name: str, path: Path, first: int, end: int)
     """Channels first to end - 1, (h, w, c), of one type: integers of 8 and 16 bits unchanged, other unsigned
     integers as shares of their largest value, everything else as float32."""
     if name not in _TYPES:
-        raise SourceError(f"texels of type {name} are not read", file=path)
+        raise SourceError(f"texels of type {name} are not read", file=path, mend=_MEND)
     wanted, dtype, top = _TYPES[name]
     with silenced():
         raw = source.read_image(0, 0, first, end, wanted)
@@ -384,7 +383,7 @@ def _decode(source: Any, spec: Any, name: str, path: Path, first: int, end: int)
         raise _unsupported(error, path) or damaged(error or "the decoder gave no pixels", path)
     values: npt.NDArray[Any] = np.asarray(raw, dtype=dtype)
     if values.size != spec.height * spec.width * (end - first):
-        raise SourceError(f"{values.size} values came for {spec.width} x {spec.height} texels", file=path)
+        raise damaged(f"{values.size} values came for {spec.width} x {spec.height} texels", path)
     values = values.reshape(spec.height, spec.width, end - first)
     if top in (255.0, 65535.0):
         return values

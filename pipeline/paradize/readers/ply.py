@@ -144,10 +144,10 @@ def _faces(
     texcoord = own.get("texcoord")
     if texcoord is not None and (texcoord.counts == 2 * faces.counts).all():
         uvs = texcoord.values.reshape(-1, 2)[whole].astype(np.float64)
-        if np.isfinite(uvs).all():
+        if (np.abs(uvs) <= LARGEST_COORDINATE).all():
             found["uvs"] = _flipped(uvs)
         else:
-            warnings.append(f"{path}: texcoord holds what is not a number; left out")
+            warnings.append(f"{path}: texcoord holds what is no number, or beyond float32; left out")
     elif texcoord is not None and texcoord.counts.any():
         warnings.append(f"{path}: texcoord does not fit all faces; left out")
     return Lists(faces.counts[faces.counts >= 3], corners), found
@@ -204,9 +204,10 @@ def _colors(ply: Ply, element: str, path: Path, warnings: list[str]) -> npt.NDAr
     """The colours of vertices or faces (n, 4), linear."""
     columns, held = ply.columns[element], _color_names(ply, element)
     rows = np.stack([columns[name] for name in held], axis=1).astype(np.float64)
-    bad = np.logical_not(np.isfinite(rows).all(axis=1))
+    bad = np.logical_not((np.abs(rows) <= LARGEST_COORDINATE).all(axis=1))
     if bad.any():
-        warnings.append(f"{path}: {int(bad.sum())} colours that are not finite; read as white")
+        what = "colours that are no numbers, or beyond float32; read as white"
+        warnings.append(f"{path}: {int(bad.sum())} {what}")
     kinds = [ply.kinds[element][name] for name in held]
     what = "vertex colours" if element == "vertex" else "face colours"
     colors = linear_colors(np.where(bad[:, None], 0.0, rows), kinds, what, path, warnings)

@@ -148,10 +148,11 @@ def _header(head: bytes, path: Path) -> tuple[str | None, list[Element], Ply]:
                 raise SourceError(
                     f"{line[:80]!r} is not a statement of PLY", file=path, place=f"line {number}", mend=_MEND
                 )
-    names = [element.name for element in elements]
-    if not known or len(set(names)) < len(names):
-        what = "an element twice" if known else "no format"
-        raise SourceError(f"its header has {what}", file=path, mend=_MEND)
+    named = [("an element", [element.name for element in elements])]
+    named += [(f"a property of {one.name}", [own.name for own in one.properties]) for one in elements]
+    faults = [f"{kind} twice" for kind, names in named if len(set(names)) < len(names)]
+    if not known or faults:
+        raise SourceError(f"its header has {faults[0] if known else 'no format'}", file=path, mend=_MEND)
     return order, elements, empty
 
 

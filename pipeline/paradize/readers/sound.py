@@ -56,11 +56,12 @@ def _read_sound(path: Path) -> Sound:
                 raise SourceError(f"has {stream.samplerate} samples a second", file=path, mend=mend)
             seconds = stream.frames / stream.samplerate
             if not 0.0 < seconds <= MAX_SECONDS:
-                raise SourceError(f"lasts {seconds:g} s; allowed: up to {MAX_SECONDS:g} s", file=path)
+                what = f"lasts {seconds:g} s; allowed: up to {MAX_SECONDS:g} s"
+                raise SourceError(what, file=path, mend="cut it")
             expected, decoded, loudest = stream.frames, 0, 0.0
             while len(block := stream.read(_BLOCK, dtype="float32")):
                 if not np.isfinite(block).all():
-                    raise SourceError("holds samples that are not finite", file=path)
+                    raise SourceError("holds samples that are not finite", file=path, mend=mend)
                 decoded += len(block)
                 loudest = max(loudest, float(np.abs(block).max()))
             channels, rate = stream.channels, stream.samplerate
@@ -69,5 +70,5 @@ def _read_sound(path: Path) -> Sound:
     if decoded != expected:
         raise SourceError(f"is truncated: {decoded} of {expected} samples", file=path, mend="save it again")
     if loudest == 0.0:
-        raise SourceError("is silent throughout", file=path)
+        raise SourceError("is silent throughout", file=path, mend="leave it out")
     return Sound(data, decoded, channels, rate)

@@ -14,12 +14,14 @@ from paradize.files import read_file
 if TYPE_CHECKING:
     from pathlib import Path
 
+_MEND = "save or export it again"
+
 
 def check_targa(path: Path) -> None:
     """Raises SourceError if the file ends before its last texel, or a run extends beyond the picture."""
     data = read_file(path)
     if len(data) < 18:
-        raise SourceError(f"{len(data)} bytes; the header of a Targa file has 18", file=path)
+        raise SourceError(f"{len(data)} bytes; the header of a Targa file has 18", file=path, mend=_MEND)
     id_length, _, kind = data[0], data[1], data[2]
     palette_size, palette_bits = struct.unpack_from("<HB", data, 5)
     width, height, bits = struct.unpack_from("<HHB", data, 12)
@@ -29,7 +31,8 @@ def check_targa(path: Path) -> None:
     plain_end = start + texels * texel_bytes
     end = _run_length_end(data, start, texels, texel_bytes) if kind & 8 else plain_end
     if end > len(data):
-        raise SourceError(f"truncated: {len(data)} bytes; {width} x {height} texels need more", file=path)
+        what = f"truncated: {len(data)} bytes; {width} x {height} texels need more"
+        raise SourceError(what, file=path, mend=_MEND)
 
 
 def _run_length_end(data: bytes, offset: int, texels: int, texel_bytes: int) -> int:

@@ -36,6 +36,15 @@ def test_it_casts_the_occlusion_of_a_model(corner: Path, capsys: pytest.CaptureF
     assert made.texels("occlusion").shape == (64, 64, 1)
 
 
+def test_a_model_without_normals_may_have_hard_edges_inside_its_layout(tmp_path: Path) -> None:
+    """Vertices on such an edge become two, with the same texture coordinates."""
+    places = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\n"
+    corners = ((0.1, 0.4), (0.9, 0.4), (0.9, 0.1), (0.1, 0.1), (0.1, 0.9), (0.9, 0.9))
+    layout = "".join(f"vt {u} {v}\n" for u, v in corners)
+    (tmp_path / "fold.obj").write_text(f"{places}{layout}f 1/1 2/2 3/3 4/4\nf 2/2 1/1 5/5 6/6\n")
+    assert run(tmp_path / "fold.obj", "-o", tmp_path / "out") == 0
+
+
 def test_it_writes_a_png_for_other_programs(corner: Path) -> None:
     assert run(corner, "-o", corner.parent / "out", "--format", "png") == 0
     values = decode_png(corner.parent / "out/corner_occlusion.png")

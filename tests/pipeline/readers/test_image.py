@@ -186,7 +186,7 @@ def test_a_targa_with_a_palette_ends_where_its_last_texel_does(tmp_path: Path, b
     path.write_bytes(start + bytes(10))
     check_targa(path)
     path.write_bytes(start + bytes(9))
-    with pytest.raises(SourceError, match="5 x 2 texels need more"):
+    with pytest.raises(SourceError, match="5 x 2 texels need more; save or export it again"):
         check_targa(path)
 
 

@@ -188,9 +188,10 @@ def test_the_picture_of_a_comment_is_the_colour_map_instead_of_colours(form: str
 
 
 @pytest.mark.parametrize("form", FORMS)
-def test_colours_that_are_not_finite_are_white_and_told(form: str, tmp_path: Path) -> None:
+@pytest.mark.parametrize("large", [np.inf, 1e300])
+def test_colours_that_are_no_float32_are_white_and_told(form: str, large: float, tmp_path: Path) -> None:
     colors = columns(
-        "float", "red green blue alpha", [[1, 0, 0, 1], [0.5, np.nan, 0, 0.5], [0, 1, np.inf, 1]]
+        "double", "red green blue alpha", [[1, 0, 0, 1], [0.5, np.nan, 0, 0.5], [0, 1, large, 1]]
     )
     data = ply(form, columns("float", "x y z", PLACES[:3]) | colors, [[0, 1, 2]])
     (tmp_path / "a.ply").write_bytes(data)
@@ -199,7 +200,17 @@ def test_colours_that_are_not_finite_are_white_and_told(form: str, tmp_path: Pat
     at = model.mesh.colors[model.mesh.triangles[0]]
     assert np.array_equal(at, np.array([[1, 0, 0, 1], [1, 1, 1, 1], [1, 1, 1, 1]], np.float32))
     (said,) = model.warnings
-    assert said.endswith("2 colours that are not finite; read as white")
+    assert said.endswith("2 colours that are no numbers, or beyond float32; read as white")
+
+
+@pytest.mark.parametrize("large", ["nan", "1e300"])
+def test_coordinates_of_corners_that_are_no_float32_are_left_out_and_told(large: str, tmp_path: Path) -> None:
+    data = ply("ascii", columns("float", "x y z", PLACES[:3]), [[0, 1, 2]], uvs=[[[0, 0], [1, 0], [1, 7]]])
+    (tmp_path / "a.ply").write_bytes(data.replace(b"7.0", large.encode()))
+    model = read_model(tmp_path / "a.ply")
+    assert model.mesh.uvs is None
+    (said,) = model.warnings
+    assert said.endswith("texcoord holds what is no number, or beyond float32; left out")
 
 
 @pytest.mark.parametrize("form", FORMS)
@@ -317,6 +328,8 @@ def test_a_broken_ply_is_refused_in_one_line(tmp_path: Path) -> None:
         (little.replace(b"float x", b"quad x"), "line 5: 'property quad x' is not a statement"),
         (little.replace(b"end_header", b"end"), "its header has no end"),
         (little.replace(b"format", b"comment"), "its header has no format"),
+        (little.replace(b"float y", b"float x"), "its header has a property of vertex twice"),
+        (text.replace(b"float y", b"list uchar int x"), "its header has a property of vertex twice"),
         (little.replace(b"property float x\n", b"property float w\n"), "no vertices with x, y and z"),
         (ply("ascii", vertex, [[0, 1, 3]]), "face 0: names vertex 3 of 3"),
         (ply("binary_big_endian", vertex, [[0, -1, 2]]), "face 0: names vertex -1 of 3"),

@@ -43,13 +43,13 @@ def cast_occlusion(
     read_model. Raises SourceError for a model that cannot be read, BakeError for one without a UV layout."""
     read = read_model(model, root)
     mesh, report = validate_mesh(read.mesh, model)
+    mesh = complete_normals(mesh, read.smoothing[report.kept], crease_deg=SceneObject.crease_deg)[0]
     uvs = mesh.uvs
     if uvs is None:
         mend = "`paradize mesh --atlas` makes some; cast from the GLB that it writes"
         raise BakeError(
             "has no texture coordinates that a map of its occlusion could follow", file=model, mend=mend
         )
-    mesh = complete_normals(mesh, read.smoothing[report.kept], crease_deg=SceneObject.crease_deg)[0]
     on = mesh.of_materials(materials) if materials else mesh
     names = {group.material for group in mesh.groups}
     if unknown := sorted({*materials, *settings.see_through} - names):
