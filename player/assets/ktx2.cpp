@@ -84,7 +84,7 @@ void check_frames(const Ktx2 &ktx, const std::string &name) {
             continue;
         }
         if (const std::string error = frame_error(level.compressed, level.bytes.size()); !error.empty()) {
-            throw Error(name + ": level " + std::to_string(i) + ": " + error);
+            throw Error(name + ": level " + std::to_string(i) + ": " + error + bake_again);
         }
     }
 }

@@ -117,7 +117,7 @@ class Stager {
             memory_.frame.resize(level.compressed.size());
             loaded_.file.read(offset_of(level.compressed), memory_.frame);
             if (const std::string error = memory_.inflater.inflate(memory_.frame, out); !error.empty()) {
-                throw Error(loaded_.path + ": level " + std::to_string(index) + ": " + error);
+                throw Error(loaded_.path + ": level " + std::to_string(index) + ": " + error + bake_again);
             }
             level.bytes = out;
         }
@@ -242,9 +242,9 @@ LoadedArtifact open_artifact(const SceneFile &scene, std::uint32_t index, const 
     out.file = FileBytes::reserve(out.path, {.exactly = artifact.bytes}, std::move(memory));
     try {
         open_content(scene, artifact, out);
-    } catch (const Error &) {
+    } catch (const Error &error) {
         read_artifact(artifact, folder, stop); // throws if the file is not the one that was baked
-        throw;
+        throw Error(with_bake_again(error.what()));
     }
     if (!artifact.drawn) {
         out.plan = {};

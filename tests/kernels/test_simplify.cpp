@@ -4,11 +4,13 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 #include "simplify/collapse.hpp"
 #include "simplify/mesh.hpp"
 #include "simplify/quadric.hpp"
+#include "simplify/queue.hpp"
 
 using namespace paradize;
 using simplify::Result;
@@ -110,6 +112,17 @@ TEST_CASE("simplify: the area that a part keeps stops it with a reason") {
     const Result card = Sheet(1, 0.0, false).run(0, 0.75);
     CHECK(card.stop == Stop::nothing);
     CHECK(card.triangles.size() == 6);
+}
+
+TEST_CASE("simplify: a cost that overflowed to no number is the largest, not an edge outside the queue") {
+    const std::uint32_t largest = simplify::Queue::bucket(std::numeric_limits<double>::infinity());
+    for (const double none : {std::numeric_limits<double>::quiet_NaN(), -std::nan("")}) {
+        CHECK(simplify::Queue::bucket(none) == largest);
+        simplify::Queue queue;
+        queue.push(7, simplify::Queue::bucket(none));
+        std::uint32_t from = 0;
+        CHECK(queue.pop(from) == 7);
+    }
 }
 
 TEST_CASE("simplify: what is degenerate goes, what is no surface is cut and held") {

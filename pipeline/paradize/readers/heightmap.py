@@ -119,7 +119,7 @@ def guess_source(image: Image) -> tuple[str, str]:
     return ("height" if channels == 1 and (image.top is None or image.source_bits > 8) else "color"), why
 
 
-@np.errstate(invalid="ignore")  # a file may hold signalling NaN
+@np.errstate(invalid="ignore", over="ignore")  # a file may hold signalling NaN, and any scale
 def with_heights(image: Image, path: Path, nodata: Nodata) -> tuple[Image, list[str]]:
     """Returns a picture as heights without holes, and warnings.
 
@@ -153,7 +153,10 @@ def with_heights(image: Image, path: Path, nodata: Nodata) -> tuple[Image, list[
         return filled, warnings
     numbers = _as_shares(filled, slice(None)) * float(image.top or 1)
     metres = ((numbers * tags.scale + tags.offset) * tags.unit_m).astype(np.float32)
-    warnings.append(f"{path}: heights are converted to metres as the file says ({tags.words})")
+    what = f"heights are converted to metres as the file says ({tags.words})"
+    if not np.isfinite(metres).all():
+        raise SourceError(f"{what}, and are not finite then", file=path, mend="save the heights again")
+    warnings.append(f"{path}: {what}")
     return replace(filled, values=metres[:, :, None], top=None), warnings
 
 

@@ -290,8 +290,7 @@ SceneFile read_scene(const std::filesystem::path &file) {
     try {
         return parse_scene({reinterpret_cast<const char *>(bytes.data()), bytes.size()}, file);
     } catch (const Error &error) { // whatever is wrong in it, a bake writes it anew
-        const std::string what = error.what();
-        throw Error(what.find("bake the scene") == std::string::npos ? what + bake_again : what);
+        throw Error(with_bake_again(error.what()));
     }
 }
 

@@ -201,6 +201,16 @@ def test_stated_scale_offset_and_unit_make_metres(tmp_path: Path, kind: Any, ord
     assert "scale 0.1, offset -50, unit foot" in result
 
 
+@pytest.mark.parametrize("scale", ["nan", "1e300"])
+def test_a_scale_that_leaves_no_finite_heights_is_told_instead_of_a_pixel(tmp_path: Path, scale: str) -> None:
+    said = f"<GDALMetadata>{item('scale', scale)}</GDALMetadata>"
+    path = tiff(tmp_path / "h.tif", hills(500, 900).astype(np.float32), metadata=said)
+    with pytest.raises(
+        SourceError, match=r"as the file says \(scale .*\), and are not finite then; save the h"
+    ):
+        read(path)
+
+
 @pytest.mark.parametrize(("epsg", "unit_m"), [(9001, 1.0), (9002, 0.3048), (9003, 1200 / 3937)])
 def test_the_vertical_unit_of_a_geotiff_counts(tmp_path: Path, epsg: int, unit_m: float) -> None:
     heights = hills(500, 900).astype(np.float32)

@@ -106,6 +106,28 @@ def test_one_wrong_bit_anywhere_is_reported_with_both_hashes_and_the_remedy(
         path.write_bytes(whole)
 
 
+def test_a_file_that_no_bake_wrote_is_refused_with_the_remedy(player: Player, tmp_path: Path) -> None:
+    """Its hash is that of scene.json: the fault is found by what reads it."""
+    scene = write_scene(tmp_path / "scene", bare=True)
+    manifest = json.loads((scene / "scene.json").read_text())
+    color, mesh = ((scene / name).read_bytes() for name in ("box_color.ktx2", "box_mesh.glb"))
+    infinite = np.full((64, 64, 4), np.inf, np.float16)
+    for name, data, said in (
+        ("box_color", color[:12] + b"\x8f" + color[13:], "vkFormat 143 is not among"),
+        ("box_color", color[:-1], "level 0: 16384 bytes from byte "),
+        ("box_color", texture("RGBA16F", infinite), "level 0, texel "),
+        ("box_mesh", mesh[:4] + b"\x03" + mesh[5:], "header: version 3, must be 2"),
+    ):
+        artifact = manifest["artifacts"][name]
+        (scene / artifact["file"]).write_bytes(data)
+        changed = manifest | {"artifacts": manifest["artifacts"] | {name: artifact | identity(data)}}
+        (scene / "scene.json").write_text(json.dumps(changed))
+        refused(
+            player(scene), f"{artifact['file']}: ", said, "; bake the scene again: paradize bake SCENE.toml\n"
+        )
+        (scene / artifact["file"]).write_bytes(color if name == "box_color" else mesh)
+
+
 def test_the_first_damaged_file_in_streaming_order_is_reported_whatever_the_threads_do(
     player: Player, tmp_path: Path
 ) -> None:

@@ -138,10 +138,12 @@ TEST_CASE("KTX2: a frame with another size than its level is rejected, decompres
         return test::read_ktx2(test::with_frame(file, frame), "bad.ktx2");
     };
     const test::Bytes bomb(std::size_t{1} << 26U);
-    CHECK_THROWS_WITH_AS(read(test::zstd_frame(bomb)),
-                         "bad.ktx2: level 0: its Zstandard frame says 67108864 bytes, expected 4096", Error);
-    CHECK_THROWS_WITH_AS(read(test::Bytes(100, std::byte{1})), "bad.ktx2: level 0: is not a Zstandard frame",
-                         Error);
+    CHECK_THROWS_WITH_AS(
+        read(test::zstd_frame(bomb)),
+        doctest::Contains("bad.ktx2: level 0: its Zstandard frame says 67108864 bytes, expected 4096; bake"),
+        Error);
+    CHECK_THROWS_WITH_AS(read(test::Bytes(100, std::byte{1})),
+                         doctest::Contains("bad.ktx2: level 0: is not a Zstandard frame; bake"), Error);
     CHECK_THROWS_AS(read({}), Error);
     const test::Bytes skippable{std::byte{0x50}, std::byte{0x2A}, std::byte{0x4D},
                                 std::byte{0x18}, std::byte{1},    std::byte{0},

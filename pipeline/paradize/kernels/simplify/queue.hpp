@@ -17,7 +17,7 @@ class Queue {
     Queue() : bins(buckets) {}
 
     static std::uint32_t bucket(double cost) {
-        const float small = static_cast<float>(std::min(std::max(cost, 1e-37), 1e37));
+        const float small = static_cast<float>(std::max(std::min(1e37, cost), 1e-37)); // NaN: 1e37
         return std::bit_cast<std::uint32_t>(small) >> shift;
     }
     void push(std::uint32_t edge, std::uint32_t into) {

@@ -54,10 +54,13 @@ def joints_of(document: Document, accessors: Accessors, nodes: Nodes, skin: int,
     rows = accessors.floats(number, f"{place}/inverseBindMatrices", (16,), (FLOAT,))
     if len(rows) < len(joints):
         raise document.fault(f"{len(rows)} matrices for {len(joints)} joints", f"{place}/inverseBindMatrices")
+    if not np.isfinite(rows).all():
+        raise document.fault("matrices that are not finite", f"{place}/inverseBindMatrices")
     inverse = [tuple(m[column * 4 + row] for row in range(3) for column in range(4)) for m in rows.tolist()]
     return [product(nodes.world[joint], bound) for joint, bound in zip(joints, inverse, strict=False)]
 
 
+@np.errstate(over="ignore", invalid="ignore")  # positions beyond float32 are refused later
 def vertex_matrices(document: Document, read: Primitive, joints: list[Matrix], place: str) -> F64 | None:
     """(n, 12): the matrix of each vertex of a skinned primitive; None where it has no joints."""
     sets = sum(f"JOINTS_{k}" in read.values and f"WEIGHTS_{k}" in read.values for k in range(8))

@@ -259,6 +259,19 @@ def test_a_skin_is_read_as_its_joints_stand_and_a_morph_at_its_default_weights(t
     assert "skins are read at rest" in text and "morph targets are read at their default weights" in text
 
 
+def test_a_skin_whose_matrices_are_not_finite_is_refused_by_their_place(tmp_path: Path) -> None:
+    made, primitive = square(
+        JOINTS_0=np.zeros((4, 4), np.uint8), WEIGHTS_0=np.tile(np.float32([1, 0, 0, 0]), (4, 1))
+    )
+    bound = np.eye(4, dtype=np.float32)
+    bound[3, 0] = np.inf
+    joint = made.add("nodes")
+    skin = made.add("skins", joints=[joint], inverseBindMatrices=made.array(bound.reshape(1, 16)))
+    made.show(joint, made.add("nodes", mesh=made.mesh(primitive), skin=skin))
+    with pytest.raises(SourceError, match="/skins/0/inverseBindMatrices: matrices that are not finite"):
+        read_model(made.glb(tmp_path / "a.glb"))
+
+
 def test_weights_of_joints_count_as_shares_of_their_sum(tmp_path: Path) -> None:
     made, primitive = square(
         JOINTS_0=np.tile(np.uint8([0, 1, 0, 0]), (4, 1)),
