@@ -243,7 +243,7 @@ def _density(
     total = float(areas[drawn].sum())
     if total == 0.0:
         return
-    density = np.sqrt(np.abs(doubled_areas_2d(uvs[drawn])) / areas[drawn])
+    density = np.minimum(np.sqrt(np.abs(doubled_areas_2d(uvs[drawn])) / areas[drawn]), 1e30)  # FORMAT.md
     below = float(areas[drawn][density < stated * (1.0 - _NEAR)].sum()) / total
     up_to = float(areas[drawn][density <= stated * (1.0 + _NEAR) + _TINY].sum()) / total
     if below > _STRETCHED + _SLACK or up_to < _STRETCHED - _SLACK:

@@ -119,7 +119,7 @@ def guess_source(image: Image) -> tuple[str, str]:
     return ("height" if channels == 1 and (image.top is None or image.source_bits > 8) else "color"), why
 
 
-@np.errstate(invalid="ignore", over="ignore")  # a file may hold signalling NaN, and any scale
+@np.errstate(invalid="ignore", over="ignore")  # a file may hold signalling NaN
 def with_heights(image: Image, path: Path, nodata: Nodata) -> tuple[Image, list[str]]:
     """Returns a picture as heights without holes, and warnings.
 

@@ -300,8 +300,7 @@ def _require_shape(spec: Any, types: list[str], path: Path) -> None:
     if spec.get_string_attribute("textureformat") == "CubeFace Environment":  # the faces side by side
         raise six_faces(path)
     if width < 1 or height < 1 or spec.nchannels < 1:
-        what = f"{width} x {height} texels of {spec.nchannels} channels; expected at least 1 of each"
-        raise SourceError(what, file=path, mend=_MEND)
+        raise damaged(f"{width} x {height} texels of {spec.nchannels} channels", path)
     require_size(width, height, spec.pixel_bytes(True), path)
     bits, read = spec.get_int_attribute("oiio:BitsPerSample", 0), 8 * spec.format.size()
     if bits > read and spec.get_string_attribute("compression") == "jpeg":  # a decoder of 8 bits

@@ -17,6 +17,7 @@ import numpy as np
 import pytest
 import soundfile
 
+from paradize.bakers.mesh.bake import bake_mesh
 from paradize.build.light_sets import add_light_sets
 from paradize.checks import CheckOptions, Finding, check_paths, render
 from paradize.checks.rules import RULES, gathered
@@ -26,6 +27,7 @@ from paradize.errors import FormatError
 from paradize.formats.glb.reader import decode_glb
 from paradize.formats.ktx2.encode import encode_ktx2
 from paradize.formats.ktx2.reader import decode_ktx2
+from paradize.scene.baker_settings import MeshSettings
 from tests.pipeline.bakes import bake_apart
 from tests.pipeline.checks.test_lights import light
 from tests.pipeline.scenes import make_free_cove
@@ -539,6 +541,13 @@ def test_what_a_material_does_not_say_as_numbers_is_found(scene: Path, edit: Cal
     assert {finding.code for finding in findings} == {"PZ210"}
     with pytest.raises(FormatError):
         decode_glb(file_of(scene, "post_mesh").read_bytes())
+
+
+def test_textures_denser_than_a_file_may_say_are_no_fault(tmp_path: Path) -> None:
+    places, corners = "v 0 0 0\nv 1e-33 0 0\nv 0 1e-33 0\n", "vt 0 0\nvt 1 0\nvt 0 1\n"
+    (tmp_path / "tiny.obj").write_text(f"{places}{corners}f 1/1 2/2 3/3\n")
+    (tmp_path / "tiny.glb").write_bytes(bake_mesh(tmp_path / "tiny.obj", MeshSettings(lods=1)).glb)
+    assert check_paths([tmp_path / "tiny.glb"]) == []
 
 
 def test_the_last_level_that_there_is_may_be_read(scene: Path) -> None:

@@ -10,12 +10,13 @@ import pytest
 
 from paradize.errors import SourceError
 from paradize.readers.model import read_model
-from paradize.readers.names import spelled_otherwise
+from paradize.readers.names import spelled_otherwise, without_comment
 from paradize.readers.obj import read_obj
 from paradize.store.local import stamp
 from tests.pipeline.readers.gltf.made import PNG, shown, square
 from tests.pipeline.readers.test_obj import TRIANGLE, read
 from tests.pipeline.readers.test_ply import columns, ply
+from tests.processor_time import ratio
 
 UVS = np.array([[0, 1], [1, 1], [1, 0], [0, 0]], np.float32)
 
@@ -112,6 +113,12 @@ def test_of_several_materials_that_a_name_may_mean_none_is_taken(tmp_path: Path)
     result = read(tmp_path, f"mtllib a.mtl\n{TRIANGLE}usemtl wood\nf 1 2 3\n")
     assert [group.material for group in result.mesh.groups] == ["wood"]
     assert len(result.warnings) == 1 and "not defined: 'wood'" in result.warnings[0]
+
+
+def test_a_name_with_many_blanks_takes_time_in_proportion_to_them() -> None:
+    names = ["a" + " " * count + "#b" for count in (20_000, 1_000)]
+    assert [without_comment(name) for name in names] == names
+    assert ratio(lambda: without_comment(names[0]), lambda: without_comment(names[1])) < 100
 
 
 def test_a_sign_that_belongs_to_a_name_stays(tmp_path: Path) -> None:
