@@ -22,7 +22,7 @@ _BLANK = r"[\s\N{REPLACEMENT CHARACTER}]"  # a tab of a name is read as the latt
 _PICTURES = re.compile(r"tex(ture)?s?|images?|imgs?|maps?|pictures?|materials?")  # folders of them
 _PARTS, _ABOVE = 3, 3  # last parts of a path that are looked for, folders above in which they are
 _DEPTH, _FOLDERS = 3, 64  # of folders of pictures in one another, and how many of a depth are looked into
-_COMMENT = re.compile(rf"(?<!{_BLANK}){_BLANK}+#(?:{_BLANK}|$)")  # once a row
+_COMMENT = re.compile(rf"(?<!{_BLANK}){_BLANK}+#(?:{_BLANK}|$)")
 
 
 def root_of(path: Path) -> Path:
@@ -33,9 +33,9 @@ def root_of(path: Path) -> Path:
 
 
 def inside(root: Path, folder: Path, name: str) -> Path | None:
-    """The path `name` relative to `folder`, with links followed; None where it is absolute or outside
-    `root`."""
-    if not name or "\0" in name or PureWindowsPath(name).drive or PureWindowsPath(name).root:
+    """The path `name` relative to `folder`, with links followed; None where it is absolute, too long or
+    outside `root`."""
+    if not 0 < len(name) <= 4096 or "\0" in name or PureWindowsPath(name).anchor:
         return None
     name = name.replace("\\", "/")
     if PurePosixPath(name).is_absolute():
