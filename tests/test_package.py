@@ -105,12 +105,12 @@ def source_package(packages: tuple[Path, Path]) -> Path:
     return packages[0]
 
 
-def test_the_source_package_holds_the_pipeline_alone_in_less_than_a_megabyte(source_package: Path) -> None:
-    assert source_package.stat().st_size < 1_000_000
+def test_the_source_package_holds_the_pipeline_alone(source_package: Path) -> None:
+    assert source_package.stat().st_size < 1_200_000  # the island has 18 MB
     with tarfile.open(source_package) as archive:
         names = {name.partition("/")[2] for name in archive.getnames()}
     assert {name for name in names if not name.startswith("pipeline/")} == {
-        "pyproject.toml", "CMakeLists.txt", "LICENSE", "PKG-INFO",
+        "pyproject.toml", "CMakeLists.txt", "LICENSE", "README.md", "PKG-INFO",
     }  # fmt: skip
     sources = {path for path in PACKAGE.rglob("*.[chp]*") if path.suffix != ".pyc"} - STUBS
     assert sources and {str(path.relative_to(ROOT)) for path in sources} - names == set()

@@ -39,7 +39,7 @@ _BT709 = (0.2126, 0.7152, 0.0722)
 _LOW_RANGE = 16  # warns where integers use less than 1/16 of their range
 
 
-@np.errstate(invalid="ignore")  # a file may hold signalling NaN
+@np.errstate(invalid="ignore")  # a file may hold signalling NaN, and any scale
 def read_heightmap(
     path: Path,
     *,

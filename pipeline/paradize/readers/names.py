@@ -22,7 +22,7 @@ _BLANK = r"[\s\N{REPLACEMENT CHARACTER}]"  # a tab of a name is read as the latt
 _PICTURES = re.compile(r"tex(ture)?s?|images?|imgs?|maps?|pictures?|materials?")  # folders of them
 _PARTS, _ABOVE = 3, 3  # last parts of a path that are looked for, folders above in which they are
 _DEPTH, _FOLDERS = 3, 64  # of folders of pictures in one another, and how many of a depth are looked into
-_COMMENT = re.compile(rf"(?<!{_BLANK}){_BLANK}+#(?:{_BLANK}|$)")
+_COMMENT = re.compile(rf"(?<!{_BLANK}){_BLANK}+#(?:{_BLANK}|$)")  # a row of blanks is looked at once
 
 
 def root_of(path: Path) -> Path:

@@ -60,7 +60,7 @@ def joints_of(document: Document, accessors: Accessors, nodes: Nodes, skin: int,
     return [product(nodes.world[joint], bound) for joint, bound in zip(joints, inverse, strict=False)]
 
 
-@np.errstate(over="ignore", invalid="ignore")
+@np.errstate(over="ignore", invalid="ignore")  # positions beyond float32 are refused later
 def vertex_matrices(document: Document, read: Primitive, joints: list[Matrix], place: str) -> F64 | None:
     """(n, 12): the matrix of each vertex of a skinned primitive; None where it has no joints."""
     sets = sum(f"JOINTS_{k}" in read.values and f"WEIGHTS_{k}" in read.values for k in range(8))
