@@ -39,7 +39,7 @@ _BT709 = (0.2126, 0.7152, 0.0722)
 _LOW_RANGE = 16  # warns where integers use less than 1/16 of their range
 
 
-@np.errstate(invalid="ignore")  # a file may hold signalling NaN, and any scale
+@np.errstate(invalid="ignore")  # a file may hold signalling NaN
 def read_heightmap(
     path: Path,
     *,
@@ -119,7 +119,7 @@ def guess_source(image: Image) -> tuple[str, str]:
     return ("height" if channels == 1 and (image.top is None or image.source_bits > 8) else "color"), why
 
 
-@np.errstate(invalid="ignore", over="ignore")  # a file may hold signalling NaN
+@np.errstate(invalid="ignore", over="ignore")  # a file may hold signalling NaN, and any scale
 def with_heights(image: Image, path: Path, nodata: Nodata) -> tuple[Image, list[str]]:
     """Returns a picture as heights without holes, and warnings.
 
