@@ -18,6 +18,8 @@ from paradize.formats.scene.manifest import read_entry
 from paradize.kernels.mesh import number_rows, topology
 
 _FLAT = 1e-6  # volume over area^1.5 (a sphere has 0.094), up to which rounding may decide the sign
+_ASLANT = 0.3  # of three normals' sum along the triangle's: those of upright leaves may point up
+_MOST = 0.51  # share of the area: sheets that are there twice, turned over, share their normals
 
 
 def check_winding(manifest: dict[str, Any], folder: Path) -> Iterator[Finding]:
@@ -46,11 +48,12 @@ def find_turned(mesh: Mesh, culled: list[str], file: str) -> Iterator[Finding]:
         what = f"a closed part of {int(parts[0].sum())} triangles at {corner} faces inwards"
         yield Finding("PZ234", file, what, f"lod0 triangle {first}", len(parts))
     elif mesh.normals is not None and drawn.any():
-        a, b, c = np.moveaxis(mesh.positions[mesh.triangles[drawn]], 1, 0)
+        a, b, c = np.moveaxis(mesh.positions[mesh.triangles[drawn]].astype(np.float64), 1, 0)
         facet = np.cross(b - a, c - a)
         area = np.sqrt((facet * facet).sum(axis=1))
-        back = area[(facet * mesh.normals[mesh.triangles[drawn]].sum(axis=1)).sum(axis=1) < 0].sum()
-        if 2 * back > area.sum():
+        along = (facet * mesh.normals[mesh.triangles[drawn]].sum(axis=1)).sum(axis=1)
+        back = area[along < -_ASLANT * area].sum()
+        if back > _MOST * area.sum():
             what = f"normals of {back / area.sum():.0%} of its surface point to the back, which is culled"
             yield Finding("PZ234", file, what, "lod0")
 

@@ -23,6 +23,7 @@ from paradize.data import Image
 from paradize.errors import SourceError
 from paradize.files import open_file
 from paradize.readers.damage import check_damage
+from paradize.readers.dds import MULTIPLIED, OPAQUE, dds_head
 from paradize.readers.limits import require_size
 from paradize.readers.notes import FOURTH, LEFT_OUT, NARROWED, SEVERAL, high_range, turned
 from paradize.readers.profile import profile_note
@@ -36,6 +37,7 @@ _ERRORS = (OSError, ValueError, SyntaxError, RuntimeError)  # of damaged files
 _PLAIN = {"1": "L", "P": "RGB"}  # two greys, and palettes -> what they mean
 _BITMAP_HEADS = 12, 40, 108, 124  # bytes, of those that OpenImageIO knows
 _DDS_FLAGS, _DDS_TEXTURE, _DDS_CODE = 0x1001, 0x1000, 0x4  # it asks for the first two; a code is the format
+_DXGI_LEFT = 81, 84, 95, 96  # BC4 and BC5 with signs, BC6H: Pillow makes bytes of these, or reads none
 _MOVES = 2  # flag of a WebP of several pictures
 _HIGH_DEPTH = 0x40  # flag in the third byte of an AVIF file's box av1C
 _ORIENTATION = 0x0112  # Exif
@@ -67,6 +69,8 @@ def read_with_pillow(path: Path, head: bytes, color_space: str | None) -> Image 
             check_damage(path, name.lower())
             values = np.asarray(picture.convert(_PLAIN.get(picture.mode, picture.mode)))
             notes = _notes(picture, head)
+            if name == "Dds" and (header := dds_head(path, head)) and header.note:
+                notes = (header.note, *notes)
             colors = profile_note(profile) if (profile := picture.info.get("icc_profile")) else ()
     except _ERRORS as error:
         what = f"is not a readable {name.upper()} picture: {error}"
@@ -105,12 +109,23 @@ def _format(head: bytes) -> str | None:
     if head.startswith(b"DDS ") and len(head) >= 128:
         flags, form, code, texture = struct.unpack_from("<I68xI4s20xI", head, 8)
         sound = flags & _DDS_FLAGS == _DDS_FLAGS and texture & _DDS_TEXTURE
-        return None if sound and (code != b"DX10" or form & _DDS_CODE) else "Dds"
+        if code == b"DX10":
+            return "Dds" if not form & _DDS_CODE or (not sound and _is_plain(head)) else None
+        return None if sound or code == b"BC5S" else "Dds"
     if head[:2] not in (b"BM", b"BA"):  # BA: several, which neither reads
         return None
     size, bits, packing = struct.unpack_from("<I10xHI", head, 14)
     plain = size == 12 or (packing == 0 and bits in (1, 4, 8))
     return None if plain and size in _BITMAP_HEADS else "Bmp"
+
+
+def _is_plain(head: bytes) -> bool:
+    """Whether Pillow reads right what the newer header of a DDS says: not floats, not signed, and alpha that
+    is neither multiplied into colour nor without a meaning."""
+    if len(head) < 148:
+        return False
+    form, modes = struct.unpack_from("<I12xI", head, 128)
+    return form not in _DXGI_LEFT and modes & 7 not in (MULTIPLIED, OPAQUE)
 
 
 def _avif_curve(head: bytes) -> int:

@@ -64,3 +64,27 @@ def test_a_sheet_whose_normals_point_to_its_back_is_found_where_that_is_culled()
     assert (found.code, found.what[:27]) == ("PZ234", "normals of 75% of its surfa")
     assert list(find_turned(wider, [], "f")) == []
     assert list(find_turned(replace(wider, triangles=triangles[:, ::-1]), ["a"], "f")) == []
+
+
+def test_sheets_there_twice_and_upright_leaves_whose_normals_point_up_are_no_fault() -> None:
+    """Rounding decides which half of the one is larger, and on which side of the other a normal lies."""
+    rng = np.random.default_rng(2)
+    for size in (1.0, 1e16):
+        corners = size * rng.normal(size=(500, 3, 3))
+        facets = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        facets /= np.linalg.norm(facets, axis=1)[:, None]
+        front = np.arange(1500, dtype=np.uint32).reshape(-1, 3)
+        both = np.concatenate([front, front[:, ::-1]])
+        twice = Mesh(corners.reshape(-1, 3).astype(np.float32), both, groups=(Group("a", "a", 0, len(both)),))
+        normals = np.repeat(facets, 3, axis=0).astype(np.float32)
+        with np.errstate(all="raise"):
+            assert list(find_turned(replace(twice, normals=normals), ["a"], "f")) == []
+            (found,) = find_turned(
+                replace(twice, normals=-normals, triangles=front, groups=(Group("a", "a", 0, 500),)),
+                ["a"], "f",
+            )  # fmt: skip
+        assert found.what.startswith("normals of 100% of")
+    leaves = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0]], np.float32)
+    up = np.tile(np.array([0.0, 1.0, -0.05], np.float32), (3, 1))
+    mesh = Mesh(leaves, np.array([[0, 1, 2]], np.uint32), normals=up, groups=(Group("a", "a", 0, 1),))
+    assert list(find_turned(mesh, ["a"], "f")) == []

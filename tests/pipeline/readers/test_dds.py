@@ -188,6 +188,22 @@ def test_a_code_that_is_not_declared_and_missing_flags_do_not_count(tmp_path: Pa
         read_image(tmp_path / "a.dds")
 
 
+def test_a_header_without_flags_changes_no_value(tmp_path: Path) -> None:
+    """Texels that Pillow would read otherwise than below a sound header are refused."""
+    wide = dds(tmp_path / "a.dds", 0x41, 32, (0x3FF, 0xFFC00, 0x3FF00000, 0xC0000000), bytes(range(64)))
+    wide.write_bytes(wide.read_bytes()[:108] + bytes(4) + wide.read_bytes()[112:])
+    assert read_image(wide).notes == (NARROWED,)
+    block = bytes(range(16))
+    plain = dds(tmp_path / "a.dds", 0x4, 0, (0, 0, 0, 0), b"").read_bytes()[:84] + b"DX10"
+    for form, modes in ((98, 0), (98, 2), (98, 3), (95, 0), (84, 0)):
+        (tmp_path / "a.dds").write_bytes(plain + bytes(40) + struct.pack("<5I", form, 3, 0, 1, modes) + block)
+        if (form, modes) == (98, 0):
+            assert read_image(tmp_path / "a.dds").values.shape == (4, 4, 4)
+            continue
+        with pytest.raises(SourceError, match="Invalid DDS header"):
+            read_image(tmp_path / "a.dds")
+
+
 def test_what_the_newer_header_says_of_alpha_is_done(tmp_path: Path) -> None:
     texel = bytes([50, 100, 25, 100])
     for mode, wanted in ((0, [50, 100, 25, 100]), (1, [50, 100, 25, 100]), (3, [50, 100, 25])):
