@@ -174,7 +174,8 @@ class _Definitions:
             )
         if list(used) == [DEFAULT_NAME] and len(self.materials) == 1 and DEFAULT_NAME not in self.materials:
             (only,) = self.materials
-            warnings.append(f"{path}: its faces name no material; {only[:120]!r}, the only one, is used")
+            what = f"its faces name no material that is defined; {only[:120]!r}, the only one, is used"
+            warnings.append(f"{path}: {what}")
             return tuple(replace(group, material=only) for group in groups)
         for name, other in meant.items():
             warnings.append(f"{path}: material {name[:120]!r} is not defined; read as {other[:120]!r}")
