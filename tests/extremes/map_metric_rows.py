@@ -10,12 +10,14 @@ import numpy.typing as npt
 from paradize.data import HeightMap, Image, Texture
 from paradize.metrics.filters import taps
 from paradize.metrics.levels import color_levels, value_levels, vector_error
+from paradize.metrics.panorama import panorama_errors
 from paradize.metrics.picture import flip_errors
 from paradize.metrics.source import true_heights
 from paradize.metrics.texels import decode_texels
 from paradize.metrics.texels_bc7 import decode_bc7
+from paradize.stages.cubemap import HALF_MAX, encode_cube
 from tests.extremes.map_rows import ground_of
-from tests.extremes.planes import HEIGHTS, pictures, read_picture
+from tests.extremes.planes import EVEN_SKIES, HEIGHTS, NO_SIDES, pictures, read_picture
 from tests.extremes.table import Row
 from tests.pipeline import map_truth as truth
 
@@ -190,6 +192,21 @@ def _lit_error(picture: F32, made: F32) -> float:
     return float(np.abs(np.clip(bright, 0.0, 1.0) - made).max(initial=0.0))
 
 
+def _darker(light: F32) -> dict[str, float]:
+    """Of a sky a sixteenth darker than an even panorama."""
+    read_picture(light)
+    faces = np.full((6, 4, 4, 3), light[:1, :1].sum() / 3 * (1 - 2.0**-4), np.float32)
+    return panorama_errors(encode_cube([faces]), light, encoded=False)
+
+
+def _darker_error(light: F32, made: dict[str, float]) -> float:
+    """A sixteenth, but for half floats, and relative to 1e-4 where it is darker than that."""
+    value = float(light[0, 0, 0])
+    shown = float(np.float16(min(np.float32(value * (1 - 2.0**-4)), np.float32(HALF_MAX))))
+    wanted = abs(shown - value) / max(value, 1e-4)
+    return max(abs(found - wanted) for found in made.values())
+
+
 _WHOLE = dict.fromkeys(
     ("far", "denormal", "nan", "inf"), "codes are whole numbers: there is no such one among them"
 )
@@ -233,6 +250,16 @@ ROWS = [
         "of 1",
         1e-7,
         refused={"nan": "need finite numbers", "inf": "need finite numbers"},
+    ),
+    Row(
+        "metrics.panorama",
+        EVEN_SKIES,
+        _darker,
+        _darker_error,
+        "of the light",
+        1e-6,
+        absent=NO_SIDES,
+        refused={"zero": "no panorama", "nan": "need finite numbers", "inf": "need finite numbers"},
     ),
     Row(
         "metrics.picture",

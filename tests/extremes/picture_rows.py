@@ -12,10 +12,10 @@ from paradize.data import Image, Texture
 from paradize.kernels.maps import Levels
 from paradize.metrics.texels import decode_texels
 from paradize.stages.compress import LevelWriter, encode_rows
-from paradize.stages.cubemap import cube_mips, encode_cube
+from paradize.stages.cubemap import cube_mips, cut_faces, encode_cube
 from paradize.stages.height import height_from_color
 from paradize.stages.mips import color_rows
-from tests.extremes.planes import HEIGHTS, pictures, read_picture, unit_of
+from tests.extremes.planes import EVEN_SKIES, HEIGHTS, NO_SIDES, pictures, read_picture, unit_of
 from tests.extremes.table import Row
 from tests.pipeline import map_truth as truth
 
@@ -137,6 +137,11 @@ def _cube_error(faces: F32, made: tuple[list[F32], Texture]) -> float:
     return max(worst / max(unit_of(faces), np.finfo(np.float32).tiny), float(rounding.max()) - 2.0**-11, 0.0)
 
 
+def _cut(light: F32) -> F32:
+    read_picture(light)
+    return cut_faces(light)
+
+
 def _encoded(fmt: str) -> Any:
     def run(picture: F32) -> Texture:
         read_picture(picture)
@@ -193,6 +198,17 @@ ROWS = [
         1e-6,
         absent={"sliver": "faces are square"},
         refused=NOT_READ | {"zero": "a cube map"},
+    ),
+    Row(
+        "stages.cubemap",
+        EVEN_SKIES,
+        _cut,
+        lambda light, made: np.abs(made.astype(np.float64) / light[0, 0, 0] - 1).max(),
+        "of the light",
+        1e-6,
+        part="panorama",
+        absent=NO_SIDES,
+        refused={"zero": "no panorama", "nan": "need finite numbers", "inf": "need finite numbers"},
     ),
     *[
         Row(

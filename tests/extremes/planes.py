@@ -84,6 +84,29 @@ def pictures(channels: int) -> dict[str, Callable[[], F32]]:
     }
 
 
+def _even(value: float, rows: int = 8) -> Callable[[], F32]:
+    return lambda: np.full((rows, 2 * rows, 3), value, np.float32)
+
+
+# Panoramas of one light, and why the other extremes are none of theirs.
+EVEN_SKIES: Mapping[str, Callable[[], F32]] = {
+    "zero": _even(1.0, 0),
+    "one": _even(0.5, 1),
+    "many": _even(0.3, 256),
+    "constant": _even(0.7),
+    "tiny": _even(1e-30),
+    "huge": _even(1e30),
+    "denormal": _even(1e-40),
+    "nan": _even(np.nan),
+    "inf": _even(np.inf),
+    "largest": _even(0.3, 700),
+}
+NO_SIDES = dict.fromkeys(
+    ("far", "parallel", "opposite", "degenerate", "mirrored", "sliver"),
+    "an even sky looks alike from all sides; tests/pipeline/bakers/test_panorama.py turns others",
+)
+
+
 def read_picture(values: F32) -> None:
     """Raises what the reader of pictures says to a file of these texels (h, w, c), where they are not finite:
     no stage of maps sees what it refuses."""

@@ -1,8 +1,9 @@
-"""Bakes six pictures into a cube map with mips and its measured error."""
+"""Bakes six pictures, or a panorama, into a cube map with mips and its measured error."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -10,9 +11,11 @@ import numpy as np
 import numpy.typing as npt
 
 from paradize.bakers.product import MapProduct
+from paradize.data import Texture
 from paradize.errors import SourceError
 from paradize.formats.ktx2.encode import encode_ktx2
 from paradize.kernels.maps import linear_light
+from paradize.metrics.panorama import panorama_errors
 from paradize.metrics.source import sky_error
 from paradize.readers.image import read_image
 from paradize.scene.baker_settings import CubemapSettings
@@ -22,47 +25,66 @@ F32 = npt.NDArray[np.float32]
 Values = npt.NDArray[Any]
 
 
-def bake_cubemap(paths: Sequence[Path], settings: CubemapSettings | None = None) -> MapProduct:
-    """Six square pictures of one size, a power of two, +X -X +Y -Y +Z -Z, as a half-float cube map with mips.
+@dataclass(frozen=True)
+class Faces:
+    """The six faces of a sky. light: (6, n, n, 3) linear. pictures: the values of each, and whether they are
+    sRGB. panorama: the same of the picture that they were cut out of, if one was given."""
 
-    sRGB pictures are linearised. The error is the largest of any channel, relative to the texel's brightest.
-    settings: None: as they are by themselves.
+    light: F32
+    pictures: list[tuple[Values, bool]]
+    panorama: tuple[Values, bool] | None
+    warnings: list[str]
+
+    def errors(self, texture: Texture) -> dict[str, float]:
+        """The largest error of level 0, relative to a texel's brightest channel: against the pictures, and of
+        sampled texels against the panorama."""
+        found = {"sky_max_relative": sky_error(texture, self.pictures)}
+        if self.panorama:
+            values, encoded = self.panorama
+            found |= panorama_errors(texture, values, encoded=encoded)
+        return found
+
+
+def bake_cubemap(paths: Sequence[Path], settings: CubemapSettings | None = None) -> MapProduct:
+    """A half-float cube map with mips of six square pictures of one size, a power of two, +X -X +Y -Y +Z -Z,
+    or of one panorama, twice as wide as high, with north (-Z) in its middle and east (+X) to the right of it.
+
+    sRGB pictures are linearised. settings: None: as they are by themselves.
     Raises SourceError.
     """
-    stack, pictures, warnings = read_faces(paths)
-    texture = cubemap.encode_cube(cubemap.cube_mips(stack))
-    error = sky_error(texture, pictures)
-    size = stack.shape[1]
+    faces = read_faces(paths)
+    texture = cubemap.encode_cube(cubemap.cube_mips(faces.light))
+    size = texture.width
     data = encode_ktx2(texture, zstd_level=(settings or CubemapSettings()).zstd)
+    errors = faces.errors(texture)
     return MapProduct(
         data=data,
         width=size,
         height=size,
         format=texture.format,
-        error=error,
+        error=errors["sky_max_relative"],
         metric="sky_max_relative",
         tier="balanced",
-        errors={"sky_max_relative": error},
-        warnings=warnings,
+        errors=errors,
+        warnings=faces.warnings,
     )
 
 
-def read_faces(paths: Sequence[Path]) -> tuple[F32, list[tuple[Values, bool]], list[str]]:
-    """Linear light (6, n, n, 3) of six pictures, what their files hold, with whether that is sRGB, and
-    warnings. Raises as bake_cubemap."""
-    if len(paths) != 6:
-        raise SourceError(f"a cube map has six faces, not {len(paths)}")
-    faces: list[F32] = []
+def read_faces(paths: Sequence[Path]) -> Faces:
+    """Raises as bake_cubemap."""
+    if len(paths) not in (1, 6):
+        raise SourceError(f"a cube map has six faces, or one panorama, not {len(paths)}")
+    light: list[F32] = []
     pictures: list[tuple[Values, bool]] = []
     warnings: list[str] = []
     notes: dict[str, list[Path]] = {}
     for path in paths:
         image = read_image(path)
         rows, columns, channels = image.values.shape
-        size = faces[0].shape[0] if faces else rows
-        if rows != columns or rows & (rows - 1) or rows != size:
-            what = f"{columns} x {rows} texels; faces are square, powers of two, and of one size ({size})"
-            raise SourceError(what, file=path, mend="resize it; cut a panorama into six such faces")
+        if len(paths) == 1:
+            _require_panorama(path, rows, columns)
+        else:
+            _require_face(path, rows, columns, light[0].shape[0] if light else rows)
         pictures.append((image.values, image.color_space == "srgb"))
         pixels = linear_light(image.values, encoded=pictures[-1][1])
         coarse = ("8 bits per channel: a sky shows bands",) if image.source_bits == 8 else ()
@@ -70,7 +92,22 @@ def read_faces(paths: Sequence[Path]) -> tuple[F32, list[tuple[Values, bool]], l
             notes.setdefault(note, []).append(path)
         if float(pixels.max()) > cubemap.HALF_MAX:
             warnings.append(f"{path}: brighter than {cubemap.HALF_MAX:g}, which half floats end at")
-        faces.append(np.repeat(pixels[:, :, :1], 3, axis=2) if channels < 3 else pixels[:, :, :3])
+        light.append(np.repeat(pixels[:, :, :1], 3, axis=2) if channels < 3 else pixels[:, :, :3])
     for note, (first, *others) in notes.items():
         warnings.append(f"{first}: {note}{f' ({len(others)} more faces too)' if others else ''}")
-    return np.stack(faces), pictures, warnings
+    if len(paths) == 6:
+        return Faces(np.stack(light), pictures, None, warnings)
+    faces = cubemap.cut_faces(light[0])
+    return Faces(faces, [(face, False) for face in faces], pictures[0], warnings)
+
+
+def _require_face(path: Path, rows: int, columns: int, size: int) -> None:
+    if rows != columns or rows & (rows - 1) or rows != size:
+        what = f"{columns} x {rows} texels; faces are square, powers of two, and of one size ({size})"
+        raise SourceError(what, file=path, mend='resize it; of a panorama write faces = ["panorama.exr"]')
+
+
+def _require_panorama(path: Path, rows: int, columns: int) -> None:
+    if columns != 2 * rows:
+        what = f"{columns} x {rows} texels; a panorama of all directions is twice as wide as high"
+        raise SourceError(what, file=path, mend="resize it, or write the six faces of a cube map")

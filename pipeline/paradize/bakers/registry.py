@@ -173,11 +173,11 @@ def layout_of(sources: Sources, root: Path | None = None) -> Path | None:
 
 
 def make_cubemap(sources: Sources, settings: Settings, tier: str) -> list[Product]:
-    """Six faces, +X -X +Y -Y +Z -Z -> KTX2 cube map."""
+    """Six faces, +X -X +Y -Y +Z -Z, or a panorama -> KTX2 cube map."""
     from paradize.bakers.cubemap import bake_cubemap
     from paradize.scene.baker_settings import CubemapSettings
 
-    made = bake_cubemap([sources[f"face{i}"] for i in range(6)], CubemapSettings(**settings))
+    made = bake_cubemap(list(sources.values()), CubemapSettings(**settings))
     return [_texture("sky", made)]
 
 

@@ -6,7 +6,8 @@ from collections.abc import Mapping, Sequence
 
 from paradize.errors import one_line
 
-ALSO = ("lod_normal_p99_deg",)  # beside the first error: a level near its source may be shaded unlike it
+# Beside the first error: a level near its source may be shaded unlike it, and a sky is near its six faces.
+ALSO = ("lod_normal_p99_deg", "panorama_p99_relative")
 
 
 def head_of(budget: Mapping[str, float], *, status: bool = True) -> tuple[str, ...]:

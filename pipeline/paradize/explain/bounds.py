@@ -117,6 +117,8 @@ def _sky(entry: dict[str, Any]) -> dict[str, Any]:
     error = entry["errors"].get("sky_max_relative")
     value = None if error is None else 100.0 * error * SIX
     unbounded = ["its coarser levels, which rough mirrors show"]
+    if "panorama_max_relative" in entry["errors"]:
+        unbounded.append("what was lost where it was cut out of the panorama, which is measured by samples")
     return bound(value, "%", "a texel's light", [], unbounded)
 
 

@@ -9,6 +9,7 @@ __all__ = [
     "loading",
     "mapped_normal",
     "occlusion",
+    "panorama",
     "picture",
     "quantised",
     "seen",

@@ -27,7 +27,7 @@ F32 = npt.NDArray[np.float32]
 F64 = npt.NDArray[np.float64]
 Values = npt.NDArray[Any]
 _ROWS = 64  # processed together
-_DARK = 1e-4  # smallest brightness of the sky that errors are relative to
+DARK = 1e-4  # smallest brightness of the sky that errors are relative to
 
 
 class Levels(Protocol):
@@ -123,7 +123,7 @@ def sky_error(texture: Texture, faces: Sequence[tuple[Values, bool]]) -> float:
                 axis=2,
             )
             difference = np.abs(shown[first:end, :, :3] - truth).max(axis=2)
-            worst = max(worst, float((difference / np.maximum(np.abs(truth).max(axis=2), _DARK)).max()))
+            worst = max(worst, float((difference / np.maximum(np.abs(truth).max(axis=2), DARK)).max()))
     return rounded(worst)
 
 

@@ -136,6 +136,14 @@ REPORTED = {
         for name, material_map in MAPS.items()
         if not material_map.is_direction
     },
+    "panorama_p99_relative": (
+        "of the texel's light",
+        "error of a texel's light against the panorama, for 99 of 100 sampled texels",
+    ),
+    "panorama_max_relative": (
+        "of the texel's light",
+        "largest error of a sampled texel's light against the panorama",
+    ),
     "occlusion_cast_max": (
         "of the range",
         "largest error of occlusion that is cast from the mesh, before it is stored",

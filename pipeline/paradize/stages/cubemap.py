@@ -1,17 +1,20 @@
-"""Makes mips of cube maps, filtered across the edges of the faces, and encodes them as half floats.
+"""Cuts cube maps out of panoramas, makes their mips, filtered across the edges of the faces, and encodes
+them as half floats.
 
-A texel is the mean of 4 x 4 texels of the finer level, weighted 1 3 3 1 in both directions and by the solid
-angle of each. Where they leave the face, the texels of the neighbouring face count. Edge geometry as in the
-OpenGL 3.3 specification, chapter 3.8.6.
+A texel of a mip is the mean of 4 x 4 texels of the finer level, weighted 1 3 3 1 in both directions and by
+the solid angle of each. Where they leave the face, the texels of the neighbouring face count. Edge geometry
+as in the OpenGL 3.3 specification, chapter 3.8.6.
 """
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from paradize.data import Texture
+from paradize.kernels.maps import cut_face
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -22,6 +25,7 @@ if TYPE_CHECKING:
     F64 = npt.NDArray[np.float64]
 
 HALF_MAX = 65504.0
+_SPOTS = 4  # places along a side of a texel, of which a panorama's light is the mean
 # Per face +X -X +Y -Y +Z -Z: the axis of the face, of s (to the right) and of t (downwards), each with its
 # sign.
 _AXES = (
@@ -97,6 +101,26 @@ def _halved(faces: F32) -> F32:
             total += (row_weight * column_weight) * weighted[at]
             norm += (row_weight * column_weight) * weight[at]
     return (total / norm).astype(np.float32)
+
+
+def face_size(columns: int) -> int:
+    """The side of the faces of a panorama: about a quarter of its width, a power of two."""
+    return int(2 ** round(math.log2(max(columns / 4, 1))))
+
+
+def cut_faces(panorama: F32) -> F32:
+    """Faces (6, n, n, 3), n = face_size(w), of a panorama (h, w, 3), w = 2 h: north (-Z) is in its middle and
+    east (+X) to the right of it. Each texel is the mean of the light that it covers, at _SPOTS^2 places.
+    Raises ValueError for other shapes."""
+    if not 0 < 2 * panorama.shape[0] == panorama.shape[1]:
+        raise ValueError(f"{panorama.shape} is the shape of no panorama")
+    size = face_size(panorama.shape[1])
+    faces = []
+    for face in range(6):
+        middle, right, down = directions(face, np.array([0.0, 1.0, 0.0]), np.array([0.0, 0.0, 1.0]))
+        axes = np.stack([middle, right - middle, down - middle])
+        faces.append(cut_face(panorama, axes, size=size, spots=_SPOTS))
+    return np.stack(faces)
 
 
 def cube_mips(faces: F32) -> list[F32]:

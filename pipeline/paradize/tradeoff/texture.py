@@ -19,7 +19,6 @@ from paradize.data import HeightMap, Texture
 from paradize.formats.ktx2.encode import encode_ktx2
 from paradize.map_table import MAPS
 from paradize.metrics.levels import color_levels
-from paradize.metrics.source import sky_error
 from paradize.readers.image import read_image
 from paradize.scene.baker_settings import AuthoredSettings
 from paradize.scene.jobs import BakeJob
@@ -132,7 +131,7 @@ def map_groups(job: BakeJob) -> list[TrialGroup]:
 
 def sky_groups(job: BakeJob) -> list[TrialGroup]:
     """The group of a job of the baker "cubemap"."""
-    arguments = {"paths": [job.sources[f"face{i}"] for i in range(6)]}
+    arguments = {"paths": list(job.sources.values())}
     trials = (Trial("half floats", sky_tier, arguments, None, {}),)
     artifact = job.outputs[0].artifact
     return [TrialGroup("sky", "cube map", artifact, ("sky_max_relative",), trials)]
@@ -281,8 +280,6 @@ def _drop(rows: object) -> None:
 
 def sky_tier(paths: list[Path], runs: int | None) -> TrialResult:
     """Makes the sky's mips and half floats; the largest error of level 0."""
-    stack, pictures, _ = read_faces(paths)
-    seconds, texture = timed(lambda: cubemap.encode_cube(cubemap.cube_mips(stack)), runs)
-    return TrialResult(
-        seconds, [{"sky_max_relative": sky_error(texture, pictures)}], _size(texture), texture.format
-    )
+    faces = read_faces(paths)
+    seconds, texture = timed(lambda: cubemap.encode_cube(cubemap.cube_mips(faces.light)), runs)
+    return TrialResult(seconds, [faces.errors(texture)], _size(texture), texture.format)

@@ -76,7 +76,7 @@ def values(mend: str, was: Any) -> list[Any]:
 
 
 DOCUMENTS = re.compile(  # mends that name other tables or files: tried below, on a whole scene
-    r"write \[.*|write a path relative.*|write [0-9 to]+ files|looked for in .*|move it .*|"
+    r"write \[.*|write a path relative.*|write [0-9 tor]+ files|looked for in .*|move it .*|"
     r"write it|write it: .*|must .*"
 )
 

@@ -311,6 +311,8 @@ ELSEWHERE = {  # where it is followed; or why it is not
     "install it as of setup/python-test.txt, or with pip install 'paradize[cluster]'": "needs the network",
     "let this user write there, or set PARADIZE_STORE to another folder": "root may write anywhere",
     "write paradize.{}(..., budget={})": "tests/pipeline/test_api.py",
+    "resize it, or write the six faces of a cube map": "tests/pipeline/bakers/test_panorama.py",
+    'resize it; of a panorama write faces = ["panorama.exr"]': "tests/pipeline/bakers/test_panorama.py",
     "write 0 or more": "of a Python function; the command line refuses first",
     _CHARTS: "needs more charts than a square holds",
 }

@@ -14,6 +14,7 @@ import pytest
 
 from paradize.bakers.authored.bake import bake_authored
 from paradize.bakers.color import bake_color
+from paradize.bakers.cubemap import bake_cubemap
 from paradize.build.single_file import bake_single
 from paradize.scene.budget import METRICS
 from tests.pipeline.bakes import bake_apart
@@ -54,12 +55,14 @@ def written(tmp_path_factory: pytest.TempPathFactory, cove_store: Callable[[Path
     leaf = np.full((16, 16, 4), 200, np.uint8)
     leaf[::2, :, 3] = 90
     write_image(top / "leaf.png", leaf)
+    write_image(top / "sky.png", leaf[:8, :, :3])
     (top / "corner.obj").write_text(CORNER_OBJ)
     drawn = bake_authored({"occlusion": top / "leaf.png", "roughness": top / "leaf.png"}, channels=ALPHA)
     for made in (
         bake_color(top / "leaf.png"),
         bake_color(scene.parent / "wood.png", product="emission"),
         *drawn.values(),
+        bake_cubemap([top / "sky.png"]),
         *bake_authored({}, uv=top / "corner.obj", occlusion_cast=True, occlusion_px=32).values(),
     ):
         names |= set(made.errors).union(*made.levels)

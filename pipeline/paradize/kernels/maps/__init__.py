@@ -159,6 +159,23 @@ def halve(
     return out
 
 
+def cut_face(
+    light: F32, axes: npt.NDArray[np.float64], *, size: int, spots: int, threads: int = THREADS
+) -> F32:
+    """(size, size, 3): a face of a cube map, cut out of a panorama (h, 2 h, 3) that is south, west, north
+    (-Z), east and south from left to right; each texel the mean of spots * spots places, by solid angle.
+
+    axes: (3, 3) middle, right, down: the direction of the place s, t, -1..1 each, is middle + s * right + t *
+    down.
+    """
+    light = _f32(light, shape=(None, None, 3), name="light")
+    if axes.shape != (3, 3):
+        raise ValueError(f"axes of shape {axes.shape}, expected (3, 3)")
+    out = np.empty((size, size, 3), np.float32)
+    _maps.cut_face(light, axes.reshape(-1).tolist(), spots, out, threads)
+    return out
+
+
 def normalise(vectors: F32, *, threads: int = THREADS) -> F32:
     """(h, w, 3) vectors with length 1; a zero vector becomes (0, 0, 1)."""
     vectors = _f32(vectors, shape=(None, None, 3), name="vectors")

@@ -1,5 +1,6 @@
 // Python face of the map kernels. Shapes are checked in kernels/maps; here sizes are checked once more
 // against each other, so that no call can leave its arrays. Outputs are arrays that the caller made.
+#include <nanobind/stl/array.h>
 #include <nanobind/stl/string.h>
 
 #include <array>
@@ -11,6 +12,7 @@
 #include "maps/color.hpp"
 #include "maps/gutter.hpp"
 #include "maps/mips.hpp"
+#include "maps/panorama.hpp"
 #include "math/functions.hpp"
 
 namespace nb = nanobind;
@@ -64,6 +66,20 @@ void apply_levels(const In<float> &values, double black, double white, double ga
     const auto to = out(result, values.size());
     nb::gil_scoped_release unlocked;
     maps::apply_levels(flat(values), {black, white, gamma, contrast, brightness, invert}, to, threads);
+}
+
+void cut_face(const In<float> &light, const std::array<double, 9> &axes, std::size_t spots,
+              const Out<float> &result, int threads) {
+    need(light.ndim() == 3 && light.shape(0) >= 1 && light.shape(1) == 2 * light.shape(0) &&
+             light.shape(2) == 3,
+         "the panorama is not (rows, 2 * rows, 3)");
+    need(result.ndim() == 3 && result.shape(0) >= 1 && spots >= 1, "no texels, or no places in them");
+    const std::size_t size = result.shape(0);
+    const maps::CubeFace face{
+        {axes[0], axes[1], axes[2]}, {axes[3], axes[4], axes[5]}, {axes[6], axes[7], axes[8]}, size};
+    const auto to = out(result, size * size * 3);
+    nb::gil_scoped_release unlocked;
+    maps::cut_face({flat(light), light.shape(0), light.shape(1)}, face, spots, to, threads);
 }
 
 void halve(const In<float> &image, std::size_t rows, std::size_t first, bool with_alpha,
@@ -215,6 +231,7 @@ NB_MODULE(_maps, m) {
     m.def("rgba_codes", &rgba_codes<float>);
     m.def("luminance", &luminance);
     m.def("apply_levels", &apply_levels);
+    m.def("cut_face", &cut_face);
     m.def("halve", &halve);
     m.def("normalise", &normalise);
     m.def("coverage_factor", &coverage_factor);

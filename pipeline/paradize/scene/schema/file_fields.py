@@ -46,16 +46,21 @@ def source(default: Any = MISSING, *, key: str | None = None, meaning: str = "")
     return declare(_source, default, "a file", json=_FILE, meaning=meaning, key=key)
 
 
-def sources(default: Any = MISSING, *, size: int, most: int | None = None, meaning: str = "") -> Any:
-    """`size` files, or `size` to `most`, each relative to the scene's folder and inside it."""
-    count = str(size) if most is None else f"{size} to {most}"
+def sources(
+    default: Any = MISSING, *, size: int, most: int | None = None, or_one: bool = False, meaning: str = ""
+) -> Any:
+    """`size` files, `size` to `most`, or `size` or one, each relative to the scene's folder and inside it."""
+    count = f"1 or {size}" if or_one else str(size) if most is None else f"{size} to {most}"
+    counts = {1, size} if or_one else range(size, (most or size) + 1)
 
     def rule(value: object, place: str, faults: Faults) -> tuple[Path, ...] | None:
-        if not isinstance(value, list) or not size <= len(value) <= (most or size):
+        if not isinstance(value, list) or len(value) not in counts:
             faults.add(place, f"is {show(value)}", f"write {count} files")
             return None
         paths = [_source(item, f"{place}[{i}]", faults) for i, item in enumerate(value)]
         return None if None in paths else tuple(path for path in paths if path is not None)
 
-    json = {"type": "array", "items": _FILE, "minItems": size, "maxItems": most or size}
+    json: dict[str, Any] = {"type": "array", "items": _FILE, "minItems": min(counts), "maxItems": max(counts)}
+    if or_one:
+        json["anyOf"] = [{"maxItems": 1}, {"minItems": size}]
     return declare(rule, default, f"{count} files", json=json, meaning=meaning)

@@ -41,7 +41,8 @@ class DaytimeKey:
     faces: tuple[Path, ...] | None = sources(
         None,
         size=6,
-        meaning="six pictures of the sky without sun, moon, stars and clouds; without it: those of [sky]",
+        or_one=True,
+        meaning="pictures as those of [sky], without sun, moon, stars and clouds; without it: those of [sky]",
     )
     faces_azimuth_deg: float = number(
         0.0,

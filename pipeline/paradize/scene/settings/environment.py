@@ -67,7 +67,10 @@ class Wind:
 @dataclass(frozen=True, kw_only=True)
 class Sky:
     faces: tuple[Path, ...] = sources(
-        size=6, meaning="six pictures of a cube map in the order +X -X +Y -Y +Z -Z"
+        size=6,
+        or_one=True,
+        meaning="six pictures of a cube map in the order +X -X +Y -Y +Z -Z; or one panorama, twice as wide "
+        "as high, with north (-Z) in its middle and east (+X) to the right of it",
     )
 
 
