@@ -176,7 +176,7 @@ class _Definitions:
             (only,) = self.materials
             what = f"its faces name no material that is defined; {only[:120]!r}, the only one, is used"
             warnings.append(f"{path}: {what}")
-            return tuple(replace(group, material=only) for group in groups)
+            self.materials[DEFAULT_NAME] = replace(self.materials.pop(only), name=DEFAULT_NAME)
         for name, other in meant.items():
             warnings.append(f"{path}: material {name[:120]!r} is not defined; read as {other[:120]!r}")
         if missing:

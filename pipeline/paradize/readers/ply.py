@@ -54,7 +54,7 @@ def read_ply(path: Path, root: Path | None = None) -> Model:
         data = read_file(path)
     except OSError as error:
         raise SourceError(f"cannot be read: {error.strerror or error}", file=path) from None
-    ply = read_elements(data, path)
+    ply = read_elements(data, path, {*_READ, *_FACES, "texcoord"})
     columns = ply.columns.get("vertex", {})
     if not {"x", "y", "z"} <= columns.keys():
         raise _no_mesh(ply, path, "has no vertices with x, y and z")

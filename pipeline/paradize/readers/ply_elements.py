@@ -19,6 +19,8 @@ from paradize.errors import SourceError
 from paradize.readers.names import END_MARKS
 
 if TYPE_CHECKING:
+    from collections.abc import Collection
+
     import numpy.typing as npt
 
     from paradize.data import F64
@@ -75,8 +77,9 @@ class Ply:
     longer: int = 0
 
 
-def read_elements(data: bytes, path: Path) -> Ply:
-    """Returns all elements. Raises SourceError for a broken header and for a file that is cut."""
+def read_elements(data: bytes, path: Path, once: Collection[str]) -> Ply:
+    """Returns all elements. once: names of properties that an element has once at most; of others the last
+    counts. Raises SourceError for a broken header and for a file that is cut."""
     if not data.startswith(b"ply"):
         raise SourceError(
             f"is not a PLY: it begins with {data[:16]!r}, not with 'ply'", file=path, mend=_MEND
@@ -84,7 +87,7 @@ def read_elements(data: bytes, path: Path) -> Ply:
     end = _END.search(data[:_MOST_HEADER])
     if end is None:
         raise SourceError("its header has no end", file=path, mend=_MEND)
-    order, elements, empty = _header(data[: end.start()], path)
+    order, elements, empty = _header(data[: end.start()], path, once)
     if order is not None:
         return _all_rows(_Binary(data, end.end(), order), elements, empty, path)
     return _text(data[end.end() :].rstrip(END_MARKS), elements, empty, path)
@@ -119,7 +122,7 @@ def _all_rows(source: _Text | _Binary, elements: list[Element], empty: Ply, path
     return ply
 
 
-def _header(head: bytes, path: Path) -> tuple[str | None, list[Element], Ply]:
+def _header(head: bytes, path: Path, once: Collection[str]) -> tuple[str | None, list[Element], Ply]:
     """The byte order (None: text), the elements in their order, and a Ply without rows."""
     order: str | None = None
     elements: list[Element] = []
@@ -148,11 +151,15 @@ def _header(head: bytes, path: Path) -> tuple[str | None, list[Element], Ply]:
                 raise SourceError(
                     f"{line[:80]!r} is not a statement of PLY", file=path, place=f"line {number}", mend=_MEND
                 )
+    if not known:
+        raise SourceError("its header has no format", file=path, mend=_MEND)
     named = [("an element", [element.name for element in elements])]
-    named += [(f"a property of {one.name}", [own.name for own in one.properties]) for one in elements]
-    faults = [f"{kind} twice" for kind, names in named if len(set(names)) < len(names)]
-    if not known or faults:
-        raise SourceError(f"its header has {faults[0] if known else 'no format'}", file=path, mend=_MEND)
+    for element in elements:
+        names = [declared.name for declared in element.properties if declared.name in once]
+        named.append((f"a property of {element.name}", names))
+    for kind, names in named:
+        if len(set(names)) < len(names):
+            raise SourceError(f"its header has {kind} twice", file=path, mend=_MEND)
     return order, elements, empty
 
 

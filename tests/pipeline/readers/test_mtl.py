@@ -41,16 +41,16 @@ def test_materials_are_read_with_their_maps(tmp_path: Path) -> None:
 
 
 def test_the_only_material_is_used_where_no_line_chooses_one(tmp_path: Path) -> None:
-    for names, used in (("a", "a"), ("ab", "default"), (["default"], "default")):
-        (tmp_path / "a.mtl").write_text("".join(f"newmtl {name}\n" for name in names))
+    """It takes the name of the material of faces without one, which scenes may know already."""
+    said = "its faces name no material that is defined; 'a', the only one, is used"
+    for names, red in ((["a"], True), (["a", "b"], False), (["default"], True)):
+        (tmp_path / "a.mtl").write_text("".join(f"newmtl {name}\nKd 1 0 0\n" for name in names))
         for line in ("", "usemtl default\n"):
             result = read(tmp_path, "mtllib a.mtl\n" + TRIANGLE + line + "f 1 2 3\n")
-            assert [group.material for group in result.mesh.groups] == [used]
-            assert [w.partition(": ")[2] for w in result.warnings] == (
-                ["its faces name no material that is defined; 'a', the only one, is used"]
-                if used == "a"
-                else []
-            )
+            assert [group.material for group in result.mesh.groups] == ["default"]
+            default = result.materials.get("default")
+            assert (default is not None and default.name == "default" and default.color == (1, 0, 0)) == red
+            assert [w.partition(": ")[2] for w in result.warnings] == ([said] if names == ["a"] else [])
 
 
 @pytest.mark.parametrize(("kd", "color"), [("0 0 0", (1, 1, 1)), ("0.5 0 0", (0.5, 0, 0))])

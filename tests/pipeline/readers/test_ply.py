@@ -68,6 +68,16 @@ def columns(kind: str, names: str, values: Any) -> dict[str, tuple[str, Any]]:
 
 
 @pytest.mark.parametrize("form", FORMS)
+def test_what_is_not_read_may_be_there_twice(form: str, tmp_path: Path) -> None:
+    vertex = columns("float", "qa qb x y z", np.hstack([PLACES[:, :2], PLACES]))
+    text = (
+        ply(form, vertex, [[0, 1, 2, 3, 4]]).replace(b"float qa", b"float q").replace(b"float qb", b"float q")
+    )
+    (tmp_path / "a.ply").write_bytes(text)
+    assert (read_model(tmp_path / "a.ply").mesh.positions == PLACES.astype(np.float32)).all()
+
+
+@pytest.mark.parametrize("form", FORMS)
 def test_a_concave_polygon_arrives_with_normals_uvs_and_colours(form: str, tmp_path: Path) -> None:
     vertex = columns("float", "x y z", PLACES) | columns("double", "nx ny nz", [[0, 0, 4]] * 5)
     vertex |= columns("float", "s t", PLACES[:, :2] / 4)
