@@ -44,8 +44,7 @@ def errors_text(errors: dict[str, float], budget: dict[str, float]) -> str:
 
 def _error(metric: str, value: str) -> str:
     """A metric and its value, with the unit if the metric's name does not end with it."""
-    from paradize.scene.budget import METRICS
+    from paradize.scene.budget import unit_of
 
-    named = metric.endswith(("_deg", "_db", "_m", "_mb", "_s"))
-    unit = "" if named or metric not in METRICS else f" {METRICS[metric].unit}"
-    return f"{metric} {value}{unit}"
+    unit = "" if metric.endswith(("_deg", "_db", "_m", "_mb", "_s")) else unit_of(metric)
+    return f"{metric} {value} {unit}".rstrip()

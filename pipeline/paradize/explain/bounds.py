@@ -118,7 +118,8 @@ def _sky(entry: dict[str, Any]) -> dict[str, Any]:
     value = None if error is None else 100.0 * error * SIX
     unbounded = ["its coarser levels, which rough mirrors show"]
     if "panorama_max_relative" in entry["errors"]:
-        unbounded.append("what was lost where it was cut out of the panorama, which is measured by samples")
+        value = None
+        unbounded.insert(0, "what cutting it out of the panorama changed, which is measured by samples")
     return bound(value, "%", "a texel's light", [], unbounded)
 
 

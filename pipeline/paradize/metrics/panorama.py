@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -17,15 +16,6 @@ Values = npt.NDArray[Any]
 
 _ALONG = 32  # sampled texels along a side of a face
 _PLACES = 16  # along a side of a texel
-# Of each face the direction of its middle, to the right and down, as axis and sign: OpenGL 3.3, table 3.18.
-_FACES = (
-    ((0, 1), (2, -1), (1, -1)),
-    ((0, -1), (2, 1), (1, -1)),
-    ((1, 1), (0, 1), (2, 1)),
-    ((1, -1), (0, 1), (2, -1)),
-    ((2, 1), (0, 1), (1, -1)),
-    ((2, -1), (0, -1), (1, -1)),
-)
 
 
 def panorama_errors(texture: Texture, values: Values, *, encoded: bool) -> dict[str, float]:
@@ -41,9 +31,9 @@ def panorama_errors(texture: Texture, values: Values, *, encoded: bool) -> dict[
     places = 2.0 * (chosen[:, None] + within) / texture.width - 1.0
     s, t = np.broadcast_arrays(places[None, :, None, :], places[:, None, :, None])
     found = []
-    for face, axes in enumerate(_FACES):
+    for face in range(6):
         shown = decode_texels(texture, 0, face)[np.ix_(chosen, chosen)][:, :, :3]
-        truth = _true_light(values, encoded, axes, s, t)
+        truth = _true_light(values, encoded, face, s, t)
         difference = np.abs(shown - truth).max(axis=2)
         found.append(difference / np.maximum(np.abs(truth).max(axis=2), DARK))
     return {
@@ -52,15 +42,21 @@ def panorama_errors(texture: Texture, values: Values, *, encoded: bool) -> dict[
     }
 
 
-def _true_light(values: Values, encoded: bool, axes: Sequence[tuple[int, int]], s: F64, t: F64) -> F64:
+def _true_light(values: Values, encoded: bool, face: int, s: F64, t: F64) -> F64:
     """The light (r, c, 3) of texels of a face. s, t: (r, c, p, p) places to the right and down, -1 to 1."""
-    to = [s, s, s]
-    for (axis, sign), along in zip(axes, (np.ones_like(s), s, t), strict=True):
-        to[axis] = sign * along
+    one = np.ones_like(s)
+    x, y, z = (  # OpenGL 3.3, table 3.18
+        (one, -t, -s),
+        (-one, -t, s),
+        (s, one, t),
+        (s, -one, -t),
+        (s, -t, one),
+        (-s, -t, -one),
+    )[face]
     length = np.sqrt(1.0 + s * s + t * t)
     rows, width = values.shape[:2]
-    column = (0.5 + np.arctan2(to[0], -to[2]) / (2.0 * np.pi)) * width - 0.5
-    row = np.arccos(to[1] / length) / np.pi * rows - 0.5
+    column = (0.5 + np.arctan2(x, -z) / (2.0 * np.pi)) * width - 0.5
+    row = np.arccos(y / length) / np.pi * rows - 0.5
     left, above = np.floor(column).astype(int), np.floor(row).astype(int)
     weight = length**-3.0
     light = np.zeros((*s.shape[:2], 3))

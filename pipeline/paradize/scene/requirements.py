@@ -68,7 +68,8 @@ def _add_skies(required: Requirements, scene: Scene) -> None:
     surfaces = tuple(name for name in ("terrain", "objects", "water") if getattr(scene, name))
     readers = ("environment", "sky") if scene.daytime else ("sky", *surfaces)
     for sky in key_skies(scene):
-        faces = {f"face{i}": path for i, path in enumerate(sky.faces)}
+        roles = ["panorama"] if len(sky.faces) == 1 else [f"face{i}" for i in range(6)]
+        faces = dict(zip(roles, sky.faces, strict=True))
         output = Output(sky.name, "cubemap", "sky", _reason(sky, scene), readers)
         required.add(sky.name, "cubemap", faces, [output], **asdict(CubemapSettings()))
     if scene.clouds:

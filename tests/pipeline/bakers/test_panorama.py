@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -16,25 +17,24 @@ import pytest
 from paradize.bakers.cubemap import bake_cubemap
 from paradize.build.bake import bake
 from paradize.build.options import BuildOptions
+from paradize.cli.table import errors_text
 from paradize.data import Texture
 from paradize.errors import SceneError, SourceError
+from paradize.explain.facts import explain
 from paradize.formats.ktx2.reader import decode_ktx2
 from paradize.kernels.maps import cut_face
 from paradize.metrics.panorama import panorama_errors
 from paradize.metrics.texels import decode_texels
 from paradize.scene.settings.load import load_scene
 from paradize.stages import cubemap
+from tests.pipeline.heights import save
 
 F32 = npt.NDArray[np.float32]
 ROWS = 64
 
 
-def save(path: Path, values: npt.NDArray[Any], kind: Any = oiio.FLOAT) -> Path:
-    rows, columns, channels = values.shape
-    out = oiio.ImageOutput.create(str(path))
-    assert out and out.open(str(path), oiio.ImageSpec(columns, rows, channels, kind)), oiio.geterror()
-    assert out.write_image(values) and out.close()
-    return path
+def exr(path: Path, light: F32) -> Path:
+    return save(path, light, oiio.FLOAT)
 
 
 def panorama(light: Callable[[npt.NDArray[np.float64]], Any], rows: int = ROWS) -> F32:
@@ -58,7 +58,7 @@ def direction(face: int, s: float, t: float) -> npt.NDArray[np.float64]:
 
 
 def test_each_texel_shows_the_light_from_its_direction(tmp_path: Path) -> None:
-    path = save(tmp_path / "sky.exr", panorama(lambda d: 0.5 + 0.5 * d))
+    path = exr(tmp_path / "sky.exr", panorama(lambda d: 0.5 + 0.5 * d))
     faces = faces_of(decode_ktx2(bake_cubemap([path]).data))
     side = ROWS // 2
     for face, texels in enumerate(faces):
@@ -92,14 +92,14 @@ def test_large_texels_are_mixed_across_the_poles_and_by_solid_angle(seed: int) -
 
 
 def test_an_even_light_stays_what_it_is(tmp_path: Path) -> None:
-    made = bake_cubemap([save(tmp_path / "sky.exr", np.full((ROWS, 2 * ROWS, 3), 0.75, np.float32))])
+    made = bake_cubemap([exr(tmp_path / "sky.exr", np.full((ROWS, 2 * ROWS, 3), 0.75, np.float32))])
     assert all((face == 0.75).all() for face in faces_of(decode_ktx2(made.data)))
     assert max(made.errors.values()) < 1e-6
 
 
 def test_the_error_is_that_of_the_light_of_sampled_texels(tmp_path: Path) -> None:
     light = panorama(lambda d: 0.5 + 0.4 * d)
-    path = save(tmp_path / "sky.exr", light)
+    path = exr(tmp_path / "sky.exr", light)
     made = bake_cubemap([path])
     assert 0.0 < made.errors["panorama_p99_relative"] <= made.errors["panorama_max_relative"] < 0.002
     texture = decode_ktx2(made.data)
@@ -140,12 +140,12 @@ def test_a_face_is_the_same_with_any_number_of_threads() -> None:
 
 
 def test_what_is_neither_six_faces_nor_a_panorama_is_refused(tmp_path: Path) -> None:
-    square = save(tmp_path / "square.exr", np.zeros((8, 8, 3), np.float32))
+    square = exr(tmp_path / "square.exr", np.zeros((8, 8, 3), np.float32))
     with pytest.raises(SourceError, match="8 x 8 texels; a panorama of all directions is twice") as told:
         bake_cubemap([square])
     assert "resize it, or write the six faces" in str(told.value)
     bake_cubemap([square] * 6)
-    whole = save(tmp_path / "panorama.exr", np.zeros((4, 8, 3), np.float32))
+    whole = exr(tmp_path / "panorama.exr", np.zeros((4, 8, 3), np.float32))
     with pytest.raises(SourceError, match="8 x 4 texels; faces are square") as told:
         bake_cubemap([square, *[whole] * 5])
     assert 'of a panorama write faces = ["panorama.exr"]' in str(told.value)
@@ -168,12 +168,17 @@ target = [{ position = [9, 2, 0] }, { position = [9, 2, 9] }, { position = [0, 2
 
 def test_a_scene_takes_a_panorama_for_its_sky(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("PARADIZE_STORE", str(tmp_path / "store"))
-    save(tmp_path / "sky.exr", panorama(lambda d: 0.5 + 0.5 * d))
+    exr(tmp_path / "sky.exr", panorama(lambda d: 0.5 + 0.5 * d))
     scene = tmp_path / "pano.toml"
     scene.write_text(SCENE.replace("FACES", '["sky.exr"]'))
     assert not bake(scene, tmp_path / "out", BuildOptions(jobs=1)).errors
     sky = json.loads((tmp_path / "out/scene.json").read_text())["artifacts"]["sky"]
     assert sky["kind"] == "cubemap" and sky["errors"]["panorama_p99_relative"] < 0.002
+    (told,) = explain(scene, "sky", tmp_path / "out").artifacts
+    bound = told["bound"]
+    assert bound["value"] is None and "panorama" in bound["open"][0]
+    said = errors_text(sky["errors"], {})
+    assert re.search(r"panorama_p99_relative [0-9.e-]+ of the texel's light$", said)
     for count in (2, 5, 7):
         scene.write_text(SCENE.replace("FACES", json.dumps(["sky.exr"] * count)))
         with pytest.raises(SceneError, match="write 1 or 6 files"):

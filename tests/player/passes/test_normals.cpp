@@ -61,20 +61,21 @@ TEST_CASE("normals: a map's x runs along the tangent, y up the image, also where
     if (!test::have_context()) {
         return;
     }
-    const std::vector<float> pixels = for_tilts(
-        "normal",
-        "vec3 local = decode_normal(at, 0.7);\nfloat w = gl_FragCoord.x < 16.0 ? 1.0 : -1.0;\n"
-        "vec3 world = tangent_to_world(local, vec3(0.0, 2.0, 0.0), vec4(1.0, 0.0, 0.0, w));\n"
-        "color = vec4(world.x - local.x, world.y - local.z, world.z + w * local.y, length(world)); ");
+    const auto turned_by = [](const std::string &normal) {
+        return for_tilts(
+            "normal",
+            "vec3 local = decode_normal(at, 0.7);\nfloat w = gl_FragCoord.x < 16.0 ? 1.0 : -1.0;\n"
+            "vec3 world = tangent_to_world(local, " +
+                normal +
+                ", vec4(1.0, 0.0, 0.0, w));\n"
+                "color = vec4(world.x - local.x, world.y - local.z, world.z + w * local.y, length(world)); ");
+    };
+    const std::vector<float> pixels = turned_by("vec3(0.0, 2.0, 0.0)");
     for (std::size_t i = 0; i < pixels.size(); i += 4) {
         // Interpolated vectors are not normalised: a longer normal counts for more.
         CHECK(pixels[i + 3] == test::within(1.0, 1e-5));
     }
-    const std::vector<float> unit = for_tilts(
-        "normal",
-        "vec3 local = decode_normal(at, 0.7);\nfloat w = gl_FragCoord.x < 16.0 ? 1.0 : -1.0;\n"
-        "vec3 world = tangent_to_world(local, vec3(0.0, 1.0, 0.0), vec4(1.0, 0.0, 0.0, w));\n"
-        "color = vec4(world.x - local.x, world.y - local.z, world.z + w * local.y, length(world)); ");
+    const std::vector<float> unit = turned_by("vec3(0.0, 1.0, 0.0)");
     for (std::size_t i = 0; i < unit.size(); i += 4) {
         CHECK(std::abs(unit[i]) < 1e-5F);
         CHECK(std::abs(unit[i + 1]) < 1e-5F);
