@@ -146,11 +146,16 @@ gl::MaterialUniforms not_written() {
 gl::MaterialUniforms uniforms_of(const Material &material) {
     const assets::Material &values = material.values;
     gl::MaterialUniforms out;
+    out.emission_color = values.emission;
     assets::for_each_map([&](ObjectMap map, std::string_view) {
-        // The placeholder of these two would darken the surface or make it glow.
-        const bool must_be_resident = map == ObjectMap::occlusion || map == ObjectMap::emission ||
-                                      map == ObjectMap::second_occlusion || map == ObjectMap::second_emission;
+        const bool is_emission = map == ObjectMap::emission || map == ObjectMap::second_emission;
+        // The placeholder of these would darken the surface or make it glow.
+        const bool must_be_resident =
+            is_emission || map == ObjectMap::occlusion || map == ObjectMap::second_occlusion;
         const StreamedTexture *texture = material.maps[map];
+        if (is_emission && texture != nullptr && !texture->resident()) {
+            out.emission_color = glm::vec3(0.0F); // else all of it would glow
+        }
         const bool has = texture != nullptr && (texture->resident() || !must_be_resident);
         const bool second_metal = map == ObjectMap::second_occlusion && has && texture->has_green();
         out.has_map[static_cast<std::size_t>(map)] = second_metal ? 2.0F : has ? 1.0F : 0.0F;
@@ -162,7 +167,6 @@ gl::MaterialUniforms uniforms_of(const Material &material) {
     out.specular_smoothness = glm::vec2(values.specular, values.smoothness);
     out.metalness = glm::vec2(values.metalness, has_metal_map ? 1.0F : 0.0F);
     out.occlusion_strength = values.occlusion_strength;
-    out.emission_color = values.emission;
     out.alpha_cutoff = values.alpha_cutoff;
     out.translucency = values.translucency;
     out.wind_reach = values.wind_reach;

@@ -8,7 +8,10 @@
 #include <doctest/doctest.h>
 #include <epoxy/gl.h>
 
+#include <cstddef>
 #include <cstdint>
+#include <initializer_list>
+#include <utility>
 #include <vector>
 
 using namespace paradize;
@@ -23,9 +26,21 @@ std::vector<std::uint8_t> picture(Renderer &renderer, const assets::Flight &flig
     return pixels;
 }
 
+/// The small scene at a sea that mirrors it.
+struct SmallSea : SmallScene {
+    SmallSea() {
+        assets::Water &water = file.water.emplace();
+        water.normal = water.dudv = "quad_color";
+        water.size_m = 200.0F;
+        water.wave_height_m = 0.2F;
+        file.refraction_scale = 0.5F;
+    }
+};
+
 /// Of one scene.
+template <class Scenery = SmallScene>
 struct SharedByRenderers {
-    SmallScene small;
+    Scenery small;
     Streamer streamer = small.streamer();
     Scene scene{small.file, streamer};
     gl::ShaderLibrary shaders{gl::ShaderLibrary::find()};
@@ -37,7 +52,7 @@ TEST_CASE("renderer: depth tested late gives the same picture, and leaves the st
     if (!test::have_context()) {
         return;
     }
-    SharedByRenderers shared;
+    SharedByRenderers<> shared;
     auto &[small, streamer, scene, shaders] = shared;
     RenderSettings settings = render_settings(small.file, all_at(Tier::balanced), Device());
     Renderer early(scene, shaders, {64, 36, settings, {}});
@@ -53,7 +68,7 @@ TEST_CASE("renderer: after other sizes and qualities a picture is that of a new 
     if (!test::have_context()) {
         return;
     }
-    SharedByRenderers shared;
+    SharedByRenderers<> shared;
     auto &[small, streamer, scene, shaders] = shared;
     Quality quality = all_at(Tier::balanced);
     const RenderSettings whole = render_settings(small.file, quality, Device());
@@ -74,5 +89,182 @@ TEST_CASE("renderer: after other sizes and qualities a picture is that of a new 
         CHECK(pixels == picture(fresh, small.file.flight));
         CHECK_FALSE(kept.find_bad_pixel());
     }
+    test::throw_on_error();
+}
+
+TEST_CASE("renderer: after other qualities of mirror, waves and edges a picture is that of a new renderer") {
+    if (!test::have_context()) {
+        return;
+    }
+    SharedByRenderers<SmallSea> shared;
+    auto &[small, streamer, scene, shaders] = shared;
+    streamer.upload({});
+    const auto fast = [&](std::initializer_list<QualityFeature> features) {
+        Quality quality = all_at(Tier::balanced);
+        for (const QualityFeature feature : features) {
+            quality[static_cast<std::size_t>(feature)] = Tier::fast;
+        }
+        return render_settings(small.file, quality, Device());
+    };
+    const RenderSettings balanced = fast({});
+    Renderer kept(scene, shaders, {64, 36, balanced, {}});
+    std::vector<std::uint8_t> before = picture(kept, small.file.flight);
+    for (const RenderSettings &settings :
+         {fast({QualityFeature::lod}), balanced,
+          fast({QualityFeature::reflection, QualityFeature::refraction}), fast({QualityFeature::shadow})}) {
+        kept.change_settings(settings);
+        Renderer fresh(scene, shaders, {64, 36, settings, {}});
+        const std::vector<std::uint8_t> pixels = picture(kept, small.file.flight);
+        CHECK(pixels == picture(fresh, small.file.flight));
+        CHECK(pixels != before);
+        before = pixels;
+    }
+    test::throw_on_error();
+}
+
+TEST_CASE("renderer: plain and mirrored instances of one object both show their fronts") {
+    if (!test::have_context()) {
+        return;
+    }
+    const assets::Placement plain{.position = {-1.5, 0.0, 0.0}};
+    const assets::Placement mirrored{.position = {1.5, 0.0, 0.0}, .scale = {-1.0, 1.0, 1.0}};
+    const auto drawn = [](std::vector<assets::Placement> instances) {
+        SmallScene small;
+        small.file.shadow.reset();
+        small.file.objects[0].materials.clear(); // one-sided
+        small.file.objects[0].instances = std::move(instances);
+        Streamer streamer = small.streamer();
+        streamer.upload({});
+        Scene scene(small.file, streamer);
+        const gl::ShaderLibrary shaders(gl::ShaderLibrary::find());
+        const RenderSettings settings = render_settings(small.file, all_at(Tier::balanced), Device());
+        Renderer renderer(scene, shaders, {64, 36, settings, {"post"}});
+        return picture(renderer, small.file.flight);
+    };
+    const std::vector<std::uint8_t> none = drawn({});
+    const std::vector<std::uint8_t> left = drawn({plain});
+    const std::vector<std::uint8_t> right = drawn({mirrored});
+    CHECK(left != none);
+    CHECK(right != none);
+    std::vector<std::uint8_t> both = none;
+    for (std::size_t i = 0; i < both.size(); ++i) {
+        both[i] = left[i] != none[i] ? left[i] : right[i];
+    }
+    CHECK(drawn({plain, mirrored}) == both);
+    test::throw_on_error();
+}
+
+TEST_CASE("renderer: what moves stands where its second says, though its shadow goes in steps") {
+    if (!test::have_context()) {
+        return;
+    }
+    SmallScene small;
+    small.file.objects[0].motion.emplace().radius_m = {2.0, 1.0};
+    Streamer streamer = small.streamer();
+    streamer.upload({});
+    Scene scene(small.file, streamer);
+    Scene alone(small.file, streamer);
+    const gl::ShaderLibrary shaders(gl::ShaderLibrary::find());
+    const RenderSettings settings = render_settings(small.file, all_at(Tier::balanced), Device());
+    Renderer renderer(scene, shaders, {64, 36, settings, {}});
+    for (const double second : {1.07, 1.13}) {
+        renderer.draw(second, flight_pose(small.file.flight, second));
+        alone.move(second);
+        CHECK(scene.objects()[0].instances[0].center == alone.objects()[0].instances[0].center);
+    }
+    test::throw_on_error();
+}
+
+TEST_CASE("renderer: a two-sided blended surface is seen from both sides, a one-sided one from its front") {
+    if (!test::have_context()) {
+        return;
+    }
+    const auto drawn = [](bool two_sided, const glm::dquat &rotation, bool there = true) {
+        SmallScene small;
+        small.file.shadow.reset();
+        assets::Material &material = small.file.objects[0].materials[0];
+        material = {};
+        material.name = "wood";
+        material.alpha_mode = assets::AlphaMode::blend;
+        material.opacity = 0.5F;
+        material.two_sided = two_sided;
+        small.file.objects[0].instances = {{.rotation = rotation}};
+        small.file.objects[0].camera = there;
+        Streamer streamer = small.streamer();
+        streamer.upload({.bytes = 2200}); // the sky and the coarsest level of the mesh, of wood alone
+        Scene scene(small.file, streamer);
+        const gl::ShaderLibrary shaders(gl::ShaderLibrary::find());
+        const RenderSettings settings = render_settings(small.file, all_at(Tier::balanced), Device());
+        Renderer renderer(scene, shaders, {64, 36, settings, {}});
+        return picture(renderer, small.file.flight);
+    };
+    const glm::dquat up(1.0, 0.0, 0.0, 0.0);
+    const glm::dquat down(0.0, 1.0, 0.0, 0.0);
+    const std::vector<std::uint8_t> none = drawn(true, up, false);
+    CHECK(drawn(true, up) != none);
+    CHECK(drawn(true, down) != none);
+    CHECK(drawn(false, up) != none);
+    CHECK(drawn(false, down) == none);
+    test::throw_on_error();
+}
+
+TEST_CASE("renderer: shadows are those of the levels that have arrived, also within one second") {
+    if (!test::have_context()) {
+        return;
+    }
+    SmallScene small;
+    small.file.daytime.resize(2);
+    for (assets::DaytimeKey &key : small.file.daytime) {
+        key.sun.elevation_rad = 1.2F;
+        key.sun.intensity = 3.0F;
+        key.sky = "sky";
+    }
+    small.file.daytime[1].at_s = 5.0;
+    small.file.objects[0].materials.clear();
+    small.file.objects[0].instances = {{}, {.position = {0.0, -1.0, 0.0}, .scale = glm::dvec3(4.0)}};
+    Streamer streamer = small.streamer();
+    Scene scene(small.file, streamer);
+    const gl::ShaderLibrary shaders(gl::ShaderLibrary::find());
+    const RenderSettings settings = render_settings(small.file, all_at(Tier::balanced), Device());
+    Renderer kept(scene, shaders, {64, 36, settings, {}});
+    std::vector<std::uint8_t> before;
+    for (const std::size_t bytes : {std::size_t{0}, std::size_t{2200}, std::size_t{1} << 30U}) {
+        if (bytes != 0) {
+            streamer.upload({.bytes = bytes});
+        }
+        Renderer fresh(scene, shaders, {64, 36, settings, {}});
+        const std::vector<std::uint8_t> pixels = picture(kept, small.file.flight);
+        CHECK(pixels == picture(fresh, small.file.flight));
+        CHECK(pixels != before);
+        before = pixels;
+    }
+    test::throw_on_error();
+}
+
+TEST_CASE("renderer: a surface gives off nothing before the map of its emission has arrived") {
+    if (!test::have_context()) {
+        return;
+    }
+    const auto drawn = [](assets::ObjectMap map, const glm::vec3 &emission) {
+        SmallScene small;
+        small.file.objects[0].materials.resize(1);
+        assets::Material &material = small.file.objects[0].materials[0];
+        material = {};
+        material.name = "wood";
+        material.emission = emission;
+        material.maps[map] = "quad_color";
+        Streamer streamer = small.streamer();
+        streamer.upload({.bytes = 2200}); // the sky and the coarsest level of the mesh
+        Scene scene(small.file, streamer);
+        const gl::ShaderLibrary shaders(gl::ShaderLibrary::find());
+        const RenderSettings settings = render_settings(small.file, all_at(Tier::balanced), Device());
+        Renderer renderer(scene, shaders, {64, 36, settings, {}});
+        return picture(renderer, small.file.flight);
+    };
+    for (const assets::ObjectMap map : {assets::ObjectMap::emission, assets::ObjectMap::second_emission}) {
+        CHECK(drawn(map, glm::vec3(2.0F)) == drawn(map, glm::vec3(0.0F)));
+    }
+    CHECK(drawn(assets::ObjectMap::normal, glm::vec3(2.0F)) !=
+          drawn(assets::ObjectMap::normal, glm::vec3(0.0F)));
     test::throw_on_error();
 }
