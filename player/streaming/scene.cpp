@@ -53,6 +53,13 @@ Scene::Scene(const assets::SceneFile &file, const Streamer &streamer) : file_(fi
                         " lods, its mesh " + entry.mesh + " has " +
                         std::to_string(object.mesh->levels().size()) + "; bake the scene again");
         }
+        for (std::size_t i = 0; i < entry.lods.size(); ++i) {
+            if (const std::string &node = object.mesh->levels()[i].node; entry.lods[i].node != node) {
+                throw Error("scene.json: object " + entry.name + ": lods[" + std::to_string(i) +
+                            "].node: is " + entry.lods[i].node + ", level " + std::to_string(i) +
+                            " of its mesh " + entry.mesh + " is " + node + "; bake the scene again");
+            }
+        }
         for (std::size_t m = 0; m < object.mesh->materials().size(); ++m) {
             const std::string &name = object.mesh->materials()[m];
             const auto found =

@@ -40,6 +40,7 @@ StreamedMesh::StreamedMesh(const assets::Glb &glb, std::shared_ptr<GeometryPool>
     pool_->reserve(glb.levels.size());
     for (const assets::GlbLevel &level : glb.levels) {
         MeshLevel &made = levels_.emplace_back();
+        made.node = level.name;
         low_ = glm::min(low_, glm::vec3(level.low[0], level.low[1], level.low[2]));
         high_ = glm::max(high_, glm::vec3(level.high[0], level.high[1], level.high[2]));
         made.vertices = level.vertices;

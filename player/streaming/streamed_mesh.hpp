@@ -28,6 +28,7 @@ struct MeshPrimitive {
 };
 
 struct MeshLevel {
+    std::string node; // its name in the GLB
     GeometryLayout layout;
     GeometrySlot slot; // without a page while the level is not loaded
     std::size_t vertices = 0, indices = 0;

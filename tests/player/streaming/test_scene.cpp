@@ -73,8 +73,14 @@ TEST_CASE("scene: a scene.json that disagrees with its meshes is rejected") {
         return;
     }
     SmallScene small;
-    small.file.objects[0].lods.pop_back();
     const Streamer streamer = small.streamer();
+    std::vector<assets::ObjectLod> &lods = small.file.objects[0].lods;
+    lods[1].node = "lod2";
+    CHECK_THROWS_WITH_AS(Scene(small.file, streamer),
+                         "scene.json: object quad: lods[1].node: is lod2, level 1 of its mesh quad_mesh is "
+                         "lod1; bake the scene again",
+                         Error);
+    lods.pop_back();
     CHECK_THROWS_AS(Scene(small.file, streamer), Error);
 }
 
@@ -100,4 +106,47 @@ TEST_CASE("scene: an object is dry where no instance, leaning as far as it may, 
     CHECK(is_dry(-1.8, 0.0));
     CHECK_FALSE(is_dry(-1.7, 0.0));
     CHECK_FALSE(is_dry(100.0, 5.0));
+    const auto moves_dry = [](double level_m) {
+        SmallScene small;
+        small.file.water.emplace().level_m = static_cast<float>(level_m);
+        assets::Motion &motion = small.file.objects[0].motion.emplace();
+        motion.radius_m = {2.0, 1.0};
+        motion.rise_m = 0.5;
+        const Streamer streamer = small.streamer();
+        return Scene(small.file, streamer).objects()[0].dry;
+    };
+    CHECK(moves_dry(-20.0));
+    CHECK_FALSE(moves_dry(-5.5)); // its sphere has a radius of 5.275 m, and sinks by 0.5 m
+}
+
+TEST_CASE("scene: an instance stands where its placement says, and its sphere holds it in wind and flight") {
+    if (!test::have_context()) {
+        return;
+    }
+    SmallScene small;
+    assets::Object &object = small.file.objects[0];
+    object.center = {0.5, 0.0, 0.25};
+    const assets::Placement placement{
+        .position = {7.0, 1.0, -2.0}, .rotation = {0.8, 0.0, 0.6, 0.0}, .scale = {1.0, -2.0, 3.0}};
+    object.instances = {placement};
+    const glm::dvec3 corner(-1.0, 0.0, 1.0);
+    const auto placed = [&](const glm::dvec3 &point) {
+        return placement.position + placement.rotation * (placement.scale * point);
+    };
+    {
+        const Streamer streamer = small.streamer();
+        const Scene scene(small.file, streamer);
+        const Instance &instance = scene.objects()[0].instances[0];
+        CHECK(glm::distance(glm::dvec3(instance.model * glm::dvec4(corner, 1.0)), placed(corner)) < 1e-12);
+        CHECK(glm::distance(instance.center, placed(object.center)) < 1e-12);
+        CHECK(instance.mirrored);
+        CHECK(instance.scale == 3.0F);
+        CHECK(instance.radius_m == doctest::Approx(1.5 * 3.0 + 0.775)); // leaning and fluttering
+    }
+    object.motion.emplace().beat = {.per_lap = 8, .lift_rad = 0.5, .swing_rad = 0.25};
+    object.instances[0].scale.y = 2.0;
+    const Streamer streamer = small.streamer();
+    const Scene scene(small.file, streamer);
+    CHECK(scene.objects()[0].instances[0].radius_m == doctest::Approx(1.5 * 3.0 * 1.75 + 0.775));
+    CHECK_FALSE(scene.objects()[0].instances[0].mirrored);
 }
