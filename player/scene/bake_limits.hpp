@@ -18,7 +18,7 @@ class BakeLimits {
     explicit BakeLimits(const assets::SceneFile &file) : file_(file), untrimmed_(!file.is_trimmed()) {}
 
     /// Returns a warning if the picture is larger than the scene was baked for. Empty if it is not, or if the
-    /// warning was returned before.
+    /// warning was returned before; allocates nothing then.
     std::string check_size(int width_px, int height_px);
     /// The same for the eye of the free camera.
     std::string check_camera(const glm::dvec3 &eye);
@@ -27,7 +27,7 @@ class BakeLimits {
     const std::vector<std::string> &messages() const { return messages_; }
 
   private:
-    std::string report_once(bool &reported, std::string text);
+    std::string report(bool &reported, std::string text);
 
     const assets::SceneFile &file_;
     bool untrimmed_ = true, reported_size_ = false, reported_camera_ = false;

@@ -27,8 +27,11 @@ FIRST_BYTES = 16 << 20  # of what shows most
 def test_frames_of_every_pass_allocate_nothing(
     counted: Counted, tmp_path: Path, arguments: list[str]
 ) -> None:
-    """Under a limit of device memory each frame plans anew."""
+    """Under a limit of device memory each frame plans anew. Each picture is larger than the bake allows."""
     scene = write_scene(tmp_path / "scene")
+    manifest = json.loads((scene / "scene.json").read_text())
+    manifest["artifacts"]["sky"]["required_detail"] = {"left_out": 1}
+    (scene / "scene.json").write_text(json.dumps(manifest | {"largest_viewport": [16, 16]}))
 
     def allocations(frames: int, *options: str) -> int:
         return counted(scene, "--size", "48x27", "--frames", frames, "--wait-resident", *options)[1]
