@@ -285,16 +285,18 @@ void Playback::warn_of_memory_limit(double elapsed_s) {
 
 void Playback::activate(LoadedScene &next, double elapsed_s) {
     const std::uint64_t terrain_bytes = scenes_.current().streamer.counts().terrain_bytes;
-    renderer_options_.width_px = renderer_->width_px();
-    renderer_options_.height_px = renderer_->height_px();
-    renderer_options_.settings =
+    RendererOptions renderer_options = renderer_options_; // those of the current scene, should the next fail
+    renderer_options.width_px = renderer_->width_px();
+    renderer_options.height_px = renderer_->height_px();
+    renderer_options.settings =
         rate_ ? render_settings(next.file, rate_->quality(), device_) : chosen_settings(options_, next.file);
     try {
-        auto renderer = std::make_unique<Renderer>(next.scene, shaders_, renderer_options_);
+        auto renderer = std::make_unique<Renderer>(next.scene, shaders_, renderer_options);
         gl::check_memory();
         renderer->continue_from(*renderer_);
         const std::unique_ptr<LoadedScene> before = scenes_.activate();
         renderer_ = std::move(renderer); // destroys the previous renderer, then the previous scene
+        renderer_options_ = std::move(renderer_options);
         bake_limits_ = std::make_unique<BakeLimits>(file());
     } catch (const Error &error) {
         scenes_.refuse(error.what());

@@ -44,7 +44,8 @@ LoadedArtifact open_artifact(const SceneFile &scene, std::uint32_t index, const 
                              std::optional<ReservedMemory> memory = std::nullopt);
 
 /// Reads the whole file of an opened artifact and checks its SHA-256 and every number in it. If it
-/// `may_keep_open` and the hash says all about its bytes, the file takes no memory: stage() reads from it.
+/// `may_keep_open`, is drawn and has not changed for 3 s, it takes no memory, and its numbers are checked by
+/// stage(), which reads from it.
 /// Throws Error, also when `stop` is requested.
 void check_artifact(const Artifact &artifact, LoadedArtifact &loaded, bool may_keep_open = false,
                     const std::stop_token &stop = {});
