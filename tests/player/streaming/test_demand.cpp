@@ -6,9 +6,12 @@
 #include "streaming/streamer.hpp"
 
 #include <doctest/doctest.h>
+#include <glm/geometric.hpp>
 
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <string>
 
 using namespace paradize;
 using paradize::test::SmallScene;
@@ -24,6 +27,27 @@ CameraForecast forecast_of(const SmallScene &scene, const Pose &now) {
             .height_px = 90,
             .now = now,
             .soon = {away, away, away, away}};
+}
+
+/// Pixels per metre at a distance of one metre.
+float pixels_at_1m(const SmallScene &scene) {
+    return 90.0F / (2.0F * std::tan(0.5F * scene.file.flight.fov_rad));
+}
+
+/// How much the piece whose finest mip or level this is is needed in a picture from `towards`.
+float need_now(const SmallScene &small, const std::string &artifact, std::uint32_t level) {
+    const Streamer streamer = small.streamer();
+    const Scene scene(small.file, streamer);
+    Demand demand(scene, streamer);
+    demand.update(forecast_of(small, towards));
+    const auto [first, count] = streamer.pieces_of(artifact);
+    for (std::uint32_t i = first; i < first + count; ++i) {
+        if (streamer.piece(i).first_level == level) {
+            return demand.needs()[i].now;
+        }
+    }
+    FAIL("no such piece");
+    return 0.0F;
 }
 
 } // namespace
@@ -113,4 +137,101 @@ TEST_CASE("demand: what is seen after some seconds counts the less the later, by
         CHECK(later.needs()[mesh].soon ==
               doctest::Approx(1.0 + (static_cast<double>(error) - 1.0) * share).epsilon(1e-4));
     }
+}
+
+TEST_CASE(
+    "demand: a level of detail is needed by the error of the next coarser one, the coarsest by its size") {
+    if (!test::have_context()) {
+        return;
+    }
+    SmallScene small;
+    small.file.shadow.reset();
+    small.file.lod_error_px = 0.5F;
+    const Streamer streamer = small.streamer();
+    const Scene scene(small.file, streamer);
+    const Instance &quad = scene.objects()[0].instances[0];
+    const auto distance_m = static_cast<float>(glm::distance(towards.eye, quad.center)) - quad.radius_m;
+    const float accepted = pixels_at_1m(small) * quad.scale / std::max(distance_m, small.file.flight.near_m) /
+                           small.file.lod_error_px;
+    CHECK(need_now(small, "quad_mesh", 0) == doctest::Approx(0.1F * accepted));
+    CHECK(need_now(small, "quad_mesh", 1) == doctest::Approx(1.5F * accepted));
+}
+
+TEST_CASE(
+    "demand: a mip is needed by the size of the next coarser texel in pixels, on the sea, in the sky, in "
+    "clouds") {
+    if (!test::have_context()) {
+        return;
+    }
+    SmallScene small;
+    small.file.objects.clear();
+    small.file.shadow.reset();
+    small.put("quad_color", test::ktx2_file(assets::PixelFormat::rgba8_unorm, 256, 128));
+    const float pixels = pixels_at_1m(small);
+    SUBCASE("the sea's: the texels are as far away as the eye is high over the water") {
+        assets::Water &water = small.file.water.emplace();
+        water.normal = water.dudv = "quad_color";
+        water.level_m = -3.0F; // 4 m below the eye
+        water.size_m = 512.0F;
+        water.wave_repeat = 16.0F; // the shorter side has 128 texels: 4 a metre
+        CHECK(need_now(small, "quad_color", 0) == doctest::Approx(2.0F * pixels / (4.0F * 4.0F)));
+        CHECK(need_now(small, "quad_color", 1) == doctest::Approx(4.0F * pixels / (4.0F * 4.0F)));
+    }
+    SUBCASE(
+        "the ground's: as far away as the eye is high over its highest point, and the coarse mips always") {
+        assets::Terrain &terrain = small.file.terrain.emplace();
+        terrain.sand_color = "quad_color";
+        terrain.size_m = {64.0F, 32.0F};
+        terrain.height_range_m = {-9.0F, -1.0F}; // 2 m below the eye
+        terrain.sand_repeat = 2.0F;
+        CHECK(need_now(small, "quad_color", 0) == doctest::Approx(2.0F * pixels / (2.0F * 4.0F)));
+        terrain.sand_repeat = 1e6F;
+        CHECK(need_now(small, "quad_color", 0) < 1.0F);
+        const float coarse = need_now(small, "quad_color", 2);
+        CHECK(coarse > 1.0F);
+        CHECK(coarse < 1.001F);
+    }
+    SUBCASE("both skies between two keys, and the clouds") {
+        small.file.daytime.resize(2);
+        small.file.daytime[1].at_s = 5.0;
+        for (const std::size_t changed : {0U, 1U}) { // 8 texels an edge, all in one piece
+            small.file.daytime[changed].sky = "sky";
+            small.file.daytime[1 - changed].sky = "";
+            CHECK(need_now(small, "sky", 0) == doctest::Approx(16.0F * pixels / (0.5F * 8.0F)));
+        }
+        small.file.daytime[0].sky = small.file.daytime[1].sky = "sky";
+        small.file.clouds = assets::Clouds{.map = "quad_color", .repeat = 2};
+        const float texels_per_rad = 2.0F * 256.0F / 6.2831853F;
+        CHECK(need_now(small, "quad_color", 0) == doctest::Approx(2.0F * pixels / texels_per_rad));
+    }
+}
+
+TEST_CASE("demand: maps on second texture coordinates are needed as finely as those spread them") {
+    if (!test::have_context()) {
+        return;
+    }
+    // Both levels have two sets of coordinates: a metre is 4 wide in the first, 1 in the second.
+    std::string json = test::glb_json();
+    json = test::replaced(json, R"("POSITION":0,"NORMAL":1},"indices":2)",
+                          R"("POSITION":0,"NORMAL":1,"TEXCOORD_0":5,"TEXCOORD_1":5},"indices":2)");
+    json = test::replaced(json, R"("POSITION":4})", R"("POSITION":4,"TEXCOORD_0":6,"TEXCOORD_1":6})");
+    json = test::replaced(json, R"(],
+"bufferViews")",
+                          R"(,{"bufferView":0,"componentType":5126,"count":4,"type":"VEC2"},
+{"bufferView":0,"componentType":5126,"count":3,"type":"VEC2"}],
+"bufferViews")");
+    json = test::replaced(json, R"("center":[0,0,0]})", R"("center":[0,0,0],"uv_per_m":4,"uv1_per_m":1})");
+    const auto need = [&](assets::ObjectMap map) {
+        SmallScene small;
+        small.file.shadow.reset();
+        small.put("quad_mesh", test::glb_file(json));
+        assets::Material &material = small.file.objects[0].materials[0];
+        material = {};
+        material.name = "wood";
+        material.maps[map] = "quad_color";
+        return need_now(small, "quad_color", 0);
+    };
+    const float first = need(assets::ObjectMap::normal);
+    CHECK(first > 0.0F);
+    CHECK(need(assets::ObjectMap::second_normal) == doctest::Approx(4.0F * first));
 }

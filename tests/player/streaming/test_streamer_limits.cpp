@@ -282,8 +282,15 @@ TEST_CASE(
         need("quad_color");
         CHECK(test::wrong_bytes(streamer) == 0);
         need("sky");
-        CHECK(streamer.texture("quad_color")->resident());
-        CHECK_FALSE(streamer.texture("quad_color")->complete());
+        const StreamedTexture &left = *streamer.texture("quad_color");
+        CHECK(left.resident());
+        CHECK_FALSE(left.complete());
+        left.bind(0);
+        GLint finest = -1, coarsest = -1; // that are sampled, counted from the finest that is left
+        glGetTexParameteriv(GL_TEXTURE_2D, GL_TEXTURE_BASE_LEVEL, &finest);
+        glGetTexParameteriv(GL_TEXTURE_2D, GL_TEXTURE_MAX_LEVEL, &coarsest);
+        CHECK(finest == 0);
+        CHECK(coarsest == 3 - left.finest()); // its max_level
     }
     CHECK(streamer.counts().evictions >= 5);
     test::throw_on_error();

@@ -42,6 +42,47 @@ TEST_CASE("textures: mutable storage holds the same texels as immutable storage"
     test::throw_on_error();
 }
 
+TEST_CASE("textures: until it is loaded a map of directions points nowhere, and others are grey") {
+    if (!test::have_context()) {
+        return;
+    }
+    for (const auto &[format, value] : {std::pair(assets::PixelFormat::rg8_snorm, 0.0F),
+                                        {assets::PixelFormat::bc5_snorm, 0.0F},
+                                        {assets::PixelFormat::rg16_snorm, 0.0F},
+                                        {assets::PixelFormat::rgba8_srgb, 0.5F}}) {
+        const test::Bytes bytes = test::ktx2_file(format, 4, 4);
+        const gl::Texture texture = neutral_texture(test::read_ktx2(bytes, "a.ktx2"));
+        std::array<float, 2> texel{-1.0F, -1.0F};
+        glGetTexImage(GL_TEXTURE_2D, 0, GL_RG, GL_FLOAT, texel.data());
+        CHECK(texel == std::array{value, value});
+    }
+    test::throw_on_error();
+}
+
+TEST_CASE("textures: colours of every format are decoded from sRGB, and what is no colour is not") {
+    if (!test::have_context()) {
+        return;
+    }
+    for (const auto &[format, srgb] : {std::pair(assets::PixelFormat::rgba8_srgb, true),
+                                       {assets::PixelFormat::bc1_rgb_srgb, true},
+                                       {assets::PixelFormat::bc3_srgb, true},
+                                       {assets::PixelFormat::bc7_srgb, true},
+                                       {assets::PixelFormat::rgba8_unorm, false},
+                                       {assets::PixelFormat::bc1_rgb_unorm, false},
+                                       {assets::PixelFormat::bc3_unorm, false},
+                                       {assets::PixelFormat::bc7_unorm, false}}) {
+        const test::Bytes bytes = test::ktx2_file(format, 4, 4);
+        const gl::Texture texture = allocate_texture(test::read_ktx2(bytes, "a.ktx2"), 0, best_storage());
+        GLint internal = 0;
+        glGetTexLevelParameteriv(GL_TEXTURE_2D, 0, GL_TEXTURE_INTERNAL_FORMAT, &internal);
+        const bool decodes = internal == GL_SRGB8_ALPHA8 || internal == GL_COMPRESSED_SRGB_S3TC_DXT1_EXT ||
+                             internal == GL_COMPRESSED_SRGB_ALPHA_S3TC_DXT5_EXT ||
+                             internal == GL_COMPRESSED_SRGB_ALPHA_BPTC_UNORM_ARB;
+        CHECK(decodes == srgb);
+    }
+    test::throw_on_error();
+}
+
 TEST_CASE("textures: levels are copied between textures of other sizes, on the device and through memory") {
     if (!test::have_context()) {
         return;
