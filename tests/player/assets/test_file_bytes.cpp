@@ -1,5 +1,6 @@
 #include "assets/file_bytes.hpp"
 #include "assets/json_reader.hpp"
+#include "assets/loaded_artifact.hpp"
 #include "assets/scene/file.hpp"
 #include "assets/sha256.hpp"
 #include "error.hpp"
@@ -7,9 +8,11 @@
 
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <cstdlib>
 #include <doctest/doctest.h>
 #include <sys/stat.h>
+#include <thread>
 #include <unistd.h>
 
 using namespace paradize;
@@ -73,6 +76,36 @@ TEST_CASE("files: the bytes are the file's, part by part, and stay when it chang
     std::filesystem::resize_file(path, 5);
     std::filesystem::remove(path);
     CHECK(std::ranges::equal(file.bytes(), bytes));
+}
+
+TEST_CASE("files: of one so young that a change might not alter its times no stamp is believed") {
+    const test::Folder folder;
+    constexpr std::int64_t young_ns = 20'000'000;
+    for (int i = 0; i < 20; ++i) { // until it is read in time
+        const std::filesystem::path path = folder.write("a", test::Bytes(100, std::byte{7}));
+        const assets::FileBytes file(path);
+        if (assets::now_ns() - assets::stamp_of(path).back() < young_ns) {
+            CHECK(file.stamp() == assets::FileStamp{});
+            break;
+        }
+    }
+    const std::filesystem::path old = folder.write("b", test::Bytes(100, std::byte{7}));
+    std::this_thread::sleep_for(std::chrono::nanoseconds(2 * young_ns));
+    CHECK(assets::FileBytes(old).stamp() == assets::stamp_of(old));
+}
+
+TEST_CASE("files: one that was replaced since it was checked keeps no memory and is refused, however young") {
+    const test::Folder folder;
+    test::SceneText text;
+    test::write_scene(folder, text);
+    const assets::SceneFile scene = assets::parse_scene(text.str(), "scene.json");
+    const assets::Artifact &color = *scene.find_artifact("quad_color");
+    const auto index = static_cast<std::uint32_t>(&color - scene.artifacts.data());
+    assets::LoadedArtifact loaded = assets::open_artifact(scene, index, folder.path());
+    assets::check_artifact(color, loaded);
+    text.color_file.back() ^= std::byte{1};
+    folder.write(color.file, text.color_file);
+    CHECK_THROWS_AS(assets::free_memory(loaded, true), Error); // its hash or its times are others
 }
 
 TEST_CASE("files: freed bytes are read again from the open file, even if it is deleted") {
