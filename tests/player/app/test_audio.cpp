@@ -143,6 +143,18 @@ TEST_CASE("sound: what a new scene plays as before goes on, what it does not nam
     CHECK(audio.playing() == 0);
 }
 
+TEST_CASE("sound: a file that is heard everywhere and at a place sounds everywhere as it was recorded") {
+    const test::Folder folder;
+    const std::string silent_there =
+        test::replaced(test::replaced(everywhere, R"("volume": 0.5)", R"("volume": 0)"), "[]", "[[9, 0, 0]]");
+    Audio audio(AudioOutput::memory);
+    CHECK(audio.load(scene_with(folder, "[" + silent_there + "," + everywhere + "]"), folder.path()));
+    audio.update(Pose(), 0.0, 0.0);
+    audio.play(0.0);
+    CHECK(audio.playing() == 2);
+    CHECK(loudest(audio) == doctest::Approx(0.5 * 8000.0 / 32767.0).epsilon(0.02));
+}
+
 TEST_CASE("music: a key goes from piece to piece and to none; each fades") {
     const test::Folder folder;
     Audio audio(AudioOutput::memory);
@@ -170,7 +182,14 @@ TEST_CASE("music: a key goes from piece to piece and to none; each fades") {
     first.update(Pose(), 0.0, 0.0);
     first.play(0.0);
     CHECK(first.music() == 2);
-    CHECK(loudest(first) > 0.1);
+    const double full = loudest(first);
+    CHECK(full > 0.1);
+    Audio quiet(AudioOutput::memory);
+    quiet.load(scene_with(folder, "[]", R"({"artifacts": ["tone"], "volume": 0.25, "playing": 1})"),
+               folder.path());
+    quiet.update(Pose(), 0.0, 0.0);
+    quiet.play(0.0);
+    CHECK(loudest(quiet) == doctest::Approx(0.25 * full).epsilon(0.02));
 }
 
 TEST_CASE("sound: a device is opened only for a scene that has a sound") {

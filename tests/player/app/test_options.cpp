@@ -1,8 +1,10 @@
 #include "app/options.hpp"
+#include "app/playback.hpp"
 
 #include <doctest/doctest.h>
 
 #include <array>
+#include <cstdint>
 
 using namespace paradize;
 
@@ -37,6 +39,15 @@ TEST_CASE("command line: all documented options are accepted") {
     CHECK(o.wait_resident);
     CHECK(o.json);
     CHECK(o.mute);
+}
+
+TEST_CASE("command line: --vram and --ram are millions of bytes, --ram 256 MiB where nothing is said") {
+    const MemoryLimits given = memory_limits(parse({"scene", "--vram", "2.5", "--ram=64"}));
+    CHECK(given.vram_bytes == 2'500'000);
+    CHECK(given.ram_bytes == 64'000'000);
+    CHECK(memory_limits(parse({"scene"})).vram_bytes == 0);
+    CHECK(memory_limits(parse({"scene"})).ram_bytes == std::uint64_t{256} << 20U);
+    CHECK(memory_limits(parse({"scene", "--order", "file"})).order == UploadOrder::file);
 }
 
 TEST_CASE("command line: of a value given twice the last counts; passes and tiers given twice all count") {

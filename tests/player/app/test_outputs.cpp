@@ -136,6 +136,12 @@ TEST_CASE("free camera: starts at the flight's pose and moves along its view") {
     input.roll = 1.0F;
     camera.move(input, 0.5);
     CHECK(camera.pose().roll_rad == doctest::Approx(0.3));
+    input = Input();
+    input.up = 1.0F;
+    input.fast = true;
+    const double before_m = camera.pose().eye.y;
+    camera.move(input, 0.5);
+    CHECK(camera.pose().eye.y - before_m == doctest::Approx(10.0)); // five times as fast
 }
 
 TEST_CASE("panel: the window's title says what is resident, needed and missing") {

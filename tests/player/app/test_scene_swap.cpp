@@ -9,6 +9,7 @@
 #include <doctest/doctest.h>
 #include <epoxy/gl.h>
 
+#include <algorithm>
 #include <array>
 #include <string>
 #include <thread>
@@ -145,6 +146,34 @@ TEST_CASE("scene swap: a new scene reuses unchanged artifacts and is shown when 
     CHECK(sky->complete());
     CHECK(scenes.current().streamer.texture("quad_color") != color);
     CHECK(scenes.current().streamer.texture("quad_color")->width_px() == 128);
+    test::throw_on_error();
+}
+
+TEST_CASE("scene swap: what the scene before did not draw, and all under a limit, is loaded anew") {
+    if (!test::have_context()) {
+        return;
+    }
+    const BakedFolder baked;
+    for (const bool limited : {false, true}) {
+        assets::SceneFile first = assets::read_scene(baked.scene_json());
+        if (!limited) {
+            first.objects.clear();
+            for (const char *name : {"quad_mesh", "quad_color"}) {
+                std::ranges::find(first.artifacts, name, &assets::Artifact::name)->drawn = false;
+            }
+        }
+        Streamer before(first, baked.folder.path());
+        before.finish_checks();
+        before.upload({});
+        REQUIRE(before.complete());
+        const assets::SceneFile second = assets::read_scene(baked.scene_json());
+        const MemoryLimits limits{.vram_bytes = limited ? std::uint64_t{1} << 30U : 0};
+        Streamer after(second, SceneLoad(second, baked.folder.path(), &before, limits));
+        CHECK(after.reused() == (limited ? 0 : 1)); // the sky
+        after.upload({});
+        CHECK(after.texture("quad_color")->width_px() == 256);
+        CHECK(after.mesh("quad_mesh")->levels().size() == 2);
+    }
     test::throw_on_error();
 }
 

@@ -222,6 +222,28 @@ TEST_CASE("passes: objects are made anew for settings that their programs depend
     CHECK_FALSE(reusable(objects, made_for, wanted));
 }
 
+TEST_CASE("passes: those that see the light, the waves or the mirror are made anew where these change") {
+    const auto changes = [](std::string_view pass, const auto &change) {
+        const auto index =
+            static_cast<std::size_t>(std::ranges::find(pass_names(), pass) - pass_names().begin());
+        const RenderSettings made_for;
+        RenderSettings wanted = made_for;
+        change(wanted);
+        return !reusable(index, made_for, wanted);
+    };
+    for (const std::string_view pass : {"terrain", "objects", "blended"}) {
+        CHECK(changes(pass, [](RenderSettings &s) { s.anisotropy = 16.0F; }));
+        CHECK(changes(pass, [](RenderSettings &s) { s.sky_light = false; }));
+    }
+    CHECK(changes("water", [](RenderSettings &s) { s.near_waves = !s.near_waves; }));
+    CHECK(changes("water", [](RenderSettings &s) { s.shadow_filter = ShadowFilter::penumbra; }));
+    CHECK(changes("reflection", [](RenderSettings &s) { s.samples = 0; }));
+    CHECK(changes("reflection", [](RenderSettings &s) { s.reflection_scale = 0.5F; }));
+    CHECK(changes("refraction", [](RenderSettings &s) { s.refraction_scale = 0.5F; }));
+    CHECK(changes("shadow", [](RenderSettings &s) { s.shadow_size_px /= 2; }));
+    CHECK(changes("shafts", [](RenderSettings &s) { s.shaft_steps = 32; }));
+}
+
 TEST_CASE("random numbers are uniform in [0, 1)") {
     Pcg random(54);
     double sum = 0.0;

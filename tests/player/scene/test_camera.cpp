@@ -102,6 +102,10 @@ TEST_CASE("light: the square's centre is the map's centre, and heights stay insi
     CHECK(middle.z == doctest::Approx(0.5));
     const glm::vec3 high = project(view, center + glm::vec3(0.0F, 19.0F, 0.0F));
     CHECK(std::abs(high.z) < 1.0F);
+    const View low = light_view(shadow, glm::normalize(glm::vec3(1.0F, 0.02F, 1.0F))); // along a diagonal
+    for (const float side_m : {-20.0F, 20.0F}) {
+        CHECK(std::abs(project(low, center + glm::vec3(side_m, 0.0F, side_m)).z) < 1.0F);
+    }
 }
 
 TEST_CASE("floating origin: points near a distant eye project as near an eye at the world's origin") {

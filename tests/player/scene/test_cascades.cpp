@@ -86,7 +86,7 @@ TEST_CASE("cascades: most frames of a slow flight find each of them drawn") {
 
 TEST_CASE("cascades: each contains the camera's near slice, three times as deep as that of the next") {
     const assets::Shadow shadow = square();
-    double depth_m = 3.5;
+    double depth_m = 5.0;
     for (int cascade = max_cascades - 1; cascade > 0; --cascade, depth_m *= cascade_ratio) {
         for (int i = 0; i < 24; ++i) {
             const double angle = 0.26 * i;

@@ -151,6 +151,10 @@ TEST_CASE("daylight: at night the moon casts the shadows, and it is night where 
     CHECK_FALSE(daylight_at(file, 20.0).by_moon);
     CHECK(daylight_at(file, 20.0).night == 0.0F);
     CHECK(daylight_at(file, 65.0).to_light.y > 0.2F);
+    CHECK(daylight_at(file, 65.0).angular_radius_rad == 0.5F * file.moon_diameter_rad);
+    CHECK(daylight_at(file, 20.0).angular_radius_rad == 0.5F * file.sun.angular_diameter_rad);
+    CHECK(daylight_at(file, 65.0).haze_glow < 0.5F);
+    CHECK(daylight_at(file, 20.0).haze_glow == 1.0F);
 }
 
 TEST_CASE("daylight: lights turn the shorter way") {
@@ -168,6 +172,9 @@ TEST_CASE("daylight: a key's sky turns with the light that it was made for") {
     for (const float turn : now.sky.turn_rad) {
         CHECK(std::abs(std::remainder(static_cast<double>(turn) - azimuth, glm::two_pi<double>())) < 1e-3);
     }
+    const Daylight night = daylight_at(file, 60.0); // its key's light is the moon
+    CHECK(night.sky.key[0] == 3);
+    CHECK(std::abs(night.sky.turn_rad[0] - glm::radians(110.0F)) < 1e-3F);
     // From the last key to the first.
     CHECK(daylight_at(file, 1.0).sky.key == std::array<std::size_t, 2>{4, 0});
 }

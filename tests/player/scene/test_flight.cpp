@@ -59,6 +59,18 @@ TEST_CASE("flight: consecutive samples are close together, also across knots") {
     }
 }
 
+TEST_CASE("flight: its speed does not jump at the seconds of the table") {
+    assets::Flight f = flight();
+    f.time_table = {{0.0, 0.0, 0.1}, {4.0, 1.0, 0.4}, {10.0, 2.0, 0.1}};
+    const auto speed = [&](double second) {
+        return (flight_pose(f, second + 1e-4).eye.x - flight_pose(f, second - 1e-4).eye.x) / 2e-4;
+    };
+    CHECK(speed(4.0 - 1e-3) == doctest::Approx(5.0 * 0.4).epsilon(0.01)); // a segment is 5 m long
+    CHECK(std::abs(speed(4.0 + 1e-3)) ==
+          doctest::Approx(5.0 * 0.4).epsilon(0.01)); // and the second leads back
+    CHECK(speed(1e-3) == doctest::Approx(5.0 * 0.1).epsilon(0.05));
+}
+
 TEST_CASE("view matrix: the target is in the centre and up points up") {
     const Pose pose{{1.0, 2.0, 3.0}, {4.0, 1.0, -5.0}, 0.0};
     const glm::mat4 view = view_matrix(pose);

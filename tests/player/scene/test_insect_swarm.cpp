@@ -86,4 +86,9 @@ TEST_CASE("insects: they are there while a lamp that reaches them is on, and bri
     const auto [near, far] = std::ranges::minmax_element(swarm.insects(), {}, away);
     CHECK(near->radiance.x > 1.5F * far->radiance.x);
     CHECK(far->radiance.x > 0.0F);
+    lights[0].intensity = 1e6F;
+    swarm.move_to(5.0, std::array<float, 2>{1.0F, 0.0F});
+    for (const Insect &one : swarm.insects()) {
+        CHECK(one.radiance.x == 8.0F);
+    }
 }
