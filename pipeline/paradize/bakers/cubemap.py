@@ -79,7 +79,7 @@ def read_faces(paths: Sequence[Path]) -> Faces:
     warnings: list[str] = []
     notes: dict[str, list[Path]] = {}
     for path in paths:
-        image = read_image(path)
+        image = read_image(path, light=True)
         rows, columns, channels = image.values.shape
         if len(paths) == 1:
             _require_panorama(path, rows, columns)

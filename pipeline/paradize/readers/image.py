@@ -24,6 +24,7 @@ from paradize.kinds import PICTURE, expecting
 from paradize.readers.basis import read_basis
 from paradize.readers.damage import check_damage, damaged
 from paradize.readers.dds import MULTIPLIED, OPAQUE, DdsHead, dds_head, read_plain_dds
+from paradize.readers.gain_map import read_without_gain
 from paradize.readers.grids import read_grid
 from paradize.readers.limits import limit, require_size, too_many_bytes
 from paradize.readers.names import require_utf8_name
@@ -91,26 +92,29 @@ _TYPES: dict[str, tuple[Any, Any, float]] = {  # type to ask for, type of the re
 }
 
 
-def read_image(path: Path, *, color_space: str | None = None, finite: bool = True) -> Image:
+def read_image(
+    path: Path, *, color_space: str | None = None, finite: bool = True, light: bool = False
+) -> Image:
     """Reads a picture: values (h, w, 1..4), row 0 at the top, straight alpha.
 
     color_space: "srgb", "linear" or "data" overrides the file. By default floats, signed integers and files
     that declare themselves linear are "linear", all others "srgb". finite: whether NaN and infinity are
-    refused.
+    refused. light: whether a JPEG's gain map is applied, so that it holds light beyond white.
 
     Raises SourceError for a file that is missing, empty, not a picture, damaged, truncated, beyond the limits
     (checked before decoding), of an unsupported shape, or that holds NaN or infinity.
     """
     with expecting(PICTURE, path):
-        return _read_image(path, color_space, finite)
+        return _read_image(path, color_space, finite, light)
 
 
-def _read_image(path: Path, color_space: str | None, finite: bool) -> Image:
+def _read_image(path: Path, color_space: str | None, finite: bool, light: bool) -> Image:
     if (grid := read_grid(path)) is not None:
         return grid
     try:
         head = _head(path)
-        for read in (read_plain_dds, read_with_pillow, read_basis, read_rare_tiff):
+        readers = (read_plain_dds, read_with_pillow, read_basis, read_rare_tiff)
+        for read in readers if light else (read_without_gain, *readers):
             if (picture := read(path, head, color_space)) is not None:
                 if finite and picture.top is None:
                     require_finite(picture.values, path)

@@ -56,8 +56,11 @@ def read_with_pillow(path: Path, head: bytes, color_space: str | None) -> Image 
     Raises SourceError where it is damaged, beyond the limits, or of a kind that Pillow does not decode.
     """
     name = _format(head)
-    if name is None:
-        return None
+    return None if name is None else decode(name, path, head, color_space)
+
+
+def decode(name: str, path: Path, head: bytes, color_space: str | None) -> Image:
+    """The picture that Pillow's plugin of this name reads. Raises as read_with_pillow."""
     curve = _avif_curve(head) if name == "Avif" else 0
     if curve in _HDR:
         raise high_range(_HDR[curve], path)
