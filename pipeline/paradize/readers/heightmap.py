@@ -71,7 +71,10 @@ def read_heightmap(
             mend=small if min(rows, columns) < 2 else "make it smaller, or cut it into several terrains",
         )
     if _tint(image) > _MOST_TINT:
-        raise SourceError("is a colour picture", file=path, mend="save the heights as one grey channel")
+        tile = "of a map's tile, whose colours are digits (Terrarium, Terrain-RGB), save the metres as floats"
+        raise SourceError(
+            "is a colour picture", file=path, mend=f"save the heights as one grey channel; {tile}"
+        )
     if image.top is not None and height_m is None and not read_geotiff_tags(path).words:
         what = f"holds integers of 0 to {image.top}, not metres"
         raise SourceError(what, file=path, mend="say how high white stands above black: --height H")
