@@ -105,7 +105,9 @@ PACKED: tuple[tuple[bytes, Kind], ...] = (
     (b"\x28\xb5\x2f\xfd", Kind("a file that Zstandard packed", _UNPACK)),
 )
 RIFF = {b"WEBP": Kind("a WebP picture", _MAPS), b"WAVE": Kind("a WAV sound", _TO_OGG)}  # at byte 8
-SUFFIXES = dict.fromkeys((".avif", ".bmp", ".jp2", ".pfm", ".pgm", ".pnm", ".ppm", ".tga", ".webp"), PICTURE)
+SUFFIXES = dict.fromkeys(
+    (".avif", ".bmp", ".jp2", ".pbm", ".pfm", ".pgm", ".pnm", ".ppm", ".tga", ".webp"), PICTURE
+)
 SUFFIXES |= dict.fromkeys(GRID_SUFFIXES, HEIGHTS) | {".ply": PLY, ".stl": STL}
 SUFFIXES |= dict.fromkeys((".usd", ".usdc", ".usda", ".usdz"), _USD) | {".blend": _BLEND, ".fbx": _FBX}
 SUFFIXES |= {

@@ -159,6 +159,7 @@ _CHECKS: dict[str, Callable[[Path], None]] = {
     "jpeg": _check_jpeg,
     "bmp": _check_bmp,
     "pnm": _check_pnm,
+    "ppm": _check_pnm,
     "tiff": _check_tiff,
     "qoi": _check_qoi,
 }

@@ -5,9 +5,10 @@ where a channel lies, refuses sound run-length coded ones, and gives one under a
 the bitmap read before. Plain palettes are left to it: Pillow 13 takes bytes for bits where there are two
 colours. Canvas that the first picture of a WebP leaves free gets memory that nobody wrote. DDS of GLI (a code
 that the flags do not declare) and those without flags that no reader needs are refused. Of Photoshop pictures
-it leaves out a fourth channel. Sources: Microsoft, "Bitmap storage"; D. Szablewski, "The Quite OK Image
-Format", 2022; Alliance for Open Media, "AV1 Image File Format", 2022; Google, "WebP Container Specification";
-Adobe, "Photoshop File Formats Specification", 2019.
+it leaves out a fourth channel. In netpbm's bitmaps of text it wants blanks between the digits. Sources:
+Microsoft, "Bitmap storage"; D. Szablewski, "The Quite OK Image Format", 2022; Alliance for Open Media, "AV1
+Image File Format", 2022; Google, "WebP Container Specification"; Adobe, "Photoshop File Formats
+Specification", 2019; J. Poskanzer, the manual page of pbm.
 """
 
 from __future__ import annotations
@@ -103,6 +104,8 @@ def _format(head: bytes) -> str | None:
     """The Pillow format of a picture that OpenImageIO does not read right."""
     if head.startswith(b"qoif"):
         return "Qoi"
+    if head.startswith(b"P1"):
+        return "Ppm"
     if is_avif(head):
         return "Avif"
     if len(head) < 34:
