@@ -310,6 +310,7 @@ def test_several_wrong_fields_are_told_at_once_and_an_unknown_one_with_the_neare
         lambda: paradize.mesh(""),
         lambda: paradize.mesh("a\0b"),
         lambda: paradize.mesh("a.obj", budget={"surface_max": float("nan")}),
+        lambda: paradize.mesh("a.obj", budget={"surfce_max": 0.1}),
         lambda: paradize.maps("a.png", budget={3: 4}),  # type: ignore[dict-item]
     ],
 )

@@ -13,5 +13,6 @@ __all__ = [
     "options",
     "provenance",
     "single_file",
+    "tasks",
     "verify",
 ]

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 from paradize.checks.rules import Finding
+from paradize.files import bytes_text
 from paradize.formats.device import device_bytes
 from paradize.formats.scene.manifest import read_entry
 from paradize.scene.budget import METRICS, Excess, excesses, is_beyond
@@ -36,14 +37,16 @@ def check_budget(manifest: dict[str, Any], folder: Path, file: str) -> Iterator[
         yield _finding(excess, file, "flight", "flight", "")
     limited = {"folder_mb", "gpu_mb"} & budget.aim.keys()
     if limited:
-        for excess in excesses(_known(budget), _sizes(manifest, folder)):
-            yield _finding(
-                excess,
-                file,
-                "scene",
-                f"budget.{excess.metric}",
-                "remove something from the scene, or allow more",
+        sizes = _sizes(manifest, folder)
+        for excess in excesses(
+            _known(budget), {name: sum(held.values()) / 1e6 for name, held in sizes.items()}
+        ):
+            held = sizes[excess.metric]
+            largest = ", ".join(
+                f"{name} {bytes_text(held[name])}" for name in sorted(held, key=held.__getitem__)[:-4:-1]
             )
+            mend = f"the largest: {largest}; remove something from the scene, or allow more"
+            yield _finding(excess, file, "scene", f"budget.{excess.metric}", mend)
 
 
 def _known(budget: Limits) -> Limits:
@@ -93,14 +96,14 @@ def _mend(tried: dict[str, Any] | None, excess: Excess) -> str:
     return f"no tier passes ({values} {unit}): improve the source, or allow more in [budget]"
 
 
-def _sizes(manifest: dict[str, Any], folder: Path) -> Mapping[str, float]:
-    """MB of all artifact files, and MB of GPU memory: every level of every texture, and the buffers of the
-    meshes."""
-    total = sum(artifact["bytes"] for artifact in manifest["artifacts"].values())
-    held = 0
-    for artifact in manifest["artifacts"].values():
+def _sizes(manifest: dict[str, Any], folder: Path) -> dict[str, dict[str, int]]:
+    """The bytes of each artifact by metric: of its file, and on the GPU: every level of a texture, and the
+    buffers of a mesh."""
+    held = {}
+    for name, artifact in manifest["artifacts"].items():
         try:
-            held += device_bytes(read_entry(folder, artifact))
+            held[name] = device_bytes(read_entry(folder, artifact))
         except OSError:
             continue  # another rule reports it
-    return {"folder_mb": total / 1e6, "gpu_mb": held / 1e6}
+    files = {name: artifact["bytes"] for name, artifact in manifest["artifacts"].items()}
+    return {"folder_mb": files, "gpu_mb": held}

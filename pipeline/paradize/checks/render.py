@@ -140,7 +140,7 @@ def _sarif(findings: Sequence[Finding]) -> str:
     rules = [
         {
             "id": code,
-            "name": rule.title.title().replace(" ", ""),
+            "name": re.sub(r"[\W_]+", "", rule.title.title()),
             "shortDescription": {"text": rule.title},
             "fullDescription": {"text": rule.cause},
             "help": {"text": rule.mend or rule.cause},

@@ -54,7 +54,8 @@ def _chain(data: bytes, file: str) -> Iterator[Finding]:
         return
     wanted = full_level_count(width, height)
     if count != wanted:
-        yield Finding("PZ301", file, f"{count} levels, {width} x {height} needs {wanted}", "byte 40")
+        levels = "1 level" if count == 1 else f"{count} levels"
+        yield Finding("PZ301", file, f"{levels}, {width} x {height} needs {wanted}", "byte 40")
         return
     for level in range(count):
         place = f"level {level}"

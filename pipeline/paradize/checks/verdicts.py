@@ -2,20 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from dataclasses import replace
 from datetime import date
+from difflib import get_close_matches
 from typing import Any
 
 from paradize.checks.rules import RULES, Finding
 
 
 def apply_scene(
-    findings: Iterable[Finding], settings: dict[str, Any], file: str, today: date
+    findings: Iterable[Finding],
+    settings: dict[str, Any],
+    file: str,
+    today: date,
+    artifacts: Collection[str] = (),
 ) -> Iterator[Finding]:
     """The findings with the severities and waivers of the scene. settings: `check` of scene.json; file:
-    scene.json. A waiver holds up to and including its day; after it the finding says that the waiver ended. A
-    waiver without a finding is a finding itself."""
+    scene.json; artifacts: the names that a waiver may mean. A waiver holds up to and including its day; after
+    it the finding says that the waiver ended. A waiver without a finding is a finding itself."""
     severities, waivers = settings["severity"], settings["waivers"]
     used: set[int] = set()
     for finding in findings:
@@ -31,7 +36,10 @@ def apply_scene(
             what = f"no finding matches {_described(waiver)}"
             if waiver["rule"] not in RULES:
                 what = f"there is no rule {waiver['rule']}"
-            yield Finding("PZ407", file, what, f"waiver[{k}]")
+            near = get_close_matches(waiver["artifact"] or "", artifacts, 1)
+            meant = near and waiver["artifact"] not in artifacts
+            mend = f"did you mean {near[0]}? Mend it in the scene, and bake again" if meant else ""
+            yield Finding("PZ407", file, what, f"waiver[{k}]", mend=mend)
     for code in severities:
         if code not in RULES:
             yield Finding("PZ407", file, f"there is no rule {code}", f"check.{code}")

@@ -12,7 +12,11 @@ from paradize.cli.values import day, path, percent
 def add(sub: argparse.ArgumentParser) -> None:
     """Declares the options of `paradize check`."""
     sub.add_argument(
-        "paths", type=path, nargs="+", metavar="PATH", help="a baked folder, scene.json, GLB, KTX2 or PNG"
+        "paths",
+        type=path,
+        nargs="+",
+        metavar="PATH",
+        help="a baked folder, scene.json, GLB, KTX2 or PNG; or a scene's TOML (its settings alone)",
     )
     sub.add_argument(
         "--format",

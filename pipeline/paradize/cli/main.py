@@ -84,7 +84,7 @@ COMMANDS = {
     "maps": "Bake a colour or height map into normal, height, gloss and du/dv maps.",
     "terrain": "Bake a heightmap into a GLB under a bound on its vertical error.",
     "explain": "Say why each artifact of a scene exists, and what its error does to the picture.",
-    "check": "Check baked scenes (folders or scene.json), GLB, KTX2 and PNG files.",
+    "check": "Check baked scenes (folders or scene.json), GLB, KTX2 and PNG files, and settings of scenes.",
     "measure": "Measure time, error and bytes of every tier of every stage.",
     "watch": "Bake a scene, and again whenever one of its files is saved.",
     "export": "Write a baked scene as one GLB with pictures and the flight, for Blender or three.js.",

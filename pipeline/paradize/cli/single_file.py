@@ -23,9 +23,13 @@ def _budget(kind: str, text: str) -> dict[str, float]:
 
     budget = {}
     for part in text.split(","):
-        metric, _, limit = (word.strip() for word in part.partition("="))
+        metric, equals, limit = (word.strip() for word in part.partition("="))
         if metric not in METRICS:
-            raise argparse.ArgumentTypeError(f"{metric!r} is not a metric; {_metrics_near(kind, metric)}")
+            raise argparse.ArgumentTypeError(
+                f"{metric!r} is no metric of a budget; {_metrics_near(kind, metric)}"
+            )
+        if not equals:
+            raise argparse.ArgumentTypeError(f"{metric} has no limit; write {metric}=LIMIT")
         budget[metric] = number(0.0, METRICS[metric].high)(limit)
     return budget
 

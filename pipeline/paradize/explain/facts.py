@@ -15,6 +15,7 @@ from typing import Any
 
 from paradize.build.job_inputs import constant_of, inputs_of, stale
 from paradize.build.materials.map_sets import find_map_sets
+from paradize.build.tasks import job_settings
 from paradize.documents import SCENE_FILE
 from paradize.errors import FormatError, SceneError, renamed
 from paradize.explain.bounds import bounds_of
@@ -105,7 +106,8 @@ def _last_bake(folder: Path) -> tuple[dict[str, Any] | None, str]:
     try:
         return read_scene(path), ""
     except FileNotFoundError:
-        return None, f"there is no bake in {folder}: seconds, errors and gutters are not known before"
+        known = "seconds, errors and gutters are not known before"
+        return None, f"there is no bake in {folder} (-o names another folder): {known}"
     except OSError as error:
         return None, f"{path}: cannot be read: {error.strerror or error}"
     except FormatError as error:
@@ -137,7 +139,7 @@ def _facts(scene: Scene, job: BakeJob, output: Output, known: _Known | None, fol
         "passes": list(output.passes),
         "reason": output.reason,
         "sources": {role: str(path) for role, path in job.sources.items()},
-        "settings": job.settings,
+        "settings": job_settings(job, scene, finer_format=True),
         "first_needed_s": None,
         "gutter": None,
         "demand": None,

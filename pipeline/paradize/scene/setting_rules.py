@@ -147,7 +147,7 @@ FLAG = _where("True or False", lambda v: isinstance(v, bool) or type(v).__name__
 TEXT = _where("a text", lambda v: isinstance(v, str))
 _WRAP = choice("repeat", "clamp")
 _LIMIT = number(0.0)
-LIMITS = mapping(None, _LIMIT, "a dict: metric -> worst value")
+LIMITS = mapping(dict.fromkeys(METRICS, _LIMIT), _LIMIT, "a dict: metric -> worst value")
 _SIZE_M = several(
     number(**ranges.SIZE_M),
     2,

@@ -204,7 +204,7 @@ def _better(point: Point, group: Group) -> tuple[Point, str]:
         word for word, true in (("quicker", quicker), ("smaller", smaller), ("more exact", exacter)) if true
     ]
     if not (quicker and exacter):
-        gains.append("no slower" if gains == ["more exact"] else "no worse")
+        gains.append("no slower" if exacter else "no worse")
     return best, f"{', '.join(gains[:-1])} and {gains[-1]}"
 
 

@@ -170,7 +170,10 @@ def test_files_and_what_the_device_holds_have_budgets_too(cove: Path) -> None:
     out = change(cove / "out", lambda m: m["budget"]["hard"].update(folder_mb=total, gpu_mb=2.0 * total))
     assert check_paths([out]) == []
     change(out, lambda m: m["budget"]["hard"].update(folder_mb=0.99 * total, gpu_mb=0.5 * total))
-    assert [(f.code, f.metric) for f in check_paths([out])] == [("PZ401", "folder_mb"), ("PZ401", "gpu_mb")]
+    found = check_paths([out])
+    assert [(f.code, f.metric) for f in found] == [("PZ401", "folder_mb"), ("PZ401", "gpu_mb")]
+    largest = max(tree["artifacts"], key=lambda name: tree["artifacts"][name]["bytes"])
+    assert f"the largest: {largest} " in str(found[0])
 
 
 WAIVER = '\n[[waiver]]\nrule = "PZ401"\nartifact = "terrain_mesh"\nmetric = "terrain_max_m"\n'
@@ -220,6 +223,23 @@ def test_of_several_waivers_the_one_that_holds_longest_counts() -> None:
         for day, holds in ((date(2026, 6, 30), True), (date(2026, 7, 1), False)):
             (found,) = apply_scene([Finding("PZ104", "a", "b")], result, "scene.json", day)
             assert bool(found.waived) is holds and "2026-06-30" in str(found)
+
+
+def test_a_waiver_of_no_artifact_is_told_with_the_one_that_is_meant() -> None:
+    waiver = {
+        "rule": "PZ401",
+        "artifact": "post_clor",
+        "metric": None,
+        "reason": "old",
+        "until": "2026-06-30",
+    }
+    verdict = {"severity": {}, "waivers": [waiver]}
+    names = ("sky", "post_color", "post_normal")
+    (found,) = apply_scene([], verdict, "scene.json", date(2026, 6, 1), names)
+    assert found.code == "PZ407" and "did you mean post_color?" in str(found)
+    waiver["artifact"] = "post_color"
+    (found,) = apply_scene([], verdict, "scene.json", date(2026, 6, 1), names)
+    assert "did you mean" not in str(found)
 
 
 def test_a_waived_finding_passes_up_to_its_day_and_fails_after_it(cove: Path, capsys: Any) -> None:

@@ -92,6 +92,7 @@ def test_sarif_holds_what_its_schema_requires() -> None:
     for rule in driver["rules"]:
         assert rule["shortDescription"]["text"] and rule["fullDescription"]["text"] and rule["help"]["text"]
         assert rule["defaultConfiguration"]["level"] in LEVELS  # 3.50.3
+        assert rule["name"].isalnum(), "3.49.7: an identifier that a person understands"
     assert len(run["results"]) == len(FOUND)
     for finding, result in zip(FOUND, run["results"], strict=True):
         assert result["message"]["text"] and result["level"] in LEVELS  # 3.27.10, 3.27.11

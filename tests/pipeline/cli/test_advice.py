@@ -76,7 +76,7 @@ def values(mend: str, was: Any) -> list[Any]:
 
 
 DOCUMENTS = re.compile(  # mends that name other tables or files: tried below, on a whole scene
-    r"write \[.*|write a path relative.*|write [0-9 tor]+ files|looked for in .*|move it .*|"
+    r"write \[.*|write a path relative.*|write [0-9 tor]+ files.*|looked for in .*|move it .*|"
     r"write it|write it: .*|must .*"
 )
 
@@ -121,7 +121,7 @@ def test_a_field_takes_the_values_that_its_refusals_name(tmp_path: Path, place: 
                 whole: Any = better
                 if isinstance(junk, dict):  # the key or the value that was refused, in its table
                     key = inner.split(".")[0]
-                    if error.what in ("is not a metric", "is not a code of a rule"):
+                    if error.what in ("is no metric of a budget", "is not a code of a rule"):
                         whole = {better: 0.5 if "metric" in error.what else "off"}
                     elif error.what == "is not a key of a limit" or inner in junk:
                         whole = {key: better}
@@ -219,6 +219,24 @@ SCENES = {
         lambda text, mend: text.replace("material = 3\n", "").replace(
             "#\n", mend.removeprefix("write ").removesuffix(" for each name").replace("NAME", "wood") + "\n"
         ),
+    ),
+    "a key of a table below": Row(
+        add('height = "wood.png"', 'mesh = "post.obj"'),
+        "object[0].height",
+        lambda text, mend: text.replace('height = "wood.png"\n', "", 1).replace(
+            "[object.material.wood]\n",
+            mend.removeprefix("it is a key of ").replace("NAME", "wood") + '\nheight = "wood.png"\n',
+        ),
+    ),
+    "a file for a list of files": Row(
+        lambda text: re.sub(r"faces = \[[^]]*\]", 'faces = "wood.png"', text),
+        "sky.faces",
+        lambda text, mend: text.replace('"wood.png"', mend.partition(", as ")[2], 1),
+    ),
+    "one thing in two maps": Row(
+        add('roughness = "wood.png"\nsmoothness_map = "sand.png"', "[object.material.wood]"),
+        "object[0].material.wood.smoothness_map",
+        lambda text, mend: text.replace('smoothness_map = "sand.png"\n', ""),
     ),
     "a value for the budget": Row(
         top("budget = 3"),

@@ -295,7 +295,7 @@ COVERED = [  # of messages that are followed above, in test_advice.py and in tes
     r"(\{\}|\d)* ?numbers, .*|allowed: .*|\{\}, or \{\}|write one or more of .*|did you mean .*|known: .*",
     r"write the smaller numbers? first|write it as .*|write a rule's code.*|write \{ soft.*",
     r"write true or false|write some words|write each once|write 1 to 40 of.*|write strings in brackets.*",
-    r"write \[.*|write \{\}, and its keys below|write a path relative.*|write \{\} files",
+    r"write \[.*|write \{\}, and its keys below|write a path relative.*|write \{\} files\{\}",
     r"write a number or three, .*|write one for each instance below the header|write one for each of \{\}",
     r"write lod_(errors|size_px) with .*|write one target .*|the scene has no \[.*|must .*",
     *(".*" + re.escape(says) + ".*" for _, says, _ in LINES.values()),

@@ -133,9 +133,10 @@ def test_wrong_usage_exits_2(words: list[str]) -> None:
             "terrain a.png -o a.glb --size 1 1 --budget terrain_mx_m=1",
             "did you mean terrain_max_m? ",
         ),
+        ("mesh a.obj -o a.glb --budget surface_max", "surface_max has no limit; write surface_max=LIMIT"),
         (
             "mesh a.obj -o a.glb --budget nothing=1",
-            "is not a metric; `paradize mesh` measures surface_max,",
+            "is no metric of a budget; `paradize mesh` measures surface_max,",
         ),
     ],
 )

@@ -282,6 +282,13 @@ def test_a_changed_setting_or_picture_is_named_by_what_it_makes_stale(cove: tupl
     assert all(len(texts) == 1 and texts[0].endswith("wood.png changed") for texts in changed.values())
 
 
+def test_the_settings_of_a_texture_hold_the_budget_that_limits_it(tmp_path: Path) -> None:
+    scene = make_cove(tmp_path)
+    scene.write_text(f"{scene.read_text()}\n[budget]\ncolor_psnr_db = 30.0\n")
+    said = render(explain(scene, "post_color"))
+    assert "budget = color_psnr_db 30" in said and "(-o names another folder)" in said
+
+
 def test_an_instance_that_moved_is_named_for_the_jobs_of_its_object(tmp_path: Path) -> None:
     path, job = make_cove(tmp_path), BakeJob("post_mesh", "mesh", {}, {}, (), objects=("post",))
     before = views_of_job(load_scene(path), job)

@@ -60,7 +60,9 @@ def misses(measured: Mapping[str, Products], budget: Limits, file: object = None
                 f"no tier keeps the budget: {metric} is {values[tier]:g} {unit} at best (tier {tier}), "
                 f"{abs(values[tier] - limit):.3g} {unit} beyond {limit:g}"
             )
-            mend = f"accept {metric} = {values[tier]:g}, or give a source that loses less"
+            levels = metric.startswith(("surface_", "lod_", "uv_shift_"))
+            other = "ask for fewer or finer levels of detail" if levels else "give a source that loses less"
+            mend = f"accept {metric} = {values[tier]:g}, or {other}"
             missed_limits.append(BakeError(what, file=file, place=name, mend=mend))
     if not missed_limits:
         missed = [

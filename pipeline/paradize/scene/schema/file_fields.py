@@ -7,6 +7,7 @@ from dataclasses import MISSING
 from pathlib import Path
 from typing import Any
 
+from paradize.documents import toml_text
 from paradize.files import is_there, missing_reason, resolved
 from paradize.scene.schema.field import Faults, declare, show
 from paradize.spelling import similar
@@ -55,7 +56,8 @@ def sources(
 
     def rule(value: object, place: str, faults: Faults) -> tuple[Path, ...] | None:
         if not isinstance(value, list) or len(value) not in counts:
-            faults.add(place, f"is {show(value)}", f"write {count} files")
+            brackets = f" in brackets, as [{toml_text(value)}]" if isinstance(value, str) else ""
+            faults.add(place, f"is {show(value)}", f"write {count} files{brackets}")
             return None
         paths = [_source(item, f"{place}[{i}]", faults) for i, item in enumerate(value)]
         return None if None in paths else tuple(path for path in paths if path is not None)

@@ -44,7 +44,7 @@ def limits(known: dict[str, Limit], *, meaning: str = "") -> Any:
         read = Limits()
         for key, item in value.items():
             if key not in known:
-                faults.add(f"{place}.{key}", "is not a metric", suggestion(key, known))
+                faults.add(f"{place}.{key}", "is no metric of a budget", suggestion(key, known))
                 continue
             parts = item if isinstance(item, dict) else {"hard": item}
             for part, limit in parts.items():

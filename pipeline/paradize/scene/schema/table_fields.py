@@ -9,6 +9,7 @@ from typing import Any, TypeVar
 from paradize.scene.schema.field import Faults, declare, header, show, suggestion
 
 T = TypeVar("T")
+_EACH_NAME = "a table for each name"
 
 
 def table(of: type[T], default: Any = MISSING, *, key: str | None = None, meaning: str = "") -> Any:
@@ -65,9 +66,22 @@ def named_tables(of: type[T], *, key: str | None = None, meaning: str = "") -> A
         read = {name: read_table(of, item, f"{place}.{name}", faults) for name, item in value.items()}
         return {name: item for name, item in read.items() if item is not None}
 
-    return declare(
-        rule, dict, "a table for each name", json={"type": "object"}, meaning=meaning, key=key, of=of
-    )
+    return declare(rule, dict, _EACH_NAME, json={"type": "object"}, meaning=meaning, key=key, of=of)
+
+
+def _known(of: type[Any]) -> dict[str, Any]:
+    """The fields of a table by their keys in the file."""
+    return {item.metadata["key"] or item.name: item for item in dataclasses.fields(of)}
+
+
+def _tables_below(key: str, known: dict[str, Any], place: str) -> str:
+    """A mend for a key that belongs to tables in this one; empty where none has it, or more than three."""
+    named = [
+        f"[{header(place)}{'.' if place else ''}{name}{'.NAME' * (item.metadata['allowed'] == _EACH_NAME)}]"
+        for name, item in known.items()
+        if item.metadata["of"] and key in _known(item.metadata["of"])
+    ]
+    return f"it is a key of {', '.join(named)}" if 0 < len(named) <= 3 else ""
 
 
 def read_table(of: type[T], value: object, place: str, faults: Faults) -> T | None:
@@ -77,13 +91,14 @@ def read_table(of: type[T], value: object, place: str, faults: Faults) -> T | No
         faults.add(place, f"is {show(value)}, not a table", f"write {named}, and its keys below")
         return None
     before = len(faults.errors)
-    known = {item.metadata["key"] or item.name: item for item in dataclasses.fields(of)}  # type: ignore[arg-type]
+    known = _known(of)
     read: dict[str, Any] = {}
     dotted = f"{place}." if place else ""
     for key in value:
         if key not in known:
             now = [name for name, item in known.items() if item.metadata["formerly"] == key]
-            mend = f"its name is {now[0]} now" if now else suggestion(key, known)
+            mend = f"its name is {now[0]} now" if now else _tables_below(key, known, place)
+            mend = mend or suggestion(key, known)
             faults.add(f"{dotted}{key}", "is not a key of this table", mend)
     for key, item in known.items():
         if key in value:

@@ -150,6 +150,9 @@ def _cross_checks(scene: Scene, faults: Faults) -> None:
                     f"is {table.alpha_cutoff:g} beside alpha_mode = {table.alpha_mode!r}, which has no cutoff"
                 )
                 faults.add(place, what, 'leave it out, or write alpha_mode = "mask"')
+            if table.roughness and table.smoothness_map:
+                place = f"object[{i}].material.{toml_key(material)}.smoothness_map"
+                faults.add(place, "stands beside roughness, which says the same", "leave one of them out")
         if item.motion is not None and item.motion.laps == 0:
             faults.add(
                 f"object[{i}].motion.laps",
