@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import json
 import os
+import re
 import subprocess
 import sys
 from collections.abc import Callable
@@ -20,6 +21,7 @@ from paradize.cli.bake import MANY, show_bake
 from paradize.cli.main import COMMANDS, EXAMPLES, main, parser
 from tests.pipeline.scenes import make_cove, tone
 from tests.pipeline.shapes import CORNER_OBJ
+from tests.places import ROOT
 from tests.sweeps import sweep
 
 # All of this package that a bake with nothing to do loads.
@@ -147,7 +149,14 @@ def json_of(capsys: pytest.CaptureFixture[str]) -> Callable[..., dict[str, Any]]
     return call
 
 
-def test_what_ends_well_is_one_json_object_too(
+def documented(command: str) -> set[str]:
+    """The keys that the page of the commands names for a command."""
+    page = (ROOT / "pipeline/paradize/cli/README.md").read_text().partition("## JSON")[2]
+    (row,) = re.findall(rf"^\| `{command}` \| (.*) \|$", page, re.M)
+    return set(re.findall(r"`(\w+)`", row))
+
+
+def test_what_ends_well_is_one_json_object_too_whose_keys_the_page_names(
     tmp_path: Path,
     cove_store: Callable[[Path], Path],
     monkeypatch: pytest.MonkeyPatch,
@@ -156,12 +165,24 @@ def test_what_ends_well_is_one_json_object_too(
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("PARADIZE_STORE", str(cove_store(tmp_path / "store")))
     monkeypatch.setenv("PARADIZE_REPORT", "")
-    call = json_of(capsys)
+    run = json_of(capsys)
+
+    def call(command: str, *words: object) -> dict[str, Any]:
+        found = run(command, *words)
+        assert found.keys() <= documented(command), command
+        return found
+
     assert "scene" in call("new", "mine")
     scene = make_cove(tmp_path / "scene")
     assert "artifacts" in call("bake", scene, "-o", "out")
     assert call("explain", scene, "-o", "out")
     assert call("check", "out")["errors"] == 0
     assert call("export", "out", "-o", "all.glb")
+    (lod,) = call("mesh", "scene/post.obj", "-o", "post.glb", "--lods", 1)["lods"]
+    assert lod["draw"].keys() <= documented("mesh") | {"acmr_before", "atvr_before"}
+    assert call("maps", "scene/wood.png", "-o", "maps", "--only", "height")["maps"][
+        "height"
+    ].keys() <= documented("maps")
+    assert call("terrain", "scene/height.png", "-o", "ground.glb", "--size", 9, 9, "--height", 1)["triangles"]
     assert "dropped" in call("clean", "--older-than", "1d")
     assert call("completion", "zsh")["shell"] == "zsh"
