@@ -7,6 +7,7 @@ from dataclasses import fields, is_dataclass
 from pathlib import Path
 
 from paradize.checks.rules import Finding
+from paradize.checks.verdicts import without_rule
 from paradize.errors import GroupedError, ParadizeError
 from paradize.scene.settings import load_scene
 
@@ -25,13 +26,17 @@ def _files(settings: object) -> Iterator[Path]:
 
 
 def check_settings(path: Path, scenes: dict[str, int | None]) -> Iterator[Finding]:
-    """The faults of a scene's fields, and the files that they name and that do not exist. Reads no model and
-    no picture. scenes: takes how many files the scene names; None where it has faults."""
+    """The faults of a scene's fields, the files that they name and that do not exist, and codes that name no
+    rule. Reads no model and no picture. scenes: takes how many files the scene names; None where it has
+    faults."""
     scenes[str(path)] = None
     try:
-        scenes[str(path)] = len(set(_files(load_scene(path))))
+        scene = load_scene(path)
     except ParadizeError as refused:
         for error in refused.errors if isinstance(refused, GroupedError) else (refused,):
             yield Finding(
                 "PZ431", error.file or str(path), error.what, error.place or "", mend=error.mend or ""
             )
+        return
+    scenes[str(path)] = len(set(_files(scene)))
+    yield from without_rule(scene.check, [waiver.rule for waiver in scene.waivers], str(path))

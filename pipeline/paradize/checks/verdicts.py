@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import replace
 from datetime import date
 from difflib import get_close_matches
@@ -32,17 +32,21 @@ def apply_scene(
         used.update(matching)
         yield replace(_waived(finding, [waivers[k] for k in matching], today), override=override)
     for k, waiver in enumerate(waivers):
-        if k not in used:
-            what = f"no finding matches {_described(waiver)}"
-            if waiver["rule"] not in RULES:
-                what = f"there is no rule {waiver['rule']}"
+        if k not in used and waiver["rule"] in RULES:
             near = get_close_matches(waiver["artifact"] or "", artifacts, 1)
             meant = near and waiver["artifact"] not in artifacts
             mend = f"did you mean {near[0]}? Mend it in the scene, and bake again" if meant else ""
+            what = f"no finding matches {_described(waiver)}"
             yield Finding("PZ407", file, what, f"waiver[{k}]", mend=mend)
-    for code in severities:
+    yield from without_rule(severities, [waiver["rule"] for waiver in waivers], file)
+
+
+def without_rule(severities: Iterable[str], waived: Sequence[str], file: str) -> Iterator[Finding]:
+    """The codes under [check], and those of the waivers, that name no rule."""
+    named = [(f"waiver[{k}]", code) for k, code in enumerate(waived)]
+    for place, code in [*named, *((f"check.{code}", code) for code in severities)]:
         if code not in RULES:
-            yield Finding("PZ407", file, f"there is no rule {code}", f"check.{code}")
+            yield Finding("PZ407", file, f"there is no rule {code}", place)
 
 
 def _matches(waiver: dict[str, Any], finding: Finding) -> bool:

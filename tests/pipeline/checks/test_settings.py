@@ -52,6 +52,14 @@ def test_every_fault_of_a_scene_is_a_finding_with_its_place_and_mend(cove: Path)
     assert all(finding.fails and finding.mend and finding.file == str(cove) for finding in found)
 
 
+def test_a_code_that_names_no_rule_is_told_before_a_bake(cove: Path) -> None:
+    waiver = '[[waiver]]\nrule = "PZ998"\nreason = "June"\nuntil = 2026-06-30\n'
+    cove.write_text(f'{cove.read_text()}\n[check]\nPZ999 = "off"\nPZ232 = "off"\n{waiver}')
+    found = check_paths([cove])
+    assert [(one.code, one.place) for one in found] == [("PZ407", "waiver[0]"), ("PZ407", "check.PZ999")]
+    assert not any(one.fails for one in found)
+
+
 def test_equal_faults_at_several_places_are_all_listed(cove: Path) -> None:
     edit(cove, "[flight]", "[flight]\nspede = 1\nspude = 2")
     assert len({finding.place for finding in check_paths([cove])}) == 2

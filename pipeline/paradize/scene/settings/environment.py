@@ -70,7 +70,8 @@ class Sky:
         size=6,
         or_one=True,
         meaning="six pictures of a cube map in the order +X -X +Y -Y +Z -Z; or one panorama, twice as wide "
-        "as high, with north (-Z) in its middle and east (+X) to the right of it",
+        "as high, with north (-Z) in its middle and east (+X) to the right of it: its sun, in column x and "
+        "row y, stands at azimuth_deg 360 x / width - 180 and elevation_deg 90 - 180 y / height",
     )
 
 
