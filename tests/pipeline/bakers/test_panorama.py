@@ -137,6 +137,8 @@ def test_a_face_is_the_same_with_any_number_of_threads() -> None:
     for wrong in (light[:, :31], light[:0], light[:, :, :2]):
         with pytest.raises(ValueError):
             cut_face(wrong, axes, size=8, spots=4)
+    with pytest.raises(ValueError, match="not finite"):
+        cut_face(light, axes * np.nan, size=8, spots=4)
 
 
 def test_what_is_neither_six_faces_nor_a_panorama_is_refused(tmp_path: Path) -> None:

@@ -3,7 +3,9 @@
 #include <nanobind/stl/array.h>
 #include <nanobind/stl/string.h>
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <stdexcept>
 #include <string>
 
@@ -74,6 +76,7 @@ void cut_face(const In<float> &light, const std::array<double, 9> &axes, std::si
              light.shape(2) == 3,
          "the panorama is not (rows, 2 * rows, 3)");
     need(result.ndim() == 3 && result.shape(0) >= 1 && spots >= 1, "no texels, or no places in them");
+    need(std::ranges::all_of(axes, [](double v) { return std::isfinite(v); }), "an axis is not finite");
     const std::size_t size = result.shape(0);
     const maps::CubeFace face{
         {axes[0], axes[1], axes[2]}, {axes[3], axes[4], axes[5]}, {axes[6], axes[7], axes[8]}, size};

@@ -3,6 +3,7 @@
 #include "math/functions.hpp"
 #include "parallel.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace paradize::maps {
@@ -19,18 +20,16 @@ Light light_at(const Panorama &panorama, double column, double row) {
                rows = static_cast<std::ptrdiff_t>(panorama.rows);
     Light sum{};
     for (std::ptrdiff_t j = 0; j < 2; ++j) {
+        const std::ptrdiff_t y = static_cast<std::ptrdiff_t>(above) + j;
+        const bool beyond = y < 0 || y >= rows;
+        const float *texels =
+            &panorama.light[static_cast<std::size_t>(std::clamp(y, {}, rows - 1) * columns) * 3];
         for (std::ptrdiff_t i = 0; i < 2; ++i) {
-            std::ptrdiff_t y = static_cast<std::ptrdiff_t>(above) + j,
-                           x = static_cast<std::ptrdiff_t>(left) + i;
-            if (y < 0 || y >= rows) {
-                y = y < 0 ? 0 : rows - 1;
-                x += columns / 2;
-            }
-            x = (x % columns + columns) % columns;
+            std::ptrdiff_t x = static_cast<std::ptrdiff_t>(left) + i + (beyond ? columns / 2 : 0);
+            x += x < 0 ? columns : x >= columns ? -columns : 0;
             const double weight = (i == 0 ? 1.0 - along : along) * (j == 0 ? 1.0 - down : down);
-            const float *texel = &panorama.light[static_cast<std::size_t>(y * columns + x) * 3];
             for (std::size_t k = 0; k < 3; ++k) {
-                sum[k] += weight * texel[k];
+                sum[k] += weight * texels[static_cast<std::size_t>(x) * 3 + k];
             }
         }
     }
