@@ -46,7 +46,7 @@ class LitSurface {
     glm::vec4 metal{0.0F};
     glm::vec3 to_sun{0.0F, 1.0F, 0.0F}, sun{0.0F}, ambient{0.0F};
     glm::vec4 water{0.0F, 0.0F, 0.0F, -1e9F}; // absorption, 1/m; level, m
-    float refracting = 0.0F, sky_blur = 1.0F;
+    float refracting = 0.0F, sky_blur = 1.0F, trimmed_mips = 0.0F;
     gl::Texture sky = test::float_cube(2, [](const glm::vec3 &) { return glm::vec3(1.0F); });
     gl::LightUniforms lamps;
 
@@ -86,7 +86,7 @@ class LitSurface {
         probe_.set_texture("u_shadow_map", 1, GL_TEXTURE_2D_ARRAY, no_shadow_);
         probe_.set_texture("u_wave_normal", 2, GL_TEXTURE_2D, calm_);
         probe_.set("u_sky_blur", {sky_blur});
-        probe_.set("u_sky_trimmed_mips", {0.0F});
+        probe_.set("u_sky_trimmed_mips", {trimmed_mips});
         probe_.set("u_refracting", {refracting});
         probe_.set("u_caustics", {1.0F});
         glm::vec3 refracted(to_sun.x / 1.33F, 0.0F, to_sun.z / 1.33F);
@@ -272,6 +272,29 @@ TEST_CASE("surface: smooth metal mirrors the sharp sky, rough metal the blurred 
     CHECK(surface.seen().g > 90.0);
     surface.alpha = 1.0F;
     CHECK(surface.seen().g < 10.0);
+}
+
+TEST_CASE("surface: rough metal mirrors the same sky where the bake left out finer mips of it") {
+    if (!test::have_context()) {
+        return;
+    }
+    const auto glow = [](const glm::vec3 &d) {
+        return glm::vec3(1.0F + 8.0F * std::exp(6.0F * (d.y - 1.0F)));
+    };
+    LitSurface surface;
+    surface.albedo = glm::vec3(0.0F);
+    surface.metal = glm::vec4(1.0F);
+    for (const float alpha : {0.05F, 0.2F, 0.6F}) {
+        surface.alpha = alpha;
+        surface.sky = test::float_cube(64, glow);
+        surface.sky_blur = 5.0F;
+        surface.trimmed_mips = 0.0F;
+        const double whole = surface.seen().g;
+        surface.sky = test::float_cube(16, glow);
+        surface.sky_blur = 3.0F;
+        surface.trimmed_mips = 2.0F;
+        CHECK(surface.seen().g == test::within(whole, 0.02));
+    }
 }
 
 TEST_CASE("surface: water takes the sun's light along the refracted ray, the sky's on a longer way than "
