@@ -192,6 +192,15 @@ def test_without_a_bound_the_steps_of_an_8_bit_slope_get_no_triangles(tmp_path: 
     assert bake_terrain(fine, TerrainSettings(**half)).bound_m == 0.05
 
 
+def test_without_a_bound_heights_in_metres_err_by_at_most_a_thousandth_of_their_relief(
+    tmp_path: Path,
+) -> None:
+    path = write(tmp_path / "metres.exr", np.float32(300.0) + np.float32(80.0) * hills(33, 33))
+    field, _ = read_heightmap(path, size_x_m=100, size_z_m=100, height_m=None)
+    made = bake_terrain(path, TerrainSettings(size_m=(100.0, 100.0)))
+    assert made.max_error_m <= made.bound_m == pytest.approx(np.ptp(field.heights_m) / 1000.0, abs=1e-6)
+
+
 @pytest.mark.parametrize("tier", ["fast", "balanced", "exact"])
 def test_a_planes_normals_are_its_own_up_to_the_rim(tier: str) -> None:
     z, x = np.mgrid[0:9, 0:13] * 1.0

@@ -46,14 +46,14 @@ def store(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("PARADIZE_STORE", str(tmp_path / "store"))
 
 
-def model(first: int, spread: float, times: int) -> str:
+def model(first: int, spread: float, times: int, size_m: float) -> str:
     """An OBJ of a row of squares. Each swatch is shown so many times. spread: of a square's UVs, as a share
     of the swatch (0: points)."""
     lines = ["mtllib kit.mtl", "usemtl colors"]
     for k in range(6 * times):
         column, row = (first + k % 6) % SWATCHES, (first + 3 * (k % 6)) // SWATCHES % SWATCHES
         for x, y in ((0, 0), (1, 0), (1, 1), (0, 1)):
-            lines.append(f"v {0.5 * (k - 3 + x):g} {y:g} {0.1 * k:g}")
+            lines.append(f"v {0.5 * size_m * (k - 3 + x):g} {size_m * y:g} {0.1 * size_m * k:g}")
             u, v = (at + 0.5 + spread * (corner - 0.5) for at, corner in ((column, x), (row, y)))
             lines.append(f"vt {u / SWATCHES:.6f} {1.0 - v / SWATCHES:.6f}")
         a = 4 * k + 1
@@ -62,14 +62,20 @@ def model(first: int, spread: float, times: int) -> str:
 
 
 def make_kit(
-    folder: Path, picture: np.ndarray, *, spread: float = 0.4, count: int = 2, times: int = 1
+    folder: Path,
+    picture: np.ndarray,
+    *,
+    spread: float = 0.4,
+    count: int = 2,
+    times: int = 1,
+    size_m: float = 1.0,
 ) -> Path:
     folder.mkdir(parents=True)
     write_image(folder / "colors.png", picture)
     (folder / "kit.mtl").write_text("newmtl colors\nmap_Kd colors.png\n")
     objects = ""
     for k in range(count):
-        (folder / f"piece{k}.obj").write_text(model(5 * k, spread, times))
+        (folder / f"piece{k}.obj").write_text(model(5 * k, spread, times, size_m))
         objects += f'[[object]]\nname = "piece{k}"\nmesh = "piece{k}.obj"\nlods = 1\n[[object.instance]]\n'
         objects += f"position = [0.0, {1.5 * k}, 0.0]\n"
     path = folder / "kit.toml"
@@ -98,13 +104,14 @@ def baked(scene: Path, out: Path) -> tuple[set[str], dict[str, Any]]:
     )
 
 
-@pytest.mark.parametrize("spread", [0.0, 0.4])
+@pytest.mark.parametrize(("spread", "size_m"), [(0.0, 1.0), (0.4, 0.3)])
 def test_one_small_texture_serves_all_models_of_a_kit_and_loses_no_colour(
-    tmp_path: Path, spread: float
+    tmp_path: Path, spread: float, size_m: float
 ) -> None:
-    textures, manifest = baked(make_kit(tmp_path / "s", swatches(), spread=spread), tmp_path / "out")
+    kit = make_kit(tmp_path / "s", swatches(), spread=spread, size_m=size_m)
+    textures, manifest = baked(kit, tmp_path / "out")
     assert textures == {"piece0_color"}
-    (facts,) = explain(tmp_path / "s" / "kit.toml", "piece0_color", tmp_path / "out").artifacts
+    (facts,) = explain(kit, "piece0_color", tmp_path / "out").artifacts
     assert facts["reason"] == "the swatches of a palette on piece0 and piece1"
     maps = [one["materials"]["colors"]["maps"] for one in manifest["objects"]]
     assert all(one["color"] == "piece0_color" and one["normal"] is None for one in maps)
