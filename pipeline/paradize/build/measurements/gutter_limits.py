@@ -80,7 +80,6 @@ def measure_gutters(
     name: str,
     parallax: Mapping[str, tuple[float, float]],
     bleed: float,
-    repeat: bool,
     pixel_m: float | None,
 ) -> dict[str, Any]:
     """Returns {"repeat", "limits": {material: reach or None}, "maps": {map: facts}}.
@@ -89,13 +88,13 @@ def measure_gutters(
     bleed: the bound, a share of the range. pixel_m: metres of the object that the largest pixel of the flight
     covers; None if it is never seen.
 
-    repeat: whether the maps must repeat, because they tile or because UVs lie outside 0..1. limits: the
-    farthest safe reach where the requested one is too far. facts: see FORMAT.md; None for maps that tile.
+    repeat: whether the maps must repeat, because UVs lie outside 0..1. limits: the farthest safe reach where
+    the requested one is too far. facts: see FORMAT.md; None for maps that repeat.
     """
     mesh = decode_glb(glb, name)[0].mesh.of_materials(parallax)
     requested = {key: gutter.parallax_reach(*parallax[key]) for key in sorted(parallax)}
     limits: dict[str, float | None] = dict.fromkeys(requested)
-    if repeat or mesh.uvs is None or not len(mesh.triangles):
+    if mesh.uvs is None or not len(mesh.triangles):
         return {"repeat": True, "limits": limits, "maps": dict.fromkeys(textures)}
     around = gutter.goes_around(mesh)
     decoded = {key: decode_ktx2(data, f"{name}_{key}") for key, data in textures.items()}

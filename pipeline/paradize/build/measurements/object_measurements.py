@@ -114,7 +114,7 @@ def measure_objects(
                 free = {"limits": dict.fromkeys(sorted(parallax)), "maps": dict.fromkeys(textures)}
                 found["gutters"][item.name, map_set.name] = free
             elif textures:
-                settings = {"parallax": parallax, "bleed": map_set.bleed, "repeat": False}
+                settings = {"parallax": parallax, "bleed": map_set.bleed}
                 kinds["gutters"] = settings | {"pixel_m": sightings[item.name].pixel_m}, textures
             if "normal" in textures and not map_set.second:
                 settings = {"wrap": map_set.wrap, "materials": materials}

@@ -292,7 +292,6 @@ def test_the_level_in_use_and_the_width_it_needs_are_those_of_the_largest_pixel(
         name="post",
         parallax={"wood": (0.02, 0.0), "tin": (0.01, 0.05)},
         bleed=0.125,
-        repeat=False,
         pixel_m=pixel_m,
     )
     assert found["limits"] == {"wood": None, "tin": None}
@@ -552,7 +551,6 @@ def test_busy_borders_of_a_map_without_its_finest_level_are_no_bleeding(tmp_path
         name="post",
         parallax={"wood": (0.0, 0.0)},
         bleed=0.125,
-        repeat=False,
         pixel_m=None,
     )["maps"]["color"]
     files = {"mesh": glb, "color": cut_ktx2(data, 1, zstd_level=None)}

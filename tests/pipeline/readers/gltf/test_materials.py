@@ -282,6 +282,14 @@ def test_the_older_model_of_light_is_converted_and_said(
     assert read(tmp_path, *square(), **beside)[0] == found, "some exporters write an empty table"
 
 
+@pytest.mark.parametrize(("mode", "opacity"), [("OPAQUE", 1.0), ("BLEND", 0.25)])
+def test_the_older_model_of_light_is_transparent_where_the_material_is(
+    mode: str, opacity: float, tmp_path: Path
+) -> None:
+    extensions = {"KHR_materials_pbrSpecularGlossiness": {"diffuseFactor": [0.5, 0.5, 0.5, 0.25]}}
+    assert read(tmp_path, *square(), alphaMode=mode, extensions=extensions)[0].opacity == opacity
+
+
 def test_a_glossiness_picture_draws_no_metal_and_its_left_out_colour_is_said(tmp_path: Path) -> None:
     made, primitive = square(TEXCOORD_0=UVS)
     older = {"specularGlossinessTexture": {"index": textured(made)}, "diffuseFactor": [0.5, 0.25, 1, 1]}
