@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from heapq import nlargest
 from pathlib import Path
 from typing import Any
 
@@ -42,10 +43,9 @@ def check_budget(manifest: dict[str, Any], folder: Path, file: str) -> Iterator[
             _known(budget), {name: sum(held.values()) / 1e6 for name, held in sizes.items()}
         ):
             held = sizes[excess.metric]
-            largest = ", ".join(
-                f"{name} {bytes_text(held[name])}" for name in sorted(held, key=held.__getitem__)[:-4:-1]
-            )
-            mend = f"the largest: {largest}; remove something from the scene, or allow more"
+            largest = nlargest(3, filter(held.get, held), key=held.__getitem__)
+            named = ", ".join(f"{name} {bytes_text(held[name])}" for name in largest)
+            mend = f"the largest: {named}; remove something from the scene, or allow more"
             yield _finding(excess, file, "scene", f"budget.{excess.metric}", mend)
 
 

@@ -76,7 +76,8 @@ def check_scene(path: Path, options: CheckOptions) -> Iterator[Finding]:
         finding if finding.artifact else replace(finding, artifact=owners.get(finding.file, ""))
         for finding in _findings(manifest, path, options)
     )
-    names = [name for key, entry in manifest["artifacts"].items() for name in (key, *entry["also"])]
+    names = ["flight", "scene"]
+    names += [name for key, entry in manifest["artifacts"].items() for name in (key, *entry["also"])]
     yield from apply_scene(findings, manifest["check"], file, options.today, names)
 
 

@@ -16,7 +16,7 @@ import numpy as np
 
 from paradize.errors import SourceError
 from paradize.files import open_file, read_file
-from paradize.readers.pnm import header_numbers
+from paradize.readers.pnm import header_numbers, without_comments
 from paradize.readers.targa import check_targa
 from paradize.readers.tiff import first_directory
 
@@ -107,7 +107,7 @@ def _check_pnm(path: Path) -> None:
     if not 1 <= top <= 65535:
         raise damaged(f"its maximum value is {top}; 1 to 65535 are allowed", path)
     if kind in b"123":
-        text = b"\n".join(line.partition(b"#")[0] for line in data[position:].splitlines())
+        text = without_comments(data[position:])
         tokens = list(text.translate(None, b" \t\r\n\v\f")) if kind == b"1" else text.split()
         if len(tokens) < count:
             raise damaged(f"{len(tokens)} values; its header promises {count}", path)
@@ -159,7 +159,6 @@ _CHECKS: dict[str, Callable[[Path], None]] = {
     "jpeg": _check_jpeg,
     "bmp": _check_bmp,
     "pnm": _check_pnm,
-    "ppm": _check_pnm,
     "tiff": _check_tiff,
     "qoi": _check_qoi,
 }

@@ -8,9 +8,8 @@ Format", version 1.1, 2024.
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from paradize.files import open_file
 from paradize.readers.pillow import decode
 
 if TYPE_CHECKING:
@@ -19,30 +18,14 @@ if TYPE_CHECKING:
     from paradize.data import Image
 
 LEFT_OUT = "its gain map (Ultra HDR) is left out, as for a screen that shows nothing brighter than white"
-_JPEG, _SCAN, _XMP = b"\xff\xd8\xff", b"\xda", b"\xe1"
-_VERSION = b"hdrgm:Version"  # in the XMP of the first picture; OpenImageIO looks for it too
 
 
-def read_without_gain(path: Path, head: bytes, color_space: str | None) -> Image | None:
-    """The first picture of a JPEG with a gain map; None for any other file. Raises as read_with_pillow."""
-    if not head.startswith(_JPEG) or not _has_gain_map(path):
-        return None
+def has_gain(source: Any) -> bool:
+    """Whether OpenImageIO applies a gain map to a picture that it has opened: no other JPEG has floats."""
+    return source.format_name() == "jpeg" and str(source.spec().format) in ("half", "float")
+
+
+def read_without_gain(path: Path, head: bytes, color_space: str | None) -> Image:
+    """The first picture of a JPEG with a gain map. Raises as read_with_pillow."""
     image = decode("Jpeg", path, head, color_space)
     return replace(image, color_notes=(LEFT_OUT, *image.color_notes))
-
-
-def _has_gain_map(path: Path) -> bool:
-    """Whether a segment before the first scan says so."""
-    with open_file(path) as stream:
-        stream.seek(2)
-        while stream.read(1) == b"\xff":
-            while (marker := stream.read(1)) == b"\xff":
-                pass
-            size = int.from_bytes(stream.read(2), "big") - 2
-            if size < 0 or marker == _SCAN:
-                return False
-            if marker != _XMP:
-                stream.seek(size, 1)
-            elif _VERSION in stream.read(size):
-                return True
-    return False

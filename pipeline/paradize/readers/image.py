@@ -24,7 +24,7 @@ from paradize.kinds import PICTURE, expecting
 from paradize.readers.basis import read_basis
 from paradize.readers.damage import check_damage, damaged
 from paradize.readers.dds import MULTIPLIED, OPAQUE, DdsHead, dds_head, read_plain_dds
-from paradize.readers.gain_map import read_without_gain
+from paradize.readers.gain_map import has_gain, read_without_gain
 from paradize.readers.grids import read_grid
 from paradize.readers.limits import limit, require_size, too_many_bytes
 from paradize.readers.names import require_utf8_name
@@ -38,6 +38,7 @@ from paradize.readers.notes import (
     six_faces,
     turned,
 )
+from paradize.readers.pbm import read_text_bitmap
 from paradize.readers.pillow import psd_alpha, read_with_pillow
 from paradize.readers.pnm import exact_shares
 from paradize.readers.profile import declared_note, primaries_note, profile_note
@@ -113,13 +114,12 @@ def _read_image(path: Path, color_space: str | None, finite: bool, light: bool) 
         return grid
     try:
         head = _head(path)
-        readers = (read_plain_dds, read_with_pillow, read_basis, read_rare_tiff)
-        for read in readers if light else (read_without_gain, *readers):
+        for read in (read_plain_dds, read_with_pillow, read_basis, read_rare_tiff, read_text_bitmap):
             if (picture := read(path, head, color_space)) is not None:
                 if finite and picture.top is None:
                     require_finite(picture.values, path)
                 return picture
-        return _read_with_oiio(path, head, color_space, finite)
+        return _read_with_oiio(path, head, color_space, finite, light)
     except FileNotFoundError:
         raise SourceError("no such file", file=path) from None
     except OSError as error:
@@ -139,7 +139,7 @@ def _head(path: Path) -> bytes:
     return head
 
 
-def _read_with_oiio(path: Path, head: bytes, color_space: str | None, finite: bool) -> Image:
+def _read_with_oiio(path: Path, head: bytes, color_space: str | None, finite: bool, light: bool) -> Image:
     oiio.attribute("limits:imagesize_MB", limit("PARADIZE_MAX_MB"))
     oiio.attribute("limits:channels", 64)
     hints = oiio.ImageSpec()
@@ -156,6 +156,8 @@ def _read_with_oiio(path: Path, head: bytes, color_space: str | None, finite: bo
             what = f"is not a readable picture: {said or 'no reason given'}"
             raise SourceError(what.replace(name, path.name), file=path, mend=_MEND)
         try:
+            if has_gain(source) and not light:
+                return read_without_gain(path, head, color_space)
             return _read_open(source, path, head, color_space, finite)
         except SourceError as error:
             what = error.what.replace(name, path.name)  # libraries name what they were given

@@ -5,15 +5,15 @@ where a channel lies, refuses sound run-length coded ones, and gives one under a
 the bitmap read before. Plain palettes are left to it: Pillow 13 takes bytes for bits where there are two
 colours. Canvas that the first picture of a WebP leaves free gets memory that nobody wrote. DDS of GLI (a code
 that the flags do not declare) and those without flags that no reader needs are refused. Of Photoshop pictures
-it leaves out a fourth channel. In netpbm's bitmaps of text it wants blanks between the digits. Sources:
-Microsoft, "Bitmap storage"; D. Szablewski, "The Quite OK Image Format", 2022; Alliance for Open Media, "AV1
-Image File Format", 2022; Google, "WebP Container Specification"; Adobe, "Photoshop File Formats
-Specification", 2019; J. Poskanzer, the manual page of pbm.
+it leaves out a fourth channel. Sources: Microsoft, "Bitmap storage"; D. Szablewski, "The Quite OK Image
+Format", 2022; Alliance for Open Media, "AV1 Image File Format", 2022; Google, "WebP Container Specification";
+Adobe, "Photoshop File Formats Specification", 2019.
 """
 
 from __future__ import annotations
 
 import struct
+import warnings
 from contextlib import suppress
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
@@ -104,8 +104,6 @@ def _format(head: bytes) -> str | None:
     """The Pillow format of a picture that OpenImageIO does not read right."""
     if head.startswith(b"qoif"):
         return "Qoi"
-    if head.startswith(b"P1"):
-        return "Ppm"
     if is_avif(head):
         return "Avif"
     if len(head) < 34:
@@ -146,8 +144,9 @@ def _notes(picture: Any, head: bytes) -> tuple[str, ...]:
     at = head.find(b"av1C") if is_avif(head) else -1
     if at >= 0 and head[at + 6 : at + 7] and head[at + 6] & _HIGH_DEPTH:
         notes.append(NARROWED)
-    way = picture.getexif().get(_ORIENTATION, 1)
-    if way > 1:
+    with warnings.catch_warnings(action="ignore"):  # of Pillow, about notes that are damaged
+        way = picture.getexif().get(_ORIENTATION, 1)
+    if isinstance(way, int) and 1 < way <= 8:
         notes.append(turned(way))
     if getattr(picture, "n_frames", 1) > 1:
         notes.append(SEVERAL)

@@ -44,6 +44,11 @@ def header_numbers(data: bytes, count: int) -> tuple[list[int], int]:
     return numbers, position
 
 
+def without_comments(text: bytes) -> bytes:
+    """Values as text, without what stands behind a # on each line."""
+    return b"\n".join(line.partition(b"#")[0] for line in text.splitlines())
+
+
 def exact_shares(path: Path, values: npt.NDArray[Any]) -> tuple[npt.NDArray[Any], int]:
     """Values (h, w, c) of a netpbm file from OpenImageIO's, and the value of white. Unchanged where the
     file's maximum is that of 8 or 16 bits; else float32, the file's own integers divided by its maximum,

@@ -228,6 +228,14 @@ SCENES = {
             mend.removeprefix("it is a key of ").replace("NAME", "wood") + '\nheight = "wood.png"\n',
         ),
     ),
+    "a key of tables below": Row(
+        add("position = [0, 1, 0]", 'mesh = "post.obj"'),
+        "object[0].position",
+        lambda text, mend: (
+            f"{text.replace('position = [0, 1, 0]', '', 1)}\n{mend.removeprefix('it is a key of ')}\n"
+            "position = [0, 1, 0]\n"
+        ),
+    ),
     "a file for a list of files": Row(
         lambda text: re.sub(r"faces = \[[^]]*\]", 'faces = "wood.png"', text),
         "sky.faces",

@@ -69,6 +69,25 @@ def test_a_sky_has_the_light_of_a_gain_map(tmp_path: Path) -> None:
     assert not any(LEFT_OUT in warning for warning in faces.warnings)
 
 
-def test_a_jpeg_without_a_gain_map_is_read_as_before(tmp_path: Path) -> None:
-    PIL.Image.new("RGB", (8, 8), (200, 90, 30)).save(tmp_path / "plain.jpg")
-    assert not read_image(tmp_path / "plain.jpg").color_notes
+@pytest.mark.parametrize("mode", ["RGB", "CMYK", "L"])
+def test_a_jpeg_whose_notes_name_a_gain_map_that_is_not_there_is_read_as_any_other(
+    tmp_path: Path, mode: str
+) -> None:
+    PIL.Image.new(mode, (8, 8), 90).save(tmp_path / "plain.jpg")
+    plain = (tmp_path / "plain.jpg").read_bytes()
+    noted = jpeg(np.zeros((1, 1), np.uint8), "/>")
+    size = int.from_bytes(noted[4:6], "big")
+    (tmp_path / "noted.jpg").write_bytes(plain[:2] + noted[2 : 4 + size] + plain[2:])
+    found, wanted = (read_image(tmp_path / f"{name}.jpg") for name in ("noted", "plain"))
+    assert np.array_equal(found.values, wanted.values)
+    assert (found.notes, found.color_notes) == (wanted.notes, wanted.color_notes)
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("way", [b"\x00\x02abcd", b"\x00\x03\x00\x63\x00\x00", b"\x00\x63\x01\x01\x01\x01"])
+def test_a_turn_that_no_number_tells_is_none(tmp_path: Path, way: bytes) -> None:
+    """Of the type, count 4 or 1, and the value of EXIF."""
+    count = (4 if way[1] == 2 else 1).to_bytes(4, "big")
+    exif = b"Exif\0\0MM\0*\0\0\0\x08\0\x01\x01\x12" + way[:2] + count + way[2:] + bytes(4)
+    before = b"\xff\xe1" + (len(exif) + 2).to_bytes(2, "big") + exif
+    assert read_image(photograph(tmp_path / "photo.jpg", before)).notes == ()

@@ -51,21 +51,6 @@ def test_a_bitmap_has_the_colours_that_its_header_says(tmp_path: Path, name: str
     assert read_image(path).values.tolist() == [[list(texel) for texel in row] for row in texels]
 
 
-@pytest.mark.parametrize("rows", ["010\n111\n", "0 1 0\n1 1 1\n", "0101\n11", "01 # of GIMP\n0111"])
-def test_a_bitmap_of_text_has_its_texels_with_blanks_and_without(tmp_path: Path, rows: str) -> None:
-    """As GIMP and netpbm write them, 70 digits a line."""
-    (tmp_path / "a.pbm").write_text(f"P1\n# by hand\n3 2\n{rows}")
-    image = read_image(tmp_path / "a.pbm")
-    assert image.values[:, :, 0].tolist() == [[255, 0, 255], [0, 0, 0]]  # 1 is black
-    assert (image.top, image.source_bits) == (255, 8)
-
-
-def test_a_bitmap_of_text_that_lacks_texels_is_refused(tmp_path: Path) -> None:
-    (tmp_path / "a.pbm").write_text("P1\n3 2\n01011")
-    with pytest.raises(SourceError, match="5 values; its header promises 6"):
-        read_image(tmp_path / "a.pbm")
-
-
 def test_a_bitmap_under_a_header_of_os_2_is_not_given_the_size_of_the_one_read_before(tmp_path: Path) -> None:
     plain = bitmap(8, 0, bytes([0, 1, 0, 0, 2, 3, 0, 0]), colors=bytes.fromhex(FOUR_COLORS))
     for size in (2, 3):

@@ -61,8 +61,8 @@ def misses(measured: Mapping[str, Products], budget: Limits, file: object = None
                 f"{abs(values[tier] - limit):.3g} {unit} beyond {limit:g}"
             )
             levels = metric.startswith(("surface_", "lod_", "uv_shift_"))
-            other = "ask for fewer or finer levels of detail" if levels else "give a source that loses less"
-            mend = f"accept {metric} = {values[tier]:g}, or {other}"
+            mend = f"accept {metric} = {values[tier]:g}, or give a source that loses less"
+            mend += ", or ask for fewer or finer levels of detail where there are several" if levels else ""
             missed_limits.append(BakeError(what, file=file, place=name, mend=mend))
     if not missed_limits:
         missed = [

@@ -56,7 +56,9 @@ def sources(
 
     def rule(value: object, place: str, faults: Faults) -> tuple[Path, ...] | None:
         if not isinstance(value, list) or len(value) not in counts:
-            brackets = f" in brackets, as [{toml_text(value)}]" if isinstance(value, str) else ""
+            brackets = (
+                f" in brackets, as [{toml_text(value)}]" if isinstance(value, str) and len(value) < 60 else ""
+            )
             faults.add(place, f"is {show(value)}", f"write {count} files{brackets}")
             return None
         paths = [_source(item, f"{place}[{i}]", faults) for i, item in enumerate(value)]

@@ -76,11 +76,13 @@ def _known(of: type[Any]) -> dict[str, Any]:
 
 def _tables_below(key: str, known: dict[str, Any], place: str) -> str:
     """A mend for a key that belongs to tables in this one; empty where none has it, or more than three."""
-    named = [
-        f"[{header(place)}{'.' if place else ''}{name}{'.NAME' * (item.metadata['allowed'] == _EACH_NAME)}]"
-        for name, item in known.items()
-        if item.metadata["of"] and key in _known(item.metadata["of"])
-    ]
+    inside = f"{header(place)}." if place else ""
+    named = []
+    for name, item in known.items():
+        if item.metadata["of"] and key in _known(item.metadata["of"]):
+            allowed = item.metadata["allowed"]
+            table = f"[{inside}{name}{'.NAME' if allowed == _EACH_NAME else ''}]"
+            named.append(f"[{table}]" if allowed.endswith("tables") else table)
     return f"it is a key of {', '.join(named)}" if 0 < len(named) <= 3 else ""
 
 

@@ -173,7 +173,7 @@ def test_a_budget_that_nothing_meets_is_an_error_that_says_by_how_much(
     (error,) = report.errors
     assert f"surface_max is {best:g} of the diagonal at best" in str(error)
     assert f"{0.5 * best:.3g} of the diagonal beyond" in str(error) and "post_mesh" in str(error)
-    assert "ask for fewer or finer levels of detail" in str(error)
+    assert "or ask for fewer or finer levels of detail where there are several" in str(error)
     assert report.count("failed") == 1 and not (tmp_path / "out" / "scene.json").exists()
     plain = bake(scene, tmp_path / "out", BuildOptions(jobs=1, tier="balanced"))
     assert not plain.errors and any("surface_max" in text for text in plain.warnings)
