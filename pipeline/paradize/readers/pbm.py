@@ -11,7 +11,7 @@ import numpy as np
 
 from paradize.data import Image
 from paradize.files import read_file
-from paradize.readers.damage import check_damage, damaged
+from paradize.readers.damage import damaged
 from paradize.readers.limits import require_size
 from paradize.readers.pnm import header_numbers, without_comments
 
@@ -26,13 +26,15 @@ def read_text_bitmap(path: Path, head: bytes, color_space: str | None) -> Image 
     """
     if not head.startswith(b"P1"):
         return None
-    check_damage(path, "pnm")
     data = read_file(path)
-    (columns, rows), position = header_numbers(data, 2)
-    if 0 in (columns, rows):
-        raise damaged(f"its header says {columns} x {rows}", path)
+    size, position = header_numbers(data, 2)
+    if len(size) < 2 or 0 in size:
+        raise damaged("its header names no width and height", path)
+    columns, rows = size
     require_size(columns, rows, 1, path)
     digits = np.frombuffer(without_comments(data[position:]).translate(None, b" \t\r\n\v\f"), np.uint8)
+    if len(digits) < rows * columns:
+        raise damaged(f"{len(digits)} values; its header promises {rows * columns}", path)
     texels = digits[: rows * columns].reshape(rows, columns, 1) - np.uint8(ord("0"))
     if int(texels.max()) > 1:
         raise damaged("a texel is neither 0 nor 1", path)

@@ -242,6 +242,18 @@ def test_a_waiver_of_no_artifact_is_told_with_the_one_that_is_meant() -> None:
     assert "did you mean" not in str(found)
 
 
+def test_a_waiver_of_the_flight_or_the_scene_is_not_taken_for_a_misspelt_one(cove: Path) -> None:
+    waivers = [
+        {"rule": "PZ401", "artifact": name, "metric": None, "reason": "old", "until": "2099-01-01"}
+        for name in ("flight", "scene", "terrain_mash")
+    ]
+    out = change(cove / "out", lambda m: m["check"].update(waivers=waivers))
+    change(out, lambda m: m["artifacts"]["terrain_mesh"].update(also=["flights", "scenes"]))
+    found = [str(one) for one in check_paths([out]) if one.code == "PZ407"]
+    assert ["did you mean" in text for text in found] == [False, False, True]
+    assert "did you mean terrain_mesh?" in found[2]
+
+
 def test_a_waived_finding_passes_up_to_its_day_and_fails_after_it(cove: Path, capsys: Any) -> None:
     out = rebaked(cove, "[budget]\nterrain_max_m = 1e-6\n" + WAIVER)
     (held,) = check_paths([out], CheckOptions(today=date(2026, 6, 30)))

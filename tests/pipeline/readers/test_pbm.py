@@ -31,8 +31,8 @@ def test_a_bitmap_of_text_has_its_texels_with_blanks_and_without(
         ("P1\n3 2\n01011", "5 values; its header promises 6"),
         ("P1\n3 2\n010121", "a texel is neither 0 nor 1"),
         ("P1\n3 2\n01 a 111", "a texel is neither 0 nor 1"),
-        ("P1\n0 2\n", "0 x 2"),
-        ("P1\n3 x\n010111", "its header is cut"),
+        ("P1\n0 2\n", "no width and height"),
+        ("P1\n3 x\n010111", "no width and height"),
     ],
 )
 def test_a_bitmap_of_text_that_lacks_texels_or_has_others_is_refused(
