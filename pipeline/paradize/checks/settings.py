@@ -7,7 +7,7 @@ from dataclasses import fields, is_dataclass
 from pathlib import Path
 
 from paradize.checks.rules import Finding
-from paradize.checks.verdicts import without_rule
+from paradize.checks.verdicts import with_severities, without_rule
 from paradize.errors import GroupedError, ParadizeError
 from paradize.scene.settings import load_scene
 
@@ -39,4 +39,5 @@ def check_settings(path: Path, scenes: dict[str, int | None]) -> Iterator[Findin
             )
         return
     scenes[str(path)] = len(set(_files(scene)))
-    yield from without_rule(scene.check, [waiver.rule for waiver in scene.waivers], str(path))
+    unknown = without_rule(scene.check, [waiver.rule for waiver in scene.waivers], str(path))
+    yield from with_severities(unknown, scene.check)

@@ -6,6 +6,7 @@ from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import replace
 from datetime import date
 from difflib import get_close_matches
+from itertools import chain
 from typing import Any
 
 from paradize.checks.rules import RULES, Finding
@@ -24,21 +25,32 @@ def apply_scene(
     severities, waivers = settings["severity"], settings["waivers"]
     used: set[int] = set()
     for finding in findings:
-        override = severities.get(finding.code, "")
-        if override == "off":
-            used |= {k for k, waiver in enumerate(waivers) if _matches(waiver, finding)}
-            continue
         matching = [k for k, waiver in enumerate(waivers) if _matches(waiver, finding)]
         used.update(matching)
-        yield replace(_waived(finding, [waivers[k] for k in matching], today), override=override)
-    for k, waiver in enumerate(waivers):
-        if k not in used and waiver["rule"] in RULES:
-            near = get_close_matches(waiver["artifact"] or "", artifacts, 1)
-            meant = near and waiver["artifact"] not in artifacts
-            mend = f"did you mean {near[0]}? Mend it in the scene, and bake again" if meant else ""
-            what = f"no finding matches {_described(waiver)}"
-            yield Finding("PZ407", file, what, f"waiver[{k}]", mend=mend)
-    yield from without_rule(severities, [waiver["rule"] for waiver in waivers], file)
+        waived = _waived(finding, [waivers[k] for k in matching], today)
+        yield from with_severities([waived], severities)
+    unused = {k: waiver for k, waiver in enumerate(waivers) if k not in used and waiver["rule"] in RULES}
+    unknown = without_rule(severities, [waiver["rule"] for waiver in waivers], file)
+    yield from with_severities(chain(_without_finding(unused, artifacts, file), unknown), severities)
+
+
+def with_severities(findings: Iterable[Finding], severities: dict[str, str]) -> Iterator[Finding]:
+    """The findings with the severities that a scene gives their rules, without those that are off."""
+    for finding in findings:
+        override = severities.get(finding.code, "")
+        if override != "off":
+            yield replace(finding, override=override)
+
+
+def _without_finding(
+    waivers: dict[int, dict[str, Any]], artifacts: Collection[str], file: str
+) -> Iterator[Finding]:
+    for k, waiver in waivers.items():
+        near = get_close_matches(waiver["artifact"] or "", artifacts, 1)
+        meant = near and waiver["artifact"] not in artifacts
+        mend = f"did you mean {near[0]}? Mend it in the scene, and bake again" if meant else ""
+        what = f"no finding matches {_described(waiver)}"
+        yield Finding("PZ407", file, what, f"waiver[{k}]", mend=mend)
 
 
 def without_rule(severities: Iterable[str], waived: Sequence[str], file: str) -> Iterator[Finding]:

@@ -310,6 +310,9 @@ def test_a_scene_sets_severities(cove: Path) -> None:
         assert [f.fails for f in check_paths([cove / "out"])] == fails
     change(cove / "out", lambda m: m["check"].update(severity={"PZ104": "off", "PZ999": "off"}))
     assert codes(check_paths([cove / "out"])) == ["PZ407"]
+    for word, fails in (("error", [True]), ("off", [])):
+        change(cove / "out", lambda m, word=word: m["check"]["severity"].update(PZ407=word))
+        assert [f.fails for f in check_paths([cove / "out"])] == fails
 
 
 def test_a_waiver_of_a_rule_that_there_is_not_is_told(cove: Path) -> None:

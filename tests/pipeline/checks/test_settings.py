@@ -58,6 +58,10 @@ def test_a_code_that_names_no_rule_is_told_before_a_bake(cove: Path) -> None:
     found = check_paths([cove])
     assert [(one.code, one.place) for one in found] == [("PZ407", "waiver[0]"), ("PZ407", "check.PZ999")]
     assert not any(one.fails for one in found)
+    text = cove.read_text()
+    for severity, fails in (("error", [True, True]), ("off", [])):
+        cove.write_text(text.replace("[check]\n", f'[check]\nPZ407 = "{severity}"\n'))
+        assert [one.fails for one in check_paths([cove])] == fails
 
 
 def test_equal_faults_at_several_places_are_all_listed(cove: Path) -> None:
