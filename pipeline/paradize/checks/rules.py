@@ -242,6 +242,12 @@ RULES: dict[str, Rule] = {
         "what is drawn with a set of lights would stay dark beside this light",
         "bake again",
     ),
+    "PZ427": Rule(
+        "warning",
+        "sun is not the sky's",
+        "the sky is an HDR picture with a sun in it, and light and shadows come from elsewhere",
+        "let [sun] stand where the sky's sun does, or turn the picture",
+    ),
     "PZ431": Rule(
         "error",
         "scene refused",

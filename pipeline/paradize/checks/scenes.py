@@ -21,6 +21,7 @@ from paradize.checks.lights import check_lights
 from paradize.checks.maps import scene_maps
 from paradize.checks.meshes import check_mesh
 from paradize.checks.rules import Finding, isolated
+from paradize.checks.skies import check_sky
 from paradize.checks.sounds import check_sound
 from paradize.checks.terrain import check_tiles
 from paradize.checks.textures import check_texture
@@ -98,6 +99,7 @@ def _findings(manifest: dict[str, Any], path: Path, options: CheckOptions) -> It
         "maps": scene_maps(manifest, folder),
         "terrain": check_tiles(manifest, folder),
         "lights": check_lights(manifest, file),
+        "sky": check_sky(manifest, folder, file),
         "unused files": _unused(folder, manifest, file),
         "path": _path(manifest["flight"], file),
         "flight": check_flight(manifest, folder, file),

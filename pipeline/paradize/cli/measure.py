@@ -93,7 +93,9 @@ def _measure(arguments: argparse.Namespace, on_progress: OnProgress) -> dict[str
     from paradize.preview.player import PLAYER, find_player
 
     size = None if arguments.size is None else (arguments.size[0], arguments.size[1])
-    options = api.FileOptions(arguments.source, size, arguments.height, arguments.max_error)
+    options = api.FileOptions(
+        arguments.source, size, arguments.height, arguments.max_error, arguments.encoding
+    )
     player = None
     if arguments.input.suffix.lower() == ".toml" and not arguments.no_player:
         player = find_player()

@@ -43,6 +43,8 @@ def add_relief(
 ) -> None:
     """Declares the options of commands that make a terrain from a heightmap. size, height, max_error: the end
     of each help text."""
+    from paradize.scene.settings import Terrain
+
     size_m, heights_m, error_m = (
         number(**ranges.SIZE_M),
         number(**ranges.HEIGHT_M),
@@ -58,6 +60,12 @@ def add_relief(
     )
     sub.add_argument("--height", type=heights_m, metavar="H", help=f"metres from black to white {height}")
     sub.add_argument("--max-error", type=error_m, metavar="M", help=f"metres; 0: exact {max_error}")
+    sub.add_argument(
+        "--encoding",
+        choices=ranges.ENCODINGS,
+        default=Terrain.encoding,
+        help=help_of(Terrain, "encoding"),
+    )
 
 
 def add_scene(sub: argparse.ArgumentParser) -> None:

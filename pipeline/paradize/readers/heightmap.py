@@ -1,4 +1,5 @@
-"""Reads a grey picture as heights: unsigned integers span 0..H metres, floats and signed integers are metres.
+"""Reads a picture as heights: unsigned integers span 0..H metres; floats, signed integers and tiles of web
+maps are metres.
 
 Pixels without a height are filled from their surroundings, with a warning: NaN, the number that the caller
 names or a file declares (GeoTIFF, ESRI ASCII grid), SRTM's -32768, and numbers that nodata.suspects finds. If
@@ -22,6 +23,7 @@ from paradize.errors import SourceError
 from paradize.kinds import HEIGHTS, expecting
 from paradize.readers.geotiff import GeoTiffTags, read_geotiff_tags
 from paradize.readers.grids import MAX_SIDE
+from paradize.readers.height_tile import metres_of_tile, tile_step_m, tile_warnings
 from paradize.readers.image import read_image, require_finite
 from paradize.readers.nodata import fill_nodata, finite_range, suspects
 from paradize.readers.notes import FIRST_BAND
@@ -49,12 +51,13 @@ def read_heightmap(
     base_m: float = 0.0,
     height_scale: float = 1.0,
     nodata: Nodata = "auto",
+    encoding: str = "grey",
 ) -> tuple[Heightfield, list[str]]:
     """Reads the heights of a picture in metres. Returns them with warnings.
 
     size_x_m, size_z_m: metres, > 0. height_m: height of white above black for unsigned integers; None where
     the file holds metres. base_m: y of black (of 0 for floats). height_scale: factor of all heights, also of
-    metres. nodata: see Nodata.
+    metres. nodata: see Nodata. encoding: "grey", or "terrarium" or "terrain-rgb" of a tile (height_tile.py).
 
     Raises SourceError, with the pixel where there is one, for a file that is not a picture, has fewer than 2
     or more than MAX_SIDE pixels on a side, is coloured, has no height at all, needs height_m, or holds
@@ -70,8 +73,10 @@ def read_heightmap(
             file=path,
             mend=small if min(rows, columns) < 2 else "make it smaller, or cut it into several terrains",
         )
-    if _tint(image) > _MOST_TINT:
-        tile = "of a map's tile, whose colours are digits (Terrarium, Terrain-RGB), save the metres as floats"
+    if encoding != "grey":
+        image = metres_of_tile(image, path, encoding)
+    elif _tint(image) > _MOST_TINT:
+        tile = "of a map's tile, whose colours are digits, say which (--encoding terrarium or terrain-rgb)"
         raise SourceError(
             "is a colour picture", file=path, mend=f"save the heights as one grey channel; {tile}"
         )
@@ -82,7 +87,9 @@ def read_heightmap(
     if image.top is None:
         if height_m is not None:
             warnings.append(_unused_height(image, path, height_m))
-        unit_m, step_m = height_scale, 0.0
+        unit_m = height_scale
+        step_m = 0.0 if encoding == "grey" else tile_step_m(encoding) * abs(height_scale)
+        warnings += [] if encoding == "grey" else tile_warnings(image, path, encoding)
     else:
         assert height_m is not None
         unit_m = height_m * height_scale
@@ -315,8 +322,8 @@ def _unused_height(image: Image, path: Path, height_m: float) -> str:
     values = image.values[:, :, 0]
     span = f"{float(values.min()):g} to {float(values.max()):g}"
     return (
-        f"{path}: the given height, {height_m:g} m, has no effect: floats and signed integers are "
-        f"metres already (here {span}); to stretch them, give a scale (--scale F; in a scene height_scale)"
+        f"{path}: the given height, {height_m:g} m, has no effect: floats, signed integers and tiles "
+        f"are metres already (here {span}); to stretch them, scale them (--scale F; in a scene height_scale)"
     )
 
 

@@ -211,9 +211,9 @@ class SoundSettings(BakerSettings):
 class TerrainSettings(BakerSettings):
     """The settings of the mesh of a heightmap, beside the heightmap and the tier.
 
-    size_m: along (x, z), from the first to the last pixel, metres. height_m, base_m, height_scale, nodata: as
-    readers/heightmap.py takes them. max_error_m: largest vertical error, metres, 0 or more; None: a
-    thousandth of height_m, and at least a step of an 8-bit picture; of metres, of what they span.
+    size_m: along (x, z), from the first to the last pixel, metres. height_m, base_m, height_scale, nodata,
+    encoding: as readers/heightmap.py takes them. max_error_m: largest vertical error, metres, 0 or more;
+    None: a thousandth of height_m, of metres of what they span, and at least a step of 8 bits or of a tile.
     sand_repeat: how many times the sand pattern repeats along each side. quantise: vertices as 16-bit
     integers, inside the same bound.
     """
@@ -223,6 +223,7 @@ class TerrainSettings(BakerSettings):
     base_m: float = 0.0
     height_scale: float = 1.0
     nodata: float | Literal["auto", "none"] = "auto"
+    encoding: str = "grey"
     max_error_m: float | None = None
     sand_repeat: float = 1.0
     quantise: bool = False

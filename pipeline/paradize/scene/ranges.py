@@ -37,4 +37,5 @@ HEIGHT_M: Range = {"low": -FAR, "high": FAR}
 HEIGHT_SCALE: Range = {"low": -1e6, "high": 1e6}
 MAX_ERROR_M: Range = {"low": 0.0, "high": FAR}
 ZSTD: WholeRange = {"low": 1, "high": 22}
+ENCODINGS = ("grey", "terrarium", "terrain-rgb")  # of heights
 TANGENTS = ("face", "vertex", "mikktspace")

@@ -232,6 +232,7 @@ RULES: dict[str, dict[str, Rule]] = {
         "base_m": number(**ranges.HEIGHT_M, unit="metres"),
         "height_scale": number(**ranges.HEIGHT_SCALE),
         "nodata": _NODATA,
+        "encoding": choice(*ranges.ENCODINGS),
         "max_error_m": number(**ranges.MAX_ERROR_M, unit="metres").or_none(),
         "sand_repeat": number(),
         "quantise": FLAG,

@@ -38,12 +38,14 @@ HEIGHT_SHARE = 0.1  # height of a heightmap without --height, as a share of its 
 class FileOptions:
     """The properties that a file does not state itself. source: "color", "height" or "auto" (as
     readers/heightmap guesses). size_m, height_m, max_error_m: of a heightmap as terrain; None: from PIXEL_M,
-    from HEIGHT_SHARE unless the file holds metres, a thousandth of the height."""
+    from HEIGHT_SHARE unless the file holds metres, a thousandth of the height. encoding: as
+    read_heightmap takes it; other than "grey": the file is a terrain alone."""
 
     source: str = "auto"
     size_m: tuple[float, float] | None = None
     height_m: float | None = None
     max_error_m: float | None = None
+    encoding: str = "grey"
 
 
 def scene_groups(scene: Scene, jobs: list[BakeJob]) -> list[TrialGroup]:
@@ -62,27 +64,33 @@ def file_groups(path: Path, options: FileOptions) -> list[TrialGroup]:
     for options that do not fit it."""
     if path.suffix.lower() in MODEL_SUFFIXES:
         if options != FileOptions():
-            mend = "leave out --from, --size, --height and --max-error"
+            mend = "leave out --from, --size, --height, --max-error and --encoding"
             raise BakeError("is a model; sizes and heights are those of a picture", file=path, mend=mend)
         return mesh_groups(_mesh_job(path), alone=True)
     image = read_image(path, finite=False)
-    kind = guess_source(image)[0] if options.source == "auto" else options.source
+    tile = options.encoding != "grey"
+    kind = options.source
+    if kind == "auto":
+        kind = "height" if tile else guess_source(image)[0]
     rows, columns = image.values.shape[:2]
     if kind == "color":
-        if options.size_m or options.height_m or options.max_error_m is not None:
-            mend = "say --from height, or leave out --size, --height and --max-error"
+        if tile or options.size_m or options.height_m or options.max_error_m is not None:
+            mend = "say --from height, or leave out --size, --height, --max-error and --encoding"
             raise BakeError("is a colour map, which has no size in metres", file=path, mend=mend)
         return [*color_groups(_color_job(path)), *map_groups(_map_job(path, kind))]
     size = options.size_m or (PIXEL_M * max(columns - 1, 1), PIXEL_M * max(rows - 1, 1))
     height = options.height_m
-    if height is None and image.top is not None:
+    if height is None and image.top is not None and not tile:
         height = HEIGHT_SHARE * max(size)
     high = abs(height or 0.0)
-    if image.top is None:
-        height_map, _ = read_heightmap(path, size_x_m=size[0], size_z_m=size[1], height_m=None)
+    if image.top is None or tile:
+        height_map, _ = read_heightmap(
+            path, size_x_m=size[0], size_z_m=size[1], height_m=None, encoding=options.encoding
+        )
         high = float(np.ptp(height_map.heights_m))
     bound = high / 1000.0 if options.max_error_m is None else options.max_error_m
-    return [*height_map_groups(path, size, height, bound, high), *map_groups(_map_job(path, kind))]
+    terrain = height_map_groups(path, size, height, bound, high, options.encoding)
+    return terrain if tile else [*terrain, *map_groups(_map_job(path, kind))]
 
 
 def _mesh_job(path: Path) -> BakeJob:

@@ -73,11 +73,22 @@ def tree_tier(path: Path, settings: dict[str, Any], tier: str, runs: int | None)
 
 
 def height_map_groups(
-    path: Path, size_m: tuple[float, float], height_m: float | None, max_error_m: float, high_m: float
+    path: Path,
+    size_m: tuple[float, float],
+    height_m: float | None,
+    max_error_m: float,
+    high_m: float,
+    encoding: str,
 ) -> list[TrialGroup]:
-    """The group of `paradize terrain` on a heightmap. height_m: as in read_heightmap. high_m: the range of
-    the heights."""
-    arguments = {"path": path, "size_m": size_m, "height_m": height_m, "max_error_m": max_error_m}
+    """The group of `paradize terrain` on a heightmap. height_m, encoding: as in read_heightmap. high_m: the
+    range of the heights."""
+    arguments = {
+        "path": path,
+        "size_m": size_m,
+        "height_m": height_m,
+        "max_error_m": max_error_m,
+        "encoding": encoding,
+    }
     trials = tuple(Trial(t, height_map_tier, arguments | {"tier": t}, t, {"tier": t}) for t in TIERS)
     note = (
         f"{size_m[0]:g} x {size_m[1]:g} m, {high_m:g} m high; fast and balanced keep a bound of "
@@ -101,12 +112,13 @@ def height_map_tier(
     size_m: tuple[float, float],
     height_m: float | None,
     max_error_m: float,
+    encoding: str,
     tier: str,
     runs: int | None,
 ) -> TrialResult:
     """One mesh of the whole heightmap, against every pixel."""
     height_map, _ = read_heightmap(
-        path, size_x_m=size_m[0], size_z_m=size_m[1], height_m=height_m, base_m=0.0
+        path, size_x_m=size_m[0], size_z_m=size_m[1], height_m=height_m, encoding=encoding
     )
     seconds, mesh = timed(lambda: terrain_mesh(height_map, tolerance_m=max_error_m, tier=tier), runs)
     error = terrain_error(mesh, height_map)

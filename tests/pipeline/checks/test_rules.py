@@ -30,6 +30,7 @@ from paradize.formats.ktx2.reader import decode_ktx2
 from paradize.scene.baker_settings import MeshSettings
 from tests.pipeline.bakes import bake_apart
 from tests.pipeline.checks.test_lights import light
+from tests.pipeline.checks.test_skies import sunny
 from tests.pipeline.scenes import make_free_cove
 from tests.sweeps import sweep
 
@@ -418,6 +419,11 @@ PLANTED: list[tuple[str, str, Callable[[Path], Any]]] = [
     ("PZ424", "a light in the sky", manifest(lambda m: lit_by(m, [0.0, 900.0, 0.0]))),
     ("PZ425", "a light of no strength", manifest(lambda m: lit_by(m, [0.0, 1.0, 0.0], 0.0))),
     ("PZ426", "ground without the light above it", manifest(unlit)),
+    (
+        "PZ427",
+        "a sky with another sun",
+        lambda s: replace(s, "sky", sunny([0.0, -1.0, 0.1])),
+    ),
     ("PZ411", "a path through the hill", manifest(lambda m: lower(m, 3.5))),
     ("PZ412", "a near plane that reaches the ground", manifest(lambda m: m["flight"].update(near_m=4.0))),
     ("PZ501", "a sound that ends in mid-wave", clicking(0.5)),

@@ -83,6 +83,11 @@ LINES: dict[str, tuple[str, str, Callable[[str, str], str]]] = {
         "say how high white stands above black: --height H",
         lambda line, said: f"{line} {first_option(said)} 3",
     ),
+    "digits in a grey picture": (
+        "terrain grey.png -o a.glb --size 9 9 --height 3 --encoding terrarium",
+        'or the encoding "grey"',
+        lambda line, said: line.replace("terrarium", re.findall(r'encoding "(\w+)"', said)[0]),
+    ),
     "a relative store": (
         "bake cove.toml -o b --store file://store",
         "write file:///folder",
@@ -111,12 +116,12 @@ LINES: dict[str, tuple[str, str, Callable[[str, str], str]]] = {
     ),
     "a size of a model": (
         "measure post.obj -o m --size 1 1 --runs 1",
-        "leave out --from, --size, --height and --max-error",
+        "leave out --from, --size, --height, --max-error and --encoding",
         lambda line, said: words_without(line, *re.findall(r"--[a-z-]+", said.rpartition(";")[2])),
     ),
     "a size of a colour map": (
         "measure wood.png -o m --size 1 1 --runs 1",
-        "leave out --size, --height and --max-error",
+        "leave out --size, --height, --max-error and --encoding",
         lambda line, said: words_without(line, *re.findall(r"--[a-z-]+", said.rpartition("leave out")[2])),
     ),
     "an amount of memory": (
@@ -313,6 +318,7 @@ ELSEWHERE = {  # where it is followed; or why it is not
     "write paradize.{}(..., budget={})": "tests/pipeline/test_api.py",
     "resize it, or write the six faces of a cube map": "tests/pipeline/bakers/test_panorama.py",
     'resize it; of a panorama write faces = ["panorama.exr"]': "tests/pipeline/bakers/test_panorama.py",
+    "write {} in [sun], or turn the picture": "tests/pipeline/checks/test_skies.py",
     "write 0 or more": "of a Python function; the command line refuses first",
     _CHARTS: "needs more charts than a square holds",
 }

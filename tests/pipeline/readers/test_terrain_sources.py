@@ -203,11 +203,13 @@ def test_infinity_is_refused_with_its_place(tmp_path: Path) -> None:
         read_heightmap(tiff(tmp_path / "v.tif", heights, "-9999"), size_x_m=1, size_z_m=1, height_m=1.0)
 
 
-def test_a_tile_whose_colours_are_digits_of_heights_is_refused_with_what_to_save(tmp_path: Path) -> None:
+def test_a_tile_whose_colours_are_digits_of_heights_is_refused_with_what_reads_it(
+    tmp_path: Path,
+) -> None:
     metres = np.round(slope(33) * 8 + 32768 + 900).astype(int)
     codes = np.stack([metres // 256, metres % 256, np.zeros_like(metres)], axis=2)
     path = png(tmp_path / "terrarium.png", codes, 2, 8)
-    with pytest.raises(SourceError, match=r"colours are digits \(Terrarium, Terrain-RGB\), save the metres"):
+    with pytest.raises(SourceError, match=r"digits, say which \(--encoding terrarium or terrain-rgb\)"):
         read_heightmap(path, size_x_m=1.0, size_z_m=1.0, height_m=None)
 
 

@@ -116,9 +116,9 @@ def bake_terrain(path: Path, settings: TerrainSettings, *, tier: str = "balanced
 
 def _default_bound_m(heightfield: Heightfield, settings: TerrainSettings) -> float:
     """At least a step of the source: two pixels of a slope may be off by half a step each."""
-    if settings.height_m is None or not heightfield.step_m:
-        return float(np.ptp(heightfield.heights_m)) / 1000.0 or 0.001
     step_m = 1.0001 * heightfield.step_m  # heights are rounded to float32
+    if settings.height_m is None or not step_m or settings.encoding != "grey":
+        return max(float(np.ptp(heightfield.heights_m)) / 1000.0, step_m) or 0.001
     return max(abs(settings.height_m * settings.height_scale) / 1000.0, step_m)
 
 
@@ -132,6 +132,7 @@ def height_map_of(path: Path, settings: TerrainSettings) -> tuple[Heightfield, l
         base_m=settings.base_m,
         height_scale=settings.height_scale,
         nodata=settings.nodata,
+        encoding=settings.encoding,
     )
 
 

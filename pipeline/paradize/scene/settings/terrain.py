@@ -7,19 +7,24 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from paradize.scene import ranges
-from paradize.scene.schema import FAR, flag, number, number_or, source, table, vector, whole
+from paradize.scene.schema import FAR, choice, flag, number, number_or, source, table, vector, whole
 from paradize.scene.settings.relief import Relief
 
 
 @dataclass(frozen=True, kw_only=True)
 class Terrain:
     heightmap: Path = source(
-        meaning="grey picture, .hgt, .asc, or square .raw, .r16, .r32 of heights; each pixel is a vertex"
+        meaning="grey picture, tile, .hgt, .asc or square .raw, .r16, .r32 of heights; a pixel is a vertex"
     )
     size_m: tuple[float, float] = vector(
         size=2, **ranges.SIZE_M, unit="m", meaning="x and z, from the first to the last pixel"
     )
 
+    encoding: str = choice(
+        "grey",
+        among=ranges.ENCODINGS,
+        meaning="how the heightmap holds heights: as grey, or as digits in the colours of a web map's tile",
+    )
     height_m: float | None = number(
         None,
         **ranges.HEIGHT_M,

@@ -1,0 +1,78 @@
+"""`check` finds a sun of the scene that is not where the sky's is, and says where that is."""
+
+from __future__ import annotations
+
+import hashlib
+import re
+from math import acos, degrees, radians
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from paradize.checks.rules import Finding
+from paradize.checks.skies import check_sky
+from paradize.formats.ktx2.encode import encode_ktx2
+from paradize.scene.finest_views import sun_direction
+from paradize.stages.cubemap import cube_mips, cut_faces, encode_cube
+from tests.pipeline.bakers.test_panorama import panorama
+
+
+def sunny(toward: list[float], light: float = 20_000.0) -> bytes:
+    """A grey sky with a disc of 1.5 degrees around a direction."""
+    unit = np.array(toward) / np.linalg.norm(toward)
+    inside = np.cos(radians(0.75))
+    picture = panorama(lambda way: np.where((way @ unit)[..., None] > inside, light, [0.5, 0.5, 0.5]), 256)
+    return encode_ktx2(encode_cube(cube_mips(cut_faces(picture))))
+
+
+def finding(folder: Path, data: bytes, direction: list[float], **changes: Any) -> Finding | None:
+    (folder / "sky.ktx2").write_bytes(data)
+    entry = {"file": "sky.ktx2", "bytes": len(data), "sha256": hashlib.sha256(data).hexdigest()}
+    sun = {"direction": direction, "color": [1.0, 0.9, 0.8], "intensity": 3.0}
+    manifest = {"sun": sun, "sky": {"cubemap": "sky"}, "daytime": None, "artifacts": {"sky": entry}}
+    found = list(check_sky(manifest | changes, folder, "scene.json"))
+    assert len(found) <= 1
+    return found[0] if found else None
+
+
+def between_deg(a: list[float], b: list[float]) -> float:
+    return degrees(acos(float(np.clip(np.dot(a, b), -1.0, 1.0))))
+
+
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None, max_examples=10)
+@given(
+    azimuth=st.floats(-180, 180),
+    elevation=st.floats(-85, 85),
+    turn=st.floats(15, 180),
+)
+def test_what_is_advised_points_at_the_sun_of_any_sky(
+    tmp_path: Path, azimuth: float, elevation: float, turn: float
+) -> None:
+    toward = sun_direction(azimuth, elevation)
+    sky = sunny(toward)
+    axis = np.cross(toward, [0.3, 0.2, 0.9])
+    axis /= np.linalg.norm(axis)
+    elsewhere = np.cos(radians(turn)) * np.array(toward) + np.sin(radians(turn)) * np.cross(axis, toward)
+    found = finding(tmp_path, sky, elsewhere.tolist())
+    assert found and found.code == "PZ427" and found.artifact == "sky"
+    assert float(found.what.split()[6]) == pytest.approx(turn, abs=2.0)
+    advised = re.search(r"azimuth_deg = (\S+) and elevation_deg = (\S+) in \[sun\]", found.mend)
+    assert advised
+    assert between_deg(sun_direction(float(advised[1]), float(advised[2])), toward) < 1.0
+    assert finding(tmp_path, sky, toward) is None
+
+
+def test_skies_without_a_sun_and_scenes_without_one_are_left_alone(tmp_path: Path) -> None:
+    west = sun_direction(270.0, 20.0)
+    sky = sunny(sun_direction(90.0, 20.0))
+    assert finding(tmp_path, sky, west)
+    dark = {"direction": west, "color": [1.0, 1.0, 1.0], "intensity": 0.0}
+    assert finding(tmp_path, sky, west, sun=dark) is None
+    assert finding(tmp_path, sky, west, daytime={"keys": []}) is None
+    assert finding(tmp_path, sky, west, sky=None) is None
+    assert finding(tmp_path, sunny(west, light=1.0), sun_direction(90.0, 20.0)) is None
+    assert finding(tmp_path, sky[:5000], west) is None
