@@ -235,8 +235,11 @@ def test_the_distance_across_a_corner_is_the_diagonal(repeat: bool) -> None:
     assert (found.count, found.width_texels) == (2, 4.5)
 
 
-def test_the_map_s_edge_is_no_distance_when_it_repeats() -> None:
-    mesh = flat_mesh([rect(2, 4, 20, 60), rect(40, 4, 61, 60)])
+@pytest.mark.parametrize("turned", [False, True])
+def test_the_map_s_edge_is_no_distance_when_it_repeats(turned: bool) -> None:
+    """Neither the right edge nor, with rows and columns exchanged, the lower one."""
+    islands = [rect(2, 4, 20, 60), rect(40, 4, 61, 60)]
+    mesh = flat_mesh([[(y, x) for x, y in island] for island in islands] if turned else islands)
     widths = []
     for repeat in (False, True):
         found = gutter.find_islands(mesh, height=SIZE, width=SIZE, repeat=repeat)
