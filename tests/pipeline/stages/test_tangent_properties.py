@@ -74,6 +74,49 @@ def test_whatever_the_faces_signs_are_those_of_the_reference(seed: int) -> None:
     assert np.array_equal(corner_tangents(mesh)[..., 3], truth[..., 3])
 
 
+def corner_frames(
+    positions: npt.ArrayLike, uvs: npt.ArrayLike, triangles: npt.ArrayLike, method: str
+) -> npt.NDArray[np.float64]:
+    """(m, 3, 4) tangents of a mesh whose normals all point along +Z."""
+    points = np.asarray(positions, np.float32)
+    up = np.tile(np.float32([0, 0, 1]), (len(points), 1))
+    index, _, tangents = split_tangents(
+        points, up, np.asarray(uvs, np.float32), np.asarray(triangles, np.uint32), method=method
+    )
+    return tangents[index].astype(np.float64)
+
+
+def test_by_vertex_the_directions_of_large_and_small_faces_count_alike() -> None:
+    """At the corner that they share u grows along +X on the large face and along +Y on the small one."""
+    positions = [[0, 0, 0], [10, 0, 0], [0, 10, 0], [-1, 0, 0], [0, -1, 0]]
+    uvs = [[0, 0], [1, 0], [0, 1], [0, 1], [-1, 0]]
+    found = corner_frames(positions, uvs, [[0, 1, 2], [0, 3, 4]], "vertex")
+    assert np.allclose(found[:, 0, :3], np.sqrt([0.5, 0.5, 0]), atol=1e-6)
+
+
+def test_two_fans_that_touch_at_one_vertex_keep_frames_of_their_own() -> None:
+    """Two cones with one tip, whose images are turned against each other."""
+    positions, uvs, faces = [[0.0, 0, 0]], [[0.0, 0]], []
+    for depth, turn in ((0.25, 0.0), (0.5, 0.7)):
+        angles = turn + np.arange(6) * np.pi / 3
+        first = len(positions)
+        positions += [[np.cos(a), np.sin(a), -depth] for a in angles]
+        uvs += [[np.cos(a - turn), np.sin(a - turn)] for a in angles]
+        faces += [[0, first + k, first + (k + 1) % 6] for k in range(6)]
+    found = corner_frames(positions, uvs, faces, "mikktspace")[:, 0, :3]
+    assert np.allclose(found[:6], [1, 0, 0], atol=1e-6)
+    assert np.allclose(found[6:], [np.cos(0.7), np.sin(0.7), 0], atol=1e-6)
+
+
+def test_faces_folded_onto_each_other_keep_frames_of_their_own() -> None:
+    """v grows along +Y on the one and along -Y on the other; along their common edge u and v grow alike."""
+    positions = [[0, 0, 0], [1, 0, 0], [0.25, 1, 0], [0.5, 0.75, 0]]
+    uvs = [[0, 0], [1, 1], [0.25, 2.25], [0.5, -1]]
+    found = corner_frames(positions, uvs, [[0, 1, 2], [1, 0, 3]], "mikktspace")
+    wanted = np.array([[2, -1, 0], [2, 1, 0]]) / np.sqrt(5)
+    assert np.allclose(found[..., :3], wanted[:, None], atol=1e-6)
+
+
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("mesh", [meshes.torus(60_000, mirrored=True), noise(DENSE, 4), soup_of(200, 5)])
 def test_the_number_of_threads_changes_no_byte(mesh: Mesh, method: str) -> None:
