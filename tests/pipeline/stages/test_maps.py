@@ -33,6 +33,8 @@ def test_height_is_the_luminance_of_linear_light() -> None:
     assert np.allclose(heights[0], [0.21404114, 0.2126, 0.7152, 0.0722], atol=1e-6)
     assert np.array_equal(height_from_color(Image(pixels, "srgb", 32)), heights)
     assert np.allclose(height_from_color(Image(pixels, "linear", 32))[0, 0], 0.5)
+    grey = np.float32([[[0.5, 1.0], [0.25, 0.0], [0.75, 0.5]]])  # with alpha
+    assert np.array_equal(maps.luminance(grey), grey[:, :, 0])
 
 
 def test_heights_are_never_touched_by_a_colour_transform() -> None:
@@ -52,6 +54,10 @@ def test_levels_do_what_their_names_say() -> None:
     assert np.allclose(shaped(gamma=2.0), np.sqrt(plane[0]), atol=1e-6)
     assert np.allclose(shaped(contrast=0.0), 0.5)
     assert np.allclose(shaped(brightness=0.25), np.clip(plane[0] + 0.25, 0, 1), atol=1e-6)
+    # In the order of their names, and within 0..1 before the contrast as well as at the end.
+    assert np.allclose(shaped(contrast=0.5, brightness=0.25), 0.5 * plane[0] + 0.5, atol=1e-6)
+    narrow = 0.5 * np.clip((plane[0] - 0.2) / 0.6, 0, 1) + 0.25
+    assert np.allclose(shaped(black=0.2, white=0.8, contrast=0.5), narrow, atol=1e-6)
     for bad in ({"black": 1.0}, {"gamma": 0.0}, {"contrast": float("nan")}):
         with pytest.raises(ValueError, match=r"levels|black"):
             Levels(**bad)

@@ -159,6 +159,28 @@ def test_transparent_texels_do_not_tint_their_neighbours() -> None:
     clear = np.float32([[[0.2, 0.4, 0.6, 0], [0.4, 0.6, 0.8, 0]]])
     light = maps.halve(clear, with_alpha=True)
     assert np.allclose(light[0, 0], [0.3, 0.5, 0.7, 0])
+    faint = np.float32([[[0.2, 0.4, 0.6, 1e-4], [1, 1, 1, 0]]])
+    assert np.allclose(maps.halve(faint, with_alpha=True)[0, 0], [0.2, 0.4, 0.6, 5e-5])
+
+
+@pytest.mark.parametrize("channels", [2, 4])
+def test_codes_of_transparent_texels_keep_their_mean_colour(channels: int) -> None:
+    codes = np.random.default_rng(3).integers(0, 256, (4, 6, channels), dtype=np.uint8)
+    codes[:, :, -1] = 0
+    codes[:2, :2, -1] = 1
+    wanted = maps.halve(maps.linear_light(codes, encoded=True), with_alpha=True)
+    assert np.abs(maps.halved_light(codes) - wanted).max() < 1e-6
+
+
+def test_the_coverage_s_factor_is_the_least_that_keeps_as_many_texels() -> None:
+    for seed in range(20):
+        rng = np.random.default_rng(seed)
+        alpha = rng.random((9, 11), np.float32) * np.float32(0.9) + np.float32(0.1)
+        cutoff, kept = rng.uniform(0.2, 0.8), int(rng.integers(1, alpha.size))
+        factor = maps.coverage_factor(alpha, fraction=kept / alpha.size, cutoff=cutoff)
+        lifted = alpha * np.float32(factor)
+        assert (lifted >= np.float32(cutoff)).sum() == kept
+        assert (lifted * np.float32(1 - 3e-6) >= np.float32(cutoff)).sum() == kept - 1
 
 
 def test_cut_outs_keep_their_coverage_in_every_mip() -> None:
@@ -218,6 +240,13 @@ def test_normals_are_averaged_before_they_are_normalised() -> None:
         mean = area_mean(unit, 8 >> level, 8 >> level)
         expected = mean / np.sqrt((mean * mean).sum(axis=2, keepdims=True))
         assert np.abs(found[level] - expected).max() < 1e-6
+
+
+def test_the_length_of_a_vector_changes_no_direction() -> None:
+    vectors = np.random.default_rng(7).normal(size=(3, 50, 3)).astype(np.float32)
+    for scale in (1e-5, 1e5):
+        short = maps.normalise(vectors * np.float32(scale))
+        assert np.abs(short - maps.normalise(vectors)).max() < 1e-6
 
 
 def test_normals_that_cancel_out_fall_back_to_up() -> None:
