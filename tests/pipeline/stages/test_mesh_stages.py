@@ -220,15 +220,35 @@ def test_normals_do_not_depend_on_how_faces_are_cut() -> None:
 
 
 def test_smoothing_groups_do_not_mix() -> None:
+    """A ridge of eight triangles: each takes its normals from those of its own group at the same corner."""
     mesh = grid(2)
     groups = np.array([1, 1, 1, 1, 2, 2, UNKNOWN_SMOOTHING, 0], np.uint32)
     bent = mesh.positions.copy()
     bent[:, 1] = np.abs(bent[:, 0] - 0.5)
-    normals = corner_normals(bent, mesh.triangles, groups, crease_deg=45.0)
-    assert np.isfinite(normals).all()
-    assert np.allclose(np.linalg.norm(normals, axis=-1), 1, atol=1e-6)
-    face = np.cross(*(bent[mesh.triangles[7]][[1, 2]] - bent[mesh.triangles[7]][0]))
-    assert np.allclose(normals[7], face / np.linalg.norm(face), atol=1e-6)
+    normals = corner_normals(bent, mesh.triangles, groups, crease_deg=180.0)
+    corners = bent[mesh.triangles].astype(np.float64)
+    faces = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    faces /= np.linalg.norm(faces, axis=1, keepdims=True)
+    for t, vertices in enumerate(mesh.triangles):
+        for k, vertex in enumerate(vertices):
+            total = np.zeros(3)
+            for u, at in np.argwhere(mesh.triangles == vertex):
+                if u == t or (groups[u] == groups[t] != 0):
+                    a, b = (corners[u, (at + side) % 3] - corners[u, at] for side in (1, 2))
+                    cosine = a @ b / np.linalg.norm(a) / np.linalg.norm(b)
+                    total += np.arccos(cosine) * faces[u]
+            assert np.allclose(normals[t, k], total / np.linalg.norm(total), atol=1e-6)
+
+
+def test_faces_back_to_back_keep_their_own_normals() -> None:
+    """Their sum is nothing, whatever the crease angle."""
+    normals = corner_normals(
+        np.float32([[0, 0, 0], [1, 0, 0], [0, 0, 1]]),
+        np.array([[0, 1, 2], [0, 2, 1]], np.uint32),
+        np.array([1, 1], np.uint32),
+        crease_deg=45.0,
+    )
+    assert np.allclose(normals, np.reshape([[0, -1, 0], [0, 1, 0]], (2, 1, 3)), atol=1e-6)
 
 
 def test_given_normals_stay_and_are_made_unit() -> None:
