@@ -106,6 +106,7 @@ def shoelace(points: list[tuple[float, float]]) -> float:
     [
         [(0, 0), (2, 0), (0.5, 0.5), (0, 2)],
         [(0, 0), (4, 0), (4, 4), (2, 1), (0, 4)],
+        [(0, 0), (4, 0), (4, 4), (2, 2), (0, 4)],  # a corner on two diagonals
         [(0, 0), (1, 0), (2, 0), (2, 1), (2, 2), (1, 2), (0, 2), (0, 1)],
         comb(40),
     ],
@@ -302,6 +303,17 @@ def test_smoothing_groups_reach_every_triangle(tmp_path: Path) -> None:
     result = read(tmp_path, text)
     assert result.smoothing.tolist() == [UNKNOWN_SMOOTHING, 7, 7, 0, 0, 0]
     assert any("smoothing" in warning for warning in result.warnings)
+
+
+def test_what_older_programs_write_changes_nothing(tmp_path: Path) -> None:
+    """`fo` is a face, and 1 is every position's weight."""
+    new, old = (
+        read(tmp_path, TRIANGLE + "f 1 2 3\n"),
+        read(tmp_path, TRIANGLE.replace("0\n", "0 1\n") + "fo 1 2 3\n"),
+    )
+    assert np.array_equal(old.mesh.positions, new.mesh.positions)
+    assert np.array_equal(old.mesh.triangles, new.mesh.triangles)
+    assert old.warnings == new.warnings
 
 
 def test_lines_points_short_faces_and_unknown_keywords_are_counted(tmp_path: Path) -> None:
