@@ -108,10 +108,14 @@ def off_by(seen: np.ndarray, own: np.ndarray, kind: str) -> float:
     return float(np.abs(roots).max() * (np.clip(own[3], 0, 1) if len(own) == 4 else 1.0))
 
 
+def p99(errors: list[float]) -> float:
+    return errors[(len(errors) - 1) * 99 // 100]
+
+
 def plain_walk(
     levels: list[np.ndarray], layout: kernel.Layout, reach: np.ndarray, kind: str
-) -> list[tuple[float, float, int]]:
-    """(p99 of all, largest, samples) by level."""
+) -> list[dict[tuple[int, int], list[float]]]:
+    """The errors of each border texel (y, x), by level."""
     rows, columns = layout.inside.shape
     filled = levels[0].reshape(-1, levels[0].shape[2])[layout.source].astype(np.float64)
     islands = np.unique(layout.owner)
@@ -141,7 +145,7 @@ def plain_walk(
     found = []
     for level in levels:
         h, w = level.shape[:2]
-        errors = []
+        errors: dict[tuple[int, int], list[float]] = {}
         for y, x in dict.fromkeys(border):
             g = layout.owner[y, x]
             if reach[g] < 0:
@@ -156,9 +160,8 @@ def plain_walk(
                 seen = (weights * level).sum(axis=(0, 1))
                 share = weights * shares[g]
                 alone = (share * own).sum(axis=(0, 1)) / share.sum() if share.sum() > 1e-9 else filled[y, x]
-                errors.append(off_by(seen, alone, kind))
-        errors.sort()
-        found.append((errors[(len(errors) - 1) * 99 // 100], errors[-1], len(errors)))
+                errors.setdefault((y, x), []).append(off_by(seen, alone, kind))
+        found.append(errors)
         down, across = halving(h), halving(w)
         for each in (parts, shares, whole):
             for key in each:
@@ -201,12 +204,21 @@ def test_the_walk_finds_what_dense_matrices_find(
         h, w = levels[-1].shape[:2]
         levels.append(np.einsum("ij,jkc,lk->ilc", halving(h), levels[-1], halving(w)).astype(np.float32))
     far = np.array([reach, -1.0, 0.5 * reach])
+    expected = plain_walk(levels, layout, far, kind)
     for threads in (1, 3):
         found = kernel.walk(levels, kind, layout, far, threads=threads)
-        expected = plain_walk(levels, layout, far, kind)
-        assert [level.samples for level in found] == [count for _, _, count in expected]
-        assert np.allclose([level.worst for level in found], [worst for _, worst, _ in expected], atol=1e-5)
-        assert np.allclose([level.all_p99 for level in found], [p99 for p99, _, _ in expected], atol=1e-5)
+        for level, errors in zip(found, expected, strict=True):
+            every = sorted(error for at in errors.values() for error in at)
+            islands = {
+                g: sorted(error for p, at in errors.items() if layout.owner[p] == g for error in at)
+                for g in {int(layout.owner[p]) for p in errors}
+            }
+            worst = max(map(p99, islands.values()))
+            assert level.samples == len(every)
+            assert np.allclose((level.worst, level.all_p99), (every[-1], p99(every)), atol=1e-5)
+            assert max(errors[level.y, level.x]) == pytest.approx(level.worst, abs=1e-5)
+            of = islands[level.island]
+            assert np.allclose((level.p99, p99(of), level.mean), (worst, worst, np.mean(of)), atol=1e-5)
 
 
 def flat_mesh(obj_islands: list[list[tuple[float, float]]]) -> Mesh:
