@@ -186,6 +186,24 @@ def test_normals_from_slopes_are_those_of_the_heights_they_came_from() -> None:
 
 
 @pytest.mark.parametrize("name", TAPS)
+def test_green_points_down_on_islands_too(name: str) -> None:
+    rng = np.random.default_rng(12)
+    heights, islands = (
+        rng.random((20, 30), np.float32),
+        np.arange(30, dtype=np.int32) // 7 + np.zeros((20, 1), np.int32),
+    )
+    up = made(heights, name, islands=islands)
+    assert np.array_equal(made(heights, name, islands=islands, green_down=True), up * np.float32([1, -1, 1]))
+
+
+def test_a_map_too_large_for_the_caches_is_what_its_bands_are() -> None:
+    """4.4 MB of normals, whose rows end beside the ends of cache lines."""
+    heights = np.random.default_rng(13).random((600, 607), np.float32)
+    bands = [made(heights, "central", rows=(first, first + 75)) for first in range(0, 600, 75)]
+    assert made(heights, "central").tobytes() == np.concatenate(bands).tobytes()
+
+
+@pytest.mark.parametrize("name", TAPS)
 def test_no_slope_crosses_from_one_island_to_another(name: str) -> None:
     islands = np.zeros((16, 24), np.int32)
     islands[:, 12:] = 1
