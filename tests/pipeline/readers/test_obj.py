@@ -385,6 +385,12 @@ def test_a_corner_is_read_without_the_uv_or_normal_that_is_not_there(tmp_path: P
     )
 
 
+@pytest.mark.parametrize("before", ["", "f 1//1 2//1 3//1\n"])
+def test_a_normal_right_behind_the_last_is_not_there(tmp_path: Path, before: str) -> None:
+    result = read(tmp_path, f"{CORNERS}{before}f 1//1 2//1 3//2\n")
+    assert result.repairs["broken_normals"]["count"] == 1
+
+
 def test_a_uv_may_stand_behind_the_face_that_names_it(tmp_path: Path) -> None:
     face, uvs = "f 1/1 2/2 3/3\n", "vt 0 0\nvt 1 0\nvt 0 1\n"
     after, before = (read(tmp_path, TRIANGLE + text) for text in (face + uvs, uvs + face))
