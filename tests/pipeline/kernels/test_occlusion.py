@@ -125,6 +125,10 @@ def test_texels_that_several_triangles_show_have_a_place_on_each_of_them() -> No
     found = places(ground.uvs, twice, touched)
     inside = np.bincount(found.texel, minlength=256)
     assert inside.min() == 2 and found.shared > 0.8 * 256 - 64
+    thrice = np.concatenate([twice, ground.triangles])
+    assert places(ground.uvs, thrice, touched).shared == found.shared  # texels, however many show them
+    for shift in (-3, -1, 2):  # UVs repeat
+        assert np.array_equal(places(ground.uvs + np.float32(shift), twice, touched).texel, found.texel)
     many = np.tile(ground.triangles, (40, 1))
     touched = np.zeros((16, 16), np.int32)
     with pytest.raises(ValueError, match="overlap"):

@@ -116,6 +116,27 @@ def test_neighbours_share_their_border_at_every_pair_of_levels(name: str) -> Non
     assert pairs > 0
 
 
+def test_wide_bounds_of_the_sides_leave_the_inside_its_own() -> None:
+    """No side gets a vertex, however far it is off, and every pixel that lies on none keeps the bound."""
+    bound = 0.5
+    row, column = np.mgrid[0:33, 0:33]
+    sides = (row % 32 == 0) | (column % 32 == 0) | (row == column)
+    heights = np.where(sides & (row % 32 + column % 32 > 0), np.float32(50), noise(33, 33, 4))
+    for corners, inside in [
+        (((0, 32), (0, 0), (32, 32)), (row > 0) & (column < 32) & (column > row)),
+        (((32, 0), (32, 32), (0, 0)), (row < 32) & (column > 0) & (column < row)),
+    ]:
+        vertices, triangles = patch(heights, corners, bound, 1e9, 1e9)
+        on_a_side = ~inside[vertices[:, 0], vertices[:, 1]]
+        assert on_a_side.sum() == 3 < len(vertices)
+        places = np.column_stack([row[inside], column[inside], np.ones(inside.sum())])
+        for corner in vertices[triangles]:
+            shares = places @ np.linalg.inv(np.column_stack([corner, np.ones(3)]))
+            here = (shares > -1e-9).all(axis=1)
+            off = shares @ heights[corner[:, 0], corner[:, 1]] - heights[inside]
+            assert np.abs(off[here]).max(initial=0.0) < bound + 1e-6
+
+
 @pytest.mark.parametrize("name", FIELDS)
 def test_each_level_covers_the_field_exactly_once(name: str) -> None:
     heights = FIELDS[name]
