@@ -65,6 +65,14 @@ def picture(height: int, width: int, *, alpha: bool, seed: int = 0) -> U8:
     return mixed
 
 
+@pytest.mark.parametrize("quality", QUALITIES)
+def test_alpha_that_is_nearly_opaque_is_no_opaque_alpha(quality: str) -> None:
+    rgba = picture(16, 16, alpha=False)
+    rgba[:, :, 3] = 254
+    found = decoded(encode_bc7(rgba, quality=quality), 16, 16)[:, :, 3]
+    assert (found == 254).mean() > 0.5
+
+
 @pytest.mark.parametrize("mode", range(8))
 def test_blocks_of_random_bits_read_as_openimageio_reads_them(mode: int, tmp_path: Path) -> None:
     blocks = np.random.default_rng(mode).integers(0, 256, (128 * 64, 16), dtype=np.uint8)

@@ -50,6 +50,19 @@ def cards(count: int) -> Mesh:
     return Mesh(points.reshape(-1, 3).astype(np.float32), faces.reshape(-1, 3).astype(np.uint32))
 
 
+@pytest.mark.parametrize("seed", range(3))
+def test_a_plane_is_one_chart_whose_triangles_keep_their_shape(seed: int) -> None:
+    """Triangles of all shapes, in a plane that is turned."""
+    rng = np.random.default_rng(seed)
+    mesh = grid(5)
+    flat = mesh.positions[:, [0, 2, 1]] * [1.0, 2.5, 0.0] + rng.uniform(-0.08, 0.08, (36, 3)) * [1, 2, 0]
+    turn, _ = np.linalg.qr(rng.normal(size=(3, 3)))
+    _, corners, count = make_charts(flat @ turn, mesh.triangles, deviation=0.1)
+    assert count == 1
+    lengths = [np.linalg.norm(np.roll(p, 1, axis=1) - p, axis=2) for p in (corners, flat[mesh.triangles])]
+    assert np.abs(lengths[0] - lengths[1]).max() < 1e-4
+
+
 def moebius(turns: int = 40) -> Mesh:
     at = np.arange(turns) * (2 * np.pi / turns)
     wide = np.array([-0.3, 0.3])[None, :]

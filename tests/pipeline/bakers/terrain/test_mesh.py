@@ -130,6 +130,9 @@ def test_the_metric_measures_a_known_error() -> None:
     oblong = np.zeros((5, 8), np.float32)
     oblong[2, 6] = -1.0
     assert terrain_error(flat, field_of(oblong)).worst == (2, 6)
+    tall = np.zeros((130, 5), np.float32)
+    tall[100, 3] = 2.0
+    assert terrain_error(flat, field_of(tall)).worst == (100, 3)
     lifted = flat.positions + np.float32([0, 2, 0])
     for sheets in ((flat.positions, lifted), (lifted, flat.positions)):  # the worst of all at a pixel counts
         both = Mesh(np.concatenate(sheets), np.concatenate([flat.triangles, flat.triangles + 4]))
