@@ -326,6 +326,19 @@ def settings_of() -> dict[str, object]:
     return {"source_bits": 32, "wrap": (False, False)}
 
 
+def test_what_lies_outside_all_islands_predicts_nothing() -> None:
+    rng = np.random.default_rng(5)
+    heights = rng.random((96, 160), np.float32)
+    islands = np.where(np.arange(160) < 64, 0, -1).astype(np.int32) + np.zeros((96, 1), np.int32)
+    other = np.where(islands < 0, np.float32(0.5), heights).astype(np.float32)
+    filters = [(t.derivative, t.smooth) for t in TAPS.values()]
+    first, second = (
+        kernel.predict_errors(plane, filters, source_bits=32, wrap=(False, False), islands=islands)
+        for plane in (heights, other)
+    )
+    assert first == second
+
+
 def test_auto_looks_at_islands_one_by_one() -> None:
     field, _, _ = sinusoids(256, 32, 128, 5)
     heights, _ = rounded(field, 8)
