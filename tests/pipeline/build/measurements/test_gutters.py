@@ -260,8 +260,10 @@ def test_the_map_s_edge_is_no_distance_when_it_repeats(turned: bool) -> None:
     assert widths == [10.0, 2.5]
 
 
-def test_islands_without_a_whole_texel_between_them_are_one() -> None:
-    touching = flat_mesh([rect(4, 4, 20, 60), rect(20, 4, 40, 60), rect(42, 4, 60, 60)])
+@pytest.mark.parametrize("top", [4, 8])
+def test_islands_without_a_whole_texel_between_them_are_one(top: int) -> None:
+    """Whether or not they have a corner in common."""
+    touching = flat_mesh([rect(4, 4, 20, 60), rect(20, top, 40, 60 - top), rect(42, 4, 60, 60)])
     found = gutter.find_islands(touching, height=SIZE, width=SIZE, repeat=False)
     assert found is not None
     assert found.count == 2
