@@ -256,6 +256,9 @@ def test_the_quality_is_that_counted_by_hand() -> None:
     apart[1] += 0.5
     assert layout_quality(points, faces, apart)["seam_length"] == pytest.approx(8**0.5 / 2)
     assert layout_quality(points, faces, apart)["charts"] == 2
+    beside = square(0.25, 0.75)
+    beside[1] += [1 / 256, 0]  # a texel of a small image
+    assert layout_quality(points, faces, beside)["charts"] == 2
     flat = square(0.0, 0.5) * [1, 0.5]
     # A unit of the image is 4 metres one way and 8 the other; the image's area an eighth of a square's.
     assert layout_quality(points, faces, flat)["stretch"] == pytest.approx(((4**2 + 8**2) / 2 / 4 / 8) ** 0.5)
@@ -299,6 +302,9 @@ def test_overlap_and_a_gutter_too_small_are_seen() -> None:
         for gap in (0, 3, 4, 6)
     ]
     assert near[0] == near[1] == 0 < near[3]
+    reaching = np.array([[0.0, 0.0], [32.4 / 64, 0.0], [0.0, 0.5]])
+    shared = np.stack([reaching, beside - [3.4 / 64, 0]])  # both touch texel 32 of row 0
+    assert layout_raster(points, faces, shared, resolution=64, gap=0)[1:] == (0, 1)
 
 
 def test_the_stage_counts_its_seams_along_every_axis() -> None:
