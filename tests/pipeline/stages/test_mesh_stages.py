@@ -127,6 +127,10 @@ def test_bow_ties_and_components_are_counted() -> None:
     _, report = validate_mesh(soup(points, [(0, 1, 2), (0, 3, 4)]))
     found = report.topology
     assert (found.components, found.bow_tie.count, len(set(found.island.tolist()))) == (2, 1, 1)
+    _, report = validate_mesh(soup([*points, (0, 0, 1), (0, 1, 1)], [(0, 1, 2), (0, 3, 4), (0, 5, 6)]))
+    assert report.topology.bow_tie.count == 1  # a vertex, however many fans touch there
+    _, report = validate_mesh(soup(points, [(0, 1, 2), (0, 1, 4)]))
+    assert (report.topology.turned.count, report.topology.bow_tie.count) == (1, 0)
 
 
 def test_a_moebius_strip_is_turned_somewhere() -> None:
