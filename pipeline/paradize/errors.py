@@ -11,6 +11,7 @@ ParadizeError
 
 from __future__ import annotations
 
+import errno
 import re
 from typing import TYPE_CHECKING, Any
 
@@ -117,6 +118,19 @@ class FormatError(ParadizeError):
 
 class BakeError(ParadizeError):
     """A stage failed on valid input."""
+
+
+def unexpected(error: Exception, where: str = "", file: str | None = None) -> BakeError:
+    """Returns the error for an exception that no code expects: a limit of the machine that was reached, with
+    its mend, or a fault of Paradize. where: the line that raised it."""
+    number = error.errno if isinstance(error, OSError) else None
+    if number in (errno.EMFILE, errno.ENFILE):
+        return BakeError("too many open files", file=file, mend="allow more: `ulimit -n 1024`")
+    if number in (errno.EAGAIN, errno.ENOMEM) or isinstance(error, MemoryError):
+        what = f"the system refuses more processes or memory: {error}".removesuffix(": ")
+        return BakeError(what, file=file, mend="allow more (`ulimit -a`), or work with fewer: `-j 1`")
+    what = f"internal error: {type(error).__name__}: {error}{where}"
+    return BakeError(what, file=file, mend="please report it")
 
 
 class ArgumentError(ParadizeError, TypeError, ValueError):

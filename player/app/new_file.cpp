@@ -2,6 +2,8 @@
 
 #include "error.hpp"
 
+#include <cerrno>
+#include <cstring>
 #include <system_error>
 #include <unistd.h>
 #include <utility>
@@ -29,12 +31,16 @@ void NewFile::commit() {
     std::error_code failure;
     std::filesystem::rename(part_, path_, failure);
     if (failure) {
-        fail(failure.message());
+        fail(failure.value());
     }
 }
 
-void NewFile::fail(const std::string &why) const {
-    throw Error(path_.string() + ": cannot write: " + why);
+void NewFile::fail(int error, const std::string &why) const {
+    const char *const mend = error == ENOSPC || error == EDQUOT ? "free space there, or "
+                             : error == EFBIG                   ? "allow larger files (`ulimit -f`), or "
+                                                                : "";
+    throw Error(path_.string() + ": cannot write: " + (error != 0 ? std::strerror(error) : why) + "; " +
+                mend + "name another file");
 }
 
 } // namespace paradize

@@ -19,8 +19,9 @@ class NewFile {
     const std::filesystem::path &part() const { return part_; }
     /// Throws Error.
     void commit();
-    /// Throws Error that the file cannot be written, and why.
-    [[noreturn]] void fail(const std::string &why) const;
+    /// Throws Error that the file cannot be written, why, and what to do. error: errno of the write that
+    /// failed; 0: unknown, and `why` says it.
+    [[noreturn]] void fail(int error, const std::string &why = "") const;
 
   private:
     std::filesystem::path path_, part_;

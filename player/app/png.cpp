@@ -4,6 +4,7 @@
 
 #include <png.h>
 
+#include <cerrno>
 #include <cstring>
 
 namespace paradize {
@@ -18,8 +19,9 @@ void write_png(const std::filesystem::path &path, std::span<const std::uint8_t> 
     image.format = PNG_FORMAT_RGB;
     image.flags = PNG_IMAGE_FLAG_FAST; // four times as fast, files are 10 % larger
     NewFile file(path);
+    errno = 0;
     if (png_image_write_to_file(&image, file.part().c_str(), 0, pixels.data(), 0, nullptr) == 0) {
-        file.fail(image.message);
+        file.fail(errno, image.message);
     }
     file.commit();
 }

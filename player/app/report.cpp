@@ -76,6 +76,10 @@ std::string fps_json(const FrameRate &fps, std::span<const QualityFeature> featu
 
 } // namespace
 
+std::string error_json(const std::string &message) {
+    return "{\"error\": " + quoted(std::vector{message}) + "}";
+}
+
 double percentile(std::vector<double> values, double share) {
     if (values.empty()) {
         return 0.0;

@@ -83,4 +83,7 @@ std::string bench_line(const Report &report);
 /// Returns one JSON object on one line.
 std::string to_json(const Report &report);
 
+/// Returns the JSON object of a run that failed: `{"error": [MESSAGE]}`, as the pipeline prints.
+std::string error_json(const std::string &message);
+
 } // namespace paradize

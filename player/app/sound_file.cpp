@@ -10,6 +10,7 @@
 #include <sndfile.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <cmath>
 #include <cstdint>
 #include <memory>
@@ -37,9 +38,10 @@ void write_flight_sound(const assets::SceneFile &scene, const std::filesystem::p
     info.samplerate = audio_rate_hz;
     info.channels = 2;
     info.format = SF_FORMAT_WAV | SF_FORMAT_PCM_16;
+    errno = 0;
     std::unique_ptr<SNDFILE, CloseFile> file(sf_open(target.part().c_str(), SFM_WRITE, &info));
     if (!file) {
-        target.fail(sf_strerror(nullptr));
+        target.fail(errno, sf_strerror(nullptr));
     }
     constexpr auto block_frames = static_cast<std::size_t>(audio_rate_hz * frame_s + 0.5);
     std::vector<float> block(2 * block_frames);
@@ -60,8 +62,9 @@ void write_flight_sound(const assets::SceneFile &scene, const std::filesystem::p
             samples[k] = static_cast<std::int16_t>(std::lround(std::clamp(block[k], -1.0F, 1.0F) * 32767.0F));
         }
         const auto count = static_cast<sf_count_t>(block_frames);
+        errno = 0;
         if (sf_writef_short(file.get(), samples.data(), count) != count) {
-            target.fail(sf_strerror(file.get()));
+            target.fail(errno, sf_strerror(file.get()));
         }
     }
     file.reset();

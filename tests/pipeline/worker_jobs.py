@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import inspect
 import os
 import resource
@@ -44,13 +45,17 @@ def blas_threads() -> str | None:
     return os.environ.get("OPENBLAS_NUM_THREADS")
 
 
-def crash(tally: Path, times: int) -> str:
+def crash(tally: Path, times: int, number: int = signal.SIGSEGV) -> str:
     """Dies of a signal so many times, then answers."""
     with tally.open("a") as stream:
         stream.write("x")
     if len(tally.read_text()) <= times:
-        os.kill(os.getpid(), signal.SIGSEGV)
+        os.kill(os.getpid(), number)
     return "survived"
+
+
+def open_too_many() -> None:
+    raise OSError(errno.EMFILE, os.strerror(errno.EMFILE))
 
 
 def hang(tally: Path, times: int) -> str:

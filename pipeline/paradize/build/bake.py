@@ -15,7 +15,7 @@ from paradize.build.provenance import BakeReport, record_name, remember, unchang
 from paradize.build.publish import publish, report_of
 from paradize.build.tasks import check_tier_names, flight_job, run_tasks, task_of
 from paradize.build.tiers.auto_tier import LateErrors, TaskRunner, bake_jobs
-from paradize.errors import GroupedError, ParadizeError, SceneError, renamed
+from paradize.errors import BakeError, GroupedError, ParadizeError, SceneError, renamed
 from paradize.files import resolved
 from paradize.jobs.code import clear_caches, code_files
 from paradize.jobs.process import WorkerPool
@@ -114,8 +114,11 @@ def _bake(context: BuildContext, name: str, scene_stamp: Stamp | None) -> BakeRe
     report.pushed = sum(whole[artifact.name] in store.pushed for artifact in report.artifacts)
     # After an edit during the bake no record is kept, so that the next bake checks everything.
     if options.usual and not report.errors and all(stamp(path) == old for path, old in stamps.items()):
-        keep_inputs(store, context.out, scene, tasks, hash_cache, options)
-        remember(store, name, report, list(stamps), found.missing, hash_cache)
+        try:
+            keep_inputs(store, context.out, scene, tasks, hash_cache, options)
+            remember(store, name, report, list(stamps), found.missing, hash_cache)
+        except BakeError as error:  # all is published; the next bake looks at every file
+            warnings.append(f"no record of this bake: {error}")
     report.warnings += [*found.warnings, *warnings]
     return report
 

@@ -9,6 +9,7 @@ write.
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -421,19 +422,27 @@ def _write(out: Path, files: dict[str, tuple[Path, str | None]], manifest: bytes
     """Writes artifacts (file name -> source file, SHA-256), then scene.json; then deletes files that it does
     not name. Returns warnings.
 
-    Raises BakeError if the folder cannot be written; scene.json is then the old one.
+    Raises BakeError if the folder cannot be written; scene.json is then the old one, and new artifacts are
+    deleted.
     """
-    wrote = False
-    for name, (data, sha256) in files.items():
-        path = out / name
-        if not _is_file(path, data.stat().st_size, sha256):
-            write_whole(path, data, flush=False, sha256=sha256, owned=True)
-            wrote = True
-    if wrote:
-        flush_folder(out)  # before scene.json, which names them
-    scene = out / SCENE_FILE
-    if not _has_bytes(scene, manifest):
-        write_whole(scene, manifest, owned=True)
+    wrote: list[tuple[Path, bool]] = []  # and whether a damaged file stood there
+    try:
+        for name, (data, sha256) in files.items():
+            path = out / name
+            if not _is_file(path, data.stat().st_size, sha256):
+                was_there = os.path.lexists(path)
+                write_whole(path, data, flush=False, sha256=sha256, owned=True)
+                wrote.append((path, was_there))
+        if wrote:
+            flush_folder(out)  # before scene.json, which names them
+        scene = out / SCENE_FILE
+        if not _has_bytes(scene, manifest):
+            write_whole(scene, manifest, owned=True)
+    except BakeError:
+        for path, was_there in wrote:
+            if not was_there:
+                _removed(path)
+        raise
     return [text for path in strays(out, files) for text in _removed(path)]
 
 

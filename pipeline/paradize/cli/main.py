@@ -21,7 +21,7 @@ from typing import Any, NoReturn
 
 from paradize.cli.interrupt import EXIT_CODE, WHAT, interrupted, interruptible
 from paradize.cli.output import OutputLost, complain, say, show, show_json
-from paradize.errors import BakeError, GroupedError, ParadizeError, bounded
+from paradize.errors import GroupedError, ParadizeError, bounded, unexpected
 
 
 class _WrongUsage(Exception):  # noqa: N818 (never leaves this module)
@@ -168,7 +168,7 @@ def _run(words: Sequence[str]) -> int:
     except ParadizeError as error:
         errors: Sequence[ParadizeError] = error.errors if isinstance(error, GroupedError) else [error]
     except Exception as unknown:
-        errors = [BakeError(f"internal error: {type(unknown).__name__}: {unknown}", mend="please report it")]
+        errors = [unexpected(unknown)]
     if interrupted():
         raise KeyboardInterrupt
     complain(errors)

@@ -158,8 +158,8 @@ class _Scheduler:
         if worker not in self.pool.workers:
             return  # killed meanwhile
         if answer.dead:
-            what = f"could not be baked: {worker.death()}"
-            self.fail(worker, what, "the input may be at fault; please report it", self.waiting)
+            how, mend = worker.death()
+            self.fail(worker, f"could not be baked: {how}", mend, self.waiting)
         else:
             self.end(worker, answer.value, answer.error)
 

@@ -108,18 +108,22 @@ class Worker:
         self.scratch.remove()
         self.work.put(None)
 
-    def death(self) -> str:
-        """Says how the process ended. Kills it if it still runs."""
+    def death(self) -> tuple[str, str]:
+        """Says how the process ended, and what to do. Kills it if it still runs."""
+        mend = "the input may be at fault; please report it"
         try:
             code = self.process.wait(timeout=5.0)
         except subprocess.TimeoutExpired:
-            return "its process stopped answering"
+            return "its process stopped answering", mend
         if code >= 0:
-            return f"its process ended with code {code}"
+            return f"its process ended with code {code}", mend
+        if -code in (signal.SIGKILL, signal.SIGXCPU):  # of Linux without memory, of `ulimit -t`, of a person
+            what = f"its process was killed from outside ({signal.Signals(-code).name})"
+            return what, "the machine may lack memory: free some, or work with one process: `-j 1`"
         try:
-            return f"its process crashed ({signal.Signals(-code).name})"
+            return f"its process crashed ({signal.Signals(-code).name})", mend
         except ValueError:
-            return f"its process was killed by signal {-code}"
+            return f"its process was killed by signal {-code}", mend
 
 
 @dataclass(eq=False)

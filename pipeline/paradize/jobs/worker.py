@@ -11,7 +11,7 @@ import sys
 from collections.abc import Mapping
 from multiprocessing.connection import Connection
 
-from paradize.errors import BakeError, ParadizeError, SourceError
+from paradize.errors import BakeError, ParadizeError, SourceError, unexpected
 from paradize.jobs.code import foreign_module
 from paradize.jobs.limits import VARIABLE
 from paradize.jobs.loader import expect
@@ -89,8 +89,7 @@ def serve(descriptor: int, parent: int, memory_bytes: int = 0) -> None:
         except RecursionError:
             error = SourceError("is nested too deeply", file=file)
         except Exception as unknown:
-            what = f"internal error: {type(unknown).__name__}: {unknown}{_where(unknown)}"
-            error = BakeError(what, file=file)
+            error = unexpected(unknown, _where(unknown), file)
         if sys.stdout is not None:
             with contextlib.suppress(OSError):  # output of a library is not part of the answer
                 sys.stdout.flush()

@@ -23,7 +23,7 @@ from paradize.new.views import FOV_DEG, Waypoint, lens_of, waypoints_of
 from paradize.player_limits import DEPTH_RANGE
 from paradize.readers.record import Vec3
 from paradize.scene.reference import SCHEMA, schema_text
-from paradize.store.atomic import PARTIAL
+from paradize.store.atomic import PARTIAL, unwritten
 
 WAYPOINTS = 8
 Made = TypeVar("Made")
@@ -92,8 +92,7 @@ def new_folder(folder: Path, fill: Callable[[Path], tuple[str, Made]]) -> tuple[
             shutil.rmtree(aside, ignore_errors=True)
             raise
     except OSError as error:
-        what = f"cannot be written: {error.strerror or error}"
-        raise BakeError(what, file=folder, mend="remove what stands there, or name another folder") from None
+        raise unwritten(folder, error, "name another folder") from None
     return files, made
 
 

@@ -13,13 +13,12 @@ from paradize.files import read_parts
 
 PARTIAL = ".part-"  # in the name of a file that is being written; a killed writer leaves it behind
 
-_MENDS = dict.fromkeys((errno.ENOSPC, errno.EDQUOT), "free space there, or name another place with {}")
-_MENDS |= dict.fromkeys((errno.EROFS, errno.EACCES, errno.EPERM), "name another place with {}")
+# What to do where the file system refuses to write, beside naming another place.
+_MENDS = dict.fromkeys((errno.ENOSPC, errno.EDQUOT), "free space there, or {}")
 _MENDS |= dict.fromkeys(
-    (errno.ENOTDIR, errno.EEXIST),
-    "a file stands where a folder is needed: move it away, or name another with {}",
+    (errno.ENOTDIR, errno.EEXIST), "a file stands where a folder is needed: move it away, or {}"
 )
-_MEND = "name another place with {}"
+_MENDS[errno.EFBIG] = "allow larger files (`ulimit -f`), or {}"
 
 
 def write_whole(
@@ -68,9 +67,14 @@ def write_whole(
         if durable and flush:
             flush_folder(path.parent)
     except OSError as error:
-        reason = error.strerror or str(error)
-        mend = _MENDS.get(error.errno or 0, _MEND).format(option)
-        raise BakeError(f"cannot be written: {reason}", file=path, mend=mend) from None
+        raise unwritten(path, error, f"name another place with {option}") from None
+
+
+def unwritten(path: Path, error: OSError, elsewhere: str = "name another place") -> BakeError:
+    """Returns the error of a file or folder that the file system refuses to write. elsewhere: how to name
+    another place."""
+    mend = _MENDS.get(error.errno or 0, "{}").format(elsewhere)
+    return BakeError(f"cannot be written: {error.strerror or error}", file=path, mend=mend)
 
 
 def write_report(path: Path, data: bytes) -> None:
@@ -85,12 +89,12 @@ def require_place(path: Path) -> None:
     while not os.path.lexists(folder):
         folder = folder.parent
     if not folder.is_dir():
-        why, mend = os.strerror(errno.ENOTDIR), _MENDS[errno.ENOTDIR]
+        error = OSError(errno.ENOTDIR, os.strerror(errno.ENOTDIR))
     elif not os.access(folder, os.W_OK | os.X_OK):
-        why, mend = f"{folder} is not yours to write, or read-only", _MENDS[errno.EACCES]
+        error = OSError(errno.EACCES, f"{folder} is not yours to write, or read-only")
     else:
         return
-    raise BakeError(f"cannot be written: {why}", file=path, mend=mend.format("-o"))
+    raise unwritten(path, error, "name another place with -o")
 
 
 def _copy(source: Path, stream: BinaryIO, sha256: str | None) -> None:

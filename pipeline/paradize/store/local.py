@@ -28,7 +28,7 @@ from typing import Any
 from paradize.documents import parse_json
 from paradize.errors import BakeError, FormatError
 from paradize.files import open_lock, read_file, read_parts
-from paradize.store.atomic import write_whole
+from paradize.store.atomic import unwritten, write_whole
 
 Stamp = list[int]  # size, mtime_ns, ctime_ns, inode: equal stamps mean an unchanged file
 
@@ -155,7 +155,7 @@ class Store:
                 blob.parent.mkdir(parents=True, exist_ok=True)
                 path.replace(blob)
             except OSError as error:
-                raise BakeError(f"cannot be written: {error.strerror or error}", file=blob) from None
+                raise unwritten(blob, error, "name another place with PARADIZE_STORE") from None
         return sha256
 
     def find(self, sha256: str) -> Path | None:

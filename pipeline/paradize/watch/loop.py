@@ -166,7 +166,8 @@ class Watch:
         baked = answer.value
         if answer.dead:
             self._worker = None
-            baked = Baked(errors=[BakeError(f"{job.name} {worker.death()}", file=self.scene)])
+            how, mend = worker.death()
+            baked = Baked(errors=[BakeError(f"{job.name} {how}", file=self.scene, mend=mend)])
         elif answer.error:
             baked = Baked(errors=[answer.error])
         if job.call is warm_up:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import os
 import re
@@ -15,6 +16,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from paradize.build import publish
 from paradize.build.bake import bake
 from paradize.build.options import BuildOptions
 from paradize.build.provenance import BakeReport
@@ -22,7 +24,8 @@ from paradize.errors import GroupedError
 from paradize.formats.scene.manifest import decode_scene
 from paradize.jobs import process
 from paradize.jobs.process import WorkerPool
-from paradize.store.atomic import PARTIAL
+from paradize.store.atomic import PARTIAL, unwritten, write_whole
+from paradize.store.local import Store
 from tests.pipeline import material_scene
 from tests.pipeline.bakes import bake_apart
 from tests.pipeline.scenes import make_cove, write_image
@@ -355,6 +358,43 @@ def test_a_folder_that_cannot_be_written_is_one_error(copied: tuple[Path, Path],
     (tmp_path / "file").write_text("not a folder")
     report = bake(scene, tmp_path / "file" / "out", BuildOptions(jobs=1))
     assert len(report.errors) == 1 and "cannot be written" in str(report.errors[0])
+
+
+def test_a_disk_that_is_full_keeps_no_artifact_that_no_scene_names(
+    copied: tuple[Path, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scene, out = copied
+    (tmp_path / "new").mkdir()
+    for place in (out, tmp_path / "new"):
+        for artifact in out.glob("sky-*"):
+            artifact.write_bytes(b"damaged")  # written anew where it stands: the old scene names it
+        before = sorted(path.name for path in place.iterdir())
+
+        def full(path: Path, data: Any, **settings: Any) -> None:
+            if path.name == "scene.json":
+                raise unwritten(path, OSError(errno.ENOSPC, os.strerror(errno.ENOSPC)))
+            write_whole(path, data, **settings)
+
+        with monkeypatch.context() as disk:
+            disk.setattr(publish, "write_whole", full)
+            disk.setattr(publish, "_has_bytes", lambda *_: False)
+            report = bake(scene, place, BuildOptions(jobs=1))
+        assert [str(error).partition(": ")[2] for error in report.errors] == [
+            "cannot be written: No space left on device; free space there, or name another place"
+        ]
+        assert sorted(path.name for path in place.iterdir()) == before
+
+
+def test_a_bake_whose_record_cannot_be_written_is_done_and_warns(
+    copied: tuple[Path, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(store: Store, name: str, *_: Any) -> None:
+        raise unwritten(store.root / name, OSError(errno.ENOSPC, os.strerror(errno.ENOSPC)))
+
+    monkeypatch.setattr(Store, "put_bake", full)
+    report = bake(copied[0], tmp_path / "new", BuildOptions(jobs=1))
+    assert not report.errors and (tmp_path / "new" / "scene.json").exists()
+    assert sum("no record of this bake: " in text for text in report.warnings) == 1
 
 
 def test_sources_with_odd_names_bake(copied: tuple[Path, Path]) -> None:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import errno
 import os
+import signal
 import subprocess
 import sys
 import tempfile
@@ -17,7 +19,7 @@ from paradize.bakers import registry
 from paradize.build.bake import bake
 from paradize.build.estimate import memory_of
 from paradize.build.options import BuildOptions
-from paradize.errors import BakeError, SourceError
+from paradize.errors import BakeError, SourceError, unexpected
 from paradize.jobs.limits import available, cores, memory_limit, process_memory, time_limit
 from paradize.jobs.pool import Job, Outcome, WorkerPool, run_jobs
 from paradize.jobs.scratch import Scratch
@@ -36,6 +38,7 @@ from tests.pipeline.worker_jobs import (
     hunger_on,
     leave_files,
     meet,
+    open_too_many,
     stop_in_an_answer,
     tell_process,
     tell_threads,
@@ -131,6 +134,21 @@ def test_a_crash_is_tried_once_more(tmp_path: Path, workers: int) -> None:
     assert (once.value, once.error, once.tries) == ("survived", None, 2)
     assert str(always.error).startswith("palm.obj: crash 9 could not be baked: its process crashed (SIGSEGV)")
     assert "twice" in str(always.error) and (tmp_path / "9").read_text() == "xx"
+
+
+def test_a_worker_that_something_else_kills_is_not_told_to_be_the_inputs_fault(tmp_path: Path) -> None:
+    (found,) = run_beside(Job("dies", crash, {"tally": tmp_path / "x", "times": 9, "number": signal.SIGKILL}))
+    assert "killed from outside (SIGKILL), twice; the machine may lack memory" in str(found.error)
+
+
+def test_a_limit_of_the_machine_is_not_told_as_an_internal_error(tmp_path: Path) -> None:
+    (found,) = run_beside(Job("opens", open_too_many, {}, file="palm.obj"))
+    assert str(found.error) == "palm.obj: too many open files; allow more: `ulimit -n 1024`"
+    for error in (MemoryError(), BlockingIOError(errno.EAGAIN, "Resource temporarily unavailable")):
+        assert "allow more (`ulimit -a`)" in str(unexpected(error))
+    assert "internal error: ValueError: x (in a.py); please report it" in str(
+        unexpected(ValueError("x"), " (in a.py)")
+    )
 
 
 def test_a_worker_that_is_killed_leaves_no_temporary_files(tmp_path: Path) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import re
 from math import asin, atan2, pi, sqrt
@@ -250,6 +251,18 @@ def test_what_is_there_is_left_alone(tmp_path: Path) -> None:
         new_scene(tmp_path / "file")
     (tmp_path / "empty").mkdir()
     assert load_scene(new_scene(tmp_path / "empty").scene).head.name == "empty"
+
+
+def test_a_full_disk_is_told_with_its_mend_and_leaves_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(*_: object, **__: object) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(Path, "write_text", full)
+    with pytest.raises(BakeError, match="No space left on device; free space there, or name another folder"):
+        new_scene(tmp_path / "new")
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_a_model_given_as_the_folder_is_told_how_to_start_from_it(tmp_path: Path) -> None:

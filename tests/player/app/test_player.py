@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import re
+import shlex
 import subprocess
 from collections.abc import Callable
 from pathlib import Path
@@ -175,6 +176,29 @@ def test_truncated_foreign_and_missing_artifacts_are_rejected_by_name(player: Pl
 def test_a_picture_that_cannot_be_written_is_an_error(player: Player, scene: Path, tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     refused(player(scene, "--screenshot", tmp_path / "file" / "a.png"), 1, "cannot write")
+
+
+def test_a_file_that_grows_too_large_is_an_error_with_its_mend_and_leaves_nothing(
+    scene: Path, tmp_path: Path
+) -> None:
+    words = [str(ROOT / "build/bin/paradize-player"), str(scene), "--headless", "--screenshot", "a.png"]
+    limited = f"ulimit -f 1; exec {shlex.join(words)}"  # 1 KB
+    result = subprocess.run(
+        ["bash", "-c", limited], cwd=tmp_path, env={**os.environ, **RENDER_ENVIRONMENT},
+        capture_output=True, text=True, timeout=300,
+    )  # fmt: skip
+    refused(result, 1, "cannot write: File too large; allow larger files (`ulimit -f`), or name")
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(("arguments", "code"), [(["--frob"], 2), (["--time", "x"], 2), ([], 1)])
+def test_with_json_an_error_is_one_object_too(
+    player: Player, tmp_path: Path, arguments: list[str], code: int
+) -> None:
+    result = player(tmp_path / 'no "scene"', "--json", *arguments)
+    assert result.returncode == code
+    (message,) = json.loads(result.stdout)["error"]
+    assert f"paradize-player: {message}\n" in result.stderr
 
 
 @pytest.mark.parametrize("arguments", [["--json"], ["--help"]])

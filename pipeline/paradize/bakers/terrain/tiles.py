@@ -108,7 +108,7 @@ def _write(
     node_of: list[int] = []
     for data, indices in encode_tiles(_patches(grower, tree, tangents), limit):
         file = scratch / f"tile{len(tiles)}.glb"
-        write_whole(file, data, durable=False)
+        write_whole(file, data, durable=False, option="PARADIZE_STORE")
         patches = [tree.patches[index] for index in indices]
         tile_of += [len(tiles)] * len(patches)
         node_of += range(len(patches))
