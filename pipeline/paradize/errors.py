@@ -129,6 +129,8 @@ def unexpected(error: Exception, where: str = "", file: str | None = None) -> Ba
     if number in (errno.EAGAIN, errno.ENOMEM) or isinstance(error, MemoryError):
         what = f"the system refuses more processes or memory: {error}".removesuffix(": ")
         return BakeError(what, file=file, mend="allow more (`ulimit -a`), or work with fewer: `-j 1`")
+    if isinstance(error, FileNotFoundError) and error.filename is None:  # of getcwd
+        return BakeError("the current folder does not exist any more", mend="change into another folder")
     what = f"internal error: {type(error).__name__}: {error}{where}"
     return BakeError(what, file=file, mend="please report it")
 

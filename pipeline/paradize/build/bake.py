@@ -3,6 +3,7 @@ tasks.py."""
 
 from __future__ import annotations
 
+import os
 import time
 from dataclasses import replace
 from pathlib import Path
@@ -15,6 +16,7 @@ from paradize.build.provenance import BakeReport, record_name, remember, unchang
 from paradize.build.publish import publish, report_of
 from paradize.build.tasks import check_tier_names, flight_job, run_tasks, task_of
 from paradize.build.tiers.auto_tier import LateErrors, TaskRunner, bake_jobs
+from paradize.documents import SCENE_FILE
 from paradize.errors import BakeError, GroupedError, ParadizeError, SceneError, renamed
 from paradize.files import resolved
 from paradize.jobs.code import clear_caches, code_files
@@ -24,6 +26,7 @@ from paradize.scene.flight import plan_flight
 from paradize.scene.jobs import BakeJob, Output
 from paradize.scene.requirements import require
 from paradize.scene.settings import Scene, load_scene
+from paradize.store.atomic import require_place
 from paradize.store.file_hashes import FileHashCache
 from paradize.store.local import Stamp, Store, default_root, key_of, stamp
 
@@ -31,8 +34,8 @@ from paradize.store.local import Stamp, Store, default_root, key_of, stamp
 def bake(scene_path: Path, out: Path | None = None, options: BuildOptions | None = None) -> BakeReport:
     """Bakes a scene into `out` (default: build/assets/<scene name>).
 
-    Raises SceneError (or GroupedError) for a scene with faults. Errors of baking are collected in the report;
-    the folder then keeps what it held.
+    Raises SceneError (or GroupedError) for a scene with faults, and BakeError where `out` or the store cannot
+    be written. Errors of baking are collected in the report; the folder then keeps what it held.
     """
     start = time.monotonic()
     options = options or BuildOptions()
@@ -47,6 +50,8 @@ def bake(scene_path: Path, out: Path | None = None, options: BuildOptions | None
         if out is not None:
             require_folder(out)
         folder = out or Path("build/assets") / scene.head.name
+        if not os.path.lexists(folder / SCENE_FILE):
+            require_place(folder)  # before minutes are spent
         lock = key_of(str(resolved(folder)))[:32]
         pool = options.pool or WorkerPool()  # the same workers bake and measure
         try:

@@ -13,6 +13,7 @@ import sys
 from pathlib import Path
 
 from paradize.errors import BakeError
+from paradize.kernels.threads import VARIABLE as THREADS_VARIABLE
 
 VARIABLE = "PARADIZE_MEMORY"
 TIME_VARIABLE = "PARADIZE_TIMEOUT"
@@ -66,12 +67,21 @@ def time_limit(expected_s: float = 0.0) -> float:
 def default_jobs() -> int:
     """How many jobs run at once unless a command says it: $PARADIZE_JOBS, else the number of cores. Raises
     BakeError where the variable is not a whole number from 1 to 9999."""
-    text = os.environ.get(JOBS_VARIABLE, "").strip()
+    return _count(JOBS_VARIABLE, "worker processes") or cores()
+
+
+def given_threads() -> int | None:
+    """$PARADIZE_THREADS; None where it is not set. Raises BakeError as `default_jobs`."""
+    return _count(THREADS_VARIABLE, "threads")
+
+
+def _count(variable: str, unit: str) -> int | None:
+    text = os.environ.get(variable, "").strip()
     if not text:
-        return cores()
+        return None
     if not _COUNT.fullmatch(text):
         what = f"is {text!r}; expected a whole number from 1 to 9999"
-        raise BakeError(what, file=f"${JOBS_VARIABLE}", mend="write a number of worker processes, such as 2")
+        raise BakeError(what, file=f"${variable}", mend=f"write a number of {unit}, such as 2")
     return int(text)
 
 

@@ -8,7 +8,6 @@ are returned in the order of the jobs, so they do not depend on the number of wo
 
 from __future__ import annotations
 
-import os
 import queue
 import time
 from collections.abc import Callable, Sequence
@@ -18,10 +17,9 @@ from functools import partial
 from typing import Any
 
 from paradize.errors import BakeError, ParadizeError
-from paradize.jobs.limits import TIME_VARIABLE, VARIABLE, cores, memory_limit, time_limit
+from paradize.jobs.limits import TIME_VARIABLE, VARIABLE, cores, given_threads, memory_limit, time_limit
 from paradize.jobs.process import Answer, Job, Worker, WorkerPool, require_own_names, start_worker
 from paradize.jobs.progress import Step
-from paradize.kernels.threads import VARIABLE as THREADS
 
 __all__ = ["Job", "Outcome", "WorkerPool", "run_jobs"]
 
@@ -59,9 +57,9 @@ def run_jobs(
     keep for the next call (default: new workers, which end with this call).
 
     A failed job raises nothing: its outcome holds the error. Raises ValueError for two jobs of one name, and
-    BakeError for an invalid $PARADIZE_MEMORY or $PARADIZE_TIMEOUT.
+    BakeError for an invalid $PARADIZE_MEMORY, $PARADIZE_TIMEOUT or $PARADIZE_THREADS.
     """
-    if threads is None and not os.environ.get(THREADS):
+    if threads is None and given_threads() is None:
         threads = max(1, cores() // max(1, workers))
     used = WorkerPool() if pool is None else pool
     scheduler = _Scheduler(

@@ -13,7 +13,7 @@ from paradize.files import read_parts
 
 PARTIAL = ".part-"  # in the name of a file that is being written; a killed writer leaves it behind
 
-# What to do where the file system refuses to write, beside naming another place.
+# The advice where the file system refuses to write, beside naming another place.
 _MENDS = dict.fromkeys((errno.ENOSPC, errno.EDQUOT), "free space there, or {}")
 _MENDS |= dict.fromkeys(
     (errno.ENOTDIR, errno.EEXIST), "a file stands where a folder is needed: move it away, or {}"

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import signal
 import sys
+import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -74,6 +75,7 @@ def bake_again(
         def ended(self, name: str, seconds: float) -> None:
             self.done += 1
 
+    start_ns = time.time_ns()
     options = BuildOptions(jobs, tier, observer=Steps(), pool=_POOL, cluster=cluster, store=store_url)
     baked = Baked()
     try:
@@ -85,7 +87,7 @@ def bake_again(
     if module := _foreign():  # code was saved during the bake, so the record of its code may be wrong
         store.put_bake(name, None)
         return Baked(foreign=module)
-    baked.reads = _reads(store.get_bake(name), baked) or _candidates(scene, baked.errors)
+    baked.reads = _reads(store.get_bake(name), baked) or _candidates(scene, baked.errors, start_ns)
     return baked
 
 
@@ -122,9 +124,10 @@ def _reads(record: Any, baked: Baked) -> dict[Path, Stamp | None]:
     return reads
 
 
-def _candidates(scene: Path, errors: list[ParadizeError]) -> dict[Path, Stamp | None]:
+def _candidates(scene: Path, errors: list[ParadizeError], start_ns: int) -> dict[Path, Stamp | None]:
     """The files that may repair a failed bake, existing or not: the scene, each file that it or its models
-    may name, and the files of the errors."""
+    may name, and the files of the errors. A file that was saved after start_ns, the start of the bake, has no
+    stamp: it differs from what the bake began with."""
     from paradize.build.materials.map_sets import find_map_sets
     from paradize.scene.settings import load_scene
 
@@ -137,7 +140,8 @@ def _candidates(scene: Path, errors: list[ParadizeError]) -> dict[Path, Stamp | 
         files |= {*found.libraries, *found.missing}
     except (OSError, ValueError, ParadizeError):  # the bake itself reported it
         files |= {*tried_libraries}
-    return {path.absolute(): stamp(path) for path in files}
+    stamps = {path.absolute(): stamp(path) for path in files}
+    return {path: was if was is None or was[2] < start_ns else None for path, was in stamps.items()}
 
 
 def _texts(tree: Any) -> Iterator[str]:

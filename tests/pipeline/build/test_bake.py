@@ -20,7 +20,7 @@ from paradize.build import publish
 from paradize.build.bake import bake
 from paradize.build.options import BuildOptions
 from paradize.build.provenance import BakeReport
-from paradize.errors import GroupedError
+from paradize.errors import BakeError, GroupedError
 from paradize.formats.scene.manifest import decode_scene
 from paradize.jobs import process
 from paradize.jobs.process import WorkerPool
@@ -356,8 +356,8 @@ def test_what_another_scene_baked_warns_of_this_scenes_own_files(
 def test_a_folder_that_cannot_be_written_is_one_error(copied: tuple[Path, Path], tmp_path: Path) -> None:
     scene, _ = copied
     (tmp_path / "file").write_text("not a folder")
-    report = bake(scene, tmp_path / "file" / "out", BuildOptions(jobs=1))
-    assert len(report.errors) == 1 and "cannot be written" in str(report.errors[0])
+    with pytest.raises(BakeError, match="file/out: cannot be written: Not a directory"):
+        bake(scene, tmp_path / "file" / "out", BuildOptions(jobs=1))
 
 
 def test_a_disk_that_is_full_keeps_no_artifact_that_no_scene_names(

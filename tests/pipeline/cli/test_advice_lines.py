@@ -134,6 +134,11 @@ LINES: dict[str, tuple[str, str, Callable[[str, str], str]]] = {
         "write a number of seconds, such as 3600",
         lambda line, said: line.replace("=0", "=60"),
     ),
+    "a number of threads": (
+        "PARADIZE_THREADS=many maps wood.png -o m",
+        "write a number of threads, such as 2",
+        lambda line, said: line.replace("many", said[-1]),
+    ),
     "a number of jobs": (
         "PARADIZE_JOBS=many bake cove.toml -o b",
         "write a number of worker processes, such as 2",
@@ -305,11 +310,14 @@ COVERED = [  # of messages that are followed above, in test_advice.py and in tes
     r"write lod_(errors|size_px) with .*|write one target .*|the scene has no \[.*|must .*",
     *(".*" + re.escape(says) + ".*" for _, says, _ in LINES.values()),
     r"`paradize .*|.*; `paradize new DIR` .*|write \{\}|write \{\}:///folder",
+    r"write a number of \{\}, such as 2",
     r"leave it out, or write alpha_mode = \"mask\"|write \{\} to \{\} points .*",
     *(re.escape(says) for _, _, says, _ in TABLES),
 ]
 _CHARTS = "weld the mesh (--weld), so that triangles share edges, or paint its own layout"
 ELSEWHERE = {  # where it is followed; or why it is not
+    "allow more: `ulimit -n 1024`": "needs a machine without open files to spare",
+    "allow more (`ulimit -a`), or work with fewer: `-j 1`": "needs a machine without memory",
     "bake with --force": "tests/pipeline/build/test_verify.py",
     "start some with `dask worker`": "needs a cluster",
     "start it with `dask scheduler`, or mend the address: tcp://HOST:PORT": "needs a cluster",

@@ -300,6 +300,7 @@ def test_an_output_place_that_cannot_be_is_told_before_anything_is_baked(
         ["maps", cove.parent / "wood.png", "-o", tmp_path / "maps", "--report", tmp_path / place],
         ["measure", cove.parent / "wood.png", "-o", tmp_path / place],
         ["export", cove, "-o", tmp_path / place / "a.glb"],
+        ["bake", cove, "-o", tmp_path / place],
     ):
         assert main([str(word) for word in words]) == 1
         message = capsys.readouterr().err

@@ -18,7 +18,7 @@ import numpy as np
 import pytest
 
 from paradize.cli import main as cli
-from paradize.errors import BakeError
+from paradize.errors import BakeError, SourceError
 from paradize.jobs.progress import Step
 from paradize.watch import loop as watch_module
 from paradize.watch.rebake import Baked, bake_again
@@ -316,6 +316,24 @@ def test_after_a_failed_bake_material_files_are_among_those_that_are_looked_at(
 
 
 @pytest.mark.deep
+def test_a_file_saved_while_a_bake_fails_is_baked_once_more(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scene = make_cove(tmp_path)
+    picture = tmp_path / "wood.png"
+    clock = picture.stat().st_ctime_ns
+    for saved_ns, is_late in ((-1, False), (1, True)):
+        monkeypatch.setattr("paradize.watch.rebake.time.time_ns", lambda at=clock - saved_ns: at)
+
+        def fail(*_: Any) -> None:
+            raise SourceError("changed while it was baked", file=picture, mend="bake again")
+
+        monkeypatch.setattr("paradize.build.bake.bake", fail)
+        monkeypatch.setattr("signal.signal", lambda *_: None)
+        baked = bake_again(scene, None, 1, None, None, None, forget_record=False)
+        assert (baked.reads[picture] is None) == is_late and baked.foreign is None
+
+
 def test_a_file_that_was_looked_for_in_vain_is_waited_for(tmp_path: Path, watch: Watch) -> None:
     scene = make_cove(tmp_path / "cove")
     scene.write_text(scene.read_text().replace('color = "wood.png"\n', ""))
