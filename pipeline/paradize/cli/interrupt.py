@@ -1,4 +1,4 @@
-"""Ctrl-C and SIGTERM: a command ends with one line and never with a traceback.
+"""Ctrl-C, SIGTERM and a closed terminal (SIGHUP): a command ends with one line and never with a traceback.
 
 The first signal of a running command raises KeyboardInterrupt, so that the command removes unfinished files.
 While a native module loads, it waits: libraries abort the process where Python's code fails there.
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 WHAT = "interrupted; nothing half-written stays"
 AT_ONCE = "ended at once; files that were being written aside may stay"
 EXIT_CODE = 130  # as in shells: 128 + SIGINT
-_SIGNALS = (signal.SIGINT, signal.SIGTERM)
+_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 _PATIENCE_S = 10  # the command may take this long to end cleanly
 _AGAIN_S = 0.01  # a signal that has to wait is looked at again
 

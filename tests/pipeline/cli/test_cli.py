@@ -326,7 +326,9 @@ def test_check_fails_on_errors_in_every_format(run_here: Run, tmp_path: Path, fo
     assert json.loads(run_here("check", tmp_path / "a.glb", "--json").stdout)["errors"] == 1
 
 
-@pytest.mark.parametrize("number", sweep([signal.SIGINT, signal.SIGTERM], test=[signal.SIGINT]))
+@pytest.mark.parametrize(
+    "number", sweep([signal.SIGINT, signal.SIGTERM, signal.SIGHUP], test=[signal.SIGINT, signal.SIGHUP])
+)
 def test_an_interrupted_bake_leaves_nothing_half(
     tmp_path: Path, root: Path, monkeypatch: pytest.MonkeyPatch, number: signal.Signals
 ) -> None:
