@@ -245,7 +245,7 @@ RULES: dict[str, Rule] = {
     "PZ427": Rule(
         "warning",
         "sun is not the sky's",
-        "the sky is an HDR picture with a sun in it, and light and shadows come from elsewhere",
+        "the sky is an HDR picture with one light that outshines all others, and shadows come from elsewhere",
         "let [sun] stand where the sky's sun does, or turn the picture",
     ),
     "PZ431": Rule(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from math import acos, asin, atan2, degrees
+from math import acos, asin, atan2, cos, degrees, radians
 from pathlib import Path
 from typing import Any
 
@@ -17,9 +17,11 @@ from paradize.formats.ktx2.reader import decode_ktx2
 from paradize.formats.scene.manifest import read_entry
 
 F64 = npt.NDArray[np.float64]
+IntOrInts = int | npt.NDArray[np.int64]
 
 _SIDE = 64  # texels: 1.4 degrees each, of which the sun's disc fills a tenth
 _SUN = 30.0  # times the sky's mean: clouds and pictures without light beyond white stay below 10
+_SECOND = 0.2  # of the brightest light: windows and lamps of rooms have others of 0.4 to 1; a sun has none
 _APART_DEG = 10.0
 _BT709 = np.array([0.2126, 0.7152, 0.0722])
 
@@ -43,16 +45,18 @@ def check_sky(manifest: dict[str, Any], folder: Path, file: str) -> Iterator[Fin
     if not light.max() > _SUN * light.mean():
         return
     face, row, column = (int(k) for k in np.unravel_index(int(light.argmax()), light.shape))
+    if _elsewhere(light, face, row, column) > _SECOND * light.max():
+        return
     for level in range(coarse - 1, -1, -1):
         finer = _light(texture, level, face)[2 * row : 2 * row + 2, 2 * column : 2 * column + 2]
         down, across = divmod(int(finer.argmax()), 2)
         row, column = 2 * row + down, 2 * column + across
-    toward = _direction(face, row, column, sides[0])
+    toward = _directions(face, row, column, sides[0])
     apart_deg = degrees(acos(float(np.clip(toward @ np.array(sun["direction"]), -1.0, 1.0))))
     if apart_deg <= _APART_DEG:
         return
     azimuth, elevation = degrees(atan2(toward[0], -toward[2])), degrees(asin(toward[1]))
-    what = f"the sun of the sky stands {apart_deg:.0f} degrees from [sun]: shadows fall the wrong way"
+    what = f"the sky's brightest light stands {apart_deg:.0f} degrees from [sun]: shadows fall the wrong way"
     place = f"azimuth_deg = {azimuth:.1f} and elevation_deg = {elevation:.1f}"
     yield Finding(
         "PZ427", file, what, "sun", mend=f"write {place} in [sun], or turn the picture", artifact=name
@@ -67,10 +71,28 @@ def _light(texture: Texture, level: int, face: int | None = None) -> F64:
     return np.asarray(chosen[..., :3].astype(np.float64) @ _BT709, np.float64)
 
 
-def _direction(face: int, row: int, column: int, side: int) -> F64:
-    """The unit vector to the middle of a texel of a cube map."""
-    s, t = ((2.0 * k + 1.0) / side - 1.0 for k in (column, row))
-    way = np.array(  # OpenGL 3.3, table 3.18
-        ((1.0, -t, -s), (-1.0, -t, s), (s, 1.0, t), (s, -1.0, -t), (s, -t, 1.0), (-s, -t, -1.0))[face]
+def _elsewhere(light: F64, face: int, row: int, column: int) -> float:
+    """The most luminance of a level, (6, n, n), that lies apart from a texel of it; 0 without any."""
+    side = light.shape[1]
+    toward = _directions(face, row, column, side)
+    rows, columns = np.indices((side, side))
+    near = cos(radians(_APART_DEG))
+    return max(
+        float(texels[_directions(k, rows, columns, side) @ toward < near].max(initial=0.0))
+        for k, texels in enumerate(light)
     )
-    return np.asarray(way / np.sqrt(way @ way), np.float64)
+
+
+def _directions(face: int, rows: IntOrInts, columns: IntOrInts, side: int) -> F64:
+    """The unit vectors to the middles of texels of a cube map, (..., 3)."""
+    s, t = ((2.0 * np.asarray(k) + 1.0) / side - 1.0 for k in (columns, rows))
+    one = np.ones_like(s)
+    way = (  # OpenGL 3.3, table 3.18
+        (one, -t, -s),
+        (-one, -t, s),
+        (s, one, t),
+        (s, -one, -t),
+        (s, -t, one),
+        (-s, -t, -one),
+    )[face]
+    return np.asarray(np.stack(way, axis=-1) / np.sqrt(1.0 + s * s + t * t)[..., None], np.float64)
