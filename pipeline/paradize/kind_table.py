@@ -54,6 +54,7 @@ _COLLADA = Kind("a COLLADA model", _EXPORT)
 _USD = Kind("a USD scene", _EXPORT)
 _X3D = Kind("an X3D or VRML scene", _EXPORT)
 _OFF = Kind("an OFF model", _EXPORT)
+_TILE = "`npx 3d-tiles-tools {tool} -i {{file}} -o {{stem}}.glb` takes its model out"
 
 MAGIC: tuple[tuple[bytes, Kind], ...] = (
     (b"\x89PNG\r\n\x1a\n", Kind("a PNG picture", _MAPS)),
@@ -83,6 +84,8 @@ MAGIC: tuple[tuple[bytes, Kind], ...] = (
     (b"#VRML", _X3D),
     (b"#X3D", _X3D),
     (b"ISO-10303-21", Kind("a STEP model", _EXPORT)),
+    (b"b3dm", Kind("a batch of 3D Tiles", _TILE.format(tool="b3dmToGlb"))),
+    (b"i3dm", Kind("instances of 3D Tiles", _TILE.format(tool="i3dmToGlb"))),
     (b"VOX ", Kind("a MagicaVoxel model", _EXPORT)),
     (b"OFF\n", _OFF),
     (b"OFF\r", _OFF),

@@ -58,6 +58,7 @@ def test_a_file_is_what_its_first_bytes_say(name: str, data: bytes, kind: Kind, 
     ("name", "data", "said"),
     [
         ("a.fbx", b"Kaydara FBX Binary  \0\x1a\0", "is an FBX model"),
+        ("a.b3dm", b"b3dm\1\0\0\0", "is a batch of 3D Tiles"),
         ("text.fbx", b"; FBX 7.4.0 project file\n", "is an FBX model"),
         ("a.blend", b"BLENDER-v293REND", "is a Blender file"),
         ("packed.blend", b"\x28\xb5\x2f\xfd\0\0", "is a Blender file"),

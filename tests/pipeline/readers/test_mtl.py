@@ -703,6 +703,23 @@ def test_a_number_out_of_its_range_is_read_as_the_nearest_in_it_and_told(
     assert found.warnings == [f"{tmp_path / 'a.mtl'}: line 2: {said}: correct it in the model"]
 
 
+def test_a_number_that_rounding_took_out_of_its_range_is_not_told(tmp_path: Path) -> None:
+    found = model(tmp_path, "a.mtl", "newmtl wood\nKd 1.000001 0.5 -0.000001\n")
+    assert found.materials["wood"].color == (1.0, 0.5, 0.0)
+    assert not found.warnings
+
+
+@pytest.mark.parametrize("name", ["model://suv/textures/wheels.png", "https://example.com/wheels.png"])
+def test_a_picture_of_a_web_or_robot_address_is_to_be_copied(tmp_path: Path, name: str) -> None:
+    library = f"newmtl wood\nmap_Kd {name}\n"
+    (said,) = model(tmp_path, "a.mtl", library).warnings
+    advice = "copy the picture beside the material file"
+    assert said.endswith(f"line 2: map_Kd: {name!r} is not followed; ignored: {advice}")
+    (tmp_path / "wheels.png").write_bytes(PNG)
+    (said,) = model(tmp_path, "a.mtl", library).warnings
+    assert said.endswith("'wheels.png' is read instead")
+
+
 def test_texture_coordinates_that_move_beyond_any_tile_stay_finite_and_are_told(tmp_path: Path) -> None:
     (tmp_path / "a.png").write_bytes(PNG)
     (tmp_path / "a.mtl").write_text("newmtl wood\nmap_Kd -s 1e300 1 a.png\n")

@@ -11,7 +11,7 @@ from paradize.documents import json_kind, parse_json
 from paradize.errors import FormatError, SourceError, bounded
 from paradize.files import read_file
 from paradize.readers.names import END_MARKS
-from paradize.readers.ranges import beyond, within
+from paradize.readers.ranges import beyond, strays, within
 
 _JSON_BYTES = 1 << 30  # a .gltf may hold its buffers and pictures as text
 _HEADER, _CHUNK = struct.Struct("<4sII"), struct.Struct("<I4s")
@@ -184,7 +184,7 @@ class Document:
     def within(self, values: tuple[float, ...], place: str, low: float, high: float) -> tuple[float, ...]:
         """The values, those beyond low to high replaced by the nearest in it, with a warning."""
         found = within(values, low, high)
-        if found != values:
+        if strays(values, found):
             self.warn(beyond(values, low, high, found), place)
         return found
 

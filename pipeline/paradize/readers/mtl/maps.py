@@ -94,6 +94,8 @@ def read_map_statement(
             other = spelled_otherwise(root, file.parent, name)
             if other is None and path is None:
                 return f"{name[:120]!r} lies outside {root}; ignored: copy it beside the material file"
+            if other is None and "://" in name:  # model:// of Gazebo, package:// of ROS, a web address
+                return f"{name[:120]!r} is not followed; ignored: copy the picture beside the material file"
             if other is None:
                 return f"{name[:120]!r} {why_missing(path)}; ignored: put it there, or correct the name"
             path, note = other

@@ -20,7 +20,7 @@ from paradize.readers.mtl.maps import floats, read_map_statement
 from paradize.readers.mtl.material import BLENDER_ROLES, PACKED, ROLES, Statements, material_of
 from paradize.readers.mtl.texture_transform import BoundsOf
 from paradize.readers.names import END_MARKS, require_utf8
-from paradize.readers.ranges import beyond, within
+from paradize.readers.ranges import beyond, strays, within
 from paradize.readers.uv_transform import UvTransforms
 
 MAX_BYTES = 16 << 20
@@ -183,7 +183,7 @@ class _Reader:
         if values is not None:
             high = (_COLORS | _NUMBERS)[key]
             into.values[key], into.lines[key] = within(values, 0.0, high), line
-            if into.values[key] != values:
+            if strays(values, into.values[key]):
                 self.warn(line, f"{word} {beyond(values, 0.0, high, into.values[key])}")
             return
         what = f"{word} {rest[:40]!r}, expected {expected}"

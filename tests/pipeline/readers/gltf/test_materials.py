@@ -418,6 +418,14 @@ def test_a_number_out_of_its_range_is_read_as_the_nearest_in_it_and_told(
     assert f"{tmp_path / 'a.glb'}: /materials/0{said}" in told
 
 
+def test_a_number_that_rounding_took_out_of_its_range_is_not_told(tmp_path: Path) -> None:
+    made, primitive = square()
+    color = [1.0000001192092896, 0.5, -1e-7, 1]
+    found, model = read(tmp_path, made, primitive, pbrMetallicRoughness={"baseColorFactor": color})
+    assert found.color == (1.0, 0.5, 0.0)
+    assert not model.warnings
+
+
 @pytest.mark.parametrize(
     ("ior", "shine", "reflected"),
     [
