@@ -39,7 +39,9 @@ PICTURE = Kind("a picture", _MAPS)
 HEIGHTS = Kind("a heightmap", _TERRAIN)
 SCENE = Kind("a scene TOML", "`paradize bake {file}` takes it")
 BAKED = Kind("a baked scene", _CHECK)
-TEXTURE = Kind("a KTX2 texture", _CHECK)
+TEXTURE = Kind(
+    "a KTX2 texture", f"{_CHECK} if it is baked; `ktx extract {{file}} {{stem}}.png` makes PNG of others"
+)
 SOUND = Kind("an Ogg sound", 'a scene takes it: write `file = "{name}"` under `[[sound]]`')
 MATERIALS = Kind("an MTL material file", "give the OBJ model that it belongs to")
 FOLDER = Kind("a folder", "name a file in it")
