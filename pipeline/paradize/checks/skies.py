@@ -21,7 +21,7 @@ IntOrInts = int | npt.NDArray[np.int64]
 
 _SIDE = 64  # texels: 1.4 degrees each, of which the sun's disc fills a tenth
 _SUN = 30.0  # times the sky's mean: clouds and pictures without light beyond white stay below 10
-_SECOND = 0.2  # of the brightest light: windows and lamps of rooms have others of 0.4 to 1; a sun has none
+_SECOND = 0.1  # of the brightest light: rooms have others of 0.1 to 1, clear skies none above 0.03
 _APART_DEG = 10.0
 _BT709 = np.array([0.2126, 0.7152, 0.0722])
 

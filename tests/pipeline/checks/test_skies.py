@@ -92,5 +92,5 @@ def test_rooms_with_several_lamps_or_windows_have_no_sun(tmp_path: Path) -> None
     lamp = (sun_direction(90.0, 20.0), 900.0, 3.0)
     assert finding(tmp_path, lit(lamp), west)
     assert finding(tmp_path, lit(lamp, (north, 400.0, 3.0)), west) is None
-    assert finding(tmp_path, lit(lamp, (north, 90.0, 3.0)), west)  # a tenth as bright
+    assert finding(tmp_path, lit(lamp, (north, 45.0, 3.0)), west)  # 5 % as bright
     assert finding(tmp_path, lit(lamp, (sun_direction(93.0, 24.0), 400.0, 3.0)), west)  # of one lamp
