@@ -298,6 +298,7 @@ def one(folder: Path, text: str, *pictures: str) -> tuple[Material, list[str]]:
     ("statement", "role"),
     [
         ("map_Kd", "color"), ("map_d", "alpha"), ("norm", "normal"), ("map_Kn", "normal"),
+        ("map_norm", "normal"), ("map_Normal", "normal"),
         ("map_Bump", "height"), ("bump", "height"), ("disp", "height"), ("map_disp", "height"),
         ("map_Pr", "roughness"), ("map_Ns", "smoothness"), ("map_Pm", "metalness"), ("map_Ks", "specular"),
         ("map_Ke", "emission"), ("map_emissive", "emission"),

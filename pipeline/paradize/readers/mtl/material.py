@@ -35,7 +35,8 @@ from paradize.readers.ranges import beyond, within
 from paradize.readers.uv_transform import UvTransforms
 
 # The role of each map statement's picture. Where two statements have one role, the first one here counts.
-ROLES = {"map_kd": "color", "map_d": "alpha", "map_tr": "alpha", "norm": "normal", "map_kn": "normal"}
+ROLES = {"map_kd": "color", "map_d": "alpha", "map_tr": "alpha", "norm": "normal"}
+ROLES |= dict.fromkeys(("map_kn", "map_norm", "map_normal"), "normal")
 ROLES |= {"map_bump": "height", "bump": "height", "map_disp": "height", "disp": "height"}
 ROLES |= {"map_pr": "roughness", "map_ns": "smoothness", "map_pm": "metalness", "map_ks": "specular"}
 ROLES |= {"map_ke": "emission", "map_emissive": "emission", "map_ao": "occlusion"}
