@@ -11,6 +11,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache, cached_property
 from itertools import islice
+from math import hypot, sqrt
 from pathlib import Path
 from typing import Any
 
@@ -277,8 +278,8 @@ def _beyond(texture_map: Map, level: int, kind: str, wanted: list[F32 | F64]) ->
 
 
 def _block_error(wanted: F32 | F64, form: str) -> float:
-    """The RMS error that no encoder of a block format can avoid: all colours of a BC1 or BC3 block lie on one
-    line, and a channel of BC4 and BC5 has eight values. 0 for other formats."""
+    """The RMS error that no encoder of a block format can avoid: all colours of a BC1 or BC3 block are four
+    on one line, and a channel of BC4 and BC5 has eight values. 0 for other formats."""
     if not form.startswith(("BC1", "BC3", "BC4", "BC5")):
         return 0.0
     values = wanted[:, :, :-1] / np.maximum(wanted[:, :, -1:], 1e-3)
@@ -286,11 +287,12 @@ def _block_error(wanted: F32 | F64, form: str) -> float:
     down, across = values.shape[0] // rows, values.shape[1] // columns
     grid = values[: down * rows, : across * columns].reshape(down, rows, across, columns, -1)
     blocks = grid.swapaxes(1, 2).reshape(-1, rows * columns, values.shape[2])
+    rounding = float(np.sqrt(np.square(np.ptp(blocks, axis=1)).mean() / 12.0))  # of one step
     if form.startswith(("BC4", "BC5")):  # steps of a seventh; z, rebuilt from x and y, doubles the error
-        return float(np.sqrt(np.square(np.ptp(blocks, axis=1)).mean() / 12.0)) * 2.0 / 7.0
+        return rounding * 2.0 / 7.0
     blocks = blocks - blocks.mean(axis=1, keepdims=True)
     spread = np.linalg.eigvalsh(blocks.swapaxes(1, 2) @ blocks)  # ascending
-    return float(np.sqrt(max(0.0, spread[:, :2].sum() / blocks.size)))
+    return hypot(sqrt(max(0.0, spread[:, :2].sum() / blocks.size)), rounding / 3.0)
 
 
 def _shown(values: F32 | F64, kind: str) -> F64:

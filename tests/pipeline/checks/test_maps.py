@@ -187,6 +187,28 @@ def test_a_palette_whose_small_levels_no_block_can_hold_passes(tmp_path: Path, f
         assert codes(folder, {"color": with_level(chain, level, other.levels[level])}) == ["PZ213"]
 
 
+def test_greys_whose_smallest_levels_no_block_can_hold_pass(tmp_path: Path, folder: Path) -> None:
+    """A block of BC1 or BC3 has four colours: those of bright texels beside dark ones are rounded far."""
+    random = np.random.default_rng(48)
+    light = np.where(
+        random.random((4, 4)) < 0.3, 0.1 * random.random((4, 4)), 0.25 + 0.25 * random.random((4, 4))
+    )
+    shown = np.where(random.random((4, 4)) < 0.3, 0.0, random.random((4, 4)))
+    shown[0, 0] = 1.0
+    encoded = np.where(light < 0.0031308, 12.92 * light, 1.055 * light ** (1 / 2.4) - 0.055)
+
+    def baked(grey: npt.NDArray[np.float64]) -> Texture:
+        cells = np.rint(np.dstack([grey, grey, grey, shown]) * 255.0).astype(np.uint8)
+        path = save(tmp_path / "cells.png", cells.repeat(16, axis=0).repeat(16, axis=1))
+        return decode_ktx2(bake_color(path).data)
+
+    chain = baked(encoded)
+    assert chain.format == "BC3_SRGB"
+    assert codes(folder, {"color": chain}) == []
+    other = baked(1.0 - encoded)
+    assert codes(folder, {"color": with_level(chain, 4, other.levels[4])}) == ["PZ213"]
+
+
 def test_dithered_colours_pass_and_their_bake_says_how_far_blocks_are_from_them(
     tmp_path: Path, folder: Path
 ) -> None:
