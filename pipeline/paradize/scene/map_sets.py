@@ -21,7 +21,7 @@ KIT = 0.95  # the same where several models show one picture: the sheet of a kit
 HIDDEN, PAINTED, VARIED = "hidden", "painted", "varied"
 NO_COVERAGE = {
     HIDDEN: "it would hide everything",
-    PAINTED: "the colours where it is 0 have more detail than the others",
+    PAINTED: "the colours where it is 0 have detail of their own",
     VARIED: "it varies and is hardly anywhere 0 or 1, as heights or gloss do",
 }
 # The sources of the gloss map and the occlusion map.

@@ -30,6 +30,7 @@ _BUSY = 2.0 / 255.0  # mean change from texel to texel of heights or gloss; glas
 _FIRM = 0.1  # of the texels in between: at least so many are opaque in a mask; smoke has none
 _DETAIL = 0.5 / 255.0  # mean change of colour from texel to texel of a painted surface, at least
 _PAINTED = 1.1  # times as much as where alpha is 1: a photograph cut out may have as much around the shape
+_WASTED = 0.3  # of the texels that show lie in triangles of holes alone: cut shapes leave few of these
 _GREEN = 0.02  # of the range by which the mean green of a leaf exceeds red and blue
 _GREENEST = 0.4  # of a leaf's texels hold more green than red and blue; of orange beside teal few do
 
@@ -111,8 +112,9 @@ def shown_colors(
 
 
 def _is_painted_below(pixels: npt.NDArray[np.float32], owners: npt.NDArray[np.int32] | None) -> bool:
-    """Whether colours change more from texel to texel where alpha is 0 than where it is 1. Alpha is another
-    quantity then, such as gloss: who cuts shapes out leaves a plain colour around them, or one that bleeds.
+    """Whether colours change more from texel to texel where alpha is 0 than where it is 1, or change there
+    and whole triangles would be hidden. Alpha is another quantity then, such as gloss or a mask of paint: who
+    cuts shapes out leaves a plain colour around them, or one that bleeds.
     pixels (h, w, 2 or 4); owners (h, w): -1 where no triangle shows a texel; None: all are shown."""
     colors, alpha = pixels[:, :, :-1], pixels[:, :, -1]
     shown = np.ones(alpha.shape, np.bool_) if owners is None else owners >= 0
@@ -125,7 +127,17 @@ def _is_painted_below(pixels: npt.NDArray[np.float32], owners: npt.NDArray[np.in
             totals[k] += change[pairs].sum(dtype=np.float64)
             numbers[k] += pairs.sum()
     below, above = totals / np.maximum(numbers, 1)
-    return bool(below >= max(_PAINTED * above, _DETAIL))
+    enough = _DETAIL if _wasted(parts[0], owners) >= _WASTED else max(_PAINTED * above, _DETAIL)
+    return bool(below >= enough)
+
+
+def _wasted(holes: npt.NDArray[np.bool_], owners: npt.NDArray[np.int32] | None) -> float:
+    """The share of the texels that show in triangles that show holes alone. holes, owners: (h, w)."""
+    if owners is None:
+        return 0.0
+    shown = np.bincount(owners[owners >= 0])
+    hidden = np.bincount(owners[holes], minlength=len(shown))
+    return float(shown[hidden == shown].sum() / max(shown.sum(), 1))
 
 
 def _changes(values: npt.NDArray[np.float32], owners: npt.NDArray[np.int32] | None) -> float:

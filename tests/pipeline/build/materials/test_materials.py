@@ -562,7 +562,7 @@ def test_alpha_of_a_colour_map_that_goes_on_below_the_holes_is_no_coverage(
     write_image(tmp_path / "s/leaf.png", picture)
     report, manifest = baked(scene, tmp_path / "out")
     assert manifest["objects"][0]["materials"]["leaf"]["alpha_mode"] == mode
-    said = "taken as opaque, since the colours where it is 0 have more detail than the others"
+    said = "taken as opaque, since the colours where it is 0 have detail of their own"
     assert any(said in text for text in report.warnings) == (mode == "opaque")
 
 

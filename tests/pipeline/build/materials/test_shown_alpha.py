@@ -58,3 +58,19 @@ def test_alpha_is_judged_by_its_share_of_the_texels_that_show(tmp_path: Path, ki
     if wanted == "varied":  # where the material file names it as alpha, it is
         source = MapSource(Picture(file), "a")
         assert shown_colors(grid(2), Picture(file), {}, wrap, alpha_map=source)[2] == "blend"
+
+
+@pytest.mark.parametrize(
+    ("quads", "plain", "wanted"), [(8, False, "painted"), (8, True, "mask"), (1, False, "mask")]
+)
+def test_detail_below_alpha_that_hides_whole_triangles_is_a_painted_surface(
+    tmp_path: Path, quads: int, plain: bool, wanted: str
+) -> None:
+    """Cars of games keep in alpha where the paint may change: body 1, windows, chassis and seats 0."""
+    alpha = np.where((X < 0.5) | (Y < 0.3), 0.0, 1.0)
+    colors = 0.5 + 0.02 * RNG.normal(size=(SIDE, SIDE, 3))
+    if plain:
+        colors[alpha == 0.0] = 0.5
+    file = tmp_path / "a.png"
+    write_image(file, np.rint(255 * np.dstack([colors, alpha])).astype(np.uint8))
+    assert shown_colors(grid(quads), Picture(file), {}, ("repeat", "repeat"))[2] == wanted
