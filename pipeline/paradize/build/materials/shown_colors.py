@@ -30,7 +30,7 @@ _BUSY = 2.0 / 255.0  # mean change from texel to texel of heights or gloss; glas
 _FIRM = 0.1  # of the texels in between: at least so many are opaque in a mask; smoke has none
 _DETAIL = 0.5 / 255.0  # mean change of colour from texel to texel of a painted surface, at least
 _PAINTED = 1.1  # times as much as where alpha is 1: a photograph cut out may have as much around the shape
-_WASTED = 0.3  # of the texels that show lie in triangles of holes alone: cut shapes leave few of these
+_WASTED = 0.4  # of the texels that show lie in triangles of holes alone: cut shapes leave few of these
 _GREEN = 0.02  # of the range by which the mean green of a leaf exceeds red and blue
 _GREENEST = 0.4  # of a leaf's texels hold more green than red and blue; of orange beside teal few do
 
