@@ -67,6 +67,15 @@ class MapSource:
 
 
 @dataclass(frozen=True)
+class Reflected:
+    """The colour of what is reflected, in a model of light without metalness. color: linear RGB, multiplies
+    the picture's, which is sRGB and lies where the material's colour does."""
+
+    source: MapSource
+    color: tuple[float, float, float]
+
+
+@dataclass(frozen=True)
 class Material:
     """A material. Factors multiply what their maps hold; without a map they stand alone.
 
@@ -79,8 +88,9 @@ class Material:
 
     maps: by role. Roles: "color" and "emission" (sRGB), "alpha", "normal", "height", "roughness",
     "smoothness", "specular", "metalness", "occlusion". second: the roles, of SECOND_ROLES, whose maps lie on
-    the mesh's second texture coordinates (data.Mesh.uvs1). unlit: whether no light
-    changes it: it gives off its colour, which stands in `emission`.
+    the mesh's second texture coordinates (data.Mesh.uvs1). unlit: whether no light changes it: it gives off
+    its colour, which stands in `emission`. reflected: pictures of colour and metalness are still to be made
+    of it (build/materials/metal_pictures.py); until then `color` is that of what is not reflected.
     """
 
     name: str
@@ -100,6 +110,7 @@ class Material:
     maps: dict[str, MapSource] = field(default_factory=dict)
     second: tuple[str, ...] = ()
     unlit: bool = False
+    reflected: Reflected | None = None
 
     @property
     def leading(self) -> MapSource | None:

@@ -1,3 +1,3 @@
 """Readers of source files: OBJ, MTL, pictures, heightmaps, sounds."""
 
-__all__ = ["gltf", "heightmap", "image", "model", "names", "record", "sound"]
+__all__ = ["gltf", "heightmap", "image", "metal", "model", "names", "record", "sound"]

@@ -83,6 +83,7 @@ def read_model_facts(
     Returns {"facts": ModelFacts, "data": {(material, role): bytes of a picture inside the model's file}}, or
     {"error", "tried"}: the error of a model that cannot be read, and the files beside it that were read.
     """
+    from paradize.build.materials.metal_pictures import with_metal_pictures
     from paradize.build.materials.placed_pictures import with_placed_pictures
     from paradize.build.materials.shown_colors import is_green, is_solid, shown_colors
     from paradize.readers.model import read_model
@@ -99,8 +100,11 @@ def read_model_facts(
     for name in dict.fromkeys(group.material for group in read.mesh.groups):
         material = read.materials.get(name, Material(name))
         redrawn |= {source.picture.file: None for source in material.maps.values() if source.placed}
+        if material.reflected:
+            converted = (material.reflected.source, material.maps.get("color"))
+            redrawn |= {source.picture.file: None for source in converted if source}
         try:
-            material = with_placed_pictures(material)
+            material = with_metal_pictures(with_placed_pictures(material))
         except ParadizeError as error:
             return {"error": error, "tried": tried}
         mesh = read.mesh.of_materials([name])

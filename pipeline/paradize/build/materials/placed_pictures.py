@@ -3,17 +3,15 @@ maps (material.MapSource.placed)."""
 
 from __future__ import annotations
 
-import tempfile
 from dataclasses import replace
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from paradize.errors import ParadizeError, SourceError
+from paradize.build.materials.model_pictures import read_picture
+from paradize.errors import SourceError
 from paradize.formats.png import encode_png
 from paradize.material import REPEATED, MapSource, Material, Picture, Placed, Wrap
-from paradize.readers.image import read_image
 from paradize.stages.resample import placed
 
 if TYPE_CHECKING:
@@ -42,17 +40,7 @@ def _drawn(source: MapSource, leading: MapSource | None) -> MapSource:
 
 
 def _png(picture: Picture, on: Placed, wrap: tuple[Wrap, Wrap]) -> bytes:
-    file = picture.file
-    if picture.data is None:
-        image = read_image(file, color_space="data")
-    else:
-        with tempfile.NamedTemporaryFile() as inside:
-            inside.write(picture.data)
-            inside.flush()
-            try:
-                image = read_image(Path(inside.name), color_space="data")
-            except ParadizeError as error:
-                raise error.renamed({inside.name: f"{file}: picture {picture.name!r}"}) from None
+    image = read_picture(picture, "data")
     values: npt.NDArray[np.generic] = image.values
     if values.shape[2] == 2:  # grey with alpha, as PNG is written here
         values = values[:, :, [0, 0, 0, 1]]
@@ -61,7 +49,9 @@ def _png(picture: Picture, on: Placed, wrap: tuple[Wrap, Wrap]) -> bytes:
         low, high = float(image.values.min()), float(image.values.max())
         if low < 0.0 or high > 1.0:
             what = f"holds {low:g} to {high:g}, and lies on the surface in another way than the colour"
-            raise SourceError(what, file=file, mend="save it with 16 bits, or draw it in the colour's layout")
+            raise SourceError(
+                what, file=picture.file, mend="save it with 16 bits, or draw it in the colour's layout"
+            )
     else:
         top = 255.0 if image.values.dtype == np.uint8 else 65535.0
     rows, columns = (_side(values.shape[1 - axis], on[axis][0]) for axis in (1, 0))

@@ -3,21 +3,19 @@ alpha."""
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Sequence
 from itertools import chain
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from paradize.build.materials.model_pictures import read_picture
 from paradize.build.materials.shown_texels import BEND, PLAIN, centres, owners_of, without_drawn
 from paradize.data import Image, Mesh
 from paradize.errors import ParadizeError
 from paradize.kernels.reference.atlas import layout_raster
 from paradize.material import MapSource, Picture, Wrap, texels_within
-from paradize.readers.image import read_image
 from paradize.scene.map_sets import HIDDEN, KIT, PAINTED, PALETTE, VARIED
 from paradize.vectors import cross_2d, doubled_areas
 
@@ -287,12 +285,7 @@ def _pixels(picture: Picture) -> npt.NDArray[np.float32] | None:
     """The pixels (h, w, c) of a picture, 0..1 as textures hold them; None where it cannot be read: its bake
     says so."""
     try:
-        if picture.data is None:
-            return _unit(read_image(picture.file))
-        with tempfile.NamedTemporaryFile() as file:
-            file.write(picture.data)
-            file.flush()
-            return _unit(read_image(Path(file.name)))
+        return _unit(read_picture(picture))
     except ParadizeError:
         return None
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
-from math import inf, sqrt
+from math import inf
 from typing import Any
 
 from paradize.angles import PI, sine_cosine
@@ -21,10 +21,12 @@ from paradize.material import (
     MapSource,
     Material,
     Placed,
+    Reflected,
 )
 from paradize.readers.gltf.document import Document
 from paradize.readers.gltf.pictures import Pictures
 from paradize.readers.gltf.texture_transform import TextureTransform
+from paradize.readers.metal import metal_of
 from paradize.readers.placed import placed_on
 from paradize.readers.record import DEFAULT_NAME
 
@@ -150,6 +152,7 @@ class _Reader:
             material = self._unlit(material)
         if hidden:
             material = replace(material, opacity=0.0)
+        material = replace(material, reflected=self._reflected(material))
         first, second, on_second = self._placed(name)
         return PlacedMaterial(replace(material, maps=dict(self.maps), second=on_second), first, second)
 
@@ -168,6 +171,7 @@ class _Reader:
             metalness=0.0,
             roughness=1.0,
             unlit=True,
+            reflected=None,
         )
 
     def _metallic(self, material: Material, base: dict[str, Any]) -> Material:
@@ -192,17 +196,34 @@ class _Reader:
         specular = document.shares(gloss, place, "specularFactor", (1.0, 1.0, 1.0))
         smooth = document.share(gloss, place, "glossinessFactor")
         document.warn(f"extension {_GLOSSINESS} is converted to metalness and roughness")
-        if picture:
-            what = "the colour of specularGlossinessTexture is left out, so that metal is drawn as no metal"
-            document.warn(f"{what}; convert the model to metallic-roughness", place)
-        color = (r, g, b)
-        metalness = 0.0 if picture else _metalness(color, specular)
-        if metalness > 0.0:
-            color = tuple(
-                _share(c * (1.0 - metalness) + s * metalness) for c, s in zip(color, specular, strict=True)
-            )  # type: ignore[assignment]
+        color, metalness, reflected = (r, g, b), 0.0, None
+        if picture and "smoothness" in self.maps:
+            red, green, blue = specular
+            source = replace(self.maps["smoothness"], channel="rgb", srgb=True)
+            reflected = Reflected(source, (red, green, blue))
+        elif not picture:
+            colors, metal = metal_of(color, specular)
+            (r, g, b), metalness = colors.tolist(), float(metal)
         opacity = 1.0 if material.alpha_mode == "opaque" else a
-        return replace(material, color=color, opacity=opacity, metalness=metalness, roughness=1.0 - smooth)
+        return replace(
+            material,
+            color=(r, g, b),
+            opacity=opacity,
+            metalness=metalness,
+            roughness=1.0 - smooth,
+            reflected=reflected,
+        )
+
+    def _reflected(self, material: Material) -> Reflected | None:
+        """The colour of what is reflected, where it lies as the first map does; None, and a warning, where
+        not."""
+        first = next((role for role in _CHANNELS if role in self.maps), "")
+        if not material.reflected or self._is_same(self.placements["smoothness"], self.placements[first]):
+            return material.reflected
+        what = f"specularGlossinessTexture lies elsewhere than the map of {first}, and its colour is left out"
+        mend = "metal is drawn as no metal; convert the model to metallic-roughness"
+        self.document.warn(f"{what}: {mend}", f"{self.place}/extensions/{_GLOSSINESS}")
+        return None
 
     def _transmission(self, material: Material) -> Material:
         """A material that light goes through is blended, as dense as its colour is dark."""
@@ -331,24 +352,3 @@ class _Reader:
         return one == other or (
             one.matrix == other.matrix and self.equal_sets(one.coordinates, other.coordinates)
         )
-
-
-def _share(value: float) -> float:
-    return min(max(value, 0.0), 1.0)
-
-
-def _metalness(diffuse: tuple[float, ...], specular: tuple[float, ...]) -> float:
-    """The metalness whose reflection is as strong. Source: The Khronos Group, the conversion of
-    KHR_materials_pbrSpecularGlossiness, 2017."""
-
-    def brightness(color: tuple[float, ...]) -> float:
-        r, g, b = color
-        return sqrt(0.299 * r * r + 0.587 * g * g + 0.114 * b * b)
-
-    reflected, least = brightness(specular), PLASTIC_REFLECTANCE
-    if reflected <= least:
-        return 0.0
-    rest = 1.0 - max(specular)
-    b = brightness(diffuse) * rest / (1.0 - least) + reflected - 2.0 * least
-    root = sqrt(max(b * b - 4.0 * least * (least - reflected), 0.0))
-    return _share((-b + root) / (2.0 * least))

@@ -290,14 +290,28 @@ def test_the_older_model_of_light_is_transparent_where_the_material_is(
     assert read(tmp_path, *square(), alphaMode=mode, extensions=extensions)[0].opacity == opacity
 
 
-def test_a_glossiness_picture_draws_no_metal_and_its_left_out_colour_is_said(tmp_path: Path) -> None:
-    made, primitive = square(TEXCOORD_0=UVS)
-    older = {"specularGlossinessTexture": {"index": textured(made)}, "diffuseFactor": [0.5, 0.25, 1, 1]}
-    found, model = read(tmp_path, made, primitive, extensions={"KHR_materials_pbrSpecularGlossiness": older})
-    assert found.maps.keys() == {"smoothness"}
+def test_the_colour_of_a_glossiness_picture_is_kept_for_the_bake_where_the_colour_lies_there_too(
+    tmp_path: Path,
+) -> None:
+    def older(**more: Any) -> tuple[Material, list[str]]:
+        made, primitive = square(TEXCOORD_0=UVS, TEXCOORD_1=UVS[::-1])
+        index = textured(made)
+        table = {"diffuseFactor": [0.5, 0.25, 1, 1], "specularFactor": [1, 0.5, 0.25]}
+        table |= {"specularGlossinessTexture": {"index": index} | more, "diffuseTexture": {"index": index}}
+        extensions = {"KHR_materials_pbrSpecularGlossiness": table}
+        found, model = read(tmp_path, made, primitive, extensions=extensions)
+        return found, [text for text in model.warnings if "specularGlossinessTexture" in text]
+
+    found, warnings = older()
+    assert found.maps.keys() == {"color", "smoothness"} and not warnings
     assert (found.metalness, found.color) == (0.0, (0.5, 0.25, 1.0))
-    (text,) = [text for text in model.warnings if "specularGlossinessTexture" in text]
-    assert "/materials/0/extensions/KHR_materials_pbrSpecularGlossiness" in text and "left out" in text
+    assert found.reflected and found.reflected.color == (1.0, 0.5, 0.25)
+    source = found.reflected.source
+    assert (source.channel, source.srgb, source.picture) == ("rgb", True, found.maps["smoothness"].picture)
+    found, (text,) = older(texCoord=1)
+    assert found.reflected is None and found.maps.keys() == {"color", "smoothness"}
+    assert "/materials/0/extensions/KHR_materials_pbrSpecularGlossiness" in text
+    assert "lies elsewhere than the map of color, and its colour is left out: metal is drawn as no" in text
 
 
 def test_a_material_that_no_light_changes_gives_off_its_colour(tmp_path: Path) -> None:
