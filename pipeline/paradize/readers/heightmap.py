@@ -279,8 +279,11 @@ def _fill(image: Image, holes: dict[Any, str], path: Path) -> tuple[Image, list[
         count, place = _mark(values, is_hole, missing)
         if count:
             found.append(why.partition(",")[0])
-            how = f"without a height ({why}) are filled from their surroundings"
-            warnings.append(f"{path}: {count} pixels {how}, the first at pixel {place}")
+            pixels, filled = (
+                ("pixels", "are filled from their") if count > 1 else ("pixel", "is filled from its")
+            )
+            what = f"{count} {pixels} without a height ({why}) {filled} surroundings"
+            warnings.append(f"{path}: {what}, the first at pixel {place}")
     if missing.all():
         what = f"has no height in any pixel: each is {' or '.join(found)}"
         mend = "save the heights again; if such numbers are heights, nodata none keeps them (--nodata none)"

@@ -52,7 +52,7 @@ def between_deg(a: list[float], b: list[float]) -> float:
     return degrees(acos(float(np.clip(np.dot(a, b), -1.0, 1.0))))
 
 
-@settings(suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None, max_examples=10)
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None, max_examples=6)
 @given(
     azimuth=st.floats(-180, 180),
     elevation=st.floats(-85, 85),

@@ -38,7 +38,7 @@ def test_the_no_data_value_of_an_ascii_grid_is_filled_and_told(tmp_path: Path) -
     path = grid(tmp_path, HEADER + "NODATA_value 0\n1 0 1\n1 1 1\n")
     field, warnings = heights(path)
     assert (field.heights_m == 1.0).all()
-    assert len(warnings) == 1 and "1 pixels without a height (0, as the file says)" in warnings[0]
+    assert len(warnings) == 1 and "1 pixel without a height (0, as the file says)" in warnings[0]
 
 
 def test_ascii_grids_of_the_corpus_are_the_pictures_that_were_made_of_them(corpus: Path) -> None:

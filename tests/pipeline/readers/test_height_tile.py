@@ -75,7 +75,7 @@ def test_black_and_transparent_pixels_of_a_tile_have_no_height(encoding: str, tm
     field, warnings = read(png(tmp_path / "a.png", colors, 6, 8), encoding)
     assert np.abs(field.heights_m - slope()).max() < 3.0
     assert [text for text in warnings if "2 pixels without a height" in text and "(4, 3)" in text]
-    assert [text for text in warnings if "1 pixels without a height" in text and "(9, 8)" in text]
+    assert [text for text in warnings if "1 pixel without a height" in text and "(9, 8)" in text]
 
 
 def test_the_other_encoding_is_suspected_where_no_land_is_that_high(tmp_path: Path) -> None:

@@ -84,7 +84,7 @@ def test_holes_that_are_filled_are_said(tmp_path: Path) -> None:
     metres[10, 20] = -9999.0
     path = tiff(tmp_path / "h.tif", metres)
     _, picture = map_rows(path, MapSettings(), uv=None, tier="fast", measure=False)
-    assert any("1 pixels without a height (-9999" in text for text in picture.warnings)
+    assert any("1 pixel without a height (-9999" in text for text in picture.warnings)
 
 
 @pytest.mark.deep
@@ -169,7 +169,7 @@ def test_holes_in_heights_of_maps_are_filled_and_told(tmp_path: Path, maps: Maps
     metres = (waves(64, 64, 8) * 80 + 700).astype(np.float32)
     metres[10, 20] = -9999.0
     message = maps(tiff(tmp_path / "h.tif", metres), "--only", "height")
-    assert any("1 pixels without a height (-9999" in text for text in message["warnings"])
+    assert any("1 pixel without a height (-9999" in text for text in message["warnings"])
     codes = (rounded(waves(64, 64, 8), 16)[0] * 60000 + 5000).astype(np.uint16)
     codes[5, 6] = 0
     path = save(tmp_path / "c.png", codes[:, :, None], oiio.UINT16)

@@ -67,7 +67,10 @@ def test_two_kinds_of_holes_are_told_apart(tmp_path: Path) -> None:
     heights[31, 40] = np.nan
     field, message = read(tiff(tmp_path / "h.tif", heights))
     assert field.heights_m.min() >= 500 and field.heights_m.max() <= 900
-    assert [text.split("h.tif: ")[1].split(" pixels")[0] for text in message] == ["15", "1", "1"]
+    assert [text.split("h.tif: ")[1].split(" without")[0] for text in message] == [
+        "15 pixels",
+        *["1 pixel"] * 2,
+    ]
 
 
 @pytest.mark.parametrize(

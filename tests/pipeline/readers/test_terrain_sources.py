@@ -103,7 +103,7 @@ def test_nan_in_floats_is_filled_and_told(tmp_path: Path) -> None:
     out.close()
     field, warnings = read_heightmap(tmp_path / "h.tif", size_x_m=1, size_z_m=1, height_m=None)
     assert field.heights_m[7, 3] == pytest.approx(27.0)
-    assert len(warnings) == 1 and "1 pixels" in warnings[0] and "(3, 7)" in warnings[0]
+    assert len(warnings) == 1 and "1 pixel" in warnings[0] and "(3, 7)" in warnings[0]
 
 
 def test_filling_keeps_what_is_known_and_stays_between_it() -> None:

@@ -187,7 +187,7 @@ def _chain(reference: Original, plan: Plan) -> tuple[list[MeasuredLevel], list[s
         else:
             target = max(LEAST_TRIANGLES, int(first * plan.ratio**at))
             if target >= before:
-                notes.append(f"no level after lod{len(levels) - 1}: {before} triangles are few enough")
+                notes.append(f"no level after lod{len(levels) - 1}: few enough triangles: {before}")
                 break
             found, note = _nearest(reference, last.mesh, target, plan.limit, plan.simplifier)
         if found is None:
