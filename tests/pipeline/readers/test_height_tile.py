@@ -72,6 +72,7 @@ def test_black_and_transparent_pixels_of_a_tile_have_no_height(encoding: str, tm
     colors = np.dstack([colors_of(slope(), encoding), np.full((16, 16), 255)])
     colors[3, 4:6, :3] = 0
     colors[8, 9, 3] = 0
+    colors[8, 10, 3] = 1
     field, warnings = read(png(tmp_path / "a.png", colors, 6, 8), encoding)
     assert np.abs(field.heights_m - slope()).max() < 3.0
     assert [text for text in warnings if "2 pixels without a height" in text and "(4, 3)" in text]
@@ -86,10 +87,18 @@ def test_the_other_encoding_is_suspected_where_no_land_is_that_high(tmp_path: Pa
     assert "spans -32350 to -32348.3 m as terrarium" in warning and "is it terrain-rgb" in warning
 
 
-@pytest.mark.parametrize(("name", "said"), [("grey.png", "has 1 channels of 8 bits"), ("a.jpg", "is a JPEG")])
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("grey.png", "has 1 channels of 8 bits"),
+        ("alpha.png", "has 2 channels of 8 bits"),
+        ("a.jpg", "is a JPEG"),
+    ],
+)
 def test_pictures_that_hold_no_digits_are_refused(tmp_path: Path, name: str, said: str) -> None:
     colors = colors_of(slope(), "terrarium").astype(np.uint8)
-    Pillow.fromarray(colors[:, :, 1] if "grey" in name else colors).save(tmp_path / name)
+    held = {"grey.png": colors[:, :, 1], "alpha.png": colors[:, :, :2]}.get(name, colors)
+    Pillow.fromarray(held).save(tmp_path / name)
     with pytest.raises(SourceError, match=said) as caught:
         read(tmp_path / name, "terrarium")
     assert "take the tile" in str(caught.value)

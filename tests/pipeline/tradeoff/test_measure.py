@@ -43,6 +43,7 @@ from paradize.tradeoff.scene import measure_scene
 from paradize.tradeoff.tiers import measure_file, parts, run_groups, within
 from paradize.tradeoff.timing import LEAST_RUNS, MOST_RUNS, timed
 from paradize.tradeoff.words import advice, compared, conclude, disagreements
+from tests.pipeline.readers.test_height_tile import colors_of
 from tests.pipeline.scenes import ball, make_cove, write_image
 from tests.sweeps import sweep, tries
 
@@ -443,6 +444,31 @@ def test_a_heightmap_is_measured_as_terrain_under_the_bound(tmp_path: Path) -> N
     for tier in ("fast", "balanced"):
         assert 0.0 < terrain[tier]["error"]["value"] <= 0.05
         assert terrain[tier]["bytes"] < terrain["exact"]["bytes"]
+
+
+def test_a_tile_is_measured_as_terrain_alone_in_its_own_metres(
+    tmp_path: Path, paradize_here: Callable[..., subprocess.CompletedProcess[str]]
+) -> None:
+    z, x = np.mgrid[0:17, 0:17] / 16.0
+    colors = colors_of(900.0 + 40.0 * np.sin(7.0 * x) * np.cos(5.0 * z), "terrarium")
+    write_image(tmp_path / "tile.png", colors.astype(np.uint8))
+    ran = paradize_here(
+        "measure",
+        tmp_path / "tile.png",
+        "-o",
+        tmp_path / "m",
+        "--encoding",
+        "terrarium",
+        "--runs",
+        "1",
+        "--json",
+    )
+    (group,) = json.loads(ran.stdout)["groups"]
+    terrain = tiers(group)
+    assert group["name"] == "tile terrain" and terrain["exact"]["error"]["value"] < 1e-5
+    assert all(0.0 < terrain[tier]["error"]["value"] <= 0.08 for tier in ("fast", "balanced"))
+    with pytest.raises(BakeError, match="is a colour map"):
+        file_groups(tmp_path / "tile.png", FileOptions("color", encoding="terrarium"))
 
 
 def test_options_that_do_not_fit_the_file_and_broken_files_are_refused(tmp_path: Path) -> None:

@@ -22,6 +22,7 @@ from paradize.readers.heightmap import read_heightmap
 from paradize.scene.baker_settings import TerrainSettings
 from paradize.stages.terrain import terrain_mesh
 from tests.pipeline.height_grids import height_grids
+from tests.pipeline.readers.test_height_tile import colors_of
 from tests.sweeps import CORPUS_DEEP, sweep, tries
 
 F32 = npt.NDArray[np.float32]
@@ -202,6 +203,20 @@ def test_without_a_bound_heights_in_metres_err_by_at_most_a_thousandth_of_their_
     field, _ = read_heightmap(path, size_x_m=100, size_z_m=100, height_m=None)
     made = bake_terrain(path, TerrainSettings(size_m=(100.0, 100.0)))
     assert made.max_error_m <= made.bound_m == pytest.approx(np.ptp(field.heights_m) / 1000.0, abs=1e-6)
+
+
+def test_without_a_bound_a_tile_errs_by_a_thousandth_of_its_relief_or_a_step_of_its_digits(
+    tmp_path: Path,
+) -> None:
+    low = 700.0 + hills(33, 33)
+    for heights, bound_m in ((low, 0.1 * 0.5), (100.0 * low, np.ptp(50.0 * low) / 1000.0)):
+        path = write(tmp_path / "tile.png", colors_of(heights, "terrain-rgb").astype(np.uint8))
+        settings = TerrainSettings(
+            size_m=(90.0, 90.0), encoding="terrain-rgb", height_m=900.0, height_scale=0.5
+        )
+        made = bake_terrain(path, settings)
+        assert made.max_error_m <= made.bound_m == pytest.approx(bound_m, rel=2e-3)
+        assert ["are metres already" in text for text in made.warnings].count(True) == 1
 
 
 @pytest.mark.parametrize("tier", ["fast", "balanced", "exact"])
