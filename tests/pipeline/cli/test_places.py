@@ -160,7 +160,6 @@ def test_names_that_no_file_can_have_are_one_message(here: Run, words: str) -> N
     assert message.returncode == 1 and len((message.stdout + message.stderr).splitlines()) <= 2
 
 
-@pytest.mark.deep
 def test_a_current_folder_that_is_gone_is_one_message(shell: Shell, tmp_path: Path) -> None:
     message = shell(f"mkdir gone && cd gone && rmdir ../gone && $P maps {tmp_path}/wood.png -o m")
     assert message.returncode == 1
@@ -169,6 +168,7 @@ def test_a_current_folder_that_is_gone_is_one_message(shell: Shell, tmp_path: Pa
     )
 
 
+@pytest.mark.deep
 def test_names_that_are_no_text_keep_messages_on_one_line(shell: Shell, tmp_path: Path) -> None:
     strange = "$'a\\xff\\nb\\x1b\\xe2\\x80\\xae'"  # the last: what follows runs from right to left
     message = shell(

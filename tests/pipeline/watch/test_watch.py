@@ -315,7 +315,6 @@ def test_after_a_failed_bake_material_files_are_among_those_that_are_looked_at(
     assert baked.reads.keys() >= {scene, picture, tmp_path / "cove/post.mtl", tmp_path / "cove/post.obj"}
 
 
-@pytest.mark.deep
 def test_a_file_saved_while_a_bake_fails_is_baked_once_more(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -334,6 +333,7 @@ def test_a_file_saved_while_a_bake_fails_is_baked_once_more(
         assert (baked.reads[picture] is None) == is_late and baked.foreign is None
 
 
+@pytest.mark.deep
 def test_a_file_that_was_looked_for_in_vain_is_waited_for(tmp_path: Path, watch: Watch) -> None:
     scene = make_cove(tmp_path / "cove")
     scene.write_text(scene.read_text().replace('color = "wood.png"\n', ""))
