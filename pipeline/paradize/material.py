@@ -80,9 +80,10 @@ class Material:
     """A material. Factors multiply what their maps hold; without a map they stand alone.
 
     color: linear RGB, 0..1, opacity: 0..1. alpha_mode: None where the file does not say. alpha_cutoff: of
-    "mask". roughness, metalness: 0..1; None where the file does not say. specular: intensity of the
-    reflection of what is not a metal, 1: 4 % at normal incidence. emission: linear RGB, 0 to
-    MAX_EMISSION. normal_scale: multiplies x and y of the normal map, up to +-MAX_NORMAL_SCALE. green_down:
+    "mask". roughness, metalness: 0..1; None where the file does not say. A map of smoothness is first turned
+    into roughness, which `roughness` multiplies; the smoothness of that, `smoothness` does (0..1). specular:
+    intensity of the reflection of what is not a metal, 1: 4 % at normal incidence. emission: linear RGB, 0
+    to MAX_EMISSION. normal_scale: multiplies x and y of the normal map, up to +-MAX_NORMAL_SCALE. green_down:
     whether the normal map's green points down; None where the file does not say. occlusion_strength: 0..1.
     bump_m: height of full white of `height`, metres, up to MAX_BUMP_M; None where the file does not say.
 
@@ -100,6 +101,7 @@ class Material:
     alpha_cutoff: float = 0.5
     two_sided: bool | None = None
     roughness: float | None = None
+    smoothness: float = 1.0
     metalness: float | None = None
     specular: float | None = None
     emission: tuple[float, float, float] = (0.0, 0.0, 0.0)

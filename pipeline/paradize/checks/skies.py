@@ -27,8 +27,8 @@ _BT709 = np.array([0.2126, 0.7152, 0.0722])
 
 
 def check_sky(manifest: dict[str, Any], folder: Path, file: str) -> Iterator[Finding]:
-    """The finding about the sky of a scene whose light stands still. Another rule reports files that cannot
-    be read."""
+    """The finding about the sky of a scene whose light stands still. Other rules report files that cannot be
+    read, or lack levels."""
     sun, sky = manifest["sun"], manifest["sky"]
     if sky is None or manifest["daytime"] or sun["intensity"] * max(sun["color"]) == 0.0:
         return
@@ -40,7 +40,9 @@ def check_sky(manifest: dict[str, Any], folder: Path, file: str) -> Iterator[Fin
     if texture.format != "RGBA16F" or texture.faces != 6:
         return
     sides = [texture.width >> level for level in range(len(texture.levels))]
-    coarse = next(level for level, side in enumerate(sides) if side <= _SIDE)
+    coarse = next((level for level, side in enumerate(sides) if side <= _SIDE), None)
+    if coarse is None:  # of levels that are missing
+        return
     light = _light(texture, coarse)
     if not light.max() > _SUN * light.mean():
         return

@@ -49,8 +49,9 @@ def metres_of_tile(image: Image, path: Path, encoding: str) -> Image:
     """
     channels = image.values.shape[2]
     if image.values.dtype != np.uint8 or channels < 3:
+        held = f"{channels} {'channels' if channels > 1 else 'channel'} of {image.source_bits} bits"
         raise SourceError(
-            f"has {channels} channels of {image.source_bits} bits; a {encoding} tile has colours of 8 bits",
+            f"has {held}; a {encoding} tile has colours of 8 bits",
             file=path,
             mend='take the tile as its server sends it, or the encoding "grey"',
         )

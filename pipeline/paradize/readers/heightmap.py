@@ -279,10 +279,10 @@ def _fill(image: Image, holes: dict[Any, str], path: Path) -> tuple[Image, list[
         count, place = _mark(values, is_hole, missing)
         if count:
             found.append(why.partition(",")[0])
-            pixels, filled = (
+            pixels, how = (
                 ("pixels", "are filled from their") if count > 1 else ("pixel", "is filled from its")
             )
-            what = f"{count} {pixels} without a height ({why}) {filled} surroundings"
+            what = f"{count} {pixels} without a height ({why}) {how} surroundings"
             warnings.append(f"{path}: {what}, the first at pixel {place}")
     if missing.all():
         what = f"has no height in any pixel: each is {' or '.join(found)}"

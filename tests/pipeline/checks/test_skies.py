@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import re
+from dataclasses import replace
 from math import acos, degrees, radians
 from pathlib import Path
 from typing import Any
@@ -15,6 +16,7 @@ import pytest
 from paradize.checks.rules import Finding
 from paradize.checks.skies import check_sky
 from paradize.formats.ktx2.encode import encode_ktx2
+from paradize.formats.ktx2.reader import decode_ktx2
 from paradize.scene.finest_views import sun_direction
 from paradize.stages.cubemap import cube_mips, cut_faces, encode_cube
 from tests.pipeline.bakers.test_panorama import panorama
@@ -85,6 +87,9 @@ def test_skies_without_a_sun_and_scenes_without_one_are_left_alone(tmp_path: Pat
     assert finding(tmp_path, sky, west, sky=None) is None
     assert finding(tmp_path, sunny(west, light=1.0), sun_direction(90.0, 20.0)) is None
     assert finding(tmp_path, sky[:5000], west) is None
+    texture = decode_ktx2(sky)
+    assert texture.width > 64
+    assert finding(tmp_path, encode_ktx2(replace(texture, levels=texture.levels[:1])), west) is None
 
 
 def test_rooms_with_several_lamps_or_windows_have_no_sun(tmp_path: Path) -> None:

@@ -90,7 +90,7 @@ def test_the_other_encoding_is_suspected_where_no_land_is_that_high(tmp_path: Pa
 @pytest.mark.parametrize(
     ("name", "said"),
     [
-        ("grey.png", "has 1 channels of 8 bits"),
+        ("grey.png", "has 1 channel of 8 bits"),
         ("alpha.png", "has 2 channels of 8 bits"),
         ("a.jpg", "is a JPEG"),
     ],

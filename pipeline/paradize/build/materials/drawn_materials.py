@@ -44,7 +44,7 @@ def joined(item: SceneObject, name: str, facts: MaterialFacts | None) -> Materia
         material = replace(material, unlit=False)
     if "roughness" in given or "smoothness" in given:
         maps = {role: source for role, source in maps.items() if role not in ("roughness", "smoothness")}
-        material = replace(material, roughness=None)
+        material = replace(material, roughness=None, smoothness=1.0)
     if "metalness" in given:
         material = replace(material, metalness=None)
     if "specular" in given:
@@ -81,7 +81,8 @@ def drawn(
     maps = material.maps
     specular, smoothness = 0.0, ROUGH
     if gloss:
-        specular, smoothness = PLASTIC * max(1.0, material.specular or 0.0), 1.0  # the map holds up to 1
+        specular = PLASTIC * max(1.0, material.specular or 0.0)  # the map holds up to 1
+        smoothness = material.smoothness if "smoothness" in maps else 1.0
     elif material.roughness is not None or material.specular is not None:
         specular = PLASTIC * (1.0 if material.specular is None else material.specular)
         smoothness = ROUGH if material.roughness is None else 1.0 - material.roughness

@@ -27,13 +27,19 @@ _ROWS = 64
 
 def with_metal_pictures(material: Material) -> Material:
     """The material with such pictures as bytes (material.Picture.data); where nothing reflects as a metal, as
-    it is but without `reflected`. Raises SourceError for a picture that cannot be read."""
+    it is but without `reflected`. A picture without alpha is smooth, as glTF says.
+
+    Raises SourceError for a picture that cannot be read.
+    """
     if material.reflected is None:
         return material
     plain = replace(material, reflected=None)
     reflected, color = material.reflected.source, material.maps.get("color")
-    specular = _light(reflected)
-    diffuse = np.ones((1, 1, 3), np.float32) if color is None else _light(color)
+    specular, has_alpha = _light(reflected)
+    if not has_alpha:
+        maps = {role: source for role, source in material.maps.items() if role != "smoothness"}
+        plain = replace(plain, maps=maps, roughness=1.0 - material.smoothness)
+    diffuse = np.ones((1, 1, 3), np.float32) if color is None else _light(color)[0]
     rows, columns = (max(a, b) for a, b in zip(specular.shape[:2], diffuse.shape[:2], strict=True))
     across, down = (way == "repeat" for way in reflected.wrap or REPEATED)
     specular, diffuse = (
@@ -55,16 +61,16 @@ def with_metal_pictures(material: Material) -> Material:
         "color": replace(color or reflected, picture=shown, channel="rgb", srgb=True),
         "metalness": replace(reflected, picture=shiny, channel="r", srgb=False),
     }
-    return replace(plain, color=(1.0, 1.0, 1.0), metalness=1.0, maps=material.maps | maps)
+    return replace(plain, color=(1.0, 1.0, 1.0), metalness=1.0, maps=plain.maps | maps)
 
 
 def _drawn(codes: npt.NDArray[np.uint8], of: Picture) -> Picture:
     return replace(of, data=encode_png(codes))
 
 
-def _light(source: MapSource) -> F32:
-    """The linear light (h, w, 3) of a picture, 0..1."""
+def _light(source: MapSource) -> tuple[F32, bool]:
+    """The linear light (h, w, 3) of a picture, 0..1, and whether it has alpha."""
     values = read_picture(source.picture, "srgb").values
-    if values.shape[2] < 3:
-        values = values[:, :, [0, 0, 0]]
-    return linear_light(np.ascontiguousarray(values[:, :, :3]), encoded=True).clip(0.0, 1.0)
+    channels = values.shape[2]
+    colors = values[:, :, :3] if channels >= 3 else values[:, :, [0, 0, 0]]
+    return linear_light(np.ascontiguousarray(colors), encoded=True).clip(0.0, 1.0), channels in (2, 4)

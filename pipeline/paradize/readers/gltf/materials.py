@@ -197,7 +197,8 @@ class _Reader:
         smooth = document.share(gloss, place, "glossinessFactor")
         document.warn(f"extension {_GLOSSINESS} is converted to metalness and roughness")
         color, metalness, reflected = (r, g, b), 0.0, None
-        if picture and "smoothness" in self.maps:
+        mapped = "smoothness" in self.maps
+        if mapped:
             red, green, blue = specular
             source = replace(self.maps["smoothness"], channel="rgb", srgb=True)
             reflected = Reflected(source, (red, green, blue))
@@ -210,7 +211,8 @@ class _Reader:
             color=(r, g, b),
             opacity=opacity,
             metalness=metalness,
-            roughness=1.0 - smooth,
+            roughness=1.0 if mapped else 1.0 - smooth,
+            smoothness=smooth if mapped else 1.0,
             reflected=reflected,
         )
 

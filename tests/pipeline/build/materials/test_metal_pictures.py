@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,21 +11,23 @@ import pytest
 
 from paradize.build.materials.metal_pictures import with_metal_pictures
 from paradize.errors import SourceError
-from paradize.formats.png import decode_png
+from paradize.formats.png import decode_png, encode_png
 from paradize.kernels.math import linear_to_srgb, srgb_to_linear
 from paradize.material import MapSource, Material, Picture, Reflected
-from tests.pipeline.scenes import write_image
 
 GOLD, WOOD, PLASTIC = (1.0, 0.766, 0.336), (0.4, 0.2, 0.1), (0.04, 0.04, 0.04)
 WHITE, BLACK = (1.0, 1.0, 1.0), (0.0, 0.0, 0.0)
 F64 = npt.NDArray[np.float64]
 
 
-def halves(path: Path, left: tuple[float, ...], right: tuple[float, ...], side: int = 16) -> MapSource:
+def halves(
+    path: Path, left: tuple[float, ...], right: tuple[float, ...], side: int = 16, *, alpha: bool = True
+) -> MapSource:
     """A picture whose left half has one linear colour, and its right half another."""
     light = np.zeros((side, side, 3))
     light[:, : side // 2], light[:, side // 2 :] = left, right
-    write_image(path, np.rint(255.0 * linear_to_srgb(light)).astype(np.uint8))
+    codes = np.dstack([np.rint(255.0 * linear_to_srgb(light)), np.full((side, side), 90)])
+    path.write_bytes(encode_png(codes[:, :, : 4 if alpha else 3].astype(np.uint8)))
     return MapSource(Picture(path, name=path.name), srgb=True)
 
 
@@ -40,9 +43,8 @@ def made(
 ) -> Material:
     maps = {"smoothness": MapSource(reflected.picture, "a")}
     maps |= {"color": diffuse} if diffuse else {}
-    return with_metal_pictures(
-        Material("a", (1.0, 0.5, 0.5), metalness=0.0, maps=maps, reflected=Reflected(reflected, tint))
-    )
+    older = Material("a", (1.0, 0.5, 0.5), roughness=1.0, smoothness=0.75, metalness=0.0, maps=maps)
+    return with_metal_pictures(replace(older, reflected=Reflected(reflected, tint)))
 
 
 @pytest.mark.parametrize("side", [16, 8, 32])
@@ -77,6 +79,14 @@ def test_a_material_that_reflects_as_plastic_everywhere_keeps_its_pictures(tmp_p
     found = made(diffuse, halves(tmp_path / "s.png", PLASTIC, BLACK))
     assert found.reflected is None and found.maps["color"] == diffuse and "metalness" not in found.maps
     assert (found.color, found.metalness) == ((1.0, 0.5, 0.5), 0.0)
+
+
+@pytest.mark.parametrize("right", [PLASTIC, GOLD])
+def test_a_picture_without_alpha_is_as_smooth_as_its_factor(tmp_path: Path, right: tuple[float, ...]) -> None:
+    diffuse = halves(tmp_path / "d.png", WOOD, WOOD, alpha=False)
+    found = made(diffuse, halves(tmp_path / "s.png", PLASTIC, right, alpha=False))
+    assert ("metalness" in found.maps) == (right is GOLD)
+    assert found.roughness == pytest.approx(0.25) and "smoothness" not in found.maps
 
 
 def test_a_picture_that_cannot_be_read_is_named(tmp_path: Path) -> None:

@@ -296,7 +296,11 @@ def test_the_colour_of_a_glossiness_picture_is_kept_for_the_bake_where_the_colou
     def older(**more: Any) -> tuple[Material, list[str]]:
         made, primitive = square(TEXCOORD_0=UVS, TEXCOORD_1=UVS[::-1])
         index = textured(made)
-        table = {"diffuseFactor": [0.5, 0.25, 1, 1], "specularFactor": [1, 0.5, 0.25]}
+        table = {
+            "diffuseFactor": [0.5, 0.25, 1, 1],
+            "specularFactor": [1, 0.5, 0.25],
+            "glossinessFactor": 0.75,
+        }
         table |= {"specularGlossinessTexture": {"index": index} | more, "diffuseTexture": {"index": index}}
         extensions = {"KHR_materials_pbrSpecularGlossiness": table}
         found, model = read(tmp_path, made, primitive, extensions=extensions)
@@ -305,6 +309,9 @@ def test_the_colour_of_a_glossiness_picture_is_kept_for_the_bake_where_the_colou
     found, warnings = older()
     assert found.maps.keys() == {"color", "smoothness"} and not warnings
     assert (found.metalness, found.color) == (0.0, (0.5, 0.25, 1.0))
+    assert (found.roughness, found.smoothness) == (1.0, 0.75), (
+        "the factor multiplies the picture's glossiness"
+    )
     assert found.reflected and found.reflected.color == (1.0, 0.5, 0.25)
     source = found.reflected.source
     assert (source.channel, source.srgb, source.picture) == ("rgb", True, found.maps["smoothness"].picture)
