@@ -14,6 +14,7 @@ from paradize.build.materials.model_pictures import read_picture
 from paradize.build.materials.shown_texels import BEND, PLAIN, centres, owners_of, without_drawn
 from paradize.data import Image, Mesh
 from paradize.errors import ParadizeError
+from paradize.kernels.maps import uv_islands
 from paradize.kernels.reference.atlas import layout_raster
 from paradize.material import MapSource, Picture, Wrap, texels_within
 from paradize.scene.map_sets import HIDDEN, KIT, PAINTED, PALETTE, VARIED
@@ -28,7 +29,7 @@ _BUSY = 2.0 / 255.0  # mean change from texel to texel of heights or gloss; glas
 _FIRM = 0.1  # of the texels in between: at least so many are opaque in a mask; smoke has none
 _DETAIL = 0.5 / 255.0  # mean change of colour from texel to texel of a painted surface, at least
 _PAINTED = 1.1  # times as much as where alpha is 1: a photograph cut out may have as much around the shape
-_WASTED = 0.4  # of the texels that show lie in triangles of holes alone: cut shapes leave few of these
+_WASTED = 0.4  # of the texels that show lie in UV islands of holes alone: cut shapes have no such island
 _GREEN = 0.02  # of the range by which the mean green of a leaf exceeds red and blue
 _GREENEST = 0.4  # of a leaf's texels hold more green than red and blue; of orange beside teal few do
 
@@ -102,18 +103,22 @@ def shown_colors(
             return palette, shrink, HIDDEN
         if holes + between < _FEW:
             return palette, shrink, "opaque"
-        if min(holes, full) >= _FEW and _is_painted_below(pixels, owners):
+        if min(holes, full) >= _FEW and _is_painted_below(pixels, owners, mesh):
             return palette, shrink, PAINTED
         if max(holes, full) < _FEW and _changes(whole, owners) > _BUSY:
             return palette, shrink, VARIED
     return palette, shrink, "mask" if between <= holes and between * _FIRM <= full else "blend"
 
 
-def _is_painted_below(pixels: npt.NDArray[np.float32], owners: npt.NDArray[np.int32] | None) -> bool:
+def _is_painted_below(
+    pixels: npt.NDArray[np.float32], owners: npt.NDArray[np.int32] | None, mesh: Mesh
+) -> bool:
     """Whether colours change more from texel to texel where alpha is 0 than where it is 1, or change there
-    and whole triangles would be hidden. Alpha is another quantity then, such as gloss or a mask of paint: who
-    cuts shapes out leaves a plain colour around them, or one that bleeds.
-    pixels (h, w, 2 or 4); owners (h, w): -1 where no triangle shows a texel; None: all are shown."""
+    and whole UV islands would be hidden. Alpha is another quantity then, such as gloss or a mask of paint:
+    who cuts shapes out leaves a plain colour around them, or one that bleeds.
+
+    pixels (h, w, 2 or 4); owners (h, w): -1 where no triangle shows a texel; None: all are shown.
+    """
     colors, alpha = pixels[:, :, :-1], pixels[:, :, -1]
     shown = np.ones(alpha.shape, np.bool_) if owners is None else owners >= 0
     parts = (shown & (alpha <= _HALF[0]), shown & (alpha >= _HALF[1]))
@@ -125,16 +130,17 @@ def _is_painted_below(pixels: npt.NDArray[np.float32], owners: npt.NDArray[np.in
             totals[k] += change[pairs].sum(dtype=np.float64)
             numbers[k] += pairs.sum()
     below, above = totals / np.maximum(numbers, 1)
-    enough = _DETAIL if _wasted(parts[0], owners) >= _WASTED else max(_PAINTED * above, _DETAIL)
+    enough = _DETAIL if _wasted(parts[0], owners, mesh) >= _WASTED else max(_PAINTED * above, _DETAIL)
     return bool(below >= enough)
 
 
-def _wasted(holes: npt.NDArray[np.bool_], owners: npt.NDArray[np.int32] | None) -> float:
-    """The share of the texels that show in triangles that show holes alone. holes, owners: (h, w)."""
-    if owners is None:
+def _wasted(holes: npt.NDArray[np.bool_], owners: npt.NDArray[np.int32] | None, mesh: Mesh) -> float:
+    """The share of the texels that show in UV islands that show holes alone. holes, owners: (h, w)."""
+    if owners is None or mesh.uvs is None:
         return 0.0
-    shown = np.bincount(owners[owners >= 0])
-    hidden = np.bincount(owners[holes], minlength=len(shown))
+    islands = uv_islands(mesh.uvs, mesh.triangles)
+    shown = np.bincount(islands[owners[owners >= 0]])
+    hidden = np.bincount(islands[owners[holes]], minlength=len(shown))
     return float(shown[hidden == shown].sum() / max(shown.sum(), 1))
 
 

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from paradize.build.materials.shown_colors import shown_colors
+from paradize.data import Mesh
 from paradize.material import MapSource, Picture
 from tests.pipeline.scenes import write_image
 from tests.pipeline.shapes import grid
@@ -60,17 +61,37 @@ def test_alpha_is_judged_by_its_share_of_the_texels_that_show(tmp_path: Path, ki
         assert shown_colors(grid(2), Picture(file), {}, wrap, alpha_map=source)[2] == "blend"
 
 
+def tiles(count: int) -> Mesh:
+    """A grid whose triangles are UV islands, a little apart."""
+    mesh = grid(count)
+    corners = mesh.triangles.reshape(-1)
+    uvs = mesh.uvs[mesh.triangles]
+    middle = uvs.mean(axis=1, keepdims=True)
+    return Mesh(
+        positions=mesh.positions[corners],
+        uvs=(middle + 0.98 * (uvs - middle)).reshape(-1, 2).astype(np.float32),
+        triangles=np.arange(len(corners), dtype=np.uint32).reshape(-1, 3),
+    )
+
+
 @pytest.mark.parametrize(
-    ("quads", "plain", "wanted"), [(8, False, "painted"), (8, True, "mask"), (1, False, "mask")]
+    ("mesh", "plain", "wanted"),
+    [
+        (tiles(8), False, "painted"),
+        (tiles(8), True, "mask"),
+        (grid(8), False, "mask"),
+        (grid(1), False, "mask"),
+    ],
 )
-def test_detail_below_alpha_that_hides_whole_triangles_is_a_painted_surface(
-    tmp_path: Path, quads: int, plain: bool, wanted: str
+def test_detail_below_alpha_that_hides_whole_islands_is_a_painted_surface(
+    tmp_path: Path, mesh: Mesh, plain: bool, wanted: str
 ) -> None:
-    """Cars of games keep in alpha where the paint may change: body 1, windows, chassis and seats 0."""
+    """Cars of games keep in alpha where the paint may change: body 1, windows, chassis and seats 0. A shape
+    that is cut out of a fine grid hides whole triangles, too, and may have been cut out of a photograph."""
     alpha = np.where((X < 0.5) | (Y < 0.3), 0.0, 1.0)
     colors = 0.5 + 0.02 * RNG.normal(size=(SIDE, SIDE, 3))
     if plain:
         colors[alpha == 0.0] = 0.5
     file = tmp_path / "a.png"
     write_image(file, np.rint(255 * np.dstack([colors, alpha])).astype(np.uint8))
-    assert shown_colors(grid(quads), Picture(file), {}, ("repeat", "repeat"))[2] == wanted
+    assert shown_colors(mesh, Picture(file), {}, ("repeat", "repeat"))[2] == wanted
