@@ -423,9 +423,10 @@ def _write(out: Path, files: dict[str, tuple[Path, str | None]], manifest: bytes
     not name. Returns warnings.
 
     Raises BakeError if the folder cannot be written; scene.json is then the old one, and new artifacts are
-    deleted.
+    deleted. Where scene.json is the new one and cannot be flushed, they stay.
     """
     wrote: list[tuple[Path, bool]] = []  # and whether a damaged file stood there
+    scene = out / SCENE_FILE
     try:
         for name, (data, sha256) in files.items():
             path = out / name
@@ -435,12 +436,12 @@ def _write(out: Path, files: dict[str, tuple[Path, str | None]], manifest: bytes
                 wrote.append((path, was_there))
         if wrote:
             flush_folder(out)  # before scene.json, which names them
-        scene = out / SCENE_FILE
         if not _has_bytes(scene, manifest):
             write_whole(scene, manifest, owned=True)
     except BakeError:
+        is_named = _has_bytes(scene, manifest)
         for path, was_there in wrote:
-            if not was_there:
+            if not was_there and not is_named:
                 _removed(path)
         raise
     return [text for path in strays(out, files) for text in _removed(path)]

@@ -385,6 +385,21 @@ def test_a_disk_that_is_full_keeps_no_artifact_that_no_scene_names(
         assert sorted(path.name for path in place.iterdir()) == before
 
 
+def test_a_scene_that_is_written_and_not_flushed_keeps_the_artifacts_that_it_names(
+    copied: tuple[Path, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def unflushed(path: Path, data: Any, **settings: Any) -> None:
+        write_whole(path, data, **settings)
+        if path.name == "scene.json":
+            raise unwritten(path, OSError(errno.EIO, os.strerror(errno.EIO)))
+
+    monkeypatch.setattr(publish, "write_whole", unflushed)
+    report = bake(copied[0], tmp_path / "new", BuildOptions(jobs=1))
+    assert len(report.errors) == 1
+    manifest = json.loads((tmp_path / "new" / "scene.json").read_text())
+    assert all((tmp_path / "new" / entry["file"]).exists() for entry in manifest["artifacts"].values())
+
+
 def test_a_bake_whose_record_cannot_be_written_is_done_and_warns(
     copied: tuple[Path, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
