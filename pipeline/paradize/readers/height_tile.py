@@ -17,6 +17,7 @@ from paradize.errors import SourceError
 from paradize.files import open_file
 
 _JPEG = b"\xff\xd8\xff"
+_WEBP = b"RIFF", b"WEBPVP8 "  # of lossy pictures without alpha, with the size between
 _LOWEST_M, _HIGHEST_M = -12_000.0, 9_000.0  # of the Earth, the sea's floor included
 
 
@@ -45,7 +46,7 @@ def metres_of_tile(image: Image, path: Path, encoding: str) -> Image:
     """The heights of a tile as one channel of float32 metres; NaN where it is transparent.
 
     encoding: "terrarium" or "terrain-rgb". Raises SourceError for a picture that is not of 8-bit colours, or
-    is a JPEG, which keeps no digits.
+    is a JPEG or a lossy WebP, which keep no digits.
     """
     channels = image.values.shape[2]
     if image.values.dtype != np.uint8 or channels < 3:
@@ -56,9 +57,11 @@ def metres_of_tile(image: Image, path: Path, encoding: str) -> Image:
             mend='take the tile as its server sends it, or the encoding "grey"',
         )
     with open_file(path) as file:
-        if file.read(len(_JPEG)) == _JPEG:
-            what = f"is a JPEG, which changes colours a little: the digits of a {encoding} tile are lost"
-            raise SourceError(what, file=path, mend="take the tile as PNG or as lossless WebP")
+        start = file.read(16)
+    lossy = "JPEG" if start.startswith(_JPEG) else "lossy WebP" if (start[:4], start[8:]) == _WEBP else ""
+    if lossy:
+        what = f"is a {lossy}, which changes colours a little: the digits of a {encoding} tile are lost"
+        raise SourceError(what, file=path, mend="take the tile as PNG or as lossless WebP")
     digits = _DIGITS[encoding]
     metres: npt.NDArray[np.float32] = np.empty((*image.values.shape[:2], 1), np.float32)
     for row, colors in enumerate(image.values):

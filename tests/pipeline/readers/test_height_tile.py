@@ -93,6 +93,7 @@ def test_the_other_encoding_is_suspected_where_no_land_is_that_high(tmp_path: Pa
         ("grey.png", "has 1 channel of 8 bits"),
         ("alpha.png", "has 2 channels of 8 bits"),
         ("a.jpg", "is a JPEG"),
+        ("a.webp", "is a lossy WebP"),
     ],
 )
 def test_pictures_that_hold_no_digits_are_refused(tmp_path: Path, name: str, said: str) -> None:
@@ -102,6 +103,12 @@ def test_pictures_that_hold_no_digits_are_refused(tmp_path: Path, name: str, sai
     with pytest.raises(SourceError, match=said) as caught:
         read(tmp_path / name, "terrarium")
     assert "take the tile" in str(caught.value)
+
+
+def test_a_lossless_webp_keeps_the_digits(tmp_path: Path) -> None:
+    colors = colors_of(slope(), "terrarium").astype(np.uint8)
+    Pillow.fromarray(colors).save(tmp_path / "a.webp", lossless=True)
+    assert np.allclose(read(tmp_path / "a.webp", "terrarium")[0].heights_m, slope(), atol=1e-3)
 
 
 def test_a_real_tile_spans_the_heights_that_its_corpus_states(corpus: Path) -> None:
