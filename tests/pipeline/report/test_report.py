@@ -251,7 +251,10 @@ def test_a_report_folder_that_cannot_be_written_is_a_warning(tmp_path: Path) -> 
     (tmp_path / "report").write_text("a file stands here")
     done = draw_folder(baked, tmp_path / "report")
     assert not done.drawn
-    assert "another with PARADIZE_REPORT or --report" in done.warnings[0] and "Error" not in done.warnings[0]
+    assert (
+        "another place with PARADIZE_REPORT or --report" in done.warnings[0]
+        and "Error" not in done.warnings[0]
+    )
 
 
 def picture(path: Path, size: int = 64) -> Path:
