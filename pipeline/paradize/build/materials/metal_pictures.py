@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     import numpy.typing as npt
 
     F32 = npt.NDArray[np.float32]
+    Values = npt.NDArray[Any]
 
 _LEAST = 0.1  # metalness: pictures of wood and paint reach it nowhere
 _ROWS = 64
@@ -35,15 +36,15 @@ def with_metal_pictures(material: Material) -> Material:
         return material
     plain = replace(material, reflected=None)
     reflected, color = material.reflected.source, material.maps.get("color")
-    specular, has_alpha = _light(reflected)
+    specular, has_alpha = _colors(reflected)
     if not has_alpha:
         maps = {role: source for role, source in material.maps.items() if role != "smoothness"}
         plain = replace(plain, maps=maps, roughness=1.0 - material.smoothness)
-    diffuse = np.ones((1, 1, 3), np.float32) if color is None else _light(color)[0]
+    diffuse = np.full((1, 1, 3), 255, np.uint8) if color is None else _colors(color)[0]
     rows, columns = (max(a, b) for a, b in zip(specular.shape[:2], diffuse.shape[:2], strict=True))
     across, down = (way == "repeat" for way in reflected.wrap or REPEATED)
     specular, diffuse = (
-        of if of.shape[:2] == (rows, columns) else resized(of, rows, columns, (across, down))
+        of if of.shape[:2] == (rows, columns) else resized(_light(of), rows, columns, (across, down))
         for of in (specular, diffuse)
     )
     thresholds = srgb_to_linear((np.arange(255) + 0.5) / 255.0)
@@ -51,7 +52,9 @@ def with_metal_pictures(material: Material) -> Material:
     metal = np.empty((rows, columns, 1), np.uint8)
     for first in range(0, rows, _ROWS):
         part = slice(first, first + _ROWS)
-        light, share = metal_of(diffuse[part] * material.color, specular[part] * material.reflected.color)
+        light, share = metal_of(
+            _light(diffuse[part]) * material.color, _light(specular[part]) * material.reflected.color
+        )
         colors[part] = np.searchsorted(thresholds, light)
         metal[part, :, 0] = np.rint(255.0 * share)
     if metal.max() < 255.0 * _LEAST:
@@ -68,9 +71,16 @@ def _drawn(codes: npt.NDArray[np.uint8], of: Picture) -> Picture:
     return replace(of, data=encode_png(codes))
 
 
-def _light(source: MapSource) -> tuple[F32, bool]:
-    """The linear light (h, w, 3) of a picture, 0..1, and whether it has alpha."""
+def _colors(source: MapSource) -> tuple[Values, bool]:
+    """The colours (h, w, 3) of a picture, and whether it has alpha."""
     values = read_picture(source.picture, "srgb").values
     channels = values.shape[2]
     colors = values[:, :, :3] if channels >= 3 else values[:, :, [0, 0, 0]]
-    return linear_light(np.ascontiguousarray(colors), encoded=True).clip(0.0, 1.0), channels in (2, 4)
+    return np.ascontiguousarray(colors), channels in (2, 4)
+
+
+def _light(colors: Values) -> F32:
+    """The linear light of integers that are sRGB, 0..1; floats are light."""
+    if colors.dtype == np.float32:
+        return colors.clip(0.0, 1.0)
+    return linear_light(colors, encoded=True)
