@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from paradize.export.heights import smoothstep
+from paradize.vectors import dot
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -26,7 +27,7 @@ def contrasted(light: F32) -> F32:
     """The sand (h, w, 3), linear, with the contrast that its grains have close to the eye. From
     farther away it makes no difference, because grains blend there."""
     shares = np.array([0.2126, 0.7152, 0.0722], np.float32)
-    luminance = light @ shares
+    luminance = dot(light, shares)
     grain = np.clip(luminance / max(float(luminance.mean()), 1e-3), 0.5, 1.6)
     out: F32 = light * (np.float32(1.0) + _CONTRAST * (grain - np.float32(1.0)))[..., None]
     return out

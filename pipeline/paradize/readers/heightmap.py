@@ -27,6 +27,7 @@ from paradize.readers.height_tile import metres_of_tile, tile_step_m, tile_warni
 from paradize.readers.image import read_image, require_finite
 from paradize.readers.nodata import fill_nodata, finite_range, suspects
 from paradize.readers.notes import FIRST_BAND
+from paradize.vectors import dot
 
 # The number that means "no height". "auto": declared by the file or detected. "none": there is none.
 Nodata: TypeAlias = "float | Literal['auto', 'none']"
@@ -37,7 +38,7 @@ BAND = 256  # rows
 _MOST_TINT = 0.025  # of a grey picture: programs round its three colours each by itself
 _COLORED = 0.25  # the tint of colours; blocks of BC1 make up to 0.2,
 _UNSEEN = 16 / 255  # and where all is flat a large tint of next to no difference, of all that a number may be
-_BT709 = (0.2126, 0.7152, 0.0722)
+_BT709 = np.array([0.2126, 0.7152, 0.0722])
 _LOW_RANGE = 16  # warns where integers use less than 1/16 of their range
 
 
@@ -212,7 +213,7 @@ def _mean(image: Image) -> Image:
     values = image.values
     grey = np.empty((*values.shape[:2], 1), values.dtype)
     for band in _bands(len(values)):
-        mean = values[band, :, :3] @ np.array(_BT709)
+        mean = dot(values[band].astype(np.float64), _BT709)
         grey[band, :, 0] = mean if values.dtype == np.float32 else np.rint(mean)
     return replace(image, values=grey)
 

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from paradize.material import PLASTIC_REFLECTANCE
+from paradize.vectors import dot
 
 F64 = npt.NDArray[np.float64]
 
@@ -24,9 +25,10 @@ def metal_of(diffuse: npt.ArrayLike, specular: npt.ArrayLike) -> tuple[F64, F64]
     """
     diffuse, specular = np.asarray(diffuse, np.float64), np.asarray(specular, np.float64)
     plastic = PLASTIC_REFLECTANCE
-    reflected = np.sqrt(specular * specular @ _BRIGHTNESS)
+    reflected = np.sqrt(dot(specular * specular, _BRIGHTNESS))
     rest = 1.0 - specular.max(axis=-1)
-    b = np.sqrt(diffuse * diffuse @ _BRIGHTNESS) * rest / (1.0 - plastic) + reflected - 2.0 * plastic
+    scattered = np.sqrt(dot(diffuse * diffuse, _BRIGHTNESS)) * rest / (1.0 - plastic)
+    b = scattered + reflected - 2.0 * plastic
     root = np.sqrt(np.maximum(b * b - 4.0 * plastic * (plastic - reflected), 0.0))
     metal = np.where(reflected > plastic, np.clip((root - b) / (2.0 * plastic), 0.0, 1.0), 0.0)
     m = metal[..., None]
