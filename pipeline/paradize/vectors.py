@@ -45,3 +45,23 @@ def doubled_areas(corners: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
 def doubled_areas_2d(corners: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
     """Twice the signed areas (m,) of triangles (m, 3, 2)."""
     return cross_2d(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+
+
+def cube_vectors(
+    face: int, s: npt.NDArray[np.float64], t: npt.NDArray[np.float64]
+) -> npt.NDArray[np.float64]:
+    """The vectors (..., 3) to places on a face, 0 to 5, of the cube from -1 to 1 that a cube map is. s, t: to
+    the right and down, -1 to 1.
+
+    Source: M. Segal and K. Akeley, "The OpenGL Graphics System", version 3.3, 2010, table 3.18.
+    """
+    one = np.ones_like(s)
+    x, y, z = (
+        (one, -t, -s),
+        (-one, -t, s),
+        (s, one, t),
+        (s, -one, -t),
+        (s, -t, one),
+        (-s, -t, -one),
+    )[face]
+    return np.stack([x, y, z], axis=-1)

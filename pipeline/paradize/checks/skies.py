@@ -15,6 +15,7 @@ from paradize.data import Texture
 from paradize.errors import ParadizeError
 from paradize.formats.ktx2.reader import decode_ktx2
 from paradize.formats.scene.manifest import read_entry
+from paradize.vectors import cube_vectors, lengths
 
 F64 = npt.NDArray[np.float64]
 IntOrInts = int | npt.NDArray[np.int64]
@@ -88,13 +89,5 @@ def _elsewhere(light: F64, face: int, row: int, column: int) -> float:
 def _directions(face: int, rows: IntOrInts, columns: IntOrInts, side: int) -> F64:
     """The unit vectors to the middles of texels of a cube map, (..., 3)."""
     s, t = ((2.0 * np.asarray(k) + 1.0) / side - 1.0 for k in (columns, rows))
-    one = np.ones_like(s)
-    way = (  # OpenGL 3.3, table 3.18
-        (one, -t, -s),
-        (-one, -t, s),
-        (s, one, t),
-        (s, -one, -t),
-        (s, -t, one),
-        (-s, -t, -one),
-    )[face]
-    return np.asarray(np.stack(way, axis=-1) / np.sqrt(1.0 + s * s + t * t)[..., None], np.float64)
+    way = cube_vectors(face, s, t)
+    return np.asarray(way / lengths(way)[..., None])

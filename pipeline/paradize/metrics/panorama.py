@@ -10,6 +10,7 @@ import numpy.typing as npt
 from paradize.data import Texture, rounded
 from paradize.metrics.source import DARK, linear_light
 from paradize.metrics.texels import decode_texels
+from paradize.vectors import cube_vectors
 
 F64 = npt.NDArray[np.float64]
 Values = npt.NDArray[Any]
@@ -44,15 +45,7 @@ def panorama_errors(texture: Texture, values: Values, *, encoded: bool) -> dict[
 
 def _true_light(values: Values, encoded: bool, face: int, s: F64, t: F64) -> F64:
     """The light (r, c, 3) of texels of a face. s, t: (r, c, p, p) places to the right and down, -1 to 1."""
-    one = np.ones_like(s)
-    x, y, z = (  # OpenGL 3.3, table 3.18
-        (one, -t, -s),
-        (-one, -t, s),
-        (s, one, t),
-        (s, -one, -t),
-        (s, -t, one),
-        (-s, -t, -one),
-    )[face]
+    x, y, z = np.moveaxis(cube_vectors(face, s, t), -1, 0)
     length = np.sqrt(1.0 + s * s + t * t)
     rows, width = values.shape[:2]
     column = (0.5 + np.arctan2(x, -z) / (2.0 * np.pi)) * width - 0.5
