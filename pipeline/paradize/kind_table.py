@@ -39,9 +39,7 @@ PICTURE = Kind("a picture", _MAPS)
 HEIGHTS = Kind("a heightmap", _TERRAIN)
 SCENE = Kind("a scene TOML", "`paradize bake {file}` takes it")
 BAKED = Kind("a baked scene", _CHECK)
-TEXTURE = Kind(
-    "a KTX2 texture", f"{_CHECK} if it is baked; `ktx extract {{file}} {{stem}}.png` makes PNG of others"
-)
+TEXTURE = Kind("a KTX2 texture", f"{_CHECK} if it is baked; save others as PNG where they were made")
 SOUND = Kind("an Ogg sound", 'a scene takes it: write `file = "{name}"` under `[[sound]]`')
 MATERIALS = Kind("an MTL material file", "give the OBJ model that it belongs to")
 FOLDER = Kind("a folder", "name a file in it")
@@ -87,7 +85,7 @@ MAGIC: tuple[tuple[bytes, Kind], ...] = (
     (b"#X3D", _X3D),
     (b"ISO-10303-21", Kind("a STEP model", _EXPORT)),
     (b"b3dm", Kind("a batch of 3D Tiles", _TILE.format(tool="b3dmToGlb"))),
-    (b"i3dm", Kind("instances of 3D Tiles", _TILE.format(tool="i3dmToGlb"))),
+    (b"i3dm", Kind("a list of instances of 3D Tiles", _TILE.format(tool="i3dmToGlb"))),
     (b"VOX ", Kind("a MagicaVoxel model", _EXPORT)),
     (b"OFF\n", _OFF),
     (b"OFF\r", _OFF),
