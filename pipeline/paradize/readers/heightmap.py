@@ -77,7 +77,8 @@ def read_heightmap(
     if encoding != "grey":
         image = metres_of_tile(image, path, encoding)
     elif _tint(image) > _MOST_TINT:
-        tile = "of a map's tile, whose colours are digits, say which (--encoding terrarium or terrain-rgb)"
+        which = "(--encoding terrarium or terrain-rgb; in a scene encoding)"
+        tile = f"of a map's tile, whose colours are digits, say which {which}"
         raise SourceError(
             "is a colour picture", file=path, mend=f"save the heights as one grey channel; {tile}"
         )

@@ -209,7 +209,9 @@ def test_a_tile_whose_colours_are_digits_of_heights_is_refused_with_what_reads_i
     metres = np.round(slope(33) * 8 + 32768 + 900).astype(int)
     codes = np.stack([metres // 256, metres % 256, np.zeros_like(metres)], axis=2)
     path = png(tmp_path / "terrarium.png", codes, 2, 8)
-    with pytest.raises(SourceError, match=r"digits, say which \(--encoding terrarium or terrain-rgb\)"):
+    with pytest.raises(
+        SourceError, match=r"digits, say which \(--encoding terrarium or terrain-rgb; in a scene encoding\)"
+    ):
         read_heightmap(path, size_x_m=1.0, size_z_m=1.0, height_m=None)
 
 
