@@ -53,11 +53,23 @@ def test_sand_is_dark_where_waves_reach_it_and_neither_high_above_nor_deep_below
     found = wetted(light, np.full((1, 3), 0.75, np.float32), heights, terrain, 1.0)
     assert np.array_equal(found[0, [0, 2]], light[0, [0, 2]])
     assert found[0, 1] == pytest.approx(0.5 * (1.0 - 0.4 * np.array([0.92, 1.0, 1.08])), rel=1e-6)
+    light, heights = light[:, :1], np.array([[1.3375]], np.float32)  # in the middle of the slope
+    wet, dry = (wetted(light, np.full((1, 1), t, np.float32), heights, terrain, 1.0) for t in (0.35, 1.15))
+    assert wet[0, 0, 1] < 0.37 and dry[0, 0, 1] > 0.43, "the tone moves it by 5 cm"
+    half = wetted(light, np.full((1, 1), 0.75, np.float32), np.array([[0.925]], np.float32), terrain, 1.0)
+    assert half[0, 0, 1] == pytest.approx(0.5 * (1.0 - 0.4 / 2)), "it ends 15 cm below the water"
 
 
 def test_grains_have_more_contrast_and_the_same_mean_and_plain_sand_stays() -> None:
     light = np.array([[[0.2] * 3, [0.4] * 3]], np.float32)
     found = contrasted(light)[0, :, 0]
     assert found == pytest.approx([0.2 * (1 - 0.45 / 3), 0.4 * (1 + 0.45 / 3)], rel=1e-6)
+    green = np.array([[[0.0, 0.4, 0.0], [0.4, 0.0, 0.0]]], np.float32)  # luminances 0.7152 : 0.2126
+    assert contrasted(green)[0, 0, 1] == pytest.approx(0.4 * (1 + 0.45 * (0.7152 / 0.4639 - 1)), rel=1e-4)
+    bright = np.array([[[9.0] * 3] + [[0.1] * 3] * 9], np.float32)
+    ends = contrasted(bright)[0, :2, 0]
+    assert ends == pytest.approx([9.0 * (1 + 0.45 * 0.6), 0.1 * (1 - 0.45 * 0.5)], rel=1e-5), (
+        "grains have limits"
+    )
     plain = np.full((2, 2, 3), 0.3, np.float32)
     assert np.allclose(contrasted(plain), plain)

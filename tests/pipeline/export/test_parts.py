@@ -7,6 +7,7 @@ import math
 import struct
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -14,8 +15,8 @@ import pytest
 
 from paradize.data import Group, Texture
 from paradize.export.flight import flight_keys
-from paradize.export.heights import smoothstep, under_water
-from paradize.export.pictures import gloss_png, ground_light, normal_png, occlusion_png
+from paradize.export.heights import at_least, smoothstep, terrain_heights, under_water
+from paradize.export.pictures import gloss_png, ground_light, normal_png, occlusion_png, sky_pngs
 from paradize.export.scene import sky_turn
 from paradize.export.shapes import SKY_FACES, joined, level_quad, mirrored
 from paradize.formats.glb.bundle import Bundle
@@ -56,11 +57,68 @@ def test_the_camera_s_keys_look_ahead_and_roll_as_the_player_does() -> None:
         assert turned(turn, [0, 1, 0])[1] == pytest.approx(math.cos(roll) * level, abs=1e-5)
 
 
+def standing(eye: tuple[float, ...], target: tuple[float, ...]) -> dict[str, Any]:
+    """The flight of a scene.json that never moves."""
+    tree = plan_flight(rolling_flight()).as_json()
+    for segment in tree["segments"]:
+        segment["eye"] = [[x, 0.0, 0.0, 0.0] for x in eye]
+        segment["target"] = [[x, 0.0, 0.0, 0.0] for x in target]
+        segment["roll"] = [0.0] * 4
+    return tree
+
+
+@pytest.mark.parametrize(
+    ("target", "ahead", "up"),
+    [
+        ((1, 0, 3), (0, -1, 0), (0, 0, -1)),
+        ((1, 9, 3), (0, 1, 0), (0, 0, 1)),
+        ((1, 2, 3), (0, 0, -1), (0, 1, 0)),
+    ],
+)
+def test_a_camera_that_looks_straight_up_or_down_or_nowhere_stands_as_the_player_s(
+    target: tuple[float, ...], ahead: tuple[float, ...], up: tuple[float, ...]
+) -> None:
+    turn = flight_keys(standing((1.0, 2.0, 3.0), target)).turns[7]
+    assert turned(turn, [0, 0, -1]) == pytest.approx(ahead, abs=1e-6)
+    assert turned(turn, [0, 1, 0]) == pytest.approx(up, abs=1e-6)
+
+
+def test_keys_of_a_flight_far_from_the_origin_are_as_exact_as_those_of_one_near_it() -> None:
+    near = plan_flight(rolling_flight()).as_json()
+    far = json.loads(json.dumps(near))
+    for segment in far["segments"]:
+        for points in (segment["eye"], segment["target"]):
+            points[0][0] += 1e6
+            points[2][0] -= 3e5
+    keys, moved = flight_keys(near), flight_keys(far)
+    assert keys.origin == (0.0, 0.0, 0.0)
+    assert moved.origin == pytest.approx((1e6, 4.0, -3e5), abs=1.5)
+    shift = np.subtract(moved.origin, (1e6, 0.0, -3e5))
+    assert np.allclose(moved.places + shift, keys.places, atol=1e-5)
+    assert moved.errors == pytest.approx(keys.errors, rel=0.01)
+
+
 def test_errors_of_the_keys_are_those_between_them() -> None:
-    """Four moments between two keys: places on straight lines, the largest miss and the one of 99 in 100."""
+    """Four moments between two keys: places on straight lines, the largest miss and the one of 99 in 100.
+    Between two keys a viewer turns evenly about one axis."""
     flight = plan_flight(rolling_flight())
     keys = flight_keys(flight.as_json())
+    assert len(keys.times_s) == 61, "thirty keys a second"
+    assert (np.diff(keys.turns, axis=0) ** 2).sum(axis=1).max() < 0.1, "no key takes the long way round"
     times = np.linspace(0.0, 2.0, len(keys.times_s))
+    off = []
+    for k, share in ((k, share) for k in range(len(times) - 1) for share in (0.2, 0.4, 0.6, 0.8)):
+        a, b = keys.turns[k : k + 2].astype(np.float64)
+        way = math.acos(min(1.0, a @ b / math.sqrt((a @ a) * (b @ b))))
+        shown = (math.sin((1 - share) * way) * a + math.sin(share * way) * b) / math.sin(way)
+        eye, target, roll = flight.pose(times[k] + share * (times[k + 1] - times[k]))
+        ahead = np.subtract(target, eye) / math.dist(eye, target)
+        right = np.cross(ahead, [0, 1, 0]) / np.linalg.norm(np.cross(ahead, [0, 1, 0]))
+        up = math.cos(roll) * np.cross(right, ahead) - math.sin(roll) * right
+        true = np.stack([np.cross(ahead, up), up, -ahead])
+        trace = sum(true[i] @ turned(shown, axis) for i, axis in enumerate(np.eye(3)))
+        off.append(math.degrees(math.acos(min(1.0, (trace - 1) / 2))))
+    assert keys.errors["path_export_deg_max"] == pytest.approx(max(off), rel=0.01)
     eyes = np.array([flight.view(float(t))[0] for t in times])
     apart = []
     for k, share in ((k, share) for k in range(len(times) - 1) for share in (0.2, 0.4, 0.6, 0.8)):
@@ -109,6 +167,37 @@ def test_water_takes_light_on_the_way_down_and_up_again() -> None:
     assert found[0, 0] == pytest.approx(0.5 * share + np.array([0.1, 0.2, 0.3]) * (1.0 - share), rel=1e-6)
     assert np.array_equal(found[0, 1], light[0, 1])
     assert smoothstep(np.array([0.0, 1.0, 1.5, 2.0, 3.0], np.float32), 1.0, 2.0).tolist() == [0, 0, 0.5, 1, 1]
+    assert smoothstep(np.array([0.5, 1.5], np.float32), 1.0, 1.0).tolist() == [0, 1], "a step"
+
+
+def test_patches_give_the_ground_its_heights_and_what_none_covers_the_lowest() -> None:
+    """The first patch is the left half of the ground, 2 m high; the last the upper left quarter, -3 m."""
+    patches = []
+    for height, corner in ((2.0, (0.5, 1.0)), (-3.0, (0.5, 0.5))):
+        mesh = level_quad(height, 1.0)
+        assert mesh.uvs is not None
+        patches.append(replace(mesh, uvs1=mesh.uvs * np.array(corner, np.float32)))
+    found = terrain_heights(patches, (4, 4))
+    assert found.tolist() == [[-3, -3, -3, -3]] * 2 + [[2, 2, -3, -3]] * 2
+    least, _ = at_least((1, 1))
+    assert (at_least((9000, 1)), at_least((1, 8000))) == ((9000, least), (least, 8000))
+
+
+def test_the_sky_s_faces_are_shown_with_exposure_and_the_player_s_tone(tmp_path: Path) -> None:
+    """Number by number as shaders/lib/tonemap.glsl: a toe, a straight part and a shoulder."""
+    light = np.array([0.0, 0.05, 0.15, 0.25, 0.5, 2.0])
+    texels = np.ones((6, 1, 1, 4), np.float16)
+    texels[..., :3] = light[:, None, None, None] / 2.0
+    path = tmp_path / "face.png"
+    for x, png in zip(light, sky_pngs(Texture("RGBA16_SFLOAT", 1, 1, (texels.tobytes(),)), 2.0), strict=True):
+        near = min(x / 0.22, 1.0)
+        toe = 1.0 - near * near * (3.0 - 2.0 * near)
+        shown = 0.22 * (x / 0.22) ** 1.33 * toe + x * (1.0 - toe)
+        if x >= 0.532:
+            shown = 1.0 - 0.468 * math.exp(-(x - 0.532) / 0.468)
+        path.write_bytes(png)
+        code = 12.92 * shown if shown <= 0.0031308 else 1.055 * shown ** (1 / 2.4) - 0.055
+        assert np.abs(decode_png(path)[0, 0] / 255.0 - code).max() < 0.51 / 255.0, x
 
 
 def test_the_ground_s_picture_repeats_sand_and_lays_the_effect_once() -> None:
@@ -122,6 +211,8 @@ def test_the_ground_s_picture_repeats_sand_and_lays_the_effect_once() -> None:
     alone = ground_light(sand, None, np.ones((8, 16), np.float32), (2.0, 1.0))
     between = 0.75 * tiled + 0.25 * np.roll(tiled, -1, axis=0)  # of rows twice as fine, and round the edge
     assert np.allclose(alone[1::2], between, atol=1e-6)
+    plain = np.full((5, 6, 3), 0.25, np.float32)  # an odd number of rows is not halved
+    assert np.allclose(ground_light(plain, None, np.ones((2, 2), np.float32), (1.0, 1.0)), 0.25)
 
 
 def test_gloss_and_normals_stand_in_the_channels_that_gltf_reads(tmp_path: Path) -> None:
@@ -149,17 +240,32 @@ def test_metalness_stands_beside_roughness_and_occlusion_in_a_picture_of_its_own
     assert decode_png(path)[:, 0, 1].tolist() == [153, 255]  # 1 - 0.5 * 204 / 255
     path.write_bytes(occlusion_png(hidden))
     assert decode_png(path)[0, :, 0].tolist() == [102, 153]
+    path.write_bytes(gloss_png(gloss, Texture("R8_UNORM", 1, 1, (bytes([7]),))))
+    assert decode_png(path)[0, 0].tolist() == [255, 51, 255, 51], "occlusion alone has no metalness"
 
 
 def test_joined_patches_keep_every_triangle_where_it_was() -> None:
-    plain = [replace(mesh, uvs1=mesh.uvs) for mesh in (grid(3), sphere(4), grid(2))]
+    plain = [
+        replace(mesh, uvs1=2 * mesh.uvs) for mesh in (grid(3), sphere(4), grid(2)) if mesh.uvs is not None
+    ]
     framed = [replace(mesh, tangents=np.ones((len(mesh.positions), 4), np.float32)) for mesh in plain]
     for meshes in (plain, framed):  # a terrain without relief has no tangents
         found = joined(meshes)
         corners = np.concatenate([mesh.positions[mesh.triangles] for mesh in meshes])
         assert np.array_equal(found.positions[found.triangles], corners)
         assert (found.tangents is None) == (meshes is plain)
-    square = level_quad(3.0, 10.0)
+        for attribute in ("uvs", "uvs1"):
+            values = [getattr(mesh, attribute)[mesh.triangles] for mesh in meshes]
+            assert np.array_equal(getattr(found, attribute)[found.triangles], np.concatenate(values))
+
+
+def test_a_level_square_faces_up_and_its_image_lies_as_a_terrain_s() -> None:
+    """Right is +X, the bottom +Z; so T = +X, B = -Z."""
+    square = level_quad(3.0, 10.0, 4.0)
+    assert square.normals is not None and square.tangents is not None and square.uvs is not None
+    assert square.normals.tolist() == [[0, 1, 0]] * 4
+    assert square.tangents.tolist() == [[1, 0, 0, 1]] * 4
+    assert np.allclose(square.uvs, (square.positions[:, [0, 2]] / 10 + 0.5) * 4)
     assert square.positions[:, 1].tolist() == [3.0] * 4
     assert np.ptp(square.positions[:, [0, 2]], axis=0).tolist() == [10.0, 10.0]
     a, b, c = square.positions[square.triangles[0]].astype(float)

@@ -25,12 +25,16 @@ def test_what_reflects_alone_is_a_metal_of_its_colour(metal: tuple[float, ...]) 
 def test_what_reflects_as_plastic_or_less_keeps_its_colour(diffuse: np.ndarray, reflected: float) -> None:
     color, metalness = metal_of(diffuse, np.full(3, reflected))
     assert float(metalness) == pytest.approx(0.0, abs=1e-9) and np.allclose(color, diffuse, atol=1e-9)
+    blue = (0.0, 0.0, PLASTIC_REFLECTANCE + reflected)  # more than plastic of one colour, and still as dark
+    color, metalness = metal_of(diffuse, blue)
+    assert float(metalness) == 0.0 and np.array_equal(color, diffuse)
 
 
 @given(SHARES, SHARES)
 def test_the_light_of_both_kinds_together_is_kept(diffuse: np.ndarray, specular: np.ndarray) -> None:
     """The equation that the metalness solves: what a metal of the mean colour and plastic reflect together is
-    as bright as what the file says is reflected."""
+    as bright as what the file says is reflected. The colour goes from that of the diffuse light to that of
+    the reflected one with its square."""
     color, metalness = metal_of(diffuse, specular)
     m = float(metalness)
     assert 0.0 <= m <= 1.0 and (color >= 0.0).all() and (color <= 1.0).all()
@@ -45,6 +49,10 @@ def test_the_light_of_both_kinds_together_is_kept(diffuse: np.ndarray, specular:
         scattered + brightness(specular) - PLASTIC_REFLECTANCE * (1.0 - m)
     )  # brightness of the base colour
     assert shown * m + PLASTIC_REFLECTANCE * (1.0 - m) == pytest.approx(brightness(specular), abs=1e-9)
+    of_diffuse = diffuse * (1.0 - specular.max()) / (1.0 - PLASTIC_REFLECTANCE) / max(1.0 - m, 1e-6)
+    of_specular = (specular - PLASTIC_REFLECTANCE * (1.0 - m)) / max(m, 1e-6)
+    mixed = (1.0 - m * m) * of_diffuse + m * m * of_specular
+    assert np.allclose(color, np.clip(mixed, 0.0, 1.0), atol=1e-9)
 
 
 def test_arrays_are_converted_place_by_place() -> None:

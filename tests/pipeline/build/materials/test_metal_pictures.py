@@ -13,7 +13,7 @@ from paradize.build.materials.metal_pictures import with_metal_pictures
 from paradize.errors import SourceError
 from paradize.formats.png import decode_png, encode_png
 from paradize.kernels.math import linear_to_srgb, srgb_to_linear
-from paradize.material import MapSource, Material, Picture, Reflected
+from paradize.material import MapSource, Material, Picture, Reflected, Wrap
 
 GOLD, WOOD, PLASTIC = (1.0, 0.766, 0.336), (0.4, 0.2, 0.1), (0.04, 0.04, 0.04)
 WHITE, BLACK = (1.0, 1.0, 1.0), (0.0, 0.0, 0.0)
@@ -47,11 +47,11 @@ def made(
     return with_metal_pictures(replace(older, reflected=Reflected(reflected, tint)))
 
 
-@pytest.mark.parametrize("side", [16, 8, 32])
+@pytest.mark.parametrize("side", [16, 8, 96])
 def test_a_picture_of_gold_and_wood_is_gold_that_is_metal_beside_wood_that_is_not(
     tmp_path: Path, side: int
 ) -> None:
-    """Pictures of two sizes are made one."""
+    """Pictures of two sizes are made one. Colours are the nearest codes of sRGB."""
     diffuse = halves(tmp_path / "d.png", BLACK, WOOD, side)
     found = made(diffuse, halves(tmp_path / "s.png", GOLD, PLASTIC))
     assert found.reflected is None and (found.color, found.metalness) == (WHITE, 1.0)
@@ -60,8 +60,23 @@ def test_a_picture_of_gold_and_wood_is_gold_that_is_metal_beside_wood_that_is_no
     assert color.shape[:2] == metal.shape[:2] == (max(side, 16),) * 2
     quarter = max(side, 16) // 4
     assert np.abs(color[:, quarter] - GOLD).max() < 0.01 and metal[:, quarter].min() == 1.0
-    wood = np.array(WOOD) * (1.0, 0.5, 0.5)
-    assert np.abs(color[:, 3 * quarter] - wood).max() < 0.01 and metal[:, 3 * quarter].max() < 0.02
+    wood = linear_to_srgb(srgb_to_linear(np.rint(255.0 * linear_to_srgb(WOOD)) / 255.0) * (1.0, 0.5, 0.5))
+    assert np.abs(linear_to_srgb(color[:, 3 * quarter]) - wood).max() < 0.501 / 255.0
+    assert metal[:, 3 * quarter].max() < 0.02
+
+
+@pytest.mark.parametrize(
+    ("wrap", "is_mean"),
+    [(None, True), (("repeat", "clamp"), True), (("clamp", "repeat"), False), (("mirror", "repeat"), False)],
+)
+def test_a_smaller_picture_is_enlarged_as_its_material_wraps(
+    tmp_path: Path, wrap: tuple[Wrap, Wrap] | None, is_mean: bool
+) -> None:
+    """At the left border: its texels are black, those of the right border white."""
+    diffuse = replace(halves(tmp_path / "d.png", BLACK, WHITE, 2), nearest=True)
+    found = made(diffuse, replace(halves(tmp_path / "s.png", PLASTIC, GOLD), wrap=wrap))
+    assert found.maps["color"].nearest and not found.maps["metalness"].nearest, "each keeps its sampler"
+    assert linear(found.maps["color"], tmp_path)[8, 0, 0] == pytest.approx(0.4375 * is_mean, abs=0.01)
 
 
 def test_without_a_picture_of_colour_both_factors_count(
@@ -74,9 +89,12 @@ def test_without_a_picture_of_colour_both_factors_count(
     assert np.abs(color[:, 12] - (1.0, 0.5, 0.5)).max() < 0.01 and metal[:, 12].max() == 0.0
 
 
-def test_a_material_that_reflects_as_plastic_everywhere_keeps_its_pictures(tmp_path: Path) -> None:
+@pytest.mark.parametrize("reflected", [PLASTIC, (0.05, 0.05, 0.05)])
+def test_a_material_that_reflects_about_as_plastic_everywhere_keeps_its_pictures(
+    tmp_path: Path, reflected: tuple[float, ...]
+) -> None:
     diffuse = halves(tmp_path / "d.png", WOOD, GOLD)
-    found = made(diffuse, halves(tmp_path / "s.png", PLASTIC, BLACK))
+    found = made(diffuse, halves(tmp_path / "s.png", reflected, BLACK))
     assert found.reflected is None and found.maps["color"] == diffuse and "metalness" not in found.maps
     assert (found.color, found.metalness) == ((1.0, 0.5, 0.5), 0.0)
 
@@ -87,6 +105,21 @@ def test_a_picture_without_alpha_is_as_smooth_as_its_factor(tmp_path: Path, righ
     found = made(diffuse, halves(tmp_path / "s.png", PLASTIC, right, alpha=False))
     assert ("metalness" in found.maps) == (right is GOLD)
     assert found.roughness == pytest.approx(0.25) and "smoothness" not in found.maps
+    if right is GOLD:
+        assert np.abs(linear(found.maps["color"], tmp_path)[:, 12] - GOLD).max() < 0.01
+
+
+@pytest.mark.parametrize("alpha", [False, True])
+def test_a_grey_picture_is_read_as_one_of_colours(tmp_path: Path, alpha: bool) -> None:
+    """Also where silver is a single spot: the rest of the surface is none."""
+    grey = np.zeros((16, 16, 1 + alpha), np.uint8)
+    grey[5, 3], grey[..., 1:] = 255, 90
+    (tmp_path / "s.png").write_bytes(encode_png(grey))
+    found = made(None, MapSource(Picture(tmp_path / "s.png", name="s.png"), srgb=True))
+    assert ("smoothness" in found.maps) == alpha
+    assert found.maps["metalness"].channel == "r" and not found.maps["metalness"].srgb
+    metal, color = (linear(found.maps[role], tmp_path) for role in ("metalness", "color"))
+    assert metal[5, 3, 0] == 1.0 and metal.sum() == 1.0 and np.array_equal(color[5, 3], WHITE)
 
 
 def test_a_picture_that_cannot_be_read_is_named(tmp_path: Path) -> None:

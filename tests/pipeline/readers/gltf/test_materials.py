@@ -282,6 +282,22 @@ def test_the_older_model_of_light_is_converted_and_said(
     assert read(tmp_path, *square(), **beside)[0] == found, "some exporters write an empty table"
 
 
+def test_the_older_model_of_light_without_numbers_is_a_white_mirror(tmp_path: Path) -> None:
+    found, _ = read(tmp_path, *square(), extensions={"KHR_materials_pbrSpecularGlossiness": {}})
+    assert (*found.color, found.metalness, found.roughness) == pytest.approx((1.0, 1.0, 1.0, 1.0, 0.0))
+    dull = {"KHR_materials_pbrSpecularGlossiness": {"specularFactor": [0, 0, 0]}}
+    assert read(tmp_path, *square(), extensions=dull)[0].color == (1.0, 1.0, 1.0)
+
+
+def test_a_glossiness_picture_that_is_missing_makes_no_metal(tmp_path: Path) -> None:
+    """Its factor, white where none is said, is no colour of the material's own."""
+    made, primitive = square(TEXCOORD_0=UVS)
+    index = made.add("textures", source=made.add("images", uri="gone.png"))
+    older = {"diffuseFactor": [0.5, 0.25, 1, 1], "specularGlossinessTexture": {"index": index}}
+    found, _ = read(tmp_path, made, primitive, extensions={"KHR_materials_pbrSpecularGlossiness": older})
+    assert (found.color, found.metalness, found.maps) == ((0.5, 0.25, 1.0), 0.0, {})
+
+
 @pytest.mark.parametrize(("mode", "opacity"), [("OPAQUE", 1.0), ("BLEND", 0.25)])
 def test_the_older_model_of_light_is_transparent_where_the_material_is(
     mode: str, opacity: float, tmp_path: Path
@@ -319,6 +335,15 @@ def test_the_colour_of_a_glossiness_picture_is_kept_for_the_bake_where_the_colou
     assert found.reflected is None and found.maps.keys() == {"color", "smoothness"}
     assert "/materials/0/extensions/KHR_materials_pbrSpecularGlossiness" in text
     assert "lies elsewhere than the map of color, and its colour is left out: metal is drawn as no" in text
+
+
+def test_a_glossiness_picture_of_a_material_that_no_light_changes_is_left_out(tmp_path: Path) -> None:
+    made, primitive = square(TEXCOORD_0=UVS)
+    texture = {"index": textured(made)}
+    older = {"diffuseTexture": texture, "specularGlossinessTexture": texture}
+    extensions = {"KHR_materials_pbrSpecularGlossiness": older, "KHR_materials_unlit": {}}
+    found, _ = read(tmp_path, made, primitive, extensions=extensions)
+    assert found.reflected is None and found.maps.keys() == {"color", "emission"}
 
 
 def test_a_material_that_no_light_changes_gives_off_its_colour(tmp_path: Path) -> None:
