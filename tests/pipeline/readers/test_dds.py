@@ -90,6 +90,10 @@ def test_texels_of_any_number_of_channels_keep_their_order(tmp_path: Path) -> No
     for path, channels in pairs:
         found = read_image(path).values
         assert np.array_equal(found[:, :, :channels], codes[: 16 * channels].reshape(4, 4, channels)), path
+    wide = bytearray(newer(tmp_path / "wide.dds", 56, codes.tobytes()).read_bytes())
+    struct.pack_into("<2I", wide, 12, 2, 8)  # rows, columns
+    (tmp_path / "wide.dds").write_bytes(wide)
+    assert np.array_equal(read_image(tmp_path / "wide.dds").values, codes[:16].reshape(2, 8, 1))
     three = np.arange(48, dtype="<f4").reshape(4, 4, 3)
     assert np.array_equal(read_image(newer(tmp_path / "c.dds", 6, three.tobytes())).values, three)
 
@@ -165,13 +169,11 @@ def test_the_smallest_picture_is_looked_at_too(tmp_path: Path) -> None:
     assert read_image(path).values.ravel().tolist() == [0x50, 0xA0]
 
 
-@pytest.mark.parametrize(("flags", "bits", "masks"), [(LUMINANCE, 8, (0xFF000000,) * 3 + (0,))])
-def test_channels_outside_their_texel_are_refused(
-    tmp_path: Path, flags: int, bits: int, masks: tuple[int, ...]
-) -> None:
+@pytest.mark.parametrize("mask", [0xFF000000, 0x1FE])
+def test_channels_outside_their_texel_are_refused(tmp_path: Path, mask: int) -> None:
     """As Pillow writes grey: the decoder returns black."""
-    with pytest.raises(SourceError, match="bits 0xff000000 of a texel of 8 bits; save it as PNG"):
-        read_image(dds(tmp_path / "a.dds", flags, bits, masks, CODES.astype("u1").tobytes()))
+    with pytest.raises(SourceError, match=f"bits {mask:#x} of a texel of 8 bits; save it as PNG"):
+        read_image(dds(tmp_path / "a.dds", LUMINANCE, 8, (mask,) * 3 + (0,), CODES.astype("u1").tobytes()))
 
 
 def test_a_code_that_is_not_declared_and_missing_flags_do_not_count(tmp_path: Path) -> None:
@@ -206,7 +208,8 @@ def test_a_header_without_flags_changes_no_value(tmp_path: Path) -> None:
 
 def test_what_the_newer_header_says_of_alpha_is_done(tmp_path: Path) -> None:
     texel = bytes([50, 100, 25, 100])
-    for mode, wanted in ((0, [50, 100, 25, 100]), (1, [50, 100, 25, 100]), (3, [50, 100, 25])):
+    kept, opaque = [50, 100, 25, 100], [50, 100, 25]
+    for mode, wanted in ((0, kept), (1, kept), (3, opaque), (0xFB, opaque)):  # of the lowest three bits
         header = struct.pack("<5I", 28, 3, 0, 1, mode)  # R8G8B8A8_UNORM
         picture = read_image(dds(tmp_path / f"{mode}.dds", 0, 0, (0, 0, 0, 0), texel * 16, header))
         assert picture.values[0, 0].tolist() == wanted, mode

@@ -34,11 +34,17 @@ def test_an_ascii_grid_is_metres_from_the_north_row_on(tmp_path: Path, newline: 
     assert not field.step_m and not warnings
 
 
-def test_the_no_data_value_of_an_ascii_grid_is_filled_and_told(tmp_path: Path) -> None:
-    path = grid(tmp_path, HEADER + "NODATA_value 0\n1 0 1\n1 1 1\n")
+@pytest.mark.parametrize("name", ["NODATA_value", "nodata"])
+def test_the_no_data_value_of_an_ascii_grid_is_filled_and_told(tmp_path: Path, name: str) -> None:
+    path = grid(tmp_path, HEADER + f"{name} 0\n1 0 1\n1 1 1\n")
     field, warnings = heights(path)
     assert (field.heights_m == 1.0).all()
     assert len(warnings) == 1 and "1 pixel without a height (0, as the file says)" in warnings[0]
+
+
+def test_a_row_that_begins_with_a_word_that_is_a_number_is_no_line_of_the_header(tmp_path: Path) -> None:
+    field, _ = heights(grid(tmp_path, HEADER.replace("3", "2") + "nan 5\n5 5\n"))
+    assert field.heights_m.tolist() == [[5, 5], [5, 5]]
 
 
 def test_ascii_grids_of_the_corpus_are_the_pictures_that_were_made_of_them(corpus: Path) -> None:

@@ -116,6 +116,25 @@ def test_a_number_apart_from_all_heights_is_told_however_few_pixels_hold_it(
     assert f"{value:g} lies far from" in message and f"--nodata {value:g}" in message
 
 
+@pytest.mark.parametrize(
+    ("low", "high", "value"),
+    [(500, 2000, -12345.5), (500, 600, -5000.5)],  # eight times the range away; within 9,000 m
+)
+def test_numbers_that_only_one_sign_says_are_no_heights_are_told_and_kept(
+    tmp_path: Path, low: float, high: float, value: float
+) -> None:
+    heights = holed(hills(low, high), value)
+    field, (message,) = read(tiff(tmp_path / "h.tif", heights))
+    assert np.array_equal(field.heights_m, heights) and f"{value:g} lies far from" in message
+
+
+def test_two_pixels_stand_apart_at_a_quarter_of_the_range_and_one_at_half_of_it(tmp_path: Path) -> None:
+    for value, count, result in ((200, 1, 0), (200, 2, 1), (300, 2, 0), (100, 1, 1)):  # of 400 to 900
+        heights = hills(400, 900).astype(np.float32)
+        heights.flat[np.arange(count) + 500] = value
+        assert len(read(tiff(tmp_path / "h.tif", heights))[1]) == result, (value, count)
+
+
 def test_of_fewer_than_64_pixels_none_stands_apart(tmp_path: Path) -> None:
     for side, result in ((7, 0), (8, 1)):
         heights = hills(400, 900, side).astype(np.float32)
@@ -127,6 +146,9 @@ def test_terraces_and_a_summit_stand_apart_from_nothing(tmp_path: Path) -> None:
     for steps in (3, 4, 5, 9):
         terraces = np.rint(hills(0, steps - 1)) * (1000.0 / (steps - 1))
         assert read(tiff(tmp_path / "h.tif", terraces.astype(np.float32)))[1] == []
+    deep = np.rint(hills(-1, 4)) * 200.0 + 400.0
+    deep[deep == 200.0] = 0.0  # twice as deep as the others are high
+    assert read(tiff(tmp_path / "h.tif", deep.astype(np.float32)))[1] == []
     y, x = np.mgrid[-24:24, -24:24]
     cone = 900.0 - 20.0 * np.hypot(x, y)
     assert read(tiff(tmp_path / "c.tif", cone.astype(np.float32)))[1] == []
@@ -193,7 +215,8 @@ def item(role: str, text: str) -> str:
 def test_stated_scale_offset_and_unit_make_metres(tmp_path: Path, kind: Any, order: str) -> None:
     numbers = hills(0, 30000).astype(kind)
     said = (
-        f"<GDALMetadata>{item('scale', '0.1')}{item('offset', '-50')}{item('unittype', 'ft')}</GDALMetadata>"
+        f"<GDALMetadata>{item('scale', '0.1')}{item('offset', '-50')}{item('unittype', 'ft')}"
+        f"{item('scale', '7').replace('0', '1')}</GDALMetadata>"  # of another band
     )
     path = tiff(tmp_path / "h.tif", numbers, order=order, metadata=said)
     field, (result,) = read(path)

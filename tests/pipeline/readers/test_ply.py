@@ -104,15 +104,16 @@ def test_lines_may_end_as_on_any_machine(form: str, end: str, tmp_path: Path) ->
     if form == "ascii":
         body = body.replace(b"\n", end.encode())
     data = head.replace(b"\n", end.encode()) + b"end_header" + end.encode() + body
-    (tmp_path / "a.ply").write_bytes(data)
-    model = read_model(tmp_path / "a.ply")
-    assert np.array_equal(np.sort(model.mesh.positions, axis=0), np.sort(PLACES[:3], axis=0))
+    for mark in (b"", b"\x1a"):  # Ctrl-Z of old systems
+        (tmp_path / "a.ply").write_bytes((data.rstrip() if form == "ascii" else data) + mark)
+        model = read_model(tmp_path / "a.ply")
+        assert np.array_equal(np.sort(model.mesh.positions, axis=0), np.sort(PLACES[:3], axis=0))
 
 
 @pytest.mark.parametrize("form", FORMS)
 def test_polygons_of_different_sizes_and_uvs_of_their_corners(form: str, tmp_path: Path) -> None:
-    faces = [[0, 1, 2], [0, 2, 3, 4], [0, 1]]
-    uvs = [[[0, 0], [1, 0], [1, 1]], [[0.5, 0], [1, 1], [0, 1], [0, 0.25]], [[0, 0], [0, 0]]]
+    faces = [[0, 1], [0, 1, 2], [0, 2, 3, 4]]
+    uvs = [[[0, 0], [0, 0]], [[0, 0], [1, 0], [1, 1]], [[0.5, 0], [1, 1], [0, 1], [0, 0.25]]]
     data = ply(form, columns("double", "x y z", PLACES), faces, "comment TextureFile bark.png\n", uvs)
     (tmp_path / "a.ply").write_bytes(data)
     model = read_model(tmp_path / "a.ply")
@@ -123,6 +124,25 @@ def test_polygons_of_different_sizes_and_uvs_of_their_corners(form: str, tmp_pat
     assert any("1 faces with fewer than three" in text for text in model.warnings)
     assert any("TextureFile: 'bark.png' does not exist" in text for text in model.warnings)
     assert model.absent == [tmp_path / "bark.png"]
+    more = ply(form, columns("double", "x y z", PLACES), faces[1:], "", [uvs[1], [*uvs[2], [0, 0]]])
+    (tmp_path / "a.ply").write_bytes(more)
+    model = read_model(tmp_path / "a.ply")
+    assert model.mesh.uvs is None
+    assert f"{tmp_path / 'a.ply'}: texcoord does not fit all faces; left out" in model.warnings
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_a_ply_far_from_the_origin_keeps_its_places_and_doubled_vertices_are_one(
+    form: str, tmp_path: Path
+) -> None:
+    places = np.concatenate([PLACES, PLACES[:3]]).astype(np.float64) + (1e6, 0, -3e6) + 1e-3
+    (tmp_path / "a.ply").write_bytes(ply(form, columns("double", "x y z", places), [[0, 1, 2], [5, 7, 4]]))
+    model = read_model(tmp_path / "a.ply")
+    assert np.abs(model.mesh.positions).max() < 2.0 and len(model.mesh.positions) == 4
+    assert np.allclose(model.mesh.positions + np.array(model.mesh.origin), model.source.positions, atol=1e-6)
+    found = (model.mesh.positions + np.array(model.mesh.origin))[model.mesh.triangles]
+    assert np.allclose(found, places[[[0, 1, 2], [5, 7, 4]]], atol=1e-6)
+    assert model.counts["positions_unused"] == 2, "vertices 3 and 6"
 
 
 @pytest.mark.parametrize("form", FORMS)
@@ -146,6 +166,10 @@ def test_numbers_that_are_none_refuse_a_ply_only_where_a_face_needs_them(form: s
     ]
     said = "texture coordinates that are no numbers, or beyond float32; read as 0 0 (1)"
     assert any(said in text for text in model.warnings)
+    vertex |= columns("float", "nx ny nz", [[0, 3, 0]] * 4 + [[0, 0, np.nan], [0, 3, 0]])
+    (tmp_path / "a.ply").write_bytes(ply(form, vertex, [[2, 3, 4]]))
+    normals = read_model(tmp_path / "a.ply").mesh.normals
+    assert normals is not None and sorted(normals.tolist()) == [[0, 0, 0], [0, 1, 0], [0, 1, 0]]
 
 
 @pytest.mark.parametrize("form", FORMS)
@@ -329,6 +353,10 @@ def test_a_broken_ply_is_refused_in_one_line(tmp_path: Path) -> None:
         (text.replace(b"3 0 1 2", b"inf 0 1 2"), "element face: cut"),
         (text.replace(b"3 0 1 2", b"nan 0 1 2"), "element face: cut"),
         (text.replace(b"3 0 1 2", b"1e300 0 1 2"), "element face: cut"),
+        (text.replace(b"3 0 1 2", b"3.5 0 1 2"), "element face: cut"),
+        (text.replace(b"3 0 1 2", b"-3 0 1 2"), "element face: cut"),
+        (text.replace(b"3 0 1 2", b"3 0 1.5 2"), "face 0: names vertex 1.5 of 3"),
+        (little.replace(b"list uchar", b"list float"), "line 9: 'property list float .*' is not a statement"),
         (text.replace(b"3 0 1 2", b"3 0 1 2 two"), "element vertex: cut, or holds what is not a number"),
         (text.replace(b"2.0", b"2_0.0"), "element vertex: cut, or holds what is not a number"),
         (text.replace(b"2.0", b"two"), "element vertex: cut, or holds what is not a number"),
@@ -342,6 +370,7 @@ def test_a_broken_ply_is_refused_in_one_line(tmp_path: Path) -> None:
         (text.replace(b"float y", b"list uchar int x"), "its header has a property of vertex twice"),
         (little.replace(b"property float x\n", b"property float w\n"), "no vertices with x, y and z"),
         (ply("ascii", vertex, [[0, 1, 3]]), "face 0: names vertex 3 of 3"),
+        (ply("ascii", vertex, [[0, 1, 2], [3, 1, 2]]), "face 1: names vertex 3 of 3"),
         (ply("binary_big_endian", vertex, [[0, -1, 2]]), "face 0: names vertex -1 of 3"),
         (ply("ascii", infinite, [[0, 1, 2]]), "vertex 2: x y z are 0 inf 0"),
         (ply("ascii", vertex, []), "holds no faces"),

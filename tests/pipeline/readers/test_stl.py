@@ -72,7 +72,9 @@ def test_a_broken_stl_is_refused_in_one_line(tmp_path: Path) -> None:
         (loops(3).replace(b"1 0 0", b"1 0 x"), "line 5: a corner at '1 0 x', expected three numbers"),
         (loops(3).replace(b"1 0 0", b"1_0 0 0"), "line 5: a corner at '1_0 0 0', expected three numbers"),
         (loops(4, 3).replace(b"1 0 1", b"1 0 nan"), "facet 1: a corner at 1 0 nan"),
+        (loops(4, 3).replace(b"vertex 0 0 1", b"vertex nan 0 1"), "facet 1: a corner at nan 0 1"),
         (infinite, "facet 0: a corner at inf"),
+        (loops(3, 3)[:-20].replace(b"\n", b"\r"), "line 13: 3 corners without an endloop behind them"),
         (b"", "is an empty file"),
         (b"words", "is not an STL: a text that begins with b'words'"),
     ):
@@ -89,6 +91,7 @@ def test_text_in_capital_letters_and_binary_that_calls_itself_solid_are_read(tmp
     for data in (
         text.upper().encode(),
         b"\xef\xbb\xbf\r\n  " + text.encode(),
+        text.encode() + bytes(20),
         b"solid box".ljust(80) + binary[80:] + b"a trailer",
         binary[:-1],  # as 3ds Max writes it
     ):
@@ -97,10 +100,19 @@ def test_text_in_capital_letters_and_binary_that_calls_itself_solid_are_read(tmp
         assert model.counts["triangles"] == 12 and not model.warnings
 
 
-def test_text_that_ends_between_two_facets_is_told(tmp_path: Path) -> None:
+def test_corners_at_zero_of_either_sign_are_one_vertex(tmp_path: Path) -> None:
+    text = loops(3).replace(b"vertex 0 0 0", b"vertex -0.0 0 -0") + loops(3)
+    (tmp_path / "a.stl").write_bytes(text)
+    positions = read_model(tmp_path / "a.stl").mesh.positions
+    assert len(positions) == 3 and not np.signbit(positions).any()
+
+
+@pytest.mark.parametrize("before", [b"", loops(*[3] * 50)])
+def test_text_that_ends_between_two_facets_is_told(before: bytes, tmp_path: Path) -> None:
     text = BOX.export(file_type="stl_ascii")
     assert isinstance(text, str)
-    (tmp_path / "a.stl").write_text(text[: text.index("endfacet", len(text) // 2)])
+    cut = text[: text.index("endfacet", len(text) // 2)] + " " * 4096 * bool(before)
+    (tmp_path / "a.stl").write_bytes(before + cut.encode())
     assert read_model(tmp_path / "a.stl").warnings == [
         f"{tmp_path / 'a.stl'}: ends without endsolid: it may be cut; export the model again"
     ]
