@@ -20,9 +20,11 @@ from paradize.cli.main import main
 from paradize.errors import ParadizeError
 from paradize.export import scene as paradize_export
 from paradize.export.flight import flight_keys, quaternion
-from paradize.export.heights import heights_of
+from paradize.export.ground_shade import tone_of, toned, wetted
+from paradize.export.heights import heights_of, smoothstep, under_water
 from paradize.export.scene import export
 from paradize.formats.png import decode_png
+from paradize.preview.shade import to_srgb
 from tests.pipeline.scenes import make_cove
 
 
@@ -174,7 +176,7 @@ def test_instances_sun_lamps_camera_and_sea_floor_stand_as_the_scene_says(
 
         def edit(tree: dict[str, Any], direction: list[float] = direction) -> None:
             tree["objects"][0]["instances"] = stands
-            tree["sun"]["direction"] = direction
+            tree["sun"] |= {"direction": direction, "color": [4.0, 2.0, 1.0], "intensity": 2.0}
             tree["terrain"]["size_m"] = [20.0, 40.0]
             tree |= {"lights": [lamp], "light_sets": [{"lights": [], "glow": None}]}
 
@@ -195,7 +197,8 @@ def test_instances_sun_lamps_camera_and_sea_floor_stand_as_the_scene_says(
         assert np.allclose(rotation(nodes["sun"]["rotation"]) @ [0, 0, 1], direction, atol=1e-12)
         assert np.linalg.det(rotation(nodes["sun"]["rotation"])) == pytest.approx(1.0)
         assert nodes["lamp"]["translation"] == lamp["position"]
-        written = tree["extensions"]["KHR_lights_punctual"]["lights"][1]  # type: ignore[index]
+        sun, written = tree["extensions"]["KHR_lights_punctual"]["lights"]  # type: ignore[index]
+        assert (sun["type"], sun["color"], sun["intensity"]) == ("directional", [1.0, 0.5, 0.25], 8.0)
         look = {"type": "point", "color": [1.0, 0.5, 0.25], "intensity": 6.0, "range": 8.0}
         assert written == {"name": "lamp"} | look
         (camera,) = tree["cameras"]  # type: ignore[misc]
@@ -206,6 +209,88 @@ def test_instances_sun_lamps_camera_and_sea_floor_stand_as_the_scene_says(
         floor = tree["accessors"][mesh["primitives"][0]["attributes"]["POSITION"]]  # type: ignore[index]
         assert floor["max"][1] == pytest.approx(scene["terrain"]["height_range_m"][0] - 0.05)
     assert repeats == [(8.0, 16.0)] * 2
+
+
+def test_ground_sea_and_sky_are_those_of_the_scene(
+    baked: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The ground is shaded step by step from plain sand, whose share follows the height."""
+    seen: dict[str, Any] = {}
+    heights_of_patches = paradize_export.terrain_heights
+
+    def heights(meshes: Any, shape: Any) -> Any:
+        seen["heights"] = heights_of_patches(meshes, shape)
+        return seen["heights"]
+
+    def plain(sand: Any, effect: Any, share: Any, repeat: Any) -> Any:
+        seen["share"] = share
+        return np.full((*share.shape, 3), 0.25, np.float32)
+
+    monkeypatch.setattr("paradize.export.scene.terrain_heights", heights)
+    monkeypatch.setattr("paradize.export.scene.ground_light", plain)
+
+    def edit(tree: dict[str, Any]) -> None:
+        tree["terrain"] |= {"smoothness": 0.25, "specular": 0.5, "wet_high_m": 0.5, "wet_darkness": 0.4}
+        tree["water"] |= {"level_m": 0.125, "smoothness": 0.75, "wave_repeat": 7.0, "size_m": 300.0}
+
+    folder = edited(baked, tmp_path / "in", edit)
+    scene = json.loads((folder / "scene.json").read_text())
+    terrain, water = scene["terrain"], scene["water"]
+    tree, binary = tree_of(export(folder, tmp_path / "a.glb").file.read_bytes())
+    made: Any = tree
+
+    def values(name: str, attribute: str) -> Any:
+        (node,) = (node for node in made["nodes"] if node["name"] == name)
+        accessor = made["accessors"][made["meshes"][node["mesh"]]["primitives"][0]["attributes"][attribute]]
+        start = made["bufferViews"][accessor["bufferView"]]["byteOffset"] + accessor.get("byteOffset", 0)
+        width = {"VEC2": 2, "VEC3": 3}[accessor["type"]]
+        return np.frombuffer(binary, "<f4", accessor["count"] * width, start).reshape(-1, width)
+
+    looks = {one["name"]: one for one in made["materials"]}
+    ground, sea = looks["ground"], looks["water"]
+    assert ground["pbrMetallicRoughness"]["roughnessFactor"] == 0.75
+    assert ground["extensions"]["KHR_materials_specular"] == {"specularFactor": 0.5}
+    assert ground["pbrMetallicRoughness"]["baseColorTexture"]["texCoord"] == 1
+    assert ground.get("normalTexture", {"texCoord": 1})["texCoord"] == 1
+    assert (sea["alphaMode"], sea["doubleSided"]) == ("BLEND", True)
+    assert sea["pbrMetallicRoughness"]["roughnessFactor"] == 0.25
+    assert (values("water", "POSITION")[:, 1] == 0.125).all() and values("water", "TEXCOORD_0").max() == 7.0
+    edge = 0.57 * scene["flight"]["far_m"]
+    corner = values("sky +x", "TEXCOORD_0").tolist().index([1.0, 0.0])  # the right end of the top
+    assert values("sky +x", "POSITION")[corner] == pytest.approx([edge, edge, -edge])
+    if terrain["effect_color"]:
+        share = smoothstep(seen["heights"], terrain["mix_low_m"], terrain["mix_high_m"])
+        assert np.array_equal(seen["share"], share)
+    tone = tone_of(terrain["size_m"], seen["heights"].shape)
+    light = toned(np.full((*tone.shape, 3), 0.25, np.float32), tone)
+    light = under_water(wetted(light, tone, seen["heights"], terrain, 0.125), seen["heights"], water)
+    image = made["images"][
+        made["textures"][ground["pbrMetallicRoughness"]["baseColorTexture"]["index"]]["source"]
+    ]
+    view = made["bufferViews"][image["bufferView"]]
+    (tmp_path / "a.png").write_bytes(binary[view["byteOffset"] :][: view["byteLength"]])
+    assert np.array_equal(decode_png(tmp_path / "a.png"), to_srgb(light))
+
+
+def test_the_camera_and_the_sky_of_a_flight_far_away_stand_there(
+    baked: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    flight = json.loads((baked / "scene.json").read_text())["flight"]
+    for far in (False, True):
+        if far:
+            monkeypatch.setattr("paradize.export.flight._NEAR_M", 0.0)
+        keys = flight_keys(flight)
+        tree, _ = tree_of(export(baked, tmp_path / "a.glb").file.read_bytes())
+        made: Any = tree
+        nodes: dict[str, Any] = {node["name"]: node for node in made["nodes"]}
+        assert nodes["camera"]["translation"] == pytest.approx(keys.places[0].tolist())
+        assert nodes["camera"]["rotation"] == pytest.approx(keys.turns[0].tolist())
+        assert ("camera's place" in nodes) == far == (keys.origin != (0.0, 0.0, 0.0))
+        assert nodes["sky +y"].get("translation", [0.0, 0.0, 0.0]) == list(keys.origin)
+        if far:
+            place = nodes["camera's place"]
+            assert place["translation"] == list(keys.origin)
+            assert [made["nodes"][k]["name"] for k in place["children"]] == ["camera"]
 
 
 def test_the_same_folder_gives_the_same_bytes(baked: Path, tmp_path: Path) -> None:

@@ -154,7 +154,7 @@ def test_a_sky_is_turned_to_where_its_light_stands_at_the_poster() -> None:
     key = {"at_s": 5.0, "sun": sun, "moon": moon, "cubemap_azimuth_rad": 2.0 - math.pi / 2}
     other = key | {"at_s": 9.0, "cubemap_azimuth_rad": 0.0}
     north, east = np.array([0.0, 0.0, -1.0]), np.array([1.0, 0.0, 0.0])
-    turn = sky_turn({"poster_s": 6.0, "daytime": {"keys": [key, other]}})
+    turn = sky_turn({"poster_s": 6.0, "daytime": {"keys": [other, key]}})
     assert turn @ north == pytest.approx(east, abs=1e-6)
     assert np.array_equal(sky_turn({"daytime": None}), np.eye(3))
 
