@@ -95,7 +95,50 @@ def test_metal_specular_occlusion_emission_and_blending_are_written_as_gltf_has_
     assert material["extensions"]["KHR_materials_emissive_strength"] == {"emissiveStrength": 4.0}
     indices = [material["occlusionTexture"]["index"], look["metallicRoughnessTexture"]["index"]]
     assert len({*indices, look["baseColorTexture"]["index"]}) == 3
+    assert "texCoord" not in look["baseColorTexture"]
+    texture = tree["textures"][look["baseColorTexture"]["index"]]  # type: ignore[index]
+    sampler: Any = tree["samplers"][texture["sampler"]]  # type: ignore[index]
+    assert (sampler["wrapS"], sampler["wrapT"]) == (33071, 33071), "clamped where the scene says nothing"
     assert "KHR_materials_emissive_strength" in tree["extensionsUsed"]  # type: ignore[operator]
+
+
+def test_maps_on_second_texture_coordinates_stand_in_place_of_those_on_the_first(
+    baked: Path, tmp_path: Path
+) -> None:
+    """With their own wrap; metal goes with gloss, also where nothing but metal shines."""
+
+    def edit(tree: dict[str, Any]) -> None:
+        item = tree["objects"][0]
+        (name,) = item["materials"]
+        post = item["materials"][name]
+        maps, none = post["maps"], dict.fromkeys(post["maps"])
+        own = none | {"color": maps["color"], "normal": maps["normal"]}
+        post |= {"wrap": ["repeat", "mirror"], "specular": 0.0, "metalness": 1.0}
+        second = {"emission": None, "gloss": maps["gloss"], "occlusion": maps["gloss"]}
+        second = {"maps": second | {"normal": maps["normal"]}, "wrap": ["mirror", "clamp"]}
+        item["materials"] |= {"first": post | {"maps": own | {"gloss": maps["gloss"]}}}
+        item["materials"] |= {"second": post | {"maps": own, "second": second}}
+
+    folder = edited(baked, tmp_path / "in", edit)
+    tree, _ = tree_of(export(folder, tmp_path / "a.glb").file.read_bytes())
+    made: Any = tree
+    parts = {one["name"]: one for one in made["materials"]}
+
+    def shown(info: dict[str, Any]) -> tuple[str, int, int, int]:
+        texture = made["textures"][info["index"]]
+        sampler, image = made["samplers"][texture["sampler"]], made["images"][texture["source"]]
+        return image["name"], info.get("texCoord", 0), sampler["wrapS"], sampler["wrapT"]
+
+    repeat, mirror, clamp = 10497, 33648, 33071
+    first, second = parts["post first"], parts["post second"]
+    assert shown(first["normalTexture"]) == ("post normal", 0, repeat, mirror)
+    looks = first["pbrMetallicRoughness"]
+    assert shown(looks["metallicRoughnessTexture"]) == ("post gloss", 0, repeat, mirror)
+    assert shown(second["normalTexture"]) == ("post normal", 1, mirror, clamp)
+    looks = second["pbrMetallicRoughness"]
+    assert shown(looks["metallicRoughnessTexture"]) == ("post gloss post gloss", 1, mirror, clamp)
+    assert shown(looks["baseColorTexture"]) == ("post color", 0, repeat, mirror)
+    assert shown(second["occlusionTexture"]) == ("post gloss", 1, mirror, clamp)
 
 
 def test_each_material_keeps_its_smoothness_where_two_share_a_gloss_map(baked: Path, tmp_path: Path) -> None:

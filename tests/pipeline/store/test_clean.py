@@ -36,10 +36,12 @@ def test_without_limits_only_what_is_of_no_use_goes(tmp_path: Path) -> None:
     store = Store(tmp_path)
     (whole,) = keep(store, "aa1", b"whole", used_s=0.0)
     orphan = store.put(b"orphan")
-    (lost,) = keep(store, "bb2", b"lost", used_s=NOW_S)
+    lost, left = keep(store, "bb2", b"lost", b"left", used_s=NOW_S)
     (tmp_path / "blobs" / lost[:2] / lost).unlink()
     (tmp_path / "products" / "cc").mkdir()
     (tmp_path / "products" / "cc" / "cc3").write_bytes(b"{damaged")
+    (tmp_path / "bakes").mkdir()
+    (tmp_path / "bakes" / "dd4").write_bytes(b"{damaged")
     (tmp_path / "blobs" / whole[:2] / ".half.part-0123").write_bytes(b"of a killed writer")
     before = size_of(store)
     (tmp_path / "scratch" / "killed").mkdir(parents=True)
@@ -47,9 +49,10 @@ def test_without_limits_only_what_is_of_no_use_goes(tmp_path: Path) -> None:
     done = clean(store, now_s=NOW_S, older_than_s=None, max_bytes=None)
     assert not (tmp_path / "scratch").exists()
     assert store.get(whole) == b"whole" and store.get_product("aa1") is not None
-    assert store.get(orphan) is None and store.get_product("bb2") is None
+    assert store.get(orphan) is None and store.get(left) is None and store.get_product("bb2") is None
     assert not list(tmp_path.rglob("*.part-*")) and not (tmp_path / "products" / "cc" / "cc3").exists()
-    assert (done.dropped, done.kept_bytes) == (3, size_of(store))
+    assert not (tmp_path / "bakes" / "dd4").exists()
+    assert (done.dropped, done.kept_bytes) == (5, size_of(store))
     assert done.freed_bytes == before - size_of(store) - len(b"of a killed writer")
 
 
@@ -57,10 +60,11 @@ def test_what_was_not_used_for_that_long_goes_with_its_files(tmp_path: Path) -> 
     store = Store(tmp_path)
     old, shared = keep(store, "aa1", b"old", b"shared", used_s=NOW_S - 101.0)
     (new, _) = keep(store, "bb2", b"new", b"shared", used_s=NOW_S - 99.0)
-    done = clean(store, now_s=NOW_S, older_than_s=100.0, max_bytes=None)
+    record(store, "island", [old], NOW_S - 101.0)
+    done = clean(store, now_s=NOW_S, older_than_s=100.0, max_bytes=10_000)
     assert store.get_product("aa1") is None and store.get(old) is None
     assert store.get(new) == b"new" and store.get(shared) == b"shared"
-    assert done.dropped == 2
+    assert (done.dropped, done.kept_bytes) == (3, size_of(store)), "each counts once"
 
 
 def test_a_bake_with_nothing_to_do_keeps_its_products_young(tmp_path: Path) -> None:

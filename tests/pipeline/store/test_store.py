@@ -67,6 +67,18 @@ def test_blobs_come_back_and_damaged_ones_do_not(tmp_path: Path) -> None:
     assert store.get("0" * 64) is None
 
 
+def test_a_damaged_blob_is_neither_found_nor_kept_where_it_is_put_again(tmp_path: Path) -> None:
+    store = Store(tmp_path)
+    sha256 = store.put(b"whole")
+    path = tmp_path / "blobs" / sha256[:2] / sha256
+    for again in (lambda: store.put(b"whole"), lambda: store.take(tmp_path / "file")):
+        path.write_bytes(b"other")
+        assert store.find(sha256) is None and not path.exists()
+        path.write_bytes(b"other")
+        (tmp_path / "file").write_bytes(b"whole")
+        assert again() == sha256 and path.read_bytes() == b"whole"
+
+
 def test_a_damaged_record_is_no_record(tmp_path: Path) -> None:
     store = Store(tmp_path)
     store.put_product("ab" * 32, {"x": 1})
