@@ -62,6 +62,17 @@ UploadBudget frame_budget(bool first, bool headless, UploadOrder order) {
     return out;
 }
 
+PosesAhead poses_ahead(const Pose &pose, const Pose &before, double delta_s, const Horizons &horizons_s) {
+    PosesAhead out;
+    for (std::size_t i = 0; i < out.size(); ++i) {
+        const double steps = delta_s > 0.0 ? horizons_s[i] / delta_s : 0.0;
+        out[i] = pose;
+        out[i].eye += (pose.eye - before.eye) * steps;
+        out[i].target += (pose.eye - before.eye) * steps;
+    }
+    return out;
+}
+
 MemoryLimits memory_limits(const Options &options) {
     MemoryLimits out;
     out.order = options.file_order ? UploadOrder::file : UploadOrder::needs;
@@ -182,12 +193,7 @@ CameraForecast Playback::steered_forecast(const Pose &pose, const Pose &before, 
                        elapsed_s,
                        true,
                        horizons_s()};
-    for (std::size_t i = 0; i < out.soon.size(); ++i) {
-        const double steps = delta_s > 0.0 ? out.horizons_s[i] / delta_s : 0.0;
-        out.soon[i] = pose;
-        out.soon[i].eye += (pose.eye - before.eye) * steps;
-        out.soon[i].target += (pose.eye - before.eye) * steps;
-    }
+    out.soon = poses_ahead(pose, before, delta_s, out.horizons_s);
     return out;
 }
 

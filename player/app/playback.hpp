@@ -32,6 +32,11 @@ RenderSettings chosen_settings(const Options &options, const assets::SceneFile &
 /// The budget for the uploads of a frame. `first`: nothing was uploaded before.
 UploadBudget frame_budget(bool first, bool headless, UploadOrder order);
 
+using PosesAhead = decltype(CameraForecast::soon);
+/// Where a camera is after horizons_s if it goes on as since the last frame, `delta_s` ago; it keeps its view
+/// direction.
+PosesAhead poses_ahead(const Pose &pose, const Pose &before, double delta_s, const Horizons &horizons_s);
+
 /// Lives as long as the GL context.
 class Playback {
   public:

@@ -26,7 +26,6 @@ class Pass;
 struct Clock {
     double elapsed_s = 0.0; // since the start; unbounded, so wrap it in double before converting it to float
     double flight_s = 0.0;  // second of the flight, in [0, duration)
-    double delta_s = 0.0;   // since the last frame; 0 in the first frame
     std::uint64_t frame = 0;
 };
 

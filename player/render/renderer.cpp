@@ -131,7 +131,6 @@ void Renderer::change_settings(const RenderSettings &settings) {
 
 void Renderer::continue_from(const Renderer &before) {
     frame_.clock = before.frame_.clock;
-    last_s_ = before.last_s_;
 }
 
 void Renderer::set_views(const Pose &pose, const Sample &sample) {
@@ -162,10 +161,8 @@ void Renderer::set_views(const Pose &pose, const Sample &sample) {
 void Renderer::begin_frame(double elapsed_s) {
     first_draw_call_ = gl::draw_calls();
     frame_.scene_ms = 0.0;
-    frame_.clock.delta_s = frame_.clock.frame == 0 ? 0.0 : elapsed_s - last_s_;
     frame_.clock.elapsed_s = elapsed_s;
     frame_.clock.flight_s = flight_second(elapsed_s, scene_.file().flight.duration_s);
-    last_s_ = elapsed_s;
 }
 
 bool Renderer::has_filters() const {

@@ -115,7 +115,6 @@ class Renderer {
     gl::Texture resolved_depth_;
     gl::Framebuffer depth_framebuffer_;
     std::uint64_t first_draw_call_ = 0, draw_calls_ = 0;
-    double last_s_ = 0.0;
 };
 
 } // namespace paradize
