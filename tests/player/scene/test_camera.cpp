@@ -49,6 +49,8 @@ TEST_CASE("views: a picture drawn smaller shows the same, in its own pixels, als
     file.flight = lens();
     RenderSettings settings;
     settings.reflection_scale = 0.5F;
+    settings.samples = 8;
+    settings.shadow_size_px = 300;
     const auto all = frame_views(file, settings, pose, 641, 361, glm::vec3(0.0F, 1.0F, 0.0F));
     settings.render_scale = 0.5F;
     const auto half = frame_views(file, settings, pose, 641, 361, glm::vec3(0.0F, 1.0F, 0.0F));
@@ -56,12 +58,30 @@ TEST_CASE("views: a picture drawn smaller shows the same, in its own pixels, als
     CHECK(main.width_px == 321);
     CHECK(main.height_px == 181);
     CHECK(half[static_cast<std::size_t>(ViewKind::mirror)].width_px == 161);
+    CHECK(main.samples == settings.samples);
+    CHECK(half[static_cast<std::size_t>(ViewKind::light)].width_px == settings.shadow_size_px);
     for (const ViewKind kind : {ViewKind::main, ViewKind::mirror, ViewKind::refraction}) {
         const auto i = static_cast<std::size_t>(kind);
         CHECK(half[i].view_projection == all[i].view_projection);
         CHECK(half[i].pixels_at_1m == doctest::Approx(0.5F * all[i].pixels_at_1m));
     }
     CHECK(scaled_px(1, 0.25F) == 1);
+}
+
+TEST_CASE("views: a jitter moves the picture and the shadow map by as many of their pixels") {
+    assets::SceneFile file;
+    file.flight = lens();
+    const RenderSettings settings;
+    const glm::vec3 sun(0.0F, 1.0F, 0.0F);
+    const glm::vec2 pixel(0.25F, -0.5F);
+    const auto still = frame_views(file, settings, pose, 640, 360, sun);
+    const auto moved = frame_views(file, settings, pose, 640, 360, sun, pixel);
+    for (const ViewKind kind : {ViewKind::main, ViewKind::light}) {
+        const auto i = static_cast<std::size_t>(kind);
+        const glm::vec2 way(project(moved[i], glm::vec3(0.5F)) - project(still[i], glm::vec3(0.5F)));
+        const glm::vec2 sides(moved[i].width_px, moved[i].height_px);
+        CHECK(glm::distance(0.5F * way * sides, pixel) < 0.01F);
+    }
 }
 
 TEST_CASE("mirror: clips what is below the water; the refraction clips what is above") {
@@ -75,6 +95,8 @@ TEST_CASE("mirror: clips what is below the water; the refraction clips what is a
     CHECK_FALSE(kept(mirror, -1.0F));
     CHECK(kept(below, -1.0F));
     CHECK_FALSE(kept(below, 1.0F));
+    CHECK(kept(mirror_view(main, 2.0, 1.0F), 2.1F));
+    CHECK_FALSE(kept(mirror_view(main, 2.0, 1.0F), 1.5F));
     CHECK_FALSE(mirror.sees({0.0F, -3.0F, 0.0F}, 1.0F));
     CHECK(mirror.sees({0.0F, 1.0F, 0.0F}, 1.0F));
 }
@@ -120,6 +142,10 @@ TEST_CASE("floating origin: points near a distant eye project as near an eye at 
         CHECK(far.anchor != glm::dvec3(0.0));
         CHECK(main.anchor == glm::dvec3(0.0));
         CHECK(glm::distance(project(far, far.local(moved(thing))), project(main, main.local(thing))) < 1e-4F);
+        const View below = refraction_view(far, away.y + 0.5, 1.0F);
+        const View near_below = refraction_view(main, 0.5, 1.0F);
+        const float above = glm::dot(below.clip_plane, glm::vec4(far.local(moved(thing)), 1.0F));
+        CHECK(std::abs(above - glm::dot(near_below.clip_plane, glm::vec4(main.local(thing), 1.0F))) < 2e-4F);
         assets::Shadow there = shadow;
         there.center = moved(shadow.center);
         for (const auto &[one, other] :

@@ -47,6 +47,7 @@ TEST_CASE("flight: it loops without a jump, and a week later it is the same") {
     }
     CHECK(flight_second(-0.25, 10.0) == doctest::Approx(9.75));
     CHECK(flight_second(10.0, 10.0) == 0.0);
+    CHECK(flight_second(-1e-17, 10.0) == 0.0); // 10 - 1e-17 is 10
 }
 
 TEST_CASE("flight: consecutive samples are close together, also across knots") {
@@ -88,6 +89,14 @@ TEST_CASE("view matrix: roll rotates the picture about its centre") {
     const glm::vec4 right = view_matrix(pose) * glm::vec4(1.0F, 0.0F, 0.0F, 0.0F);
     CHECK(right.x == doctest::Approx(std::cos(0.5)));
     CHECK(right.y == doctest::Approx(-std::sin(0.5)));
+}
+
+TEST_CASE("view matrix: down, the top of the picture is north; up, it is south") {
+    for (const double way : {-1.0, 1.0}) {
+        const glm::mat4 view = view_matrix({{1.0, 2.0, 3.0}, {1.0, 2.0 + way, 3.0}, 0.0});
+        CHECK((view * glm::vec4(0.0F, 0.0F, static_cast<float>(way), 0.0F)).y == doctest::Approx(1.0));
+        CHECK((view * glm::vec4(1.0F, 0.0F, 0.0F, 0.0F)).x == doctest::Approx(1.0));
+    }
 }
 
 TEST_CASE("view matrix: an eye at its target and vertical views are finite") {

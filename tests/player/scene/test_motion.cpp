@@ -10,6 +10,7 @@
 #include <glm/gtc/constants.hpp>
 
 #include <cmath>
+#include <utility>
 #include <vector>
 
 using namespace paradize;
@@ -63,6 +64,9 @@ TEST_CASE("motion: the end of the flight meets its beginning, without a jump on 
     motion.beat.glides = 2;
     motion.beat.glide_share = 0.5;
     CHECK(near(moved_at(motion, stand(), 5, 0.0).stand, moved_at(motion, stand(), 5, 1.0).stand, 1e-9));
+    assets::Motion deep = motion;
+    std::swap(deep.radius_m.x, deep.radius_m.y);
+    CHECK(reach_of(deep) == reach_of(motion));
     constexpr int steps = 20000;
     for (int k = 0; k < steps; ++k) {
         const Moved now = moved_at(motion, stand(), 5, static_cast<double>(k) / steps);

@@ -51,6 +51,21 @@ TEST_CASE("near waves: they repeat with the flight") {
     for (std::size_t i = 0; i < first.size(); ++i) {
         CHECK(first[i] == later[i]);
     }
+    const NearWaves end = near_waves_at(wavy_scene(), 240.0 - 1e-6, eye_at(2.0));
+    const NearWaves begin = near_waves_at(wavy_scene(), 0.0, eye_at(2.0));
+    for (std::size_t i = 0; i < end.size(); ++i) {
+        CHECK(std::abs(std::sin(end[i].z) - std::sin(begin[i].z)) < 1e-4F);
+        CHECK(std::abs(std::cos(end[i].z) - std::cos(begin[i].z)) < 1e-4F);
+    }
+}
+
+TEST_CASE("near waves: the longest runs against the scroll of the normal map, as its layer 0 does") {
+    assets::SceneFile file = wavy_scene();
+    for (const glm::vec2 scroll : {glm::vec2(0.02F, 0.0F), glm::vec2(-0.01F, 0.03F)}) {
+        file.water->scroll_per_s = scroll;
+        const glm::vec2 way(near_waves_at(file, 0.0, eye_at(2.0))[0]);
+        CHECK(glm::dot(glm::normalize(way), glm::normalize(scroll)) < -0.9F);
+    }
 }
 
 TEST_CASE("near waves: none reaches an eye that is low over the water") {

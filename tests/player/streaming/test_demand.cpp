@@ -35,11 +35,14 @@ float pixels_at_1m(const SmallScene &scene) {
 }
 
 /// How much the piece whose finest mip or level this is is needed in a picture from `towards`.
-float need_now(const SmallScene &small, const std::string &artifact, std::uint32_t level) {
+float need_now(const SmallScene &small, const std::string &artifact, std::uint32_t level,
+               float mip_bias = 0.0F) {
     const Streamer streamer = small.streamer();
     const Scene scene(small.file, streamer);
     Demand demand(scene, streamer);
-    demand.update(forecast_of(small, towards));
+    CameraForecast forecast = forecast_of(small, towards);
+    forecast.settings.mip_bias = mip_bias;
+    demand.update(forecast);
     const auto [first, count] = streamer.pieces_of(artifact);
     for (std::uint32_t i = first; i < first + count; ++i) {
         if (streamer.piece(i).first_level == level) {
@@ -206,7 +209,7 @@ TEST_CASE(
     }
 }
 
-TEST_CASE("demand: maps on second texture coordinates are needed as finely as those spread them") {
+TEST_CASE("demand: maps are needed as finely as their texture coordinates and the bias of mips spread them") {
     if (!test::have_context()) {
         return;
     }
@@ -221,7 +224,7 @@ TEST_CASE("demand: maps on second texture coordinates are needed as finely as th
 {"bufferView":0,"componentType":5126,"count":3,"type":"VEC2"}],
 "bufferViews")");
     json = test::replaced(json, R"("center":[0,0,0]})", R"("center":[0,0,0],"uv_per_m":4,"uv1_per_m":1})");
-    const auto need = [&](assets::ObjectMap map) {
+    const auto need = [&](assets::ObjectMap map, float mip_bias = 0.0F) {
         SmallScene small;
         small.file.shadow.reset();
         small.put("quad_mesh", test::glb_file(json));
@@ -229,9 +232,10 @@ TEST_CASE("demand: maps on second texture coordinates are needed as finely as th
         material = {};
         material.name = "wood";
         material.maps[map] = "quad_color";
-        return need_now(small, "quad_color", 0);
+        return need_now(small, "quad_color", 0, mip_bias);
     };
     const float first = need(assets::ObjectMap::normal);
     CHECK(first > 0.0F);
     CHECK(need(assets::ObjectMap::second_normal) == doctest::Approx(4.0F * first));
+    CHECK(need(assets::ObjectMap::normal, 1.0F) == doctest::Approx(0.5F * first));
 }

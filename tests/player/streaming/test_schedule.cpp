@@ -228,6 +228,21 @@ TEST_CASE("schedule: what goes beyond the limit is evicted when it is seen no mo
     CHECK(std::ranges::equal(schedule.evictions(), std::vector<std::uint32_t>{1, 0}));
 }
 
+TEST_CASE("schedule: what would go for a piece that does not fit even so may go for a smaller one") {
+    std::vector<ScheduledPiece> pieces(4);
+    pieces[0].bytes = pieces[1].bytes = 60;
+    pieces[2].bytes = 1000;
+    pieces[3].bytes = 80;
+    Schedule schedule(pieces, 150);
+    for (const std::uint32_t piece : {0U, 1U}) {
+        schedule.set_loading(piece);
+        schedule.set_resident(piece);
+    }
+    schedule.plan(std::vector<Need>{{0.0F, 0.0F}, {0.0F, 2.0F}, {9.0F, 0.0F}, {5.0F, 0.0F}}, 5000);
+    CHECK(std::ranges::equal(schedule.loads(), std::vector<std::uint32_t>{3}));
+    CHECK(std::ranges::equal(schedule.evictions(), std::vector<std::uint32_t>{0}));
+}
+
 TEST_CASE("schedule: something of everything that is seen comes first, then the largest error") {
     std::mt19937 random(3); // NOLINT(cert-msc32-c,cert-msc51-cpp)
     World world(random, 20, false);
