@@ -140,6 +140,8 @@ TEST_CASE("fps: spare time is used only after several windows") {
     CHECK(run(governor, FrameGovernor::first_wait_windows - 1, 4.0) == 0);
     CHECK(run(governor, 1, 4.0) == 1); // twice as fast as predicted: 12 ms takes 6
     CHECK(governor.current().ms == 12.0);
+    FrameGovernor close(ladder(), 9.0);
+    CHECK(run(close, 100, 5.6) == 0); // 12 ms would take 8.4, which leaves too little
 }
 
 TEST_CASE("fps: failing steps up become ever rarer") {
