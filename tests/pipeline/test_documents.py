@@ -227,8 +227,8 @@ def test_after_a_hundred_faults_the_rest_is_not_looked_at(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     guessed = []
-    real = table_fields.suggestion
-    monkeypatch.setattr(table_fields, "suggestion", lambda *given: guessed.append(given) or real(*given))
+    real = table_fields.nearest
+    monkeypatch.setattr(table_fields, "nearest", lambda *given: guessed.append(given) or real(*given))
     path = scene_with(tmp_path, "[fogg]\n" + "".join(f"[unknown{i}]\n" for i in range(20_000)))
     with pytest.raises(GroupedError) as caught:
         load_scene(path)

@@ -139,6 +139,11 @@ def add(line: str, after: str) -> Callable[[str], str]:
     return lambda text: text.replace(f"{after}\n", f"{after}\n{line}\n", 1)
 
 
+def put(line: str, below: str, text: str) -> str:
+    assert f"{below}\n" in text
+    return add(line, below)(text)
+
+
 def swap(old: str, new: str) -> Callable[[str], str]:
     assert old
     return lambda text: text.replace(old, new, 1)
@@ -235,6 +240,40 @@ SCENES = {
             f"{text.replace('position = [0, 1, 0]', '', 1)}\n{mend.removeprefix('it is a key of ')}\n"
             "position = [0, 1, 0]\n"
         ),
+    ),
+    "a key of the table around": Row(
+        both(swap("lods = 3\n", ""), add("lods = 3", "[object.material.wood]")),
+        "object[0].material.wood.lods",
+        lambda text, mend: put(
+            "lods = 3",
+            mend.removeprefix("it is a key of ").removesuffix("; write it right below that line"),
+            text.replace("lods = 3\n", ""),
+        ),
+    ),
+    "a table in another": Row(
+        add("wind = { gust_m = 9.0 }", "[object.material.wood]"),
+        "object[0].material.wood.wind",
+        lambda text, mend: (
+            text.replace("wind = { gust_m = 9.0 }\n", "")
+            + f"{mend.removeprefix('write ').partition(',')[0]}\ngust_m = 9.0\n"
+        ),
+    ),
+    "a key of a table beside": Row(
+        add("fov_deg = 40.0", 'name = "cove"'),
+        "scene.fov_deg",
+        lambda text, mend: put(
+            "fov_deg = 40.0", mend.removeprefix("it is a key of "), text.replace("fov_deg = 40.0\n", "", 1)
+        ),
+    ),
+    "a table that is missing": Row(
+        swap("[[object.instance]]\nposition = [1.0, 0.0, 2.0]\nyaw_deg = 90.0\n[[object.instance]]\n", "#\n"),
+        "object[0].instance",
+        lambda text, mend: text.replace("#\n", mend.removeprefix("write ").partition(":")[0] + "\n"),
+    ),
+    "a file that is a folder": Row(
+        swap('mesh = "post.obj"', 'mesh = "."'),
+        "object[0].mesh",
+        lambda text, mend: text.replace('"."', '"post.obj"'),
     ),
     "a file for a list of files": Row(
         lambda text: re.sub(r"faces = \[[^]]*\]", 'faces = "wood.png"', text),

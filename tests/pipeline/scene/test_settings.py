@@ -226,8 +226,8 @@ def test_thousands_of_instances_are_read(tmp_path: Path) -> None:
     [
         ("x,y,z,scale\n1,2,3,0\n", "palms.csv: line 2, column scale: is 0.0; write a number or three"),
         ("x,y,z,scale_x,scale_y,scale_z\n\n1,2,3,1,1e9,1\n", "line 3, column scale_y: is 1000000000.0"),
-        ("x,y,z\n1,two,3\n", "palms.csv: line 2, column y: is 'two', not a number"),
-        ("x,y,z\n1,nan,3\n", "line 2, column y"),
+        ("x,y,z\n1,two,3\n", "palms.csv: line 2, column y: is 'two', not a number; allowed: -1e+09"),
+        ("x,y,z\n1,nan,3\n", "line 2, column y: is nan, out of range; allowed: -1e+09 to 1e+09 m"),
         ("x,y,z\n1,1e30,3\n", "line 2, column y"),
         ("x,y,z,roll_deg\n1,2,3,4000\n", "line 2, column roll_deg: is 4000.0, out of range"),
         ("x,y,z\n1,2\n", "line 2: has 2 values, expected 3; write one for each of x, y, z"),

@@ -24,9 +24,8 @@ def with_levels_seen(
     """Returns a mesh with what lods_seen.measure_lods_seen found of its levels. A level that differs too
     much at any size is drawn where the whole mesh is a pixel wide, and its differences do not count."""
     pixel_m = 2.0 * facts.radius_m * scene.head.lod_error_px
-    switch_m = accumulate(
-        (pixel_m if level["switch_m"] is None else level["switch_m"] for level in seen), max
-    )
+    found = (pixel_m if level["switch_m"] is None else level["switch_m"] for level in seen)
+    switch_m = accumulate(map(max, found, (error_m for _, error_m in facts.lods)), max)
     levels = [
         level | {key: difference[key] for key in SEEN}
         for level, difference in zip(mesh.levels, seen, strict=True)

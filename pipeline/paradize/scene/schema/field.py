@@ -21,6 +21,7 @@ class Faults:
         self.file = file
         self.folder = resolved(file.parent)
         self.errors: list[ParadizeError] = []
+        self.tables: list[tuple[str, type[Any]]] = []  # key path, of: those being read, the outermost first
 
     def add(self, place: str, what: str, mend: str | None = None) -> None:
         """Adds a fault. Raises GroupedError once there are MOST_FAULTS."""
@@ -76,9 +77,14 @@ def show(value: object) -> str:
     return text if len(text) <= 60 else text[:57] + "..."
 
 
-def suggestion(key: str, known: Any) -> str:
-    """Returns a mend for an unknown name: the nearest of the known ones, else all of them."""
+def nearest(key: str, known: Any) -> str:
+    """Returns a mend for an unknown name, the nearest of the known ones; empty where none is near."""
     import difflib
 
     near = difflib.get_close_matches(key, list(known), n=1)
-    return f"did you mean {near[0]}?" if near else f"known: {', '.join(sorted(known))}"
+    return f"did you mean {near[0]}?" if near else ""
+
+
+def suggestion(key: str, known: Any) -> str:
+    """Returns a mend for an unknown name: the nearest of the known ones, else all of them."""
+    return nearest(key, known) or f"known: {', '.join(sorted(known))}"

@@ -25,7 +25,8 @@ def _source(value: object, place: str, faults: Faults) -> Path | None:
         inside = path.is_relative_to(faults.folder)
         there = inside and is_there(path)
     except OSError as error:
-        faults.add(place, f"{show(value)} cannot be read: {error.strerror or error}")
+        what = f"{show(value)} cannot be read: {error.strerror or error}"
+        faults.add(place, what, "name a file that can be read")
         return None
     if not inside:
         linked = Path(os.path.normpath(named)).is_relative_to(faults.folder)

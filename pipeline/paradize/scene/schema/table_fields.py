@@ -6,7 +6,7 @@ import dataclasses
 from dataclasses import MISSING
 from typing import Any, TypeVar
 
-from paradize.scene.schema.field import Faults, declare, header, show, suggestion
+from paradize.scene.schema.field import Faults, declare, header, nearest, show
 
 T = TypeVar("T")
 _EACH_NAME = "a table for each name"
@@ -74,16 +74,46 @@ def _known(of: type[Any]) -> dict[str, Any]:
     return {item.metadata["key"] or item.name: item for item in dataclasses.fields(of)}
 
 
-def _tables_below(key: str, known: dict[str, Any], place: str) -> str:
-    """A mend for a key that belongs to tables in this one; empty where none has it, or more than three."""
+def _written(item: Any, name: str, place: str) -> str:
+    """The header of a table, a field of the table at `place`, as TOML writes it."""
+    allowed = item.metadata["allowed"]
     inside = f"{header(place)}." if place else ""
-    named = []
-    for name, item in known.items():
-        if item.metadata["of"] and key in _known(item.metadata["of"]):
-            allowed = item.metadata["allowed"]
-            table = f"[{inside}{name}{'.NAME' if allowed == _EACH_NAME else ''}]"
-            named.append(f"[{table}]" if allowed.endswith("tables") else table)
+    table = f"[{inside}{name}{'.NAME' if allowed == _EACH_NAME else ''}]"
+    return f"[{table}]" if allowed.endswith("tables") else table
+
+
+def _tables_below(key: str, of: type[Any], place: str) -> str:
+    """A mend for a key that belongs to tables in this one; empty where none has it, or more than three."""
+    named = [
+        _written(item, name, place)
+        for name, item in _known(of).items()
+        if item.metadata["of"] and key in _known(item.metadata["of"])
+    ]
     return f"it is a key of {', '.join(named)}" if 0 < len(named) <= 3 else ""
+
+
+def _table_around(key: str, faults: Faults) -> str:
+    """A mend for a key that belongs to a table around the one that is read; empty where none has it. TOML
+    gives a key to the last header above it."""
+    for place, of in reversed(faults.tables[:-1]):
+        if (item := _known(of).get(key)) is None:
+            continue
+        if not place:
+            return f"write {_written(item, key, place)}, and its keys below"
+        named = f"[[{header(place)}]]" if place.endswith("]") else f"[{header(place)}]"
+        return f"it is a key of {named}; write it right below that line"
+    return ""
+
+
+def _unknown(key: str, known: dict[str, Any], faults: Faults) -> str:
+    """A mend for a key that the table that is read, the last of faults.tables, does not have."""
+    place, of = faults.tables[-1]
+    now = [name for name, item in known.items() if item.metadata["formerly"] == key]
+    if now:
+        return f"its name is {now[0]} now"
+    mend = _tables_below(key, of, place) or _table_around(key, faults) or nearest(key, known)
+    beside = (_tables_below(key, around, place) for place, around in reversed(faults.tables[:-1]))
+    return mend or next(filter(None, beside), f"known: {', '.join(sorted(known))}")
 
 
 def read_table(of: type[T], value: object, place: str, faults: Faults) -> T | None:
@@ -96,12 +126,10 @@ def read_table(of: type[T], value: object, place: str, faults: Faults) -> T | No
     known = _known(of)
     read: dict[str, Any] = {}
     dotted = f"{place}." if place else ""
+    faults.tables.append((place, of))
     for key in value:
         if key not in known:
-            now = [name for name, item in known.items() if item.metadata["formerly"] == key]
-            mend = f"its name is {now[0]} now" if now else _tables_below(key, known, place)
-            mend = mend or suggestion(key, known)
-            faults.add(f"{dotted}{key}", "is not a key of this table", mend)
+            faults.add(f"{dotted}{key}", "is not a key of this table", _unknown(key, known, faults))
     for key, item in known.items():
         if key in value:
             read[item.name] = item.metadata["rule"](value[key], f"{dotted}{key}", faults)
@@ -109,5 +137,7 @@ def read_table(of: type[T], value: object, place: str, faults: Faults) -> T | No
             read[item.name] = ()
         elif item.default is MISSING and item.default_factory is MISSING:
             meaning = item.metadata["meaning"]
-            faults.add(f"{dotted}{key}", "is missing", "write it" + (f": {meaning}" if meaning else ""))
+            named = _written(item, key, place) if item.metadata["of"] else "it"
+            faults.add(f"{dotted}{key}", "is missing", f"write {named}" + (f": {meaning}" if meaning else ""))
+    faults.tables.pop()
     return of(**read) if len(faults.errors) == before else None

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from paradize import player_limits
 from paradize.files import read_file
-from paradize.scene.schema import Faults
+from paradize.scene.schema import FARTHEST, Faults, number
 from paradize.scene.schema.field import show, suggestion
 from paradize.scene.settings.objects import Instance
 
@@ -16,6 +16,7 @@ MAX_BYTES = 32 << 20
 _POSITION, _SCALES = ("x", "y", "z"), ("scale_x", "scale_y", "scale_z")
 _ANGLES = ("yaw_deg", "pitch_deg", "roll_deg")
 _SEPARATORS = {";": "semicolons", "\t": "tabs", " ": "spaces"}  # of tables that are no CSV
+_COORDINATE = number(0.0, low=-FARTHEST, high=FARTHEST, unit="m").metadata["rule"]
 _COLUMNS = (*_POSITION, *_ANGLES, "scale", *_SCALES)
 
 
@@ -52,7 +53,7 @@ def _rows(path: Path, faults: Faults) -> Iterator[tuple[int, list[str]]]:
     try:
         text = read_file(path, MAX_BYTES).decode("utf-8-sig")
     except OSError as error:
-        faults.add("the file", f"cannot be read: {error.strerror or error}")
+        faults.add("the file", f"cannot be read: {error.strerror or error}", "name a file that can be read")
         return
     except UnicodeDecodeError as error:
         faults.add(f"byte {error.start}", "is not text", "save the table as CSV in UTF-8")
@@ -93,13 +94,8 @@ def _instance(values: dict[str, str], line: int, faults: Faults) -> Instance | N
     for name, text in values.items():
         field = "scale" if name in _SCALES else name
         value = _number(text)
-        place = f"line {line}, column {name}"
-        if value is None:
-            faults.add(place, f"is {show(text)}, not a number")
-        elif name in _POSITION:
-            limits["position"].metadata["rule"]([value, 0.0, 0.0], place, faults)
-        else:
-            limits[field].metadata["rule"](value, place, faults)
+        rule = _COORDINATE if name in _POSITION else limits[field].metadata["rule"]
+        rule(text if value is None else value, f"line {line}, column {name}", faults)
         numbers[name] = value or 0.0
     if len(faults.errors) > before:
         return None

@@ -10,9 +10,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+from paradize.artifact import SEEN, Artifact
 from paradize.build.bake import bake
 from paradize.build.manifest import MeshFacts
 from paradize.build.measurements.lods_seen import measure_lods_seen
+from paradize.build.measurements.switches import with_levels_seen
 from paradize.build.options import BuildOptions
 from paradize.build.trim import levels_never_drawn
 from paradize.build.verify import verify
@@ -187,6 +189,17 @@ def test_levels_that_no_view_of_the_flight_draws_are_not_published(
     assert [len(lod.mesh.triangles) for lod in drawn] == [level["triangles"] for level in mesh["levels"]]
     worst = max(level["error_max"] for level in mesh["levels"])
     assert mesh["errors"]["surface_max"] == worst < whole["errors"]["surface_max"]
+
+
+def test_a_level_is_selected_by_no_less_than_its_own_error(tmp_path: Path) -> None:
+    """Level 0 of quantised vertices has an error, too; a level that looks alike nowhere may be off by more
+    than the pixel in which it is drawn."""
+    nodes = (("lod0", 0.002), ("lod1", 0.003), ("lod2", 9.0))
+    facts = MeshFacts((-1.0,) * 3, (1.0,) * 3, nodes, {}, (0.002, 0.003, 9.0))
+    found = [dict.fromkeys(SEEN, 0.0) | {"switch_m": switch_m} for switch_m in (0.0, 0.5, None)]
+    post = Artifact("post_mesh", levels=[{}, {}, {}])
+    _, selected = with_levels_seen(load_scene(make_post(tmp_path)), post, facts, found)
+    assert selected.switch_m == (0.002, 0.5, 9.0)
 
 
 @pytest.mark.deep  # of levels that are too fine: tests/pipeline/visibility/test_required_detail.py
