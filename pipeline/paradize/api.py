@@ -325,10 +325,14 @@ def bake(scene: AnyPath, out: AnyPath | None = None, options: BuildOptions | Non
 
 
 def check(*paths: AnyPath, options: CheckOptions | None = None) -> list[Finding]:
-    """Judges baked folders, files and scenes by all rules (checks/RULES.md). A finding with `fails` is an
-    error."""
+    """Judges baked folders, files and scenes, one or more, by all rules (checks/RULES.md). A finding with
+    `fails` is an error."""
     from paradize.checks import CheckOptions, check_paths
 
+    if not paths:
+        raise ArgumentError(
+            "has no path, so nothing is checked", place="paradize.check", mend="give one or more"
+        )
     _options(options, CheckOptions, "check", _CHECK)
     return check_paths(
         [_path(path, f"check: path {number}") for number, path in enumerate(paths, 1)], options

@@ -26,7 +26,7 @@ float ggx_visibility(float n_l, float n_v, float alpha) {
 
 // Share of the light from all around that microfacets reflect towards v in one bounce, as factors of f0 and of 1
 // (Schlick's term): B. Karis, "Real Shading in Unreal Engine 4", 2013. A fit to the integral of GGX with
-// height-correlated Smith, within 0.02 (0.05 where n_v < 0.2).
+// height-correlated Smith, within 0.02 (0.03 where n_v < 0.25, 0.05 where it is < 0.2).
 vec2 directional_albedo(float n_v, float alpha) {
     float x = clamp(n_v, 0.0, 1.0);
     float y = clamp(alpha, 0.0, 1.0);

@@ -184,6 +184,7 @@ def test_dir_lists_what_the_library_gives() -> None:
         (lambda: paradize.mesh(None), "paradize.mesh: source: expected a path .*, got NoneType None"),  # type: ignore[arg-type]
         (lambda: paradize.bake(3), "paradize.bake: scene: expected a path .*, got int 3"),  # type: ignore[arg-type]
         (lambda: paradize.bake("a.toml", options=5), "expected paradize.BuildOptions, got int 5"),  # type: ignore[arg-type]
+        (lambda: paradize.check(), "paradize.check: has no path, so nothing is checked; give one or more"),
         (lambda: paradize.check("a", 7), "paradize.check: path 2: expected a path .*, got int 7"),  # type: ignore[arg-type]
         (lambda: paradize.measure([]), "paradize.measure: source: expected a path .*, got list []"),  # type: ignore[arg-type]
         (

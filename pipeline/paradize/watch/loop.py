@@ -81,7 +81,8 @@ class Watch:
     on_end: Callable[[], None] = lambda: None
     _queue: queue.SimpleQueue[Any] = field(default_factory=queue.SimpleQueue)
     _events: _Events | None = None
-    _folders: frozenset[Path] = frozenset()
+    _folders: frozenset[Path] = frozenset()  # whose events come
+    _moved: bool = False  # whether one of them was made, renamed or removed: its events come no more
     _reads: frozenset[Path] = frozenset()  # the files of the scene, and the folders above them
     _late: dict[Path, Stamps] = field(default_factory=dict)  # files saved while the last bake ran
     _code: frozenset[Path] = frozenset()
@@ -150,6 +151,7 @@ class Watch:
 
     def _saved(self, paths: set[Path]) -> None:
         """These files and folders changed."""
+        self._moved = self._moved or not paths.isdisjoint(self._folders)
         if paths & self._code:
             self._replace()
         if read := paths & self._reads:
@@ -202,10 +204,11 @@ class Watch:
         clear_caches()
         self._code = frozenset(code_files("paradize.build.bake"))
         watched = {folder for path in paths | self._code for folder in _folders_of(path)}
-        folders = frozenset(watched | (self._folders if keep else set()))
-        if folders != self._folders:
+        kept = {folder for folder in self._folders if folder.is_dir()} if keep else set()
+        folders = frozenset(watched | kept)
+        if folders != self._folders or self._moved:
             old, self._events = self._events, _Events(folders, self._queue)
-            self._folders = folders
+            self._folders, self._moved = folders, False
             if old:
                 old.stop()
         late = {path: (was, now) for path, was in reads.items() if (now := stamp(path)) != was}

@@ -20,6 +20,7 @@ import pytest
 from paradize.cli import main as cli
 from paradize.errors import BakeError, SourceError
 from paradize.jobs.progress import Step
+from paradize.store.local import stamp
 from paradize.watch import loop as watch_module
 from paradize.watch.rebake import Baked, bake_again
 from tests.pipeline.own_package import copy_package
@@ -283,6 +284,37 @@ def test_nothing_is_baked_again_for_a_stamp_that_a_bake_left_as_it_was(tmp_path:
         odd.write_text("changed")
         watched._look_at({odd: None})
         assert watched._due
+    finally:
+        watched.stop()
+
+
+@pytest.mark.parametrize("at_once", [False, True])
+def test_a_folder_that_was_renamed_or_replaced_is_watched_again(tmp_path: Path, at_once: bool) -> None:
+    """As a checkout does it, and an export that writes beside its place and renames."""
+    model, aside = tmp_path / "model", tmp_path / "aside"
+    picture = model / "wood.png"
+    for folder in (model, tmp_path / "new"):
+        folder.mkdir()
+        (folder / "wood.png").touch()
+    watched = watch_module.Watch(tmp_path / "a.toml", None, 1, None, lambda event: None)
+
+    def look_after_the_save_of(*paths: Path) -> None:
+        missing = set(paths)
+        while missing:
+            saved = watched._queue.get(timeout=20.0)
+            watched._saved(saved)
+            missing -= saved
+        watched._look_at({picture: stamp(picture)}, keep=True)
+
+    try:
+        watched._look_at({picture: stamp(picture)})
+        model.rename(aside)
+        if not at_once:
+            look_after_the_save_of(model)
+        (tmp_path / "new" if at_once else aside).rename(model)
+        look_after_the_save_of(model)
+        picture.write_text("saved")
+        look_after_the_save_of(picture)
     finally:
         watched.stop()
 
