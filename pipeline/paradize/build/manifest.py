@@ -180,7 +180,24 @@ def build_manifest(
         "music": _music(scene.music, sounds) if scene.music else None,
         "flight": flight.as_json() | {"errors": flight_errors},
     }
-    return manifest, add_light_sets(manifest, glow) if lights else []
+    warnings = [text for entry in manifest["objects"] for text in pixel_lit(entry)]
+    return manifest, warnings + (add_light_sets(manifest, glow) if lights else [])
+
+
+def pixel_lit(entry: dict[str, Any]) -> list[str]:
+    """Warns of materials of an object that ask for light at the vertices and get it in each pixel."""
+    warnings = []
+    for name, of in entry["materials"].items():
+        maps = {*of["maps"].items(), *of.get("second", {}).get("maps", {}).items()}
+        beside = sorted({f"its {role} map" for role, artifact in maps if artifact and role != "color"})
+        beside += [f"{key} {of[key]:g}" for key in ("specular", "metalness") if of[key]]
+        beside += ["emission"] if any(of["emission"]) else []
+        if of["vertex_lit"] and beside:
+            warnings.append(
+                f"object {entry['name']}: material {name!r}: vertex_lit does nothing beside "
+                f"{', '.join(beside)}; leave it out, or what stands beside it"
+            )
+    return warnings
 
 
 def _with_pixel_errors(
