@@ -22,6 +22,7 @@ from paradize.errors import SourceError
 from paradize.files import library_path, open_file
 from paradize.kinds import PICTURE, expecting
 from paradize.readers.basis import read_basis
+from paradize.readers.bitmap_masks import read_masked_bitmap
 from paradize.readers.damage import check_damage, damaged
 from paradize.readers.dds import MULTIPLIED, OPAQUE, DdsHead, dds_head, read_plain_dds
 from paradize.readers.gain_map import has_gain, read_without_gain
@@ -39,7 +40,7 @@ from paradize.readers.notes import (
     turned,
 )
 from paradize.readers.pbm import read_text_bitmap
-from paradize.readers.pillow import psd_alpha, read_with_pillow
+from paradize.readers.pillow import psd_alpha, read_merged, read_with_pillow
 from paradize.readers.pnm import exact_shares
 from paradize.readers.profile import declared_note, primaries_note, profile_note
 from paradize.readers.rare_tiff import read_rare_tiff, tiles_of_doubles
@@ -69,6 +70,14 @@ _STRAIGHT = {
     "heif",
     "sgi",
 }
+_OTHERS = (  # readers of pictures that OpenImageIO reads wrong or not at all
+    read_plain_dds,
+    read_masked_bitmap,
+    read_with_pillow,
+    read_basis,
+    read_rare_tiff,
+    read_text_bitmap,
+)
 _HEAD_BYTES = 4096  # of an AVIF file the boxes before the texels
 _LAYERED = ("psd",)  # the first picture of these is all layers together
 _TARGA_MULTIPLIED = 4  # type of alpha
@@ -114,7 +123,7 @@ def _read_image(path: Path, color_space: str | None, finite: bool, light: bool) 
         return grid
     try:
         head = _head(path)
-        for read in (read_plain_dds, read_with_pillow, read_basis, read_rare_tiff, read_text_bitmap):
+        for read in _OTHERS:
             if (picture := read(path, head, color_space)) is not None:
                 if finite and picture.top is None:
                     require_finite(picture.values, path)
@@ -151,6 +160,8 @@ def _read_with_oiio(path: Path, head: bytes, color_space: str | None, finite: bo
             said = _message(oiio)
             if "limits:imagesize_MB" in said:
                 raise too_many_bytes(path)
+            if (merged := read_merged(path, head, color_space)) is not None:
+                return merged
             if _CUT.search(said):
                 raise damaged(said.replace(name, path.name), path)
             what = f"is not a readable picture: {said or 'no reason given'}"

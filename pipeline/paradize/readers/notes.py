@@ -17,6 +17,7 @@ SEVERAL = "holds several pictures; the first is read"
 FIRST_BAND = "has several channels that are no colours; the first is read"
 MASKED = "has a mask, which is not read; give the pixels that it leaves out the no-data value"
 FOURTH = "its fourth channel is taken for alpha, as game engines take it"
+UNREAD_LAYERS = "its layers cannot be read; the picture of all of them is read, as other programs show it"
 LEFT_OUT = "has more channels than its colours, which are not read; save it as PNG with its alpha"
 
 

@@ -1,13 +1,14 @@
 """Reads with Pillow those pictures that OpenImageIO 3.2 reads wrong or not at all: AVIF, QOI, some others.
 
 Of Windows bitmaps OpenImageIO takes the unused fourth byte of a texel for alpha, ignores the masks that say
-where a channel lies, refuses sound run-length coded ones, and gives one under a header of OS/2 the size of
-the bitmap read before. Plain palettes are left to it: Pillow 13 takes bytes for bits where there are two
-colours. Canvas that the first picture of a WebP leaves free gets memory that nobody wrote. DDS of GLI (a code
-that the flags do not declare) and those without flags that no reader needs are refused. Of Photoshop pictures
-it leaves out a fourth channel. Sources: Microsoft, "Bitmap storage"; D. Szablewski, "The Quite OK Image
-Format", 2022; Alliance for Open Media, "AV1 Image File Format", 2022; Google, "WebP Container Specification";
-Adobe, "Photoshop File Formats Specification", 2019.
+where a channel lies (`bitmap_masks.py` reads most of those), refuses sound run-length coded ones, and gives
+one under a header of OS/2 the size of the bitmap read before. Plain palettes are left to it: Pillow 13 takes
+bytes for bits where there are two colours. Canvas that the first picture of a WebP leaves free gets memory
+that nobody wrote. DDS of GLI (a code that the flags do not declare) and those without flags that no reader
+needs are refused. Of Photoshop pictures it leaves out a fourth channel, and refuses those with a layer that
+it does not read. Sources: Microsoft, "Bitmap storage"; D. Szablewski, "The Quite OK Image Format", 2022;
+Alliance for Open Media, "AV1 Image File Format", 2022; Google, "WebP Container Specification"; Adobe,
+"Photoshop File Formats Specification", 2019.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from __future__ import annotations
 import struct
 import warnings
 from contextlib import suppress
+from dataclasses import replace
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
@@ -26,7 +28,7 @@ from paradize.files import open_file
 from paradize.readers.damage import check_damage
 from paradize.readers.dds import MULTIPLIED, OPAQUE, dds_head
 from paradize.readers.limits import require_size
-from paradize.readers.notes import FOURTH, LEFT_OUT, NARROWED, SEVERAL, high_range, turned
+from paradize.readers.notes import FOURTH, LEFT_OUT, NARROWED, SEVERAL, UNREAD_LAYERS, high_range, turned
 from paradize.readers.profile import profile_note
 
 if TYPE_CHECKING:
@@ -98,6 +100,20 @@ def psd_alpha(path: Path, head: bytes) -> tuple[npt.NDArray[np.uint8] | None, st
             alpha = np.asarray(picture.getchannel("A"))
             return (alpha, FOURTH) if alpha.any() else (None, "")
     return None, LEFT_OUT
+
+
+def read_merged(path: Path, head: bytes, color_space: str | None) -> Image | None:
+    """The picture that the layers of a Photoshop file make, of 8 bits in grey or RGB, for one whose layers
+    OpenImageIO does not read; None for any other file, and where it cannot be read."""
+    if struct.unpack_from(">4sH", head.ljust(26, b"\0")) != (b"8BPS", 1):
+        return None
+    channels, bits, mode = struct.unpack_from(">H8xHH", head, 12)
+    if bits != 8 or (mode, channels) not in ((1, 1), (3, 3), (3, 4)):
+        return None
+    with suppress(SourceError):
+        merged = decode("Psd", path, head, color_space)
+        return replace(merged, notes=(UNREAD_LAYERS, FOURTH) if channels == 4 else (UNREAD_LAYERS,))
+    return None
 
 
 def _format(head: bytes) -> str | None:

@@ -11,7 +11,7 @@ import pytest
 
 from paradize.errors import SourceError
 from paradize.readers.image import read_image
-from paradize.readers.notes import NARROWED, SEVERAL, turned
+from paradize.readers.notes import FOURTH, NARROWED, SEVERAL, UNREAD_LAYERS, turned
 
 
 def bitmap(
@@ -75,10 +75,58 @@ def test_the_canvas_that_the_first_picture_of_a_webp_leaves_free_is_clear(tmp_pa
     assert image.values[:20].max() == 0 and (image.values[:, :, 3] > 0).sum() == 16
 
 
-def test_a_bitmap_of_masks_that_are_not_decoded_is_refused(tmp_path: Path) -> None:
-    path = tmp_path / "a.bmp"
-    path.write_bytes(bitmap(32, 3, bytes(16), masks=(0x7FF00000, 0xFFC00, 0x3FF, 0)))
-    with pytest.raises(SourceError, match=r"is not a readable BMP picture.*; save it as PNG"):
+SHUFFLED = "00ff0000 000000ff 0000ff00 00ffffff"  # from the lowest byte: unused, red, blue, green
+MASKED: dict[str, tuple[int, int, str, tuple[int, ...], list[list[tuple[int, ...]]]]] = {
+    # bits, packing, rows, masks (alpha's is none of the first packing under a header of 40 bytes), texels
+    "4 bits": (16, 3, "000ff000 0f00ff0f", (0xF00, 0xF0, 0xF, 0), UPRIGHT),
+    "a byte without use": (32, 3, SHUFFLED, (0xFF00, 0xFF << 24, 0xFF0000, 0xFF), UPRIGHT),
+    "alpha by its own packing": (32, 6, "ff0000ff 00ff0080 0000ff40 ffffff00", RED_FIRST, WITH_ALPHA),
+}
+
+
+@pytest.mark.parametrize("name", MASKED)
+def test_a_channel_of_a_bitmap_has_the_bits_of_its_mask(tmp_path: Path, name: str) -> None:
+    bits, packing, rows, masks, texels = MASKED[name]
+    path, whole = tmp_path / "a.bmp", bitmap(bits, packing, bytes.fromhex(rows), masks=masks)
+    whole = whole[:14] + struct.pack("<I", 40) + whole[18:]
+    path.write_bytes(whole)
+    assert read_image(path).values.tolist() == [[list(texel) for texel in row] for row in texels]
+    path.write_bytes(whole[:22] + struct.pack("<i", -2) + whole[26:])
+    assert read_image(path).values.tolist() == [[list(texel) for texel in row] for row in texels[::-1]]
+    path.write_bytes(whole[:-1])
+    with pytest.raises(SourceError, match="the file ends before its picture does"):
+        read_image(path)
+
+
+def test_a_mask_of_more_than_a_byte_keeps_its_steps_and_one_with_a_gap_is_refused(tmp_path: Path) -> None:
+    path, masks = tmp_path / "a.bmp", (0x7FF << 21, 0x3FF << 11, 0x7FF, 0)
+    rows = struct.pack("<4I", 1 << 21, 1 << 11, 1, 0xFFFFFFFF)
+    path.write_bytes(bitmap(32, 3, rows, masks=masks))
+    image = read_image(path)
+    assert (image.top, image.source_bits) == (65535, 16)
+    assert image.values.tolist() == [[[0, 0, 32], [65535] * 3], [[32, 0, 0], [0, 64, 0]]]
+    path.write_bytes(bitmap(32, 3, rows, masks=(0x5, 0xFF00, 0xFF0000, 0)))
+    with pytest.raises(SourceError, match=r"a channel has bits 0x5 of a texel of 32 bits; save it as PNG"):
+        read_image(path)
+
+
+@pytest.mark.parametrize("channels", [3, 4])
+def test_a_photoshop_file_whose_layers_are_not_read_is_the_picture_of_them_all(
+    tmp_path: Path, channels: int
+) -> None:
+    """The row of the layer's channel promises more bytes than there are."""
+    layer = struct.pack(">h4iHhI", 1, 0, 0, 1, 2, 1, 0, 4) + b"8BIMnorm" + bytes([255, 0, 0, 0]) + bytes(4)
+    layers = layer + struct.pack(">2H", 1, 0xFFFF)
+    texels = bytes(range(10, 10 + 2 * channels))
+    head = struct.pack(">4sH6xHIIHH", b"8BPS", 1, channels, 1, 2, 8, 3) + bytes(8)
+    whole = head + struct.pack(">2I", len(layers) + 4, len(layers)) + layers + bytes(2) + texels
+    path = tmp_path / "a.psd"
+    path.write_bytes(whole)
+    image = read_image(path)
+    assert image.values.tolist() == [[list(texels[0::2]), list(texels[1::2])]]
+    assert image.notes == ((UNREAD_LAYERS, FOURTH) if channels == 4 else (UNREAD_LAYERS,))
+    path.write_bytes(whole[:-1])
+    with pytest.raises(SourceError, match="failed load_layers"):
         read_image(path)
 
 
