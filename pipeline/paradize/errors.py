@@ -135,6 +135,23 @@ def unexpected(error: Exception, where: str = "", file: str | None = None) -> Ba
     return BakeError(what, file=file, mend="please report it")
 
 
+def unread(
+    error: OSError, file: object, mend: str | None = None, kind: type[ParadizeError] = SourceError
+) -> ParadizeError:
+    """Returns the error of a file that cannot be read. mend: where `mend_of_reading` knows none."""
+    return kind(f"cannot be read: {error.strerror or error}", file=file, mend=mend_of_reading(error) or mend)
+
+
+def mend_of_reading(error: OSError) -> str:
+    """Advice for a file that this user may not read, whatever it is for; empty for other errors."""
+    forbidden = error.errno in (errno.EACCES, errno.EPERM)
+    return (
+        "let this user read it and enter its folder (`chmod`), or make a copy that may be read"
+        if forbidden
+        else ""
+    )
+
+
 class ArgumentError(ParadizeError, TypeError, ValueError):
     """A program called a function of the library with an argument that is not allowed."""
 

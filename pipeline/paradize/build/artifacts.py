@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Mapping
 from pathlib import Path
 
-from paradize.errors import BakeError
+from paradize.errors import BakeError, unread
 from paradize.files import read_file
 from paradize.store.local import Store
 
@@ -25,7 +25,7 @@ def read_artifact(path: Path) -> bytes:
     try:
         return read_file(path)
     except OSError as error:
-        raise BakeError(f"cannot be read: {error.strerror or error}", file=path, mend="bake again") from None
+        raise unread(error, path, "bake again", BakeError) from None
 
 
 class Artifacts(Mapping[str, bytes | Path]):

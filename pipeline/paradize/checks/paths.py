@@ -16,6 +16,7 @@ from paradize.checks.scenes import CheckOptions, check_scene
 from paradize.checks.settings import check_settings
 from paradize.checks.textures import check_texture
 from paradize.documents import SCENE_FILE
+from paradize.errors import mend_of_reading
 from paradize.files import read_file
 from paradize.formats.glb.layout import MAGIC
 from paradize.formats.ktx2.layout import IDENTIFIER
@@ -51,7 +52,9 @@ def _check(path: Path, options: CheckOptions) -> Iterator[Finding]:
         yield Finding("PZ101", str(path), what, mend=mend)
         return
     except OSError as error:
-        yield Finding("PZ101", str(path), error.strerror or str(error), mend=_ACCEPTED)
+        yield Finding(
+            "PZ101", str(path), error.strerror or str(error), mend=mend_of_reading(error) or _ACCEPTED
+        )
         return
     if folder:
         if path / SCENE_FILE in inside:
@@ -76,7 +79,9 @@ def _check(path: Path, options: CheckOptions) -> Iterator[Finding]:
     try:
         data = read_file(path)
     except OSError as error:
-        yield Finding("PZ101", str(path), error.strerror or str(error), mend=_ACCEPTED)
+        yield Finding(
+            "PZ101", str(path), error.strerror or str(error), mend=mend_of_reading(error) or _ACCEPTED
+        )
         return
     if path.suffix == ".toml" or kind_of(path) is SCENE:
         yield from check_settings(path, options.scenes)

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 
-from paradize.errors import MAX_MEND, MAX_PART, ParadizeError, bounded
+from paradize.errors import MAX_MEND, MAX_PART, ParadizeError, bounded, mend_of_reading
 
 
 @dataclass(frozen=True)
@@ -340,7 +340,9 @@ def isolated(findings: Iterable[Finding], file: str) -> Iterator[Finding]:
     except ParadizeError as error:
         yield Finding("PZ102", error.file or file, error.what, error.place or "")
     except OSError as error:
-        yield Finding("PZ101", file, f"cannot be read: {error.strerror or error}")
+        yield Finding(
+            "PZ101", file, f"cannot be read: {error.strerror or error}", mend=mend_of_reading(error)
+        )
     except Exception as error:
         yield Finding("PZ105", file, f"internal error: {type(error).__name__}: {error}")
 

@@ -26,7 +26,7 @@ from paradize.checks.sounds import check_sound
 from paradize.checks.terrain import check_tiles
 from paradize.checks.textures import check_texture
 from paradize.checks.verdicts import apply_scene
-from paradize.errors import FormatError
+from paradize.errors import FormatError, mend_of_reading
 from paradize.formats.glb.reader import decode_glb
 from paradize.formats.glb.tiles import decode_tile
 from paradize.formats.scene.manifest import read_entry, read_scene, references
@@ -118,7 +118,7 @@ def _findings(manifest: dict[str, Any], path: Path, options: CheckOptions) -> It
 
 def _mend(error: OSError) -> str:
     """Advice for a file that cannot be read, if its rule gives none."""
-    return "move it away, then bake again" if error.errno == errno.EISDIR else ""
+    return "move it away, then bake again" if error.errno == errno.EISDIR else mend_of_reading(error) or ""
 
 
 def _colors(manifest: dict[str, Any]) -> dict[str, bool]:

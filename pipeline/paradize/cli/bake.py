@@ -110,7 +110,15 @@ def _draw_report(scene: Path, report: Any, unchanged: bool, stream: Any) -> list
     from paradize.preview.player import find_player
     from paradize.report.folder import draw_folder, draw_page
     from paradize.report.poster import draw_poster
+    from paradize.store.atomic import unwritten
 
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:  # told once, not for each sheet
+        report.warnings.append(
+            f"no report: {unwritten(folder, error, 'name another place with PARADIZE_REPORT')}"
+        )
+        return []
     start = time.monotonic()
     with progress() as shown:
         sheets = draw_folder(report.out, folder, on_progress=shown.step)

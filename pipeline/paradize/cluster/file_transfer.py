@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from typing import Any
 
 from paradize.cluster.serialization import absolute
-from paradize.errors import BakeError
+from paradize.errors import BakeError, unread
 from paradize.files import read_file
 from paradize.jobs.pool import Job
 
@@ -36,7 +36,7 @@ class FileTransfer:
                 try:
                     data = read_file(path)
                 except OSError as error:
-                    raise BakeError(f"cannot be read: {error.strerror or error}", file=path) from None
+                    raise unread(error, path, kind=BakeError) from None
                 self.sent[absolute(path)] = self.client.scatter(data, workers=[address], hash=True)
         return [absolute(path) for path in paths], [self.sent[absolute(path)] for path in paths]
 

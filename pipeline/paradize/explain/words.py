@@ -102,10 +102,11 @@ def words_of(facts: dict[str, Any], details: bool = False) -> list[str]:
     if gutter is None:
         return lines
     width = gutter["width_texels"]
+    count = "1 island" if gutter["islands"] == 1 else f"{gutter['islands']} islands"
     has = "alone on the map" if width is None else f"{width:g} texels at the narrowest"
     moved = any(parallax["reach"] > 0.0 for parallax in gutter["parallax"].values())
     lines.append(
-        f"  gutter: {gutter['islands']} islands, {has}; {gutter['needed_texels']:g} needed for level "
+        f"  gutter: {count}, {has}; {gutter['needed_texels']:g} needed for level "
         f"{gutter['level_in_use']}{' and the steepest parallax' if moved else ''}"
     )
     lines += [f"  {words}" for words in facts["decides"]]

@@ -17,7 +17,7 @@ import numpy as np
 
 from paradize.data import ORIGIN, Mesh, Texture, Vec3
 from paradize.documents import SCENE_FILE
-from paradize.errors import BakeError, SourceError
+from paradize.errors import BakeError, unread
 from paradize.export.flight import flight_keys, quaternion
 from paradize.export.ground_shade import contrasted, tone_of, toned, wetted
 from paradize.export.heights import (
@@ -454,5 +454,4 @@ def _reading(path: Path) -> Iterator[None]:
     try:
         yield
     except OSError as error:
-        what = f"cannot be read: {error.strerror or error}"
-        raise SourceError(what, file=path, mend="bake the scene again") from None
+        raise unread(error, path, "bake the scene again") from None

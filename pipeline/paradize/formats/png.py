@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import OpenImageIO as oiio
 
-from paradize.errors import FormatError
+from paradize.errors import FormatError, unread
 from paradize.files import library_path, read_file
 
 if TYPE_CHECKING:
@@ -56,7 +56,7 @@ def decode_png(path: Path) -> Texels:
             what = source.geterror().strip()
             source.close()
     except OSError as error:
-        raise FormatError(f"cannot be read: {error.strerror}", file=path) from None
+        raise unread(error, path, kind=FormatError) from None
     if texels is None or what:
         raise FormatError(what or "is not a readable PNG", file=path)
     return np.asarray(texels).reshape(spec.height, spec.width, spec.nchannels)

@@ -16,7 +16,7 @@ from paradize.data import Mesh
 from paradize.documents import toml_text
 from paradize.errors import SourceError
 from paradize.files import read_parts, resolved
-from paradize.kinds import MODEL, PLY, STL, expecting, is_gltf, kind_of
+from paradize.kinds import MODEL, expecting, is_gltf
 from paradize.material import Material
 from paradize.new.instances import instance_of, moved, sizes_of, table_text, why_not
 from paradize.new.shapes import Shape, bounds, least_floor
@@ -64,7 +64,7 @@ class Part:
 @dataclass
 class Model:
     """The objects made from the model, and its size in the units of the file. floor: how far above its foot
-    its lowest floor lies. least_z: of PLY and STL. position: where the scene shows its origin."""
+    its lowest floor lies. least_z: not of glTF, whose up is Y. position: where the scene shows its origin."""
 
     parts: list[Part] = field(default_factory=list)
     center: Vec3 = (0.0, 0.0, 0.0)
@@ -164,7 +164,7 @@ def _measure(model: Model, source: Path, reads: Sequence[_Read]) -> None:
     half = [0.5 * (b - a) for a, b in zip(low, high, strict=True)]
     model.center = (low[0] + half[0], low[1] + half[1], low[2] + half[2])
     model.foot, model.floor = low[1], least_floor(shapes)
-    model.least_z = low[2] if kind_of(source) in (PLY, STL) else None
+    model.least_z = None if is_gltf(source) else low[2]
     model.radius = sqrt(sum(h * h for h in half))
     model.sun = sun_of(model.views)
     if model.views:

@@ -54,6 +54,8 @@ def new_scene(folder: Path, model: Path | None = None) -> NewScene:
     def fill(aside: Path) -> tuple[str, Model]:
         (aside / "model").mkdir()
         copied = copy_model(model or write_vase(aside / "model"), aside)
+        if model is None:
+            copied.least_z = None  # of the vase, up is Y
         write_sky(aside / "sky", copied.sun.direction)
         write_heightmap(aside / "ground.png")
         write_sand(aside / "sand.png")

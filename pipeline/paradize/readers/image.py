@@ -18,7 +18,7 @@ import numpy as np
 import OpenImageIO as oiio
 
 from paradize.data import Image
-from paradize.errors import SourceError
+from paradize.errors import SourceError, unread
 from paradize.files import library_path, open_file
 from paradize.kinds import PICTURE, expecting
 from paradize.readers.basis import read_basis
@@ -132,7 +132,7 @@ def _read_image(path: Path, color_space: str | None, finite: bool, light: bool) 
     except FileNotFoundError:
         raise SourceError("no such file", file=path) from None
     except OSError as error:
-        raise SourceError(f"cannot be read: {error.strerror}", file=path) from error
+        raise unread(error, path) from error
     except MemoryError as error:
         raise SourceError("does not fit into memory", file=path, mend="make it smaller") from error
 

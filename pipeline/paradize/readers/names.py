@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from urllib.parse import unquote
 
 from paradize import files
-from paradize.errors import SourceError
+from paradize.errors import SourceError, unread
 from paradize.files import is_there, resolved
 from paradize.spelling import entries, folded, in_other_letters
 
@@ -60,8 +60,7 @@ def named_file(path: Path, named_by: str, limit: int = files.MAX_BYTES) -> bool:
     except OSError as error:
         if error.errno == errno.EISDIR:
             return False
-        what = f"cannot be read: {error.strerror or error}"
-        raise SourceError(what, file=path, mend=f"mend it, or take it out of {named_by}") from None
+        raise unread(error, path, f"mend it, or take it out of {named_by}") from None
 
 
 def why_missing(path: Path | None) -> str:

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from paradize.data import Group, Mesh, SourcePositions
-from paradize.errors import SourceError
+from paradize.errors import SourceError, unread
 from paradize.files import open_file, read_file
 from paradize.kernels.obj import ParsedObj, parse_obj, parse_obj_file
 from paradize.kinds import MODEL, expecting
@@ -246,10 +246,10 @@ def _parse(path: Path) -> ParsedObj:
                 return parse_obj(read_file(path).rstrip(END_MARKS))
             return parse_obj_file(file.fileno())
     except (OSError, ValueError) as error:
-        large = getattr(error, "errno", None) == errno.EFBIG
+        error = error if isinstance(error, OSError) else OSError(errno.EINVAL, str(error))
+        large = error.errno == errno.EFBIG
         mend = "split the model into several files" if large else "name an OBJ file that can be read"
-        what = f"cannot be read: {getattr(error, 'strerror', None) or error}"
-        raise SourceError(what, file=path, mend=mend) from error
+        raise unread(error, path, mend) from error
 
 
 def _without_faces(path: Path, warnings: list[str]) -> SourceError:

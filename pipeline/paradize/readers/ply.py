@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from paradize.data import Group, Mesh, SourcePositions
-from paradize.errors import SourceError
+from paradize.errors import SourceError, unread
 from paradize.files import read_file
 from paradize.kernels.mesh import number_rows
 from paradize.kernels.obj import cut_polygons, origin_of
@@ -53,7 +53,7 @@ def read_ply(path: Path, root: Path | None = None) -> Model:
     try:
         data = read_file(path)
     except OSError as error:
-        raise SourceError(f"cannot be read: {error.strerror or error}", file=path) from None
+        raise unread(error, path) from None
     ply = read_elements(data, path, {*_READ, *_FACES, "texcoord"})
     columns = ply.columns.get("vertex", {})
     if not {"x", "y", "z"} <= columns.keys():

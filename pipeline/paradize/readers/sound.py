@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import soundfile
 
-from paradize.errors import SourceError
+from paradize.errors import SourceError, unread
 from paradize.files import read_file
 from paradize.kinds import SOUND, expecting
 
@@ -43,7 +43,7 @@ def _read_sound(path: Path) -> Sound:
     try:
         data = read_file(path, MAX_BYTES)
     except OSError as error:
-        raise SourceError(error.strerror or str(error), file=path) from None
+        raise unread(error, path) from None
     if data[:4] != b"OggS":
         raise SourceError("is not an Ogg file", file=path, mend=mend)
     try:

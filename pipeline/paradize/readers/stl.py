@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from paradize.data import Group, Mesh, SourcePositions
-from paradize.errors import SourceError
+from paradize.errors import SourceError, unread
 from paradize.files import read_file
 from paradize.kernels.mesh import number_rows
 from paradize.kernels.obj import cut_polygons, origin_of
@@ -45,7 +45,7 @@ def read_stl(path: Path) -> Model:
     try:
         data = read_file(path)
     except OSError as error:
-        raise SourceError(f"cannot be read: {error.strerror or error}", file=path) from None
+        raise unread(error, path) from None
     count = int.from_bytes(data[80:_HEADER], "little")
     needed = _HEADER + count * _FACET
     warnings = []

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import BinaryIO
 
 from paradize.errors import BakeError
-from paradize.files import read_parts
+from paradize.files import read_parts, resolved
 
 PARTIAL = ".part-"  # in the name of a file that is being written; a killed writer leaves it behind
 
@@ -36,19 +36,21 @@ def write_whole(
 
     durable: flush the file and its folder; False for files that can be made again. flush: False leaves out
     the flush of the folder, for callers that write many files and then call flush_folder once. sha256:
-    expected hash of a copied file. owned: only Paradize uses such a name, so a device, pipe or socket there
-    is replaced. option: what names another place, for messages.
+    expected hash of a copied file. owned: only Paradize uses such a name, so a device, pipe, socket or link
+    there is replaced; else a link stays, and the file that it leads to is written. option: what names another
+    place, for messages.
 
     Raises BakeError (file, reason) where the file system refuses, where a folder is in the way, or a device,
     pipe or socket that is not owned, or where the hash differs. No partial file stays.
     """
     if path.name in ("", ".."):
         raise BakeError("names a folder, not a file", file=path, mend=f"name a file with {option}")
-    partial = path.with_name(f".{path.name[:40]}{PARTIAL}{os.urandom(4).hex()}")
+    target = path if owned else resolved(path)
+    partial = target.with_name(f".{target.name[:40]}{PARTIAL}{os.urandom(4).hex()}")
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        folder = path.is_dir() and not path.is_symlink()
-        if folder or (not owned and path.exists() and not (path.is_file() or path.is_dir())):
+        target.parent.mkdir(parents=True, exist_ok=True)
+        folder = target.is_dir() and not target.is_symlink()
+        if folder or (not owned and target.exists() and not target.is_file()):
             what = "is a folder" if folder else "is not a regular file"  # a rename would replace it
             raise BakeError(what, file=path, mend=f"move it away, or name another path with {option}")
         try:
@@ -60,12 +62,12 @@ def write_whole(
                 if durable:
                     stream.flush()
                     os.fsync(stream.fileno())
-            partial.replace(path)
+            partial.replace(target)
         except BaseException:
             partial.unlink(missing_ok=True)
             raise
         if durable and flush:
-            flush_folder(path.parent)
+            flush_folder(target.parent)
     except OSError as error:
         raise unwritten(path, error, f"name another place with {option}") from None
 

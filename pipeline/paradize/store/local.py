@@ -26,7 +26,7 @@ from stat import S_ISDIR
 from typing import Any
 
 from paradize.documents import parse_json
-from paradize.errors import BakeError, FormatError
+from paradize.errors import BakeError, FormatError, unread
 from paradize.files import open_lock, read_file, read_parts
 from paradize.store.atomic import unwritten, write_whole
 
@@ -54,7 +54,7 @@ def hash_file(path: Path) -> str:
         for part in read_parts(path):
             digest.update(part)
     except OSError as error:
-        raise BakeError(f"cannot be read: {error.strerror or error}", file=path) from None
+        raise unread(error, path, kind=BakeError) from None
     return digest.hexdigest()
 
 

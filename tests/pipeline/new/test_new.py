@@ -213,8 +213,8 @@ def test_a_model_with_several_maps_stays_one_object_with_a_map_for_each_material
     assert not any(name.startswith("thing_bare") for name in maps)
 
 
-@pytest.mark.parametrize(("size", "suffix"), [(1.0, "STL"), (2000.0, "STL"), (1.0, "ply")])
-def test_the_lines_beside_an_stl_or_ply_turn_a_model_whose_z_is_up_upright(
+@pytest.mark.parametrize(("size", "suffix"), [(1.0, "STL"), (2000.0, "STL"), (1.0, "ply"), (1.0, "obj")])
+def test_the_lines_beside_an_obj_stl_or_ply_turn_a_model_whose_z_is_up_upright(
     tmp_path: Path, size: float, suffix: str
 ) -> None:
     low, high = size * np.array([5.0, 7.0, 1.0]), size * np.array([7.0, 7.5, 4.0])
@@ -226,8 +226,13 @@ def test_the_lines_beside_an_stl_or_ply_turn_a_model_whose_z_is_up_upright(
     head = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n"
     head += "element face 2\nproperty list uchar int vertex_indices\nend_header\n"
     rows = "".join("{} {} {}\n".format(*corner) for corner in corners) + "3 0 1 3\n3 0 3 2\n"
-    text = f"solid post\n{loops}endsolid post\n" if suffix == "STL" else head + rows
-    (tmp_path / f"Post.{suffix}").write_text(text)
+    places = "".join("v {} {} {}\n".format(*corner) for corner in corners)
+    texts = {
+        "STL": f"solid post\n{loops}endsolid post\n",
+        "ply": head + rows,
+        "obj": places + "f 1 2 4\nf 1 4 3\n",
+    }
+    (tmp_path / f"Post.{suffix}").write_text(texts[suffix])
     new = new_scene(tmp_path / "s", tmp_path / f"Post.{suffix}")
     text = new.scene.read_text()
     pattern = r"(position = .*)\n(?:scale.*\n)?# The file .*\n# (position.*)\n# (pitch.*)"

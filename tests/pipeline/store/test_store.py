@@ -131,6 +131,18 @@ def test_a_pipe_is_never_replaced_by_a_file(tmp_path: Path) -> None:
     assert pipe.is_fifo() and link.is_symlink()
 
 
+def test_a_link_stays_and_the_file_that_it_leads_to_is_written(tmp_path: Path) -> None:
+    (tmp_path / "real").mkdir()
+    link = tmp_path / "link"
+    link.symlink_to("real/file")
+    for data in (b"made", b"replaced"):  # at first it leads to nothing
+        write_whole(link, data)
+        assert link.is_symlink() and (tmp_path / "real/file").read_bytes() == data
+    write_whole(link, b"ours", owned=True)
+    assert not link.is_symlink() and (tmp_path / "real/file").read_bytes() == b"replaced"
+    assert [path.name for path in (tmp_path / "real").iterdir()] == ["file"]
+
+
 def test_a_full_disk_leaves_the_old_file_and_no_part(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def full(descriptor: int) -> None:
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))

@@ -7,7 +7,7 @@ import binascii
 from pathlib import Path
 from urllib.parse import unquote, unquote_to_bytes
 
-from paradize.errors import SourceError
+from paradize.errors import unread
 from paradize.files import is_there, read_file
 from paradize.readers.gltf.compression import unpacked_view
 from paradize.readers.gltf.document import Document
@@ -91,7 +91,7 @@ class Buffers:
             data = read_file(path)
         except OSError as error:
             mend = f"copy it beside {self.document.file.name}, or export the model again"
-            raise SourceError(f"cannot be read: {error.strerror or error}", file=path, mend=mend) from None
+            raise unread(error, path, mend) from None
         self.libraries.append(path)
         self.document.limit += 4 * len(data)
         return data

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, Self
 
 from paradize.documents import json_kind, parse_json
-from paradize.errors import FormatError, SourceError, bounded
+from paradize.errors import FormatError, SourceError, bounded, unread
 from paradize.files import read_file
 from paradize.readers.names import END_MARKS
 from paradize.readers.ranges import beyond, strays, within
@@ -33,7 +33,7 @@ class Document:
         try:
             data = read_file(file)
         except OSError as error:
-            raise SourceError(f"cannot be read: {error.strerror or error}", file=file) from None
+            raise unread(error, file) from None
         self.limit = _SPARE_VALUES + 4 * len(data)
         self._spent = 0
         self.binary: memoryview | None = None

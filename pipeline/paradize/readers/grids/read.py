@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from paradize.errors import SourceError
+from paradize.errors import unread
 from paradize.files import read_file
 from paradize.kinds import GRID_SUFFIXES, is_ascii_grid
 from paradize.readers.grids.esri import read_ascii_grid
@@ -29,7 +29,7 @@ def read_grid(path: Path) -> Image | None:
     try:
         data = read_file(path, _MOST_BYTES)
     except OSError as error:
-        raise SourceError(f"cannot be read: {error.strerror or error}", file=path) from None
+        raise unread(error, path) from None
     if suffix not in GRID_SUFFIXES:
         return read_ascii_grid(data, path, MAX_SIDE)
     return read_srtm(data, path, MAX_SIDE) if suffix == ".hgt" else read_raw(data, path, MAX_SIDE)

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 from math import inf
 from pathlib import Path
 
-from paradize.errors import GroupedError, SourceError
+from paradize.errors import GroupedError, SourceError, unread
 from paradize.files import read_file
 from paradize.kernels.obj import decode, printable
 from paradize.material import MAX_EMISSION, Material
@@ -72,7 +72,7 @@ def read_mtl(
     try:
         raw = read_file(path, MAX_BYTES).removeprefix(b"\xef\xbb\xbf").rstrip(END_MARKS)
     except OSError as error:
-        raise SourceError(f"cannot be read: {error.strerror or error}", file=path) from None
+        raise unread(error, path) from None
     require_utf8(raw[:4], path)
     reader = _Reader(path, root, absent)
     found = reader.statements(raw)

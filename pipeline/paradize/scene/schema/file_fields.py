@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from paradize.documents import toml_text
+from paradize.errors import mend_of_reading
 from paradize.files import is_there, missing_reason, resolved
 from paradize.scene.schema.field import Faults, declare, show
 from paradize.spelling import similar
@@ -26,7 +27,7 @@ def _source(value: object, place: str, faults: Faults) -> Path | None:
         there = inside and is_there(path)
     except OSError as error:
         what = f"{show(value)} cannot be read: {error.strerror or error}"
-        faults.add(place, what, "name a file that can be read")
+        faults.add(place, what, mend_of_reading(error) or "name a file that can be read")
         return None
     if not inside:
         linked = Path(os.path.normpath(named)).is_relative_to(faults.folder)

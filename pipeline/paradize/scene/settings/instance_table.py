@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from paradize import player_limits
+from paradize.errors import mend_of_reading
 from paradize.files import read_file
 from paradize.scene.schema import FARTHEST, Faults, number
 from paradize.scene.schema.field import show, suggestion
@@ -53,7 +54,8 @@ def _rows(path: Path, faults: Faults) -> Iterator[tuple[int, list[str]]]:
     try:
         text = read_file(path, MAX_BYTES).decode("utf-8-sig")
     except OSError as error:
-        faults.add("the file", f"cannot be read: {error.strerror or error}", "name a file that can be read")
+        what = f"cannot be read: {error.strerror or error}"
+        faults.add("the file", what, mend_of_reading(error) or "name a file that can be read")
         return
     except UnicodeDecodeError as error:
         faults.add(f"byte {error.start}", "is not text", "save the table as CSV in UTF-8")

@@ -8,7 +8,7 @@ from typing import Any
 
 from paradize import player_limits
 from paradize.documents import TOML_BYTES, parse_toml, toml_key
-from paradize.errors import GroupedError, SceneError
+from paradize.errors import GroupedError, SceneError, unread
 from paradize.files import read_file
 from paradize.kinds import SCENE, expecting
 from paradize.scene.schema import Faults, read_table
@@ -55,7 +55,7 @@ def _read_toml(path: Path) -> dict[str, Any]:
     except FileNotFoundError:
         raise SceneError("there is no such file", file=path) from None
     except OSError as error:
-        raise SceneError(error.strerror or str(error), file=path) from None
+        raise unread(error, path, kind=SceneError) from None
     mend = "mend that line; `paradize new DIR` makes a scene to start from"
     tree = parse_toml(data, path, SceneError, mend=mend)
     if not tree:
