@@ -63,7 +63,9 @@ def _object(manifest: dict[str, Any], folder: Path, item: dict[str, Any]) -> Ite
         except ParadizeError:
             return
         reaches = {name: _reach(item["materials"][name]) for name in materials}
-        yield from _layout(manifest, folder, mesh.of_materials(materials), names, reaches, repeats(material))
+        part = mesh.of_materials(materials)
+        moved = _left_out(manifest["artifacts"][item["mesh"]]) > 0
+        yield from _layout(manifest, folder, part, names, reaches, repeats(material), moved)
 
 
 def _layout(
@@ -73,9 +75,11 @@ def _layout(
     names: dict[str, str],
     reaches: dict[str, float],
     repeat: bool,
+    moved: bool,
 ) -> Iterator[Finding]:
     """The findings in the maps of one UV layout. mesh: the triangles that have it. names: its textures, by
-    map."""
+    map. moved: the mesh is a level of detail whose islands end elsewhere than those that the maps were made
+    for, so beside them the maps hold texels of their own islands."""
     borders: dict[tuple[int, int], Borders | None] = {}
     for key, name in names.items():
         artifact = manifest["artifacts"][name]
@@ -89,7 +93,8 @@ def _layout(
                 yield Finding("PZ102", str(folder / SCENE_FILE), what, place)
                 continue
             if mesh.uvs is not None and (width, height) not in borders:
-                borders[width, height] = find_borders(mesh, width=width, height=height, repeat=repeat)
+                found = find_borders(mesh, width=width, height=height, repeat=repeat)
+                borders[width, height] = found.with_gutters_as_they_are() if found and moved else found
         except ParadizeError:
             continue
         at = borders.get((width, height))

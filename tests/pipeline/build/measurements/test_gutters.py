@@ -570,30 +570,61 @@ def test_busy_borders_of_a_map_without_its_finest_level_are_no_bleeding(tmp_path
         bleed=0.125,
         pixel_m=None,
     )["maps"]["color"]
-    files = {"mesh": glb, "color": cut_ktx2(data, 1, zstd_level=None)}
-    for name, content in files.items():
-        (tmp_path / name).write_bytes(content)
     facts = gutter_without_finest(measured, 1)
-    entries: dict[str, dict[str, Any]] = {
-        "mesh": {"gutter": None, "max_level": None, "required_detail": None},
-        "color": {
-            "gutter": facts,
-            "max_level": facts.pop("max_level"),
-            "required_detail": {"left_out": 1},
-        },
-    }
-    manifest = {
-        "objects": [
-            {
-                "mesh": "mesh",
-                "materials": {"wood": {"maps": {"color": "color", "height": None}, "wrap": None}},
-            }
-        ],
-        "artifacts": {name: {"file": name, "bytes": len(files[name]), **of} for name, of in entries.items()},
-    }
+    cut_data = cut_ktx2(data, 1, zstd_level=None)
+    manifest = one_map_manifest(tmp_path, glb, cut_data, facts, color_left_out=1)
     assert list(check_gutters(manifest, tmp_path)) == []
     manifest["artifacts"]["color"]["gutter"] = facts | {"bound": 0.001}
     assert list(check_gutters(manifest, tmp_path))
+
+
+def one_map_manifest(
+    folder: Path, glb: bytes, color: bytes, gutter: dict[str, Any], **left_out: int
+) -> dict[str, Any]:
+    """The parts of a scene.json that `check_gutters` reads, of one mesh with one map; writes both files."""
+    files = {"mesh": glb, "color": color}
+    for name, content in files.items():
+        (folder / name).write_bytes(content)
+    entries: dict[str, dict[str, Any]] = {
+        "mesh": {"gutter": None, "max_level": None},
+        "color": {"gutter": gutter, "max_level": gutter.pop("max_level")},
+    }
+    for name, entry in entries.items():
+        count = left_out.get(f"{name}_left_out")
+        entry |= {"file": name, "bytes": len(files[name])}
+        entry["required_detail"] = None if count is None else {"left_out": count}
+    part = {"maps": {"color": "color", "height": None}, "wrap": None}
+    return {"objects": [{"mesh": "mesh", "materials": {"wood": part}}], "artifacts": entries}
+
+
+def test_islands_that_simplification_moved_are_no_bleeding(tmp_path: Path) -> None:
+    """The finest level of detail is left out, and the islands of the next end inside those of the map, which
+    has a dark edge there."""
+    obj, picture = two_tone(16, RED, GREEN)
+    for left, right in ((4, 24), (40, 60)):
+        picture[4:60, left:right] //= 8
+        picture[7:57, left + 3 : right - 3] *= 8
+    write_image(tmp_path / "post.png", picture)
+    (tmp_path / "post.obj").write_text(obj)
+    (tmp_path / "moved.obj").write_text(cards([rect(8, 8, 20, 56), rect(44, 8, 56, 56)]))
+    data = bake_color(tmp_path / "post.png", uv=tmp_path / "post.obj", tier="exact").data
+    measured = measure_gutters(
+        bake_mesh(tmp_path / "post.obj", lods=1).glb,
+        {"color": data},
+        name="post",
+        parallax={"wood": (0.0, 0.0)},
+        bleed=0.125,
+        pixel_m=None,
+    )["maps"]["color"]
+    moved = bake_mesh(tmp_path / "moved.obj", lods=1).glb
+
+    def codes(gutter: dict[str, Any], left_out: int) -> set[str]:
+        manifest = one_map_manifest(tmp_path, moved, data, dict(gutter), mesh_left_out=left_out)
+        return {finding.code for finding in check_gutters(manifest, tmp_path)}
+
+    assert codes(measured, 1) == set()
+    assert codes(measured, 0) == {"PZ221"}  # were they as the map has them, it would be the map's fault
+    assert codes(measured | {"bound": 0.001}, 1) == {"PZ221"}  # what the other island bleeds is found
 
 
 def test_parallax_is_held_to_its_limit_whatever_is_asked(scene: Path) -> None:
