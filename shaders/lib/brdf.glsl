@@ -95,11 +95,11 @@ float sun_entering(vec3 n, vec3 v, vec3 l, float f0) {
 }
 
 // Share of the light from all around that a rough surface reflects where `occlusion` of it arrives: S.
-// Lagarde, C. de Rousiers, "Moving Frostbite to Physically Based Rendering", SIGGRAPH 2014.
+// Lagarde, C. de Rousiers, "Moving Frostbite to Physically Based Rendering", SIGGRAPH 2014; their roughness is alpha.
 float specular_occlusion(float n_v, float occlusion, float alpha) {
     if (occlusion >= 1.0) {
         return 1.0;
     }
     float base = clamp(n_v, 0.0, 1.0) + occlusion;
-    return clamp(safe_pow(base, exp2(-16.0 * sqrt(alpha) - 1.0)) - 1.0 + occlusion, 0.0, 1.0);
+    return clamp(safe_pow(base, exp2(-16.0 * alpha - 1.0)) - 1.0 + occlusion, 0.0, 1.0);
 }

@@ -188,8 +188,12 @@ TEST_CASE("reflectance: in a crevice nothing is reflected, in the open all, and 
             CHECK(pixels[i] >= (i < 4 * steps ? 0.0F : pixels[i - 4 * steps])); // the more, the less occluded
             CHECK(pixels[i + 1] == 0.0F);
             CHECK(pixels[i + 2] == 1.0F);
+            const double open = (static_cast<double>(i / 4 / steps) + 0.5) / steps;
+            const double n_v = (static_cast<double>(i / 4 % steps) + 0.5) / steps;
+            const double power = std::exp2(-16.0 * static_cast<double>(alpha) - 1.0);
+            const double reflected = std::clamp(std::pow(n_v + open, power) - 1.0 + open, 0.0, 1.0);
+            CHECK(std::abs(static_cast<double>(pixels[i]) - reflected) < 1e-3);
             if (alpha == 1.0F) {
-                const double open = (static_cast<double>(i / 4 / steps) + 0.5) / steps;
                 CHECK(pixels[i] == test::within(open, 0.02));
             }
         }
