@@ -37,7 +37,7 @@ WRONG_JSON = {
     b'{"a": "\\ud800"}': "f: a: not valid Unicode",
     b'{"\\udfff": 1}': "a key is not valid Unicode",
     b"\xff": "f: byte 0: is not UTF-8",
-    b'{"a": 1,\n}': "f: line 2, column 1: is not JSON",
+    b'{"a": 1,\n2}': "f: line 2, column 1: is not JSON",
     b"": "f: line 1, column 1: is not JSON",
 }
 

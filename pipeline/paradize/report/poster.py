@@ -22,7 +22,6 @@ from paradize.store.atomic import write_report
 WIDTH = 1100  # pixels
 FILE, KEY_FILE = "the-scene.jpg", "the-scene.key"
 _QUALITY = 88  # of JPEG
-_PATIENCE_S = 60.0
 
 
 @dataclass(frozen=True)
@@ -59,7 +58,7 @@ def draw_poster(
         out = io.BytesIO()
         with TemporaryDirectory(prefix="paradize-poster-") as scratch:
             drawn = Path(scratch) / "poster.png"
-            run_player(player, baked, *view, "--screenshot", str(drawn), timeout_s=_PATIENCE_S)
+            run_player(player, baked, *view, "--screenshot", str(drawn))
             with open_file(drawn) as stream, Image.open(stream) as image:
                 image.convert("RGB").save(out, "JPEG", quality=_QUALITY)
         write_report(picture, out.getvalue())
