@@ -1,7 +1,7 @@
 """Reads Windows bitmaps whose header says by masks where the bits of a channel lie, from 1 to 32 of them.
 
-Pillow 13 decodes some layouts of 32 bits and two of 16; of these two it keeps its rounding, so they are left
-to it. Source: Microsoft, "BITMAPV5HEADER structure", documentation of Windows GDI.
+Pillow 13 decodes some layouts of 32 bits and two of 16. These two keep its rounding where they have no
+alpha: they are left to it. Source: Microsoft, "BITMAPV5HEADER structure", documentation of Windows GDI.
 """
 
 from __future__ import annotations
@@ -21,9 +21,9 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 _BYTES = 70  # of a header up to its masks
-_MASKS, _FOUR_MASKS = 3, 6  # packings; of the first, only a header of 56 bytes or more names alpha's mask
-_NAMES_ALPHA = 56
-_LEFT = (0xF800, 0x7E0, 0x1F), (0x7C00, 0x3E0, 0x1F)  # to Pillow
+_MASKS, _FOUR_MASKS = 3, 6  # packings; the first has alpha only under the longer headers
+_PLAIN, _NAMES_ALPHA = 40, 56  # bytes of a header that has a packing, and of one that names alpha's mask
+_LEFT = [0xF800, 0x7E0, 0x1F], [0x7C00, 0x3E0, 0x1F]  # to Pillow, of 16 bits
 
 
 def read_masked_bitmap(path: Path, head: bytes, color_space: str | None) -> Image | None:
@@ -37,13 +37,15 @@ def read_masked_bitmap(path: Path, head: bytes, color_space: str | None) -> Imag
     start, size, columns, rows = struct.unpack_from("<IIii", head, 10)
     bits, packing = struct.unpack_from("<HI", head, 28)
     *masks, alpha = struct.unpack_from("<4I", head, 54)
-    if packing not in (_MASKS, _FOUR_MASKS) or bits not in (16, 32) or tuple(masks) in (*_LEFT, (0, 0, 0)):
+    if size < _PLAIN or packing not in (_MASKS, _FOUR_MASKS) or bits not in (16, 32) or not any(masks):
         return None
     if alpha and (packing == _FOUR_MASKS or size >= _NAMES_ALPHA):
         masks.append(alpha)
+    if bits == 16 and masks in _LEFT:
+        return None
     ones = [mask >> (mask & -mask).bit_length() - 1 if mask else 0 for mask in masks]
     if broken := [mask for mask, most in zip(masks, ones, strict=True) if most & (most + 1) or mask >> bits]:
-        what = f"a channel has bits {broken[0]:#x} of a texel of {bits} bits"
+        what = f"the mask of a channel is {broken[0]:#x}; its bits must lie side by side, in {bits} bits"
         raise SourceError(what, file=path, mend="save it as PNG")
     height, texel = abs(rows), np.dtype(f"<u{bits // 8}")
     if columns <= 0 or not height:

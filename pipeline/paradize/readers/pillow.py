@@ -111,9 +111,34 @@ def read_merged(path: Path, head: bytes, color_space: str | None) -> Image | Non
     if bits != 8 or (mode, channels) not in ((1, 1), (3, 3), (3, 4)):
         return None
     with suppress(SourceError):
-        merged = decode("Psd", path, head, color_space)
-        return replace(merged, notes=(UNREAD_LAYERS, FOURTH) if channels == 4 else (UNREAD_LAYERS,))
+        merged = replace(decode("Psd", path, head, color_space), notes=(UNREAD_LAYERS,))
+        values: npt.NDArray[np.uint8] = merged.values.astype(np.uint8, copy=False)
+        if channels == 3 or mode == 1:
+            return merged
+        if _over_white(path):
+            return replace(merged, values=_without_white(values))
+        if values[:, :, 3].any():
+            return replace(merged, notes=(UNREAD_LAYERS, FOURTH))
+        return replace(merged, values=np.ascontiguousarray(values[:, :, :3]))
     return None
+
+
+def _over_white(path: Path) -> bool:
+    """Whether the fourth channel of a Photoshop file is the transparency of its layers: their number is
+    negative. The colours lie over white then."""
+    with open_file(path) as file:
+        file.seek(26)
+        for _ in range(2):  # the palette and the resources
+            file.seek(int.from_bytes(file.read(4), "big"), 1)
+        size, _, count = struct.unpack(">IIh", file.read(10).ljust(10, b"\0"))
+    return bool(size) and count < 0
+
+
+def _without_white(values: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint8]:
+    """The colours (h, w, 4) before they were laid over white; black where nothing shows."""
+    alpha = values[:, :, 3:].astype(np.int32)
+    colors = (255 * (values[:, :, :3] + alpha - 255) + alpha // 2) // np.maximum(alpha, 1)
+    return np.concatenate([np.clip(colors, 0, 255).astype(np.uint8), values[:, :, 3:]], axis=2)
 
 
 def _format(head: bytes) -> str | None:

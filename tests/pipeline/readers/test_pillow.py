@@ -30,6 +30,7 @@ UPRIGHT = [[BLUE, WHITE], [RED, GREEN]]  # the file begins with the lowest row
 WITH_ALPHA = [[(0, 0, 255, 64), (255, 255, 255, 0)], [(255, 0, 0, 255), (0, 255, 0, 128)]]
 
 
+ONE_BIT = [[(0, 0, 255, 255), (255, 255, 255, 0)], [(255, 0, 0, 0), (0, 255, 0, 255)]]
 RED_FIRST = (0xFF, 0xFF00, 0xFF0000, 0xFF000000)
 FOUR_COLORS, TWO_GREYS = "0000ff00 00ff0000 ff000000 ffffff00", "00000000 ffffff00"
 BITMAPS: dict[str, tuple[int, int, str, tuple[int, ...], str, list[list[tuple[int, ...]]]]] = {
@@ -80,6 +81,14 @@ MASKED: dict[str, tuple[int, int, str, tuple[int, ...], list[list[tuple[int, ...
     # bits, packing, rows, masks (alpha's is none of the first packing under a header of 40 bytes), texels
     "4 bits": (16, 3, "000ff000 0f00ff0f", (0xF00, 0xF0, 0xF, 0), UPRIGHT),
     "a byte without use": (32, 3, SHUFFLED, (0xFF00, 0xFF << 24, 0xFF0000, 0xFF), UPRIGHT),
+    "16 bits of colour in 32": (
+        32,
+        3,
+        "00f80000 e0070000 1f000000 ffff0000",
+        (0xF800, 0x7E0, 0x1F, 0),
+        UPRIGHT,
+    ),
+    "one bit of alpha": (16, 6, "007ce083 1f80ff7f", (0x7C00, 0x3E0, 0x1F, 0x8000), ONE_BIT),
     "alpha by its own packing": (32, 6, "ff0000ff 00ff0080 0000ff40 ffffff00", RED_FIRST, WITH_ALPHA),
 }
 
@@ -106,25 +115,48 @@ def test_a_mask_of_more_than_a_byte_keeps_its_steps_and_one_with_a_gap_is_refuse
     assert (image.top, image.source_bits) == (65535, 16)
     assert image.values.tolist() == [[[0, 0, 32], [65535] * 3], [[32, 0, 0], [0, 64, 0]]]
     path.write_bytes(bitmap(32, 3, rows, masks=(0x5, 0xFF00, 0xFF0000, 0)))
-    with pytest.raises(SourceError, match=r"a channel has bits 0x5 of a texel of 32 bits; save it as PNG"):
+    with pytest.raises(SourceError, match=r"is 0x5; its bits must lie side by side, in 32 bits; save"):
         read_image(path)
 
 
-@pytest.mark.parametrize("channels", [3, 4])
+def test_texels_of_a_bitmap_under_the_shortest_header_are_no_masks(tmp_path: Path) -> None:
+    """That header has neither packing nor masks: the bytes where they would stand are colours."""
+    texels = (bytes(2) + struct.pack("<HI", 16, 3)).ljust(80, b"\2")
+    head = struct.pack("<2sIHHI", b"BM", 106, 0, 0, 26) + struct.pack("<IHHHH", 12, 4, 6, 1, 24)
+    path = tmp_path / "a.bmp"
+    path.write_bytes(head + texels)
+    assert read_image(path).values[5, :2].tolist() == [[16, 0, 0], [0, 3, 0]]
+
+
+# channels, layers (negative: the fourth channel is their transparency), texels one channel after another
+MERGED: dict[str, tuple[int, int, str, list[list[int]], tuple[str, ...]]] = {
+    "without alpha": (3, 1, "0a0b 0c0d 0e0f", [[10, 12, 14], [11, 13, 15]], ()),
+    "a fourth channel": (4, 1, "0a0b 0c0d 0e0f 1011", [[10, 12, 14, 16], [11, 13, 15, 17]], (FOURTH,)),
+    "an empty one": (4, 1, "0a0b 0c0d 0e0f 0000", [[10, 12, 14], [11, 13, 15]], ()),
+    "transparency": (4, -1, "ffff ff7f ffbf 0080", [[0, 0, 0, 0], [255, 0, 128, 128]], ()),
+}
+
+
+@pytest.mark.parametrize("name", MERGED)
 def test_a_photoshop_file_whose_layers_are_not_read_is_the_picture_of_them_all(
-    tmp_path: Path, channels: int
+    tmp_path: Path, name: str
 ) -> None:
     """The row of the layer's channel promises more bytes than there are."""
-    layer = struct.pack(">h4iHhI", 1, 0, 0, 1, 2, 1, 0, 4) + b"8BIMnorm" + bytes([255, 0, 0, 0]) + bytes(4)
+    channels, count, texels, expected, notes = MERGED[name]
+    layer = (
+        struct.pack(">h4iHhI", count, 0, 0, 1, 2, 1, 0, 4) + b"8BIMnorm" + bytes([255, 0, 0, 0]) + bytes(4)
+    )
     layers = layer + struct.pack(">2H", 1, 0xFFFF)
-    texels = bytes(range(10, 10 + 2 * channels))
-    head = struct.pack(">4sH6xHIIHH", b"8BPS", 1, channels, 1, 2, 8, 3) + bytes(8)
-    whole = head + struct.pack(">2I", len(layers) + 4, len(layers)) + layers + bytes(2) + texels
+    head = struct.pack(">4sH6xHIIHH", b"8BPS", 1, channels, 1, 2, 8, 3) + struct.pack(
+        ">2I4s8x", 0, 12, b"8BIM"
+    )
+    whole = (
+        head + struct.pack(">2I", len(layers) + 4, len(layers)) + layers + bytes(2) + bytes.fromhex(texels)
+    )
     path = tmp_path / "a.psd"
     path.write_bytes(whole)
     image = read_image(path)
-    assert image.values.tolist() == [[list(texels[0::2]), list(texels[1::2])]]
-    assert image.notes == ((UNREAD_LAYERS, FOURTH) if channels == 4 else (UNREAD_LAYERS,))
+    assert (image.values.tolist(), image.notes) == ([expected], (UNREAD_LAYERS, *notes))
     path.write_bytes(whole[:-1])
     with pytest.raises(SourceError, match="failed load_layers"):
         read_image(path)
