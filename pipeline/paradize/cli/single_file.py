@@ -13,6 +13,7 @@ from paradize.cli.output import say, show, show_json, warn
 from paradize.cli.table import errors_text, head_of, table
 from paradize.cli.values import number, plain
 from paradize.errors import BakeError
+from paradize.files import resolved
 from paradize.kinds import require_folder, require_glb
 from paradize.scene.baker_settings import BakerSettings
 
@@ -105,7 +106,10 @@ def bake_file(
         raise BakeError("is the input itself", file=out, mend="name another file with -o")
     else:
         require_glb(out)
-    for folder in (arguments.out if out is None else out.parent, getattr(arguments, "report", None)):
+    for folder in (
+        arguments.out if out is None else resolved(out).parent,
+        getattr(arguments, "report", None),
+    ):
         if folder is not None:
             require_place(folder)
     if getattr(arguments, "report", None):
@@ -120,6 +124,11 @@ def bake_file(
     if outcome.error:
         raise outcome.error
     baked = outcome.value
+    for file in (arguments.out / name for name in baked.files if out is None):
+        if _same(file, arguments.input):  # it leads to it
+            raise BakeError(
+                "is the input itself", file=file, mend="remove it, or name another folder with -o"
+            )
     for name, data in baked.files.items():
         write_whole(out or arguments.out / name, data)
     if getattr(arguments, "report", None):

@@ -94,7 +94,7 @@ def export(folder: Path, out: Path, on_progress: OnProgress | None = None) -> Ex
     Raises SourceError or FormatError if the folder holds no valid scene; BakeError if the file cannot be
     written, belongs to the scene, has no .glb name, or would be too large."""
     require_glb(out)
-    require_place(out.parent)
+    require_place(resolved(out).parent)
     with expecting(BAKED, folder):
         work = _Export(folder)
     if work.holds(out):
@@ -149,9 +149,10 @@ class _Export:
         self.notes: list[str] = []
 
     def holds(self, path: Path) -> bool:
-        """Whether a path is a file of the scene."""
+        """Whether a path is, or leads to, a file of the scene."""
+        path = resolved(path)
         names = {artifact["file"] for artifact in self.manifest["artifacts"].values()}
-        return path.name in names and resolved(path.parent) == resolved(self.folder)
+        return path.name in names and path.parent == resolved(self.folder)
 
     def sky(self) -> None:
         sky = self.manifest["sky"]

@@ -48,6 +48,8 @@ def write_whole(
     target = path if owned else resolved(path)
     partial = target.with_name(f".{target.name[:40]}{PARTIAL}{os.urandom(4).hex()}")
     try:
+        if target.is_symlink() and not owned:  # circular
+            raise OSError(errno.ELOOP, os.strerror(errno.ELOOP))
         target.parent.mkdir(parents=True, exist_ok=True)
         folder = target.is_dir() and not target.is_symlink()
         if folder or (not owned and target.exists() and not target.is_file()):

@@ -282,6 +282,25 @@ def test_an_output_never_overwrites_its_input(run_here: Run, cove: Path) -> None
     before = source.read_bytes()
     result = run_here("mesh", source, "-o", source)
     assert result.returncode == 1 and "input itself" in result.stderr and source.read_bytes() == before
+    (cove.parent / "maps").mkdir()
+    picture, link = cove.parent / "wood.png", cove.parent / "maps" / "wood_normal.png"
+    link.symlink_to(picture)
+    before = picture.read_bytes()
+    result = run_here("maps", picture, "-o", link.parent, "--only", "normal", "--format", "png")
+    assert result.returncode == 1 and "input itself" in result.stderr and picture.read_bytes() == before
+
+
+def test_through_a_link_the_folder_that_it_leads_to_is_asked_whether_a_file_can_be_written(
+    run_here: Run, cove: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    link, closed = tmp_path / "links" / "post.glb", {tmp_path / "links"}
+    link.parent.mkdir()
+    link.symlink_to(tmp_path / "post.glb")
+    monkeypatch.setattr(os, "access", lambda path, mode: path not in closed)
+    assert run_here("mesh", cove.parent / "post.obj", "-o", link).returncode == 0
+    closed.add(tmp_path)
+    result = run_here("mesh", cove.parent / "post.obj", "-o", link)
+    assert result.returncode == 1 and f"{tmp_path} is not yours to write" in result.stderr
 
 
 @pytest.mark.parametrize("place", ["file", "file/folder"])

@@ -401,8 +401,9 @@ def test_what_was_baked_is_not_written_over(
     mesh = next(baked.glob("terrain_mesh-*.glb"))
     link = tmp_path / "link"
     link.symlink_to(baked)
+    (tmp_path / "mesh.glb").symlink_to(mesh)
     before = {path.name: path.read_bytes() for path in baked.iterdir()}
-    for out in (baked / "scene.json", mesh, link / mesh.name, tmp_path / "x.gltf"):
+    for out in (baked / "scene.json", mesh, link / mesh.name, tmp_path / "mesh.glb", tmp_path / "x.gltf"):
         assert main(["export", str(baked), "-o", str(out)]) == 1
         assert out.name in capsys.readouterr().err
     assert {path.name: path.read_bytes() for path in baked.iterdir()} == before

@@ -143,6 +143,14 @@ def test_a_link_stays_and_the_file_that_it_leads_to_is_written(tmp_path: Path) -
     assert [path.name for path in (tmp_path / "real").iterdir()] == ["file"]
 
 
+def test_a_circular_link_is_refused_and_stays(tmp_path: Path) -> None:
+    link = tmp_path / "link"
+    link.symlink_to("link")
+    with pytest.raises(BakeError, match="cannot be written: Too many levels of symbolic links; name another"):
+        write_whole(link, b"made")
+    assert link.is_symlink() and [path.name for path in tmp_path.iterdir()] == ["link"]
+
+
 def test_a_full_disk_leaves_the_old_file_and_no_part(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def full(descriptor: int) -> None:
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
