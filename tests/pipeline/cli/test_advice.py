@@ -258,6 +258,14 @@ SCENES = {
             + f"{mend.removeprefix('write ').partition(',')[0]}\ngust_m = 9.0\n"
         ),
     ),
+    "a table of the table around": Row(
+        add("instance = { position = [0, 1, 0] }", "[object.material.wood]"),
+        "object[0].material.wood.instance",
+        lambda text, mend: (
+            text.replace("instance = { position = [0, 1, 0] }\n", "")
+            + f"{mend.removeprefix('write ').partition(',')[0]}\nposition = [0, 1, 0]\n"
+        ),
+    ),
     "a key of a table beside": Row(
         add("fov_deg = 40.0", 'name = "cove"'),
         "scene.fov_deg",

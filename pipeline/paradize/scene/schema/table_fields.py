@@ -98,7 +98,7 @@ def _table_around(key: str, faults: Faults) -> str:
     for place, of in reversed(faults.tables[:-1]):
         if (item := _known(of).get(key)) is None:
             continue
-        if not place:
+        if item.metadata["of"]:
             return f"write {_written(item, key, place)}, and its keys below"
         named = f"[[{header(place)}]]" if place.endswith("]") else f"[{header(place)}]"
         return f"it is a key of {named}; write it right below that line"
