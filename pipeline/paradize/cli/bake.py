@@ -110,14 +110,15 @@ def _draw_report(scene: Path, report: Any, unchanged: bool, stream: Any) -> list
     from paradize.preview.player import find_player
     from paradize.report.folder import draw_folder, draw_page
     from paradize.report.poster import draw_poster
-    from paradize.store.atomic import unwritten
+    from paradize.store.atomic import require_place, unwritten
 
     try:
         folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:  # told once, not for each sheet
-        report.warnings.append(
-            f"no report: {unwritten(folder, error, 'name another place with PARADIZE_REPORT')}"
-        )
+        require_place(folder, "PARADIZE_REPORT")
+    except (OSError, ParadizeError) as error:  # told once, not for each sheet
+        mend = "name another place with PARADIZE_REPORT"
+        told = unwritten(folder, error, mend) if isinstance(error, OSError) else error
+        report.warnings.append(f"no report: {told}")
         return []
     start = time.monotonic()
     with progress() as shown:

@@ -86,9 +86,10 @@ def write_report(path: Path, data: bytes) -> None:
     write_whole(path, data, durable=False, option="PARADIZE_REPORT or --report")
 
 
-def require_place(path: Path) -> None:
+def require_place(path: Path, option: str = "-o") -> None:
     """Raises BakeError where nothing can be written in the folder `path`, as write_whole would after the work
-    of a bake: where a file stands in a folder's place, or this process may not write."""
+    of a bake: where a file stands in a folder's place, or this process may not write. option: what names
+    another place, for messages."""
     folder = path.absolute()
     while not os.path.lexists(folder):
         folder = folder.parent
@@ -98,7 +99,7 @@ def require_place(path: Path) -> None:
         error = OSError(errno.EACCES, f"{folder} is not yours to write, or read-only")
     else:
         return
-    raise unwritten(path, error, "name another place with -o")
+    raise unwritten(path, error, f"name another place with {option}")
 
 
 def _copy(source: Path, stream: BinaryIO, sha256: str | None) -> None:

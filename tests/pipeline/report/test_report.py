@@ -323,10 +323,16 @@ def test_a_bake_leaves_sheets_beside_its_assets_and_draws_none_when_nothing_chan
     assert cove_bake(str(tmp_path / "report"))["sheets"] == []
 
 
+@pytest.mark.parametrize("closed", [False, True])
 def test_a_report_that_cannot_be_written_is_one_warning_and_the_bake_stands(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], closed: bool
 ) -> None:
-    (tmp_path / "report").write_text("a file stands here")
+    if closed:  # for who is not root
+        folder = tmp_path / "report" / "out"
+        folder.mkdir(parents=True)
+        monkeypatch.setattr(os, "access", lambda path, mode: path != folder)
+    else:
+        (tmp_path / "report").write_text("a file stands here")
     monkeypatch.setenv("PARADIZE_REPORT", str(tmp_path / "report"))
     monkeypatch.setenv("PARADIZE_STORE", str(tmp_path / "store"))
     scene = sky_and_sound(make_cove(tmp_path / "scene"))
