@@ -193,9 +193,11 @@ def pixel_lit(entry: dict[str, Any]) -> list[str]:
         beside += [f"{key} {of[key]:g}" for key in ("specular", "metalness") if of[key]]
         beside += ["emission"] if any(of["emission"]) else []
         if of["vertex_lit"] and beside:
+            made = " (strength = 0 of the object: no normal map is made from its colour)"
             warnings.append(
                 f"object {entry['name']}: material {name!r}: vertex_lit does nothing beside "
                 f"{', '.join(beside)}; leave it out, or what stands beside it"
+                f"{made if of['maps']['normal'] else ''}"
             )
     return warnings
 

@@ -38,6 +38,7 @@ def test_light_at_vertices_that_nobody_will_see_is_warned_of(of: dict[str, Any],
     bare = {"vertex_lit": True, "maps": {"color": "wood_color", "normal": None}, "emission": [0.0, 0.0, 0.0]}
     wood = bare | {"specular": 0.0, "metalness": 0.0} | of
     said = pixel_lit({"name": "post", "materials": {"wood": wood}})
+    assert any("strength = 0" in text for text in said) is (beside == "its normal map")
     assert [f"vertex_lit does nothing beside {beside}; leave" in text for text in said] == [True] * bool(
         beside
     )
