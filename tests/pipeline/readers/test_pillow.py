@@ -119,6 +119,18 @@ def test_a_mask_of_more_than_a_byte_keeps_its_steps_and_one_with_a_gap_is_refuse
         read_image(path)
 
 
+def test_rows_of_a_bitmap_with_masks_are_padded_values_rounded_and_sizes_held_to_the_limit(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "a.bmp"
+    whole = bitmap(16, 3, struct.pack("<8H", 16, 1, 0, 99, 0, 0, 31, 99), masks=(0x1F, 0x1F, 0x1F, 0))
+    path.write_bytes(whole[:18] + struct.pack("<i", 3) + whole[22:])
+    assert read_image(path).values[:, :, 0].tolist() == [[0, 0, 255], [132, 8, 0]]  # 131.6, 8.2
+    monkeypatch.setenv("PARADIZE_MAX_SIDE", "2")
+    with pytest.raises(SourceError, match="3 x 2 texels; at most 2 per side"):
+        read_image(path)
+
+
 def test_texels_of_a_bitmap_under_the_shortest_header_are_no_masks(tmp_path: Path) -> None:
     """That header has neither packing nor masks: the bytes where they would stand are colours."""
     texels = (bytes(2) + struct.pack("<HI", 16, 3)).ljust(80, b"\2")
