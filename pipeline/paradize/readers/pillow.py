@@ -41,6 +41,7 @@ _PLAIN = {"1": "L", "P": "RGB"}  # two greys, and palettes -> what they mean
 _BITMAP_HEADS = 12, 40, 108, 124  # bytes, of those that OpenImageIO knows
 _DDS_FLAGS, _DDS_TEXTURE, _DDS_CODE = 0x1001, 0x1000, 0x4  # it asks for the first two; a code is the format
 _DXGI_LEFT = 81, 84, 95, 96  # BC4 and BC5 with signs, BC6H: Pillow makes bytes of these, or reads none
+_TYPELESS = {70, 73, 76, 79, 82, 97}  # BC1 to BC5 and BC7: OpenImageIO refuses them
 _MOVES = 2  # flag of a WebP of several pictures
 _HIGH_DEPTH = 0x40  # flag in the third byte of an AVIF file's box av1C
 _ORIENTATION = 0x0112  # Exif
@@ -155,7 +156,8 @@ def _format(head: bytes) -> str | None:
         flags, form, code, texture = struct.unpack_from("<I68xI4s20xI", head, 8)
         sound = flags & _DDS_FLAGS == _DDS_FLAGS and texture & _DDS_TEXTURE
         if code == b"DX10":
-            return "Dds" if not form & _DDS_CODE or (not sound and _is_plain(head)) else None
+            odd = not sound or int.from_bytes(head[128:132], "little") in _TYPELESS
+            return "Dds" if not form & _DDS_CODE or (odd and _is_plain(head)) else None
         return None if sound or code == b"BC5S" else "Dds"
     if head[:2] not in (b"BM", b"BA"):  # BA: several, which neither reads
         return None

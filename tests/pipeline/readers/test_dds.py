@@ -206,6 +206,15 @@ def test_a_header_without_flags_changes_no_value(tmp_path: Path) -> None:
             read_image(tmp_path / "a.dds")
 
 
+@pytest.mark.parametrize(("form", "size"), [(70, 8), (73, 16), (76, 16), (79, 8), (82, 16), (97, 16)])
+def test_blocks_without_a_type_are_read_as_shares(tmp_path: Path, form: int, size: int) -> None:
+    """As those of the next code, which is the same format with a type, but for how thirds are rounded."""
+    block = bytes([0x40, 200, 10, 1, 2, 3, 4, 5, 0, 248, 31, 0, 0x1B, 0x1B, 0xE4, 0xE4])[:size]
+    shares, typed = (read_image(newer(tmp_path / "a.dds", at, block)).values for at in (form, form + 1))
+    assert shares.shape == typed.shape and len(np.unique(typed)) > 2
+    assert np.allclose(shares, typed, rtol=0, atol=1)
+
+
 def test_what_the_newer_header_says_of_alpha_is_done(tmp_path: Path) -> None:
     texel = bytes([50, 100, 25, 100])
     kept, opaque = [50, 100, 25, 100], [50, 100, 25]
