@@ -551,25 +551,26 @@ def test_a_measure_beyond_the_bound_is_told_where_the_finest_level_is_left_out(s
     assert check_paths([scene]) == []
 
 
-def test_busy_borders_of_a_map_without_its_finest_level_are_no_bleeding(tmp_path: Path) -> None:
-    """Islands with an outline one texel wide, which their gutters repeat: the mean of outline and island is
-    another colour."""
+def dark_edged(folder: Path, edge: int) -> tuple[bytes, bytes, dict[str, Any]]:
+    """(GLB, colour map, its gutters) of two islands, 16 texels apart, each with a dark edge `edge` texels
+    wide."""
     obj, picture = two_tone(16, RED, GREEN)
     for left, right in ((4, 24), (40, 60)):
         picture[4:60, left:right] //= 8
-        picture[5:59, left + 1 : right - 1] *= 8
-    (tmp_path / "post.obj").write_text(obj)
-    write_image(tmp_path / "post.png", picture)
-    glb = bake_mesh(tmp_path / "post.obj", lods=1).glb
-    data = bake_color(tmp_path / "post.png", uv=tmp_path / "post.obj", tier="exact").data
-    measured = measure_gutters(
-        glb,
-        {"color": data},
-        name="post",
-        parallax={"wood": (0.0, 0.0)},
-        bleed=0.125,
-        pixel_m=None,
-    )["maps"]["color"]
+        picture[4 + edge : 60 - edge, left + edge : right - edge] *= 8
+    (folder / "post.obj").write_text(obj)
+    write_image(folder / "post.png", picture)
+    glb = bake_mesh(folder / "post.obj", lods=1).glb
+    data = bake_color(folder / "post.png", uv=folder / "post.obj", tier="exact").data
+    parallax = {"wood": (0.0, 0.0)}
+    found = measure_gutters(glb, {"color": data}, name="post", parallax=parallax, bleed=0.125, pixel_m=None)
+    return glb, data, found["maps"]["color"]
+
+
+def test_busy_borders_of_a_map_without_its_finest_level_are_no_bleeding(tmp_path: Path) -> None:
+    """Islands with an outline one texel wide, which their gutters repeat: the mean of outline and island is
+    another colour."""
+    glb, data, measured = dark_edged(tmp_path, 1)
     facts = gutter_without_finest(measured, 1)
     cut_data = cut_ktx2(data, 1, zstd_level=None)
     manifest = one_map_manifest(tmp_path, glb, cut_data, facts, color_left_out=1)
@@ -600,22 +601,8 @@ def one_map_manifest(
 def test_islands_that_simplification_moved_are_no_bleeding(tmp_path: Path) -> None:
     """The finest level of detail is left out, and the islands of the next end inside those of the map, which
     has a dark edge there."""
-    obj, picture = two_tone(16, RED, GREEN)
-    for left, right in ((4, 24), (40, 60)):
-        picture[4:60, left:right] //= 8
-        picture[7:57, left + 3 : right - 3] *= 8
-    write_image(tmp_path / "post.png", picture)
-    (tmp_path / "post.obj").write_text(obj)
+    _, data, measured = dark_edged(tmp_path, 3)
     (tmp_path / "moved.obj").write_text(cards([rect(8, 8, 20, 56), rect(44, 8, 56, 56)]))
-    data = bake_color(tmp_path / "post.png", uv=tmp_path / "post.obj", tier="exact").data
-    measured = measure_gutters(
-        bake_mesh(tmp_path / "post.obj", lods=1).glb,
-        {"color": data},
-        name="post",
-        parallax={"wood": (0.0, 0.0)},
-        bleed=0.125,
-        pixel_m=None,
-    )["maps"]["color"]
     moved = bake_mesh(tmp_path / "moved.obj", lods=1).glb
 
     def codes(gutter: dict[str, Any], left_out: int) -> set[str]:
