@@ -175,6 +175,8 @@ def _shade(mesh: Mesh, corners: npt.NDArray[np.uint32], weights: F64, skin: Skin
     color = np.array(skin.color, np.float32)
     if skin.texels is not None and mesh.uvs is not None:
         color = _texels(skin.texels, _mixed(mesh.uvs, corners, weights))[:, :3] * color
+    if mesh.colors is not None:
+        color = color * _mixed(mesh.colors[:, :3], corners, weights).astype(np.float32)
     if mesh.normals is not None:
         normal = _mixed(mesh.normals, corners, weights)
     else:

@@ -494,6 +494,18 @@ def test_a_level_is_drawn_where_it_lies_and_holes_show_what_is_behind() -> None:
     assert drawn[middle, side // 16 + 4, 2] > 150  # the large square reaches almost to the edge
 
 
+def test_a_level_without_a_map_is_drawn_in_the_colours_of_its_vertices() -> None:
+    right, up, _ = lod_view.axes().astype(np.float32)
+    corners = np.array([right + up, up - right, -right - up, right - up], np.float32)
+    colors = np.array([[0, 0, 1, 1], [1, 0, 0, 1], [1, 0, 0, 1], [0, 0, 1, 1]], np.float32)
+    mesh = Mesh(corners, np.array([[0, 1, 2], [0, 2, 3]], np.uint32), colors=colors)
+    skins = {"": lod_view.Skin(color=(1.0, 1.0, 0.0))}
+    drawn = lod_view.draw_mesh(mesh, skins, lod_view.frame_of(mesh)).astype(int)
+    middle, reach = lod_view.SIZE // 2, lod_view.SIZE // 3
+    left, right_side = drawn[middle, middle - reach], drawn[middle, middle + reach]
+    assert left[0] > 150 and right_side[0] < 130 and max(left[1:].max(), right_side[1:].max()) < 30
+
+
 @pytest.mark.parametrize(
     ("turned", "side"), sample([(False, 0.5), (True, 0.5), (False, 0.06), (True, 0.06)], every=3)
 )
