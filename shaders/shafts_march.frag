@@ -60,7 +60,7 @@ void main() {
     float all = 0.0;
     for (int i = 0; i < SHAFT_STEPS; ++i) {
         vec3 place = mix(from, to, (float(i) + first) / float(SHAFT_STEPS));
-        float lit = texture(u_shadow_map, vec4(place.xy, 0.0, min(place.z, 1.0)));
+        float lit = texture(u_shadow_map, vec4(place.xy, 0.0, place.z));
         vec2 inside = step(abs(place.xy - 0.5), vec2(0.5)); // beyond the square everything is lit
         sum += weight * mix(1.0, lit, inside.x * inside.y);
         all += weight;

@@ -5,6 +5,7 @@
 #include "gl/texture.hpp"
 
 #include <epoxy/gl.h>
+#include <glm/mat4x4.hpp>
 
 #include <array>
 #include <cmath>
@@ -54,15 +55,24 @@ std::vector<glm::dvec4> SeaProbe::between(const glm::vec2 &first, const glm::vec
     }
     gl::write_buffer(GL_UNIFORM_BUFFER, lights_, 0, std::as_bytes(std::span(&set, 1)));
     glBindBufferBase(GL_UNIFORM_BUFFER, gl::light_uniforms_binding, lights_.name());
+    if (in_shade) { // all of a map of one texel is nearer to the sun
+        frame.sun_radiance.w = 1.0F;
+        frame.shadow_from_world = glm::mat4(0.0F);
+        frame.shadow_from_world[3] = {0.5F, 0.5F, 0.5F, 1.0F};
+        const float depth = 0.0F;
+        glBindTexture(GL_TEXTURE_2D_ARRAY, no_shadow_.name());
+        glTexSubImage3D(GL_TEXTURE_2D_ARRAY, 0, 0, 0, 0, 1, 1, 1, GL_DEPTH_COMPONENT, GL_FLOAT, &depth);
+    }
     probe_.set_frame(frame);
     const gl::Program &program = probe_.use();
     const std::array<float, 12> rows{0.1F, 0, 0, 0.1F, 0.1F, 0, 0, 0.1F, 0.1F, 0, 0, 0.1F};
     const std::array<float, 6> offsets{};
     glUniform4fv(program.location("u_wave_rows"), 3, rows.data());
     glUniform2fv(program.location("u_wave_offsets"), 3, offsets.data());
-    const gl::Texture waves = one_color(lean.x, -lean.y, 0.0F, 1.0F);
+    const gl::Texture waves = one_color(lean.x, -lean.y, 0.0F, 1.0F),
+                      dudv = one_color(shake.x, -shake.y, 0.0F, 1.0F);
     probe_.set_texture("u_wave_normal", 0, GL_TEXTURE_2D, waves);
-    probe_.set_texture("u_wave_dudv", 1, GL_TEXTURE_2D, flat_);
+    probe_.set_texture("u_wave_dudv", 1, GL_TEXTURE_2D, dudv);
     probe_.set_texture("u_reflection", 2, GL_TEXTURE_2D, reflection);
     probe_.set_texture("u_refraction", 3, GL_TEXTURE_2D, refraction);
     probe_.set_texture("u_shadow_map", 4, GL_TEXTURE_2D_ARRAY, no_shadow_);
@@ -79,7 +89,7 @@ std::vector<glm::dvec4> SeaProbe::between(const glm::vec2 &first, const glm::vec
     probe_.set("u_distortion", {0.1F, 0.1F});
     probe_.set("u_deep_color", {deep.x, deep.y, deep.z});
     probe_.set("u_shallow_color", {shallow.x, shallow.y, shallow.z});
-    probe_.set("u_specular_smoothness", {1.0F, smoothness});
+    probe_.set("u_specular_smoothness", {specular, smoothness});
     probe_.set("u_wave_length_m", {wave_length_m, wave_length_m, wave_length_m});
     probe_.set("u_fade_distance_m", {fade_distance_m});
     probe_.set("u_first", {first.x, first.y});

@@ -39,7 +39,10 @@ class SeaProbe {
     float fade_distance_m = 1e9F;
     float smoothness = 1.0F;
     float sky_blur = 1.0F;
-    glm::vec2 lean{0.0F}; // horizontal part of each layer's normal, x and z
+    glm::vec2 lean{0.0F};  // horizontal part of each layer's normal, x and z
+    glm::vec2 shake{0.0F}; // du/dv of each layer, along x and z
+    float specular = 1.0F;
+    bool in_shade = false;
     std::vector<SeaLamp> lamps;
 
     static constexpr int places = 64;
@@ -57,7 +60,6 @@ class SeaProbe {
   private:
     ShaderProbe probe_;
     std::optional<ShaderProbe> sky_probe_; // made when it is needed
-    gl::Texture flat_ = one_color(0, 0, 0, 0);
     gl::Texture no_shadow_;
     gl::Buffer lights_;
 };

@@ -40,22 +40,27 @@ class Air {
     float density = 0.002F, range_m = 400.0F, anisotropy = 0.6F;
     float window_depth = 1.0F;
     bool lit = true;
+    float lit_to_m = 1e9F;      // what lies farther along the ray is in the shade, if `lit`
+    float square_ends_m = 1e9F; // of the map, along the ray
+    float fov_rad = 0.02F;
+    std::size_t corner_px = 16; // of the square that is looked at
 
     /// angle: of the ray to the sun.
     glm::dvec2 towards(double angle_rad) { // share; depth, of the range
         const gl::Texture map = gl::make_depth_comparison_layers(1, 1);
-        const float depth = lit ? 1.0F : 0.0F;
+        const float depth = lit ? 0.5F : 0.0F;
         glBindTexture(GL_TEXTURE_2D_ARRAY, map.name());
         glTexSubImage3D(GL_TEXTURE_2D_ARRAY, 0, 0, 0, 0, 1, 1, 1, GL_DEPTH_COMPONENT, GL_FLOAT, &depth);
         std::vector<float> depths(std::size_t{4} * air_px * air_px, window_depth);
         const gl::Texture seen = test::float_texture(air_px, air_px, depths);
         gl::FrameUniforms frame = test::plain_frame(air_px);
         const glm::vec3 eye(0.0F, 1.0F, 0.0F), ahead(1.0F, 0.0F, 0.0F);
-        frame.view_projection = glm::perspective(0.02F, 1.0F, 0.5F, 1000.0F) *
+        frame.view_projection = glm::perspective(fov_rad, 1.0F, 0.5F, 1000.0F) *
                                 glm::lookAt(eye, eye + ahead, glm::vec3(0.0F, 1.0F, 0.0F));
         frame.inverse_view_projection = glm::inverse(frame.view_projection);
         frame.shadow_from_world = glm::mat4(0.0F);
-        frame.shadow_from_world[3] = {0.5F, 0.5F, 0.5F, 1.0F}; // all of the air at one place of the map
+        frame.shadow_from_world[0] = {0.5F / square_ends_m, 0.0F, 0.5F / lit_to_m, 0.0F};
+        frame.shadow_from_world[3] = {0.5F, 0.5F, lit ? 0.0F : 0.5F, 1.0F};
         frame.sun_direction = {static_cast<float>(std::cos(angle_rad)), 0.0F,
                                static_cast<float>(std::sin(angle_rad)), 0.005F};
         probe_.set_frame(frame);
@@ -69,10 +74,10 @@ class Air {
         double sum = 0.0;
         for (std::size_t y = 0; y < 4; ++y) { // a square of all places of the march
             for (std::size_t x = 0; x < 4; ++x) {
-                sum += pixels[4 * ((y + 16) * air_px + x + 16)] / 16.0;
+                sum += pixels[4 * ((y + corner_px) * air_px + x + corner_px)] / 16.0;
             }
         }
-        return {sum, pixels[4 * (16 * air_px + 16) + 1]};
+        return {sum, pixels[4 * (corner_px * air_px + corner_px) + 1]};
     }
 
   private:
@@ -160,6 +165,35 @@ TEST_CASE("shafts: the air counts as far as something stands in it, and no farth
     CHECK(air.towards(0.05).x == 0.0);
 }
 
+TEST_CASE(
+    "shafts: of a ray that enters the shade or leaves the map the lit part counts, and all of its length") {
+    if (!test::have_context()) {
+        return;
+    }
+    Air air;
+    air.density = 1e-4F;
+    const double all = air.towards(0.05).x;
+    air.lit = false;
+    const double none = air.towards(0.05).x;
+    const auto lit_share = [&] { return (air.towards(0.05).x - none) / (all - none); };
+    air.square_ends_m = 100.0F; // beside the map all is lit
+    CHECK(lit_share() == doctest::Approx(0.75).epsilon(0.01));
+    air.square_ends_m = 1e9F;
+    air.lit = true;
+    for (const double half_steps : {7.0, 13.0}) { // sixteen places of the march share each step evenly
+        air.lit_to_m = static_cast<float>(400.0 * half_steps / 24.0);
+        CHECK(lit_share() == doctest::Approx(half_steps / 24.0).epsilon(0.01));
+    }
+    air.lit = false;
+    air.anisotropy = 0.0F; // as much in all directions
+    air.window_depth = static_cast<float>(1000.0 * (100.0 - 0.5) / (100.0 * 999.5));
+    const double straight = air.towards(0.05).x;
+    air.fov_rad = 1.5F;
+    air.corner_px = 0;
+    const double aside = std::tan(0.75) * 14.0 / 16.0; // of the square's middle, along both axes
+    CHECK(air.towards(0.05).x == test::within(straight * std::sqrt(1.0 + 2.0 * aside * aside), 0.02));
+}
+
 TEST_CASE("shafts: their dither is smoothed away, and no light leaks over an edge of depth") {
     if (!test::have_context()) {
         return;
@@ -170,6 +204,10 @@ TEST_CASE("shafts: their dither is smoothed away, and no light leaks over an edg
             CHECK(dithered[4 * (y * air_px + x)] == test::within(7.5, 1e-4));
         }
     }
+    const auto diagonal =
+        smoothed([](int x, int y) { return glm::vec2(x % 4 == y % 4 ? 16.0F : 0.0F, 0.5F); });
+    CHECK(diagonal[4 * (16 * air_px + 16)] == test::within(4.0, 1e-4));
+    CHECK(diagonal[4 * (16 * air_px + 17)] == test::within(4.0, 1e-4));
     const auto edge = [](int x, int) { return x < 16 ? glm::vec2(1.0F, 0.1F) : glm::vec2(0.0F, 0.9F); };
     const std::vector<float> pixels = smoothed(edge);
     CHECK(pixels[4 * (16 * air_px + 15)] > 0.95F);
@@ -199,4 +237,9 @@ TEST_CASE("shafts: they are added in the light's colour, by depth, and shade lea
     CHECK(green(15) < 0.5F);
     CHECK(green(16) > 0.5F);
     CHECK(green(17) > 0.97F);
+    const auto turned =
+        added([](int, int y) { return y < 4 ? glm::vec2(0.0F, 0.1F) : glm::vec2(1.0F, 0.9F); }, 0.25F);
+    for (std::size_t y = 13; y < 19; ++y) {
+        CHECK(turned[4 * (y * air_px + 16) + 1] - 0.5F == doctest::Approx(green(y)));
+    }
 }

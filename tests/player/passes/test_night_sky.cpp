@@ -160,6 +160,51 @@ TEST_CASE("clouds: they shine towards the light by the phase function, and not w
     CHECK(radiance(0.5F, towards) > radiance(0.9F, towards));
 }
 
+TEST_CASE("clouds: the map begins in the north, turns to the east and with the time, and ends at its edges") {
+    if (!test::have_context()) {
+        return;
+    }
+    SkyPatch sky("daytime_sky.frag");
+    constexpr int columns = 64;
+    std::vector<float> texels; // blue: as far along the map
+    for (int i = 0; i < columns; ++i) {
+        texels.insert(texels.end(), {0.0F, 0.0F, (static_cast<float>(i) + 0.5F) / columns, 1.0F});
+    }
+    sky.day.clouds = test::float_texture(columns, 1, texels);
+    sky.day.light_radiance = {1.0F, 1.0F, 1.0F}; // from straight above, as if it were far away
+    sky.day.clouds_fit = {0.1F, -0.5F, 2.0F, 1.0F};
+    const auto at = [&](double azimuth, double elevation) {
+        const double c = std::cos(elevation);
+        return sky
+            .in({static_cast<float>(c * std::sin(azimuth)), static_cast<float>(std::sin(elevation)),
+                 static_cast<float>(-c * std::cos(azimuth))})
+            .g;
+    };
+    for (const double azimuth : {-2.0, -0.5, 0.0, 1.0, 3.0}) {
+        CHECK(at(azimuth, 0.1) == test::within(0.62 * (0.5 + 0.1 * azimuth), 0.02));
+    }
+    CHECK(at(0.0, -0.02) == doctest::Approx(at(0.0, 0.6)).epsilon(1e-2)); // none above and below
+    CHECK(at(0.0, 0.6) < 0.02);
+}
+
+TEST_CASE("clouds: a light from the right shows what was baked for it, wherever the eye looks") {
+    if (!test::have_context()) {
+        return;
+    }
+    SkyPatch sky("daytime_sky.frag");
+    sky.day.clouds_fit = {0.16F, 0.0F, 0.5F, 1.0F};
+    sky.day.clouds = test::one_color(0.8F, 0.2F, 0.0F, 1.0F);
+    sky.day.light_radiance = {1.0F, 1.0F, 1.0F};
+    for (const float azimuth : {0.0F, 1.0F, 2.5F, -2.0F}) {
+        const glm::vec3 direction(std::sin(azimuth), 0.2F, -std::cos(azimuth));
+        const glm::vec3 right(std::cos(azimuth), 0.0F, std::sin(azimuth));
+        sky.day.light_direction = right;
+        CHECK(sky.in(direction).g == test::within(0.62 * 0.8, 0.01));
+        sky.day.light_direction = -right;
+        CHECK(sky.in(direction).g == test::within(0.62 * 0.2, 0.01));
+    }
+}
+
 TEST_CASE("clouds: a light from any side and above finds a white cloud as bright, one behind it less") {
     if (!test::have_context()) {
         return;

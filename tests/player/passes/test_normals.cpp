@@ -105,14 +105,15 @@ TEST_CASE("normals: highlights stay as they are on a plane, and widen with the c
     if (!test::have_context()) {
         return;
     }
-    const auto widened = [](const std::string &normal) {
+    float footprint_px = 1.0F;
+    const auto widened = [&](const std::string &normal) {
         test::ShaderProbe probe(
             tilts, "#include \"lib/specular_antialiasing.glsl\"\nout vec4 color;\nvoid main() {\n"
                    "float x = gl_FragCoord.x;\n"
                    "color = vec4(filtered_alpha(normalize(" +
                        normal + "), 0.2), filtered_alpha(normalize(" + normal + "), 1.0), 0.0, 1.0); }\n");
         gl::FrameUniforms frame = test::plain_frame(tilts);
-        frame.ambient.w = 1.0F; // a pixel wide
+        frame.ambient.w = footprint_px;
         probe.set_frame(frame);
         const std::vector<float> pixels = probe.draw();
         CHECK(pixels[4 * 16 + 1] == 1.0F);
@@ -127,6 +128,8 @@ TEST_CASE("normals: highlights stay as they are on a plane, and widen with the c
     CHECK(much > little);
     CHECK(most > much);
     CHECK(most < 0.5);
+    footprint_px = 0.0F; // --reference draws points of a pixel
+    CHECK(widened("vec3(sin(0.3 * x), cos(0.3 * x), 0.0)") == doctest::Approx(0.2));
 }
 
 TEST_CASE("waves: a layer's slopes turn with it, and none leans farther than a wave can") {

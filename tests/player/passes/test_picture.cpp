@@ -76,8 +76,8 @@ double uchimura(double x) {
 /// glow.frag over a picture: the green of each pixel.
 std::vector<double> glowing(const std::vector<float> &pixels, int downsample, float exposure,
                             float step_x = 0.0F, float step_y = 0.0F) {
-    test::ShaderProbe probe(downsample > 0 ? picture_px / downsample : picture_px, "fullscreen.vert",
-                            "glow.frag");
+    test::ShaderProbe probe((picture_px + std::max(downsample, 1) - 1) / std::max(downsample, 1),
+                            "fullscreen.vert", "glow.frag");
     const gl::Texture source = test::float_texture(picture_px, picture_px, pixels);
     probe.set_texture("u_source", 0, GL_TEXTURE_2D, source);
     probe.set_int("u_downsample", downsample);
@@ -164,6 +164,9 @@ TEST_CASE("glow: what is brighter than 0.9 glows, in its colour, by as much as i
     CHECK(glowing(plain_picture(2.0F, 2.0F, 2.0F), 4, 1.0F)[0] == doctest::Approx(1.1));
     CHECK(glowing(plain_picture(1.0F, 1.0F, 1.0F), 4, 2.0F)[0] == doctest::Approx(1.1));
     CHECK(glowing(plain_picture(0.89F, 0.89F, 0.89F), 4, 0.9F)[0] == 0.0);
+    for (const double edge : glowing(plain_picture(2.0F, 2.0F, 2.0F), 6, 1.0F)) {
+        CHECK(edge == doctest::Approx(1.1)); // also where the last texels reach over the picture's end
+    }
     // Green alone: of a luminance of 1.4304.
     CHECK(glowing(plain_picture(0.0F, 2.0F, 0.0F), 4, 1.0F)[0] == test::within(2.0 * 0.5304 / 1.4304, 1e-3));
     // A single bright pixel of sixteen glows less than a sixteenth of its light, so that it does not flicker.

@@ -143,6 +143,42 @@ TEST_CASE(
     }
 }
 
+TEST_CASE("reflectance: what bounces again on a non-metal is dimmed by its mean reflectance") {
+    if (!test::have_context()) {
+        return;
+    }
+    test::ShaderProbe probe = brdf_probe(
+        "vec2 factors = directional_albedo(at.x, at.y);\n"
+        "color = vec4(factors, environment_reflectance(dielectric_reflector(0.04), factors).g, 1.0);");
+    double mean = 0.0; // of Schlick's reflectance, by the cosine
+    for (int i = 0; i < 1000; ++i) {
+        const double cosine = (i + 0.5) / 1000.0;
+        mean += (0.04 + 0.96 * std::pow(1.0 - cosine, 5.0)) * 2.0 * cosine / 1000.0;
+    }
+    const std::vector<float> pixels = probe.draw();
+    for (std::size_t i = 0; i < pixels.size(); i += 4) {
+        const double x = pixels[i], y = pixels[i + 1];
+        CHECK(pixels[i + 2] == test::within((0.04 * x + y) / (1.0 - mean * (1.0 - x - y)), 1e-3));
+    }
+}
+
+TEST_CASE("reflectance: a highlight ends at its limit, and what leans away from the eye does not flare") {
+    if (!test::have_context()) {
+        return;
+    }
+    test::ShaderProbe probe =
+        brdf_probe("vec3 n = vec3(0.0, 0.0, 1.0);\nReflector r = Reflector(0.0, vec3(1.0), 1.0);\n"
+                   "float n_v = -0.3 * at.x;\nvec3 v = vec3(-sqrt(1.0 - n_v * n_v), 0.0, n_v);\n"
+                   "vec3 l = vec3(0.866, 0.0, 0.5);\n"
+                   "color = vec4(specular_ggx(n, n, n, r, 0.002, 16.0).g, "
+                   "specular_ggx(n, v, l, r, 0.3, 1e9).g, 0.0, 1.0);");
+    const std::vector<float> pixels = probe.draw();
+    for (std::size_t i = 0; i < pixels.size(); i += 4) {
+        CHECK(pixels[i] == 16.0F);
+        CHECK(pixels[i + 1] < 6.0F); // the densest lobe, seen at a grazing angle
+    }
+}
+
 TEST_CASE(
     "reflectance: a non-metal reflects f0 straight on and all at grazing angles, but nothing without f0") {
     if (!test::have_context()) {

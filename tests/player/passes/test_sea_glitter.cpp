@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <vector>
 
 using namespace paradize;
@@ -108,6 +109,104 @@ TEST_CASE("sea: a lamp lights the sea as a sun of the same irradiance does") {
     const glm::dvec4 one = by_lamp.at({0.3F, 0.0F});
     by_lamp.lamps.push_back(by_lamp.lamps[0]);
     CHECK(by_lamp.at({0.3F, 0.0F}).g == test::within(2.0 * one.g, 1e-3));
+}
+
+TEST_CASE("sea: in the shade it does not glitter, and has a third of the sun's light inside") {
+    if (!test::have_context()) {
+        return;
+    }
+    SeaProbe sea;
+    darken(sea);
+    sea.frame.eye.y = 2.0F;
+    sea.frame.sun_direction = glm::vec4(glm::normalize(glm::vec3(1.0F, 1.0F, 0.0F)), 0.005F);
+    sea.frame.sun_radiance = {1.0F, 1.0F, 1.0F, 0.0F};
+    sea.smoothness = 0.5F;
+    const double glitter = sea.at({2.0F, 0.0F}).g;
+    sea.specular = 0.75F; // its f0 is 0.015, and below 0.02 reflectance fades out
+    CHECK(sea.at({2.0F, 0.0F}).g == test::within(0.75 * 0.84375 * glitter, 0.15));
+    sea.specular = 1.0F;
+    sea.in_shade = true;
+    CHECK(sea.at({2.0F, 0.0F}).g == 0.0);
+    SeaProbe milky;
+    darken(milky);
+    milky.deep = milky.shallow = glm::vec3(1.0F);
+    milky.frame.sun_radiance = {1.0F, 1.0F, 1.0F, 0.0F};
+    const double lit = milky.at({3.0F, 0.0F}).g; // beside the glitter
+    milky.in_shade = true;
+    CHECK(milky.at({3.0F, 0.0F}).g == test::within(0.35 * lit, 0.02));
+}
+
+TEST_CASE(
+    "sea: shallow water has its own colour, and with the square of its depth ever more of the deep one's") {
+    if (!test::have_context()) {
+        return;
+    }
+    SeaProbe sea;
+    darken(sea);
+    sea.frame.water = {0.5F, 0.5F, 0.5F, 0.0F};
+    sea.frame.ambient = glm::vec4(1.0F);
+    sea.has_refraction = true;
+    sea.shallow = {1.0F, 0.0F, 0.0F};
+    sea.deep = {0.0F, 1.0F, 0.0F};
+    for (const double depth_m : {0.5, 1.0, 3.0}) {
+        sea.refraction = test::one_color(0.0F, 0.0F, 0.0F, static_cast<float>(1.0 / (1.0 + depth_m)));
+        const glm::dvec4 seen = sea.at({0.01F, 0.0F});
+        CHECK(seen.g / (seen.r + seen.g) == test::within(1.0 - std::exp(-0.25 * depth_m * depth_m), 0.02));
+    }
+}
+
+TEST_CASE("sea: waves move what it mirrors and what lies below, to the side and ahead of the eye") {
+    if (!test::have_context()) {
+        return;
+    }
+    const auto picture = [](const std::function<float(float)> &alpha) { // says where it was looked up
+        std::vector<float> pixels;
+        for (int row = 0; row < SeaProbe::places; ++row) {
+            for (int column = 0; column < SeaProbe::places; ++column) {
+                const float u = (static_cast<float>(column) + 0.5F) / SeaProbe::places;
+                const float v = (static_cast<float>(row) + 0.5F) / SeaProbe::places;
+                pixels.insert(pixels.end(), {u, v, 1.0F, alpha(u)});
+            }
+        }
+        return test::float_texture(SeaProbe::places, SeaProbe::places, pixels);
+    };
+    SeaProbe sea;
+    darken(sea);
+    // The eye looks along +X: +Z is to its right.
+    sea.frame.view[0] = {0.0F, 0.0F, -1.0F, 0.0F};
+    sea.frame.view[2] = {1.0F, 0.0F, 0.0F, 0.0F};
+    const auto moved = [&](const glm::vec2 &shake) { // du, dv of the middle of the lowest row
+        const auto middle = [&] {
+            const glm::dvec4 seen = sea.between({1.0F, 0.0F}, {1.0F, 0.0F})[SeaProbe::places / 2];
+            return glm::dvec2(seen.x, seen.y) / seen.z;
+        };
+        sea.shake = shake;
+        const glm::dvec2 there = middle();
+        sea.shake = {0.0F, 0.0F};
+        return glm::vec2(there - middle());
+    };
+    const auto is = [](const glm::vec2 &found, double u, double v) {
+        return std::abs(static_cast<double>(found.x) - u) < 1e-3 &&
+               std::abs(static_cast<double>(found.y) - v) < 1e-3;
+    };
+    sea.has_reflection = true;
+    sea.reflection = picture([](float) { return 1.0F; });
+    const double aside = 0.25 + 0.75 * std::sqrt(0.5);
+    const double rim = 0.5 / SeaProbe::places;        // the lowest row lies on the rim of what is looked up
+    CHECK(is(moved({0.0F, 0.5F}), 0.1 * aside, 0.0)); // two layers of 0.5
+    CHECK(is(moved({0.5F, 0.0F}), 0.0, 0.1 - rim));
+    sea.has_reflection = false;
+    sea.has_refraction = true;
+    const auto deep_m = [](float metres) { return 1.0F / (1.0F + metres); };
+    const double share = 1.0 / (1.0 + 0.03 * std::sqrt(2.0)); // less far away
+    sea.refraction = picture([&](float) { return deep_m(2.0F); });
+    CHECK(is(moved({0.0F, 0.5F}), 0.1 * aside * share, 0.0));
+    CHECK(is(moved({-0.5F, 0.0F}), 0.0, 0.1 * share - rim));
+    sea.refraction = picture([&](float) { return deep_m(0.5F); }); // and in shallow water
+    CHECK(is(moved({0.0F, 0.5F}), 0.4 * 0.1 * aside * share, 0.0));
+    // Beside the floor nothing was drawn: it is not looked up there.
+    sea.refraction = picture([&](float u) { return u < 0.54F ? deep_m(2.0F) : 0.0F; });
+    CHECK(is(moved({0.0F, 0.5F}), 0.0, -rim));
 }
 
 TEST_CASE("sea: in the light from all around it scatters what its colour leaves") {

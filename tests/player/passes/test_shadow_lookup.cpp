@@ -245,6 +245,8 @@ TEST_CASE("shadow: with penumbras, edges are as wide as the sun seen from under 
         const double sun_m = 2.0 * height_m * std::tan(0.05); // width of its disc
         // A tenth to nine tenths of a disc's light lie within 0.69 of its width.
         CHECK(soft_edge_m(ground.between(-1.0F, 1.0F), 2.0 / looks) == test::within(0.69 * sun_m, 0.25));
+        CHECK(ground.at(static_cast<float>(0.6 * sun_m)) ==
+              1.0); // roof in the search, but not before the sun
     }
     ground.cast(0, roof(0.5));
     CHECK(soft_edge_m(ground.between(-1.0F, 1.0F), 2.0 / looks) < 2.5 * texel_m);
@@ -256,9 +258,9 @@ TEST_CASE(
         return;
     }
     ShadowedGround ground("SHADOW_FILTER 1", 0.5 * M_PI, 3);
-    // The middle 4 m, and the middle 2 m.
+    // The middle 4 m, and the middle 2 m, along x; along z somewhat beside it.
     ground.cascades = {
-        {{1.0F, 0.0F, 0.0F, texel_m}, {2.0F, -0.5F, -0.5F, texel_m / 2}, {4.0F, -1.5F, -1.5F, texel_m / 4}}};
+        {{1.0F, 0.0F, 0.0F, texel_m}, {2.0F, -0.5F, -0.4F, texel_m / 2}, {4.0F, -1.5F, -1.3F, texel_m / 4}}};
     ground.cast(0, flat);
     ground.cast(1, flat);
     ground.cast(2, [](double, double) { return 2.0; });

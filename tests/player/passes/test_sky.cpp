@@ -104,6 +104,9 @@ TEST_CASE("sky: haze is brighter towards the sun by day, and not away from it") 
         CHECK(towards < 1.5 * aside);
         CHECK(aside == doctest::Approx(0.4));
         CHECK(away == doctest::Approx(0.4));
+        const double cosine = std::cos(M_PI / 6.0) * std::cos(M_PI / 18.0); // 30 degrees beside it
+        CHECK(sky.in({std::cos(static_cast<float>(M_PI / 6.0)), 0.0F, 0.5F}).g ==
+              test::within(0.4 * (1.0 + 0.35 * std::pow(cosine, 8.0)), 0.001));
         sky.frame.daylight.y = 0.0F;
         CHECK(sky.in({1.0F, 0.0F, 0.0F}).g == doctest::Approx(0.4));
     }
@@ -225,6 +228,16 @@ TEST_CASE("sky: the environment holds the clear sky of each direction, where its
     faces.set("u_pixels_per_rad", {10.0F});
     const std::vector<float> pixels = faces.draw();
     std::vector<glm::vec3> directions; // those of a cube map's texels, face by face
+    const auto at_the_east = std::size_t{4} * ((face_px / 2 - 1) * 6 * face_px + face_px / 2);
+    const float clear = pixels[at_the_east];
+    day.light_direction = {1.0F, 0.0F, 0.0F};
+    day.light_radiance = glm::vec3(1.0F);
+    day.apply(faces);
+    CHECK(faces.draw()[at_the_east] > clear + 0.005F); // the air glows around the light
+    day.clouds_fit = {0.16F, 0.0F, 0.5F, 1.0F};
+    day.clouds = test::one_color(0.0F, 0.0F, 0.0F, 1.0F);
+    day.apply(faces);
+    CHECK(faces.draw()[at_the_east] < 0.1F); // behind dark clouds
     test::float_cube(face_px, [&](const glm::vec3 &d) {
         directions.push_back(d);
         return d;

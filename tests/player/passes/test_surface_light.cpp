@@ -15,6 +15,7 @@
 #include <cstddef>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 using namespace paradize;
@@ -49,6 +50,11 @@ class LitSurface {
     float refracting = 0.0F, sky_blur = 1.0F, trimmed_mips = 0.0F;
     gl::Texture sky = test::float_cube(2, [](const glm::vec3 &) { return glm::vec3(1.0F); });
     gl::LightUniforms lamps;
+    bool has_shadow = false; // of all that lies below y = 0
+
+    /// defines: of lib/light.glsl.
+    explicit LitSurface(std::string_view defines = "SKY_LIGHT 1")
+        : probe_(views, test::covering_vertex, surface_text, {"POINT_LIGHTS 1", defines}) {}
 
     glm::dvec3 seen() {
         const std::vector<float> pixels = draw(0.0F);
@@ -68,7 +74,13 @@ class LitSurface {
     std::vector<float> draw(float spread) {
         gl::FrameUniforms frame = test::plain_frame(views);
         frame.sun_direction = glm::vec4(to_sun, 0.005F);
-        frame.sun_radiance = glm::vec4(sun, 0.0F);
+        frame.sun_radiance = glm::vec4(sun, has_shadow ? 1.0F : 0.0F);
+        frame.shadow_from_world = glm::mat4(0.0F);
+        frame.shadow_from_world[1].z = -0.01F;
+        frame.shadow_from_world[3] = glm::vec4(0.5F, 0.5F, 0.5F, 1.0F);
+        const float ground = 0.5F;
+        glBindTexture(GL_TEXTURE_2D_ARRAY, no_shadow_.name());
+        glTexSubImage3D(GL_TEXTURE_2D_ARRAY, 0, 0, 0, 0, 1, 1, 1, GL_DEPTH_COMPONENT, GL_FLOAT, &ground);
         frame.ambient = glm::vec4(ambient, 1.0F);
         frame.water = water;
         probe_.set_frame(frame);
@@ -103,7 +115,7 @@ class LitSurface {
         return probe_.draw();
     }
 
-    test::ShaderProbe probe_{views, test::covering_vertex, surface_text, {"POINT_LIGHTS 1"}};
+    test::ShaderProbe probe_;
     gl::Texture no_shadow_ = gl::make_depth_comparison_layers(1, 1), calm_ = test::one_color(0, 0, 0, 0);
     gl::Buffer lights_ =
         gl::make_buffer(GL_UNIFORM_BUFFER, 31 * sizeof(gl::LightUniforms), gl::Usage::streamed);
@@ -179,6 +191,17 @@ TEST_CASE("surface: of the sun's light as much leaves white as arrives, be it re
         // glTF's mix of the two gives a tenth too much where the sun is low.
         CHECK(surface.all_around() < (degrees < 30.0 ? 1.035 : degrees < 60.0 ? 1.06 : 1.12) * arrives);
     }
+    // Most of what a rough metal reflects bounces more than once. The fit is no more exact.
+    LitSurface metal;
+    metal.sky = test::float_cube(2, [](const glm::vec3 &) { return glm::vec3(0.0F); });
+    metal.sun = glm::vec3(static_cast<float>(M_PI));
+    metal.albedo = glm::vec3(0.0F);
+    metal.metal = glm::vec4(1.0F);
+    metal.alpha = 1.0F;
+    for (const double degrees : {20.0, 50.0, 70.0}) {
+        metal.to_sun = tilted(degrees);
+        CHECK(metal.all_around() == test::within(std::cos(degrees * M_PI / 180.0), 0.3));
+    }
 }
 
 TEST_CASE(
@@ -218,6 +241,66 @@ TEST_CASE("surface: what is occluded is darker in the sky's light, and as bright
     CHECK(surface.seen().g < 1e-3);
     surface.occlusion = 1.0F;
     CHECK(surface.seen().g == test::within(1.0, 0.001));
+    // A smooth metal, seen from straight above, mirrors more than its share of the light from all around.
+    surface.occlusion = 0.5F;
+    surface.alpha = 0.01F;
+    CHECK(surface.seen().g == test::within(std::pow(1.5, std::exp2(-1.16)) - 0.5, 0.01));
+    // Of a leaf also the light that comes through it.
+    surface.metal = glm::vec4(0.0F);
+    surface.albedo = glm::vec3(1.0F);
+    surface.translucency = 1.0F;
+    const double half = surface.seen().g;
+    surface.occlusion = 1.0F;
+    CHECK(half == doctest::Approx(0.5 * surface.seen().g));
+}
+
+TEST_CASE("surface: a leaf does not shade the light that passes through it") {
+    if (!test::have_context()) {
+        return;
+    }
+    LitSurface leaf;
+    leaf.normal = {0.0F, -1.0F, 0.0F};
+    leaf.sun = glm::vec3(1.0F);
+    leaf.translucency = 1.0F;
+    const double bare = leaf.seen().g;
+    CHECK(bare > 0.1);
+    leaf.has_shadow = true;
+    CHECK(leaf.seen().g == doctest::Approx(bare));
+    leaf.place.y = -5.0F;
+    CHECK(leaf.seen().g == 0.0);
+}
+
+TEST_CASE(
+    "surface: bumps turn no light onto a triangle that faces away from it, be it the sun's or a lamp's") {
+    if (!test::have_context()) {
+        return;
+    }
+    LitSurface surface;
+    surface.bump = {2.0F, 0.0F, 0.0F};
+    for (const bool behind : {false, true}) {
+        const glm::vec3 to_light = glm::normalize(glm::vec3(1.0F, behind ? -0.2F : 0.2F, 0.0F));
+        surface.to_sun = to_light;
+        surface.sun = glm::vec3(1.0F);
+        surface.lamps.state.x = 0.0F;
+        const double by_sun = surface.seen().g;
+        surface.sun = glm::vec3(0.0F);
+        surface.lamps.state = {1.0F, 1.0F, 0.0F, 0.0F};
+        surface.lamps.place[0] = glm::vec4(10.0F * to_light, 1e6F);
+        surface.lamps.color[0] = {100.0F, 100.0F, 100.0F, 0.001F};
+        CHECK((by_sun == 0.0) == behind);
+        CHECK(std::abs(surface.seen().g - by_sun) <= 0.01 * by_sun);
+    }
+}
+
+TEST_CASE("surface: without a lookup, sides have more of the sky's light than a roof") {
+    if (!test::have_context()) {
+        return;
+    }
+    LitSurface surface("SKY_LIGHT 0");
+    surface.ambient = glm::vec3(1.0F);
+    CHECK(surface.seen().g == doctest::Approx(1.0));
+    surface.normal = {1.0F, 0.0F, 0.0F};
+    CHECK(surface.seen().g == doctest::Approx(2.1));
 }
 
 TEST_CASE("surface: without a sky, what faces down has half of the light of what faces up") {
@@ -245,10 +328,19 @@ TEST_CASE("surface: a side sees its part of the sky, though never more than four
     };
     surface.sky = bright_in_the_east(3.0F);
     CHECK(surface.seen().g == doctest::Approx(1.0)); // the scene's ambient light is that of a roof
+    surface.bump = {1e3F, 0.0F, 0.0F};               // its map turns it there
+    CHECK(surface.seen().g == doctest::Approx(3.0));
+    surface.bump = glm::vec3(0.0F);
     surface.normal = {1.0F, 0.0F, 0.0F};
     CHECK(surface.seen().g == doctest::Approx(3.0));
     surface.sky = bright_in_the_east(50.0F);
     CHECK(surface.seen().g == doctest::Approx(4.0));
+    // That of the roof is blurred as that of the side is.
+    surface.sky =
+        test::float_cube(16, [](const glm::vec3 &d) { return glm::vec3(d.y > 0.97F ? 50.0F : 1.0F); });
+    surface.sky_blur = 3.0F;
+    surface.normal = {0.0F, 1.0F, 0.0F};
+    CHECK(surface.seen().g == doctest::Approx(1.0));
 }
 
 TEST_CASE("surface: smooth metal mirrors the sharp sky, rough metal the blurred one, ever more so") {
