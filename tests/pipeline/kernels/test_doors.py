@@ -130,3 +130,16 @@ def test_what_is_not_finite_or_not_there_is_refused(name: str, argument: str) ->
             harmed.flat[place] = value
             with pytest.raises(ValueError):
                 call(**arrays | {argument: harmed})
+
+
+@pytest.mark.parametrize(
+    ("name", "argument"),
+    [(name, key) for name, (_, arrays) in DOORS.items() for key in arrays if arrays[key].dtype.kind == "u"],
+)
+def test_numbers_that_no_index_can_be_are_refused_not_rounded(name: str, argument: str) -> None:
+    call, arrays = DOORS[name]
+    for value in (0.5, np.nan, -1, 1 << 32):
+        harmed = arrays[argument].astype(type(value))
+        harmed.flat[0] = value
+        with pytest.raises(ValueError):
+            call(**arrays | {argument: harmed})

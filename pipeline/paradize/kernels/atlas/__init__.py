@@ -7,6 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 import paradize.kernels.atlas._atlas as _atlas
+from paradize.kernels.indices import to_indices
 from paradize.kernels.threads import default_threads
 
 
@@ -28,7 +29,7 @@ def make_charts(
     unit of the positions, and the number of charts. Raises ValueError for other arguments.
     """
     points = np.ascontiguousarray(positions, np.float64)
-    faces = np.ascontiguousarray(triangles, np.uint32)
+    faces = to_indices(triangles)
     if points.ndim != 2 or points.shape[1] != 3 or not np.isfinite(points).all():
         raise ValueError(f"expected (n, 3) finite positions, got {points.shape}")
     if faces.ndim != 2 or faces.shape[1] != 3 or not len(faces) or int(faces.max()) >= len(points):

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from paradize.kernels.indices import to_indices
 from paradize.kernels.maps import _maps
 from paradize.kernels.threads import default_threads
 
@@ -214,7 +215,7 @@ def uv_islands(uvs: F32, triangles: npt.NDArray[np.uint32]) -> I32:
     if not np.isfinite(uvs).all():
         raise ValueError("uvs are not finite")
     out = np.empty(len(triangles), np.int32)
-    _maps.uv_islands(uvs, np.ascontiguousarray(triangles, np.uint32), out)
+    _maps.uv_islands(uvs, to_indices(triangles), out)
     return out
 
 
@@ -238,7 +239,7 @@ def rasterise(
     out = np.empty((height, width), np.int32)
     _maps.rasterise(
         uvs,
-        np.ascontiguousarray(triangles, np.uint32),
+        to_indices(triangles),
         np.ascontiguousarray(ids, np.int32),
         work_limit,
         touched,

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 import paradize.kernels.mesh._mesh as _mesh
+from paradize.kernels.indices import to_indices
 from paradize.kernels.threads import default_threads
 
 F32: TypeAlias = npt.NDArray[np.float32]
@@ -54,7 +55,7 @@ def _rows(values: npt.ArrayLike, width: int, count: int | None = None) -> F32:
 
 
 def _triangles(values: npt.ArrayLike, vertices: int) -> U32:
-    triangles = np.ascontiguousarray(values, np.uint32)
+    triangles = to_indices(values)
     if triangles.ndim != 2 or triangles.shape[1] != 3:
         raise ValueError(f"expected (m, 3) indices, got {triangles.shape}")
     if triangles.size and int(triangles.max()) >= vertices:
@@ -63,7 +64,7 @@ def _triangles(values: npt.ArrayLike, vertices: int) -> U32:
 
 
 def _column(values: npt.ArrayLike, count: int) -> U32:
-    column = np.ascontiguousarray(values, np.uint32)
+    column = to_indices(values)
     if column.shape != (count,):
         raise ValueError(f"expected ({count},) integers, got {column.shape}")
     return column

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 import paradize.kernels.obj._obj as _obj
+from paradize.kernels.indices import to_indices
 
 ABSENT = 0xFFFFFFFF
 
@@ -108,7 +109,7 @@ def origin_of(
     """The place from which float32 positions of a mesh are counted; 0 unless it lies far from 0
     (`obj/origin.hpp`). positions: (n, 3) finite, metres. triangles: (m, 3)."""
     positions = np.ascontiguousarray(positions, np.float64)
-    triangles = np.ascontiguousarray(triangles, np.uint32)
+    triangles = to_indices(triangles)
     if positions.shape[1:] != (3,) or triangles.shape[1:] != (3,) or not np.isfinite(positions).all():
         raise ValueError(f"positions {positions.shape}, triangles {triangles.shape}")
     if triangles.size and int(triangles.max()) >= len(positions):
@@ -127,7 +128,7 @@ def cut_polygons(
     many outlines may cross themselves. positions: (n, 3), finite where a corner is. corners: (c,), positions
     of all polygons, one after the other. counts: (f,), corners of each polygon, at least 3."""
     positions = np.ascontiguousarray(positions, np.float64)
-    corners, counts = (np.ascontiguousarray(array, np.uint32) for array in (corners, counts))
+    corners, counts = (to_indices(array) for array in (corners, counts))
     if positions.shape[1:] != (3,) or int(counts.sum(dtype=np.int64)) != len(corners):
         raise ValueError(f"positions {positions.shape}, {len(corners)} corners of {len(counts)} polygons")
     if len(corners) and (int(corners.max()) >= len(positions) or int(counts.min()) < 3):

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from paradize.kernels.indices import to_indices
 from paradize.kernels.occlusion import _occlusion
 from paradize.kernels.threads import default_threads
 
@@ -91,7 +92,7 @@ class Blockers:
         if not reach > 0.0:
             raise ValueError(f"reach is {reach}")
         out = np.empty(len(begin), np.float32)
-        at = np.ascontiguousarray(texels, np.uint32)
+        at = to_indices(texels)
         _occlusion.cast(self._native, begin, up, face, at, columns, min(reach, 3e38), out, threads, width)
         return out
 
@@ -104,7 +105,7 @@ def _rows(values: npt.ArrayLike, width: int, name: str) -> F32:
 
 
 def _indices(values: npt.ArrayLike, vertices: int) -> U32:
-    triangles = np.ascontiguousarray(values, np.uint32)
+    triangles = to_indices(values)
     if triangles.ndim != 2 or triangles.shape[1] != 3:
         raise ValueError(f"expected (m, 3) indices, got {triangles.shape}")
     if triangles.size and int(triangles.max()) >= vertices:

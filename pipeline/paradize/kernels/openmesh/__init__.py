@@ -13,6 +13,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
+from paradize.kernels.indices import to_indices
+
 BUILT = find_spec("paradize.kernels.openmesh._openmesh") is not None
 if TYPE_CHECKING or BUILT:
     from paradize.kernels.openmesh import _openmesh
@@ -50,7 +52,7 @@ def _mesh(positions: npt.ArrayLike, triangles: npt.ArrayLike) -> tuple[F64, U32]
     if not BUILT:
         raise RuntimeError("Paradize was built without OpenMesh: install libopenmesh-dev and build it again")
     points = np.ascontiguousarray(positions, np.float64)
-    corners = np.ascontiguousarray(triangles, np.uint32)
+    corners = to_indices(triangles)
     for name, rows in (("positions", points), ("triangles", corners)):
         if rows.ndim != 2 or rows.shape[1] != 3:
             raise ValueError(f"{name} have shape {rows.shape}, not (n, 3)")

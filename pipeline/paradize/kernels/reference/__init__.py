@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 import paradize.kernels.reference._reference as _reference
+from paradize.kernels.indices import to_indices
 from paradize.kernels.threads import default_threads
 
 WRAPS = ("repeat", "clamp", "mirror")  # as places.hpp numbers them
@@ -32,7 +33,7 @@ def _columns(values: npt.ArrayLike, count: int, width: int) -> npt.NDArray[np.fl
 
 def checked_triangles(values: npt.ArrayLike, vertices: int) -> npt.NDArray[np.uint32]:
     """Indices (m, 3), m > 0, of so many vertices, as the kernels take them. Raises ValueError for others."""
-    triangles = np.ascontiguousarray(values, np.uint32)
+    triangles = to_indices(values)
     if triangles.ndim != 2 or triangles.shape[1] != 3 or not len(triangles):
         raise ValueError(f"expected (m, 3) indices, got {triangles.shape}")
     if int(triangles.max()) >= vertices:

@@ -8,13 +8,14 @@ import numpy as np
 import numpy.typing as npt
 
 import paradize.kernels.reference._reference as _reference
+from paradize.kernels.indices import to_indices
 
 
 def _layout(
     positions: npt.ArrayLike, triangles: npt.ArrayLike, corners: npt.ArrayLike
 ) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.uint32], npt.NDArray[np.float64]]:
     points = np.ascontiguousarray(positions, np.float64)
-    faces = np.ascontiguousarray(triangles, np.uint32)
+    faces = to_indices(triangles)
     uvs = np.ascontiguousarray(corners, np.float64).reshape(-1, 6)
     if points.ndim != 2 or points.shape[1] != 3 or not np.isfinite(points).all():
         raise ValueError(f"expected (n, 3) finite positions, got {points.shape}")

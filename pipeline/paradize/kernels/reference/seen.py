@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 import paradize.kernels.reference._reference as _reference
+from paradize.kernels.indices import to_indices
 from paradize.kernels.reference import WRAPS
 from paradize.kernels.threads import default_threads
 
@@ -91,11 +92,11 @@ class SeenMesh:
     ) -> None:
         points = _rows(positions, 3)
         assert points is not None
-        faces = np.ascontiguousarray(triangles, np.uint32)
+        faces = to_indices(triangles)
         if faces.ndim != 2 or faces.shape[1] != 3 or not len(faces) or int(faces.max()) >= len(points):
             raise ValueError(f"expected (m, 3) indices below {len(points)}, got {faces.shape}")
         rows = np.zeros(len(faces), np.uint32) if by_triangle is None else by_triangle
-        rows = np.ascontiguousarray(rows, np.uint32)
+        rows = to_indices(rows)
         if rows.shape != (len(faces),) or int(rows.max()) >= len(materials):
             raise ValueError(f"expected ({len(faces)},) rows of {len(materials)} materials, got {rows.shape}")
         self.positions, self.triangles = points, faces

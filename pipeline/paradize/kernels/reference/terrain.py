@@ -6,6 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 import paradize.kernels.reference._reference as _reference
+from paradize.kernels.indices import to_indices
 from paradize.kernels.threads import default_threads
 
 
@@ -49,7 +50,7 @@ def _checked(
     positions: npt.NDArray[np.float32], triangles: npt.NDArray[np.uint32], heights_m: npt.NDArray[np.float32]
 ) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.uint32], npt.NDArray[np.float32]]:
     positions = np.ascontiguousarray(positions, np.float32)
-    triangles = np.ascontiguousarray(triangles, np.uint32)
+    triangles = to_indices(triangles)
     heights_m = np.ascontiguousarray(heights_m, np.float32)
     if positions.ndim != 2 or positions.shape[1] != 3 or triangles.ndim != 2 or triangles.shape[1] != 3:
         raise ValueError(f"expected (n, 3) and (m, 3), got {positions.shape} and {triangles.shape}")

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from paradize.kernels.indices import to_indices
 from paradize.kernels.simplify import _simplify
 
 if TYPE_CHECKING:
@@ -68,7 +69,7 @@ def simplify(
     if positions.ndim != 2 or positions.shape[1] != 3 or not np.isfinite(positions).all():
         raise ValueError(f"positions {positions.shape}: expected finite (n, 3)")
     count = len(positions)
-    triangles = np.ascontiguousarray(triangles, np.uint32)
+    triangles = to_indices(triangles)
     if triangles.ndim != 2 or triangles.shape[1] != 3:
         raise ValueError(f"triangles {triangles.shape}: expected (m, 3)")
     columns = np.zeros((count, 0), np.float32) if attributes is None else attributes
@@ -85,7 +86,7 @@ def simplify(
         raise ValueError(f"target {target}, kept_area {kept_area}")
 
     def numbers(given: npt.ArrayLike | None, length: int, default: U32) -> U32:
-        array = np.ascontiguousarray(default if given is None else given, np.uint32)
+        array = to_indices(default if given is None else given)
         if array.shape != (length,):
             raise ValueError(f"expected ({length},) integers, got {array.shape}")
         return array

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from paradize.kernels.indices import to_indices
 from paradize.kernels.terrain import _terrain
 from paradize.kernels.threads import default_threads
 
@@ -105,7 +106,7 @@ def vertices(
         raise ValueError(f"heights must be (rows, columns) float32, not {heights.shape} {heights.dtype}")
     if pixels is not None and (pixels.ndim != 2 or pixels.shape[1] != 2):
         raise ValueError(f"pixels must be (n, 2), not {pixels.shape}")
-    pixel_list = None if pixels is None else np.ascontiguousarray(pixels, np.uint32)
+    pixel_list = None if pixels is None else to_indices(pixels)
     return Vertices(
         *_terrain.vertices(np.ascontiguousarray(heights), pixel_list, *size_m, float(sand_repeat), threads)
     )
