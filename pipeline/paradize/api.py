@@ -313,7 +313,8 @@ def terrain(
 
 def bake(scene: AnyPath, out: AnyPath | None = None, options: BuildOptions | None = None) -> BakeReport:
     """Bakes a scene file into a folder (None: build/assets/<scene name>); what did not change is taken from
-    the store. Raises GroupedError where artifacts fail; the folder then keeps what it held."""
+    the store. Raises the error of an artifact that fails, of several a GroupedError; the folder then keeps
+    what it held."""
     from paradize.build.bake import bake as bake_scene
 
     _options(options, BuildOptions, "bake", _BUILD)

@@ -35,7 +35,7 @@ def add(sub: argparse.ArgumentParser) -> None:
         "--verify", type=percent, metavar="P", help="derive P %% of the artifacts again and compare bytes"
     )
     add_elsewhere(sub)
-    add_common(sub, "worker processes", None)
+    add_common(sub, "worker processes (default: $PARADIZE_JOBS, else cores)", None)
     sub.epilog = f"{sub.epilog}. All fields of a scene: {_FIELDS}"
 
 

@@ -27,10 +27,12 @@ def add_json(sub: argparse.ArgumentParser, text: str = "print one JSON object on
 
 
 def add_common(
-    sub: argparse.ArgumentParser, jobs: str = "threads at most", tier: str | None = "balanced"
+    sub: argparse.ArgumentParser,
+    jobs: str = "threads at most (default: $PARADIZE_THREADS, else cores)",
+    tier: str | None = "balanced",
 ) -> None:
-    """Declares the options of every baker. tier: the default."""
-    sub.add_argument("-j", "--jobs", type=whole(1, 4096), metavar="N", help=f"{jobs} (default: cores)")
+    """Declares the options of every baker. jobs: the help of -j. tier: the default."""
+    sub.add_argument("-j", "--jobs", type=whole(1, 4096), metavar="N", help=jobs)
     what = "speed against accuracy; auto: the cheapest tier whose measured error is inside the budget"
     sub.add_argument(
         "--tier", choices=TIER_OPTIONS, default=tier, help=f"{what} (default: {tier or 'as the scene says'})"

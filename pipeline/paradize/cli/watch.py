@@ -24,7 +24,7 @@ def add(sub: argparse.ArgumentParser) -> None:
     add_scene(sub)
     sub.add_argument("-o", "--out", type=path, metavar="DIR", help="default: build/assets/<scene name>")
     add_elsewhere(sub)
-    add_common(sub, "worker processes", None)
+    add_common(sub, "worker processes (default: $PARADIZE_JOBS, else cores)", None)
     sub.epilog = f"{sub.epilog}. With --json every bake prints one line of JSON. Ctrl-C ends it: exit 0."
 
 
