@@ -140,6 +140,14 @@ def test_no_shader_uses_features_that_one_language_lacks(name: str) -> None:
         assert word not in text, f"{name} uses {word}"
 
 
+@pytest.mark.parametrize("name", BODIES)
+def test_no_stage_reads_more_textures_than_every_device_has(name: str) -> None:
+    """Both languages promise 16 to each stage. All branches count, so no set of macros needs more."""
+    lines = "\n".join(expand(name, set()))
+    textures = set(re.findall(r"^\s*uniform\s+\w*sampler\w+\s+(\w+);", lines, re.MULTILINE))
+    assert len(textures) <= 16, sorted(textures)
+
+
 def test_every_library_is_used_and_named_in_the_readme() -> None:
     used: set[str] = set()
     for name in BODIES:
