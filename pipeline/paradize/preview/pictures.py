@@ -36,12 +36,14 @@ class SheetMap:
 
 @dataclass(frozen=True)
 class MaterialDefaults:
-    """Values of a material without maps. tiles: whether it repeats; then it is shown on a sphere."""
+    """Values of a material without maps. tiles: whether it repeats; then it is shown on a sphere. about: the
+    meaning of its colours where they are data."""
 
     tiles: bool = False
     color: tuple[float, float, float] = (0.5, 0.5, 0.5)
     specular: float = 0.5
     smoothness: float = 0.5
+    about: str = ""
 
 
 def shown_level(texture: Texture, largest: int) -> int:

@@ -199,6 +199,10 @@ def _materials(scene: dict[str, Any]) -> dict[str, dict[str, dict[str, Any]]]:
 
 def _material_defaults(scene: dict[str, Any], name: str) -> MaterialDefaults:
     """Whether a material repeats, and its values where it has no map, as the scene says."""
+    clouds = (scene.get("daytime") or {}).get("clouds")
+    if clouds and clouds["color"] == f"{name}_color":
+        meaning = "red, green, blue: how bright light from the right, the left and above makes each texel"
+        return MaterialDefaults(about=meaning)
     terrain, water = scene.get("terrain"), scene.get("water")
     if terrain and terrain.get("sand_color") == f"{name}_color":
         return MaterialDefaults(True, specular=terrain["specular"], smoothness=terrain["smoothness"])

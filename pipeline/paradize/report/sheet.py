@@ -229,6 +229,8 @@ def _draw_close(sheet: _Sheet, top: int, maps: dict[str, SheetMap]) -> None:
 
 def _about(defaults: MaterialDefaults) -> str:
     """Describes the lit preview."""
+    if defaults.about:
+        return defaults.about
     shape = "a sphere, two tiles across" if defaults.tiles else "the whole map from above"
     return f"lit in linear light from what the hardware reads: {shape}, sun from the upper left"
 

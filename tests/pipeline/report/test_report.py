@@ -449,6 +449,22 @@ def test_every_error_is_judged_without_a_budget(metric: str) -> None:
     assert verdict_of(metric, worst, scene).kind in ("hint", "plain") or metric in SWITCHED
 
 
+def test_the_sheet_of_clouds_says_what_their_colours_mean(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    written: list[str] = []
+    monkeypatch.setattr(
+        "paradize.report.folder.draw_sheet", lambda *given: written.append(given[-1].about) or b""
+    )
+    white = plain((255, 255, 255, 255))
+    baked = scene_folder(tmp_path / "baked", clouds_color=white, wall_color=white)
+    scene = json.loads((baked / "scene.json").read_text())
+    scene["daytime"] = {"clouds": {"color": "clouds_color"}}
+    (baked / "scene.json").write_text(json.dumps(scene))
+    assert not draw_folder(baked, tmp_path / "report").warnings
+    assert [text.split(":")[0] for text in written] == ["red, green, blue", ""]
+
+
 def test_an_object_s_sheet_names_the_width_of_a_pixel_from_which_on_a_level_is_drawn(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
