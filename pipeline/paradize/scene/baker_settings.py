@@ -147,12 +147,13 @@ class CastSettings(BakerSettings):
 
     occlusion_px: side of its map, texels, 16 to 8192. occlusion_reach: what lies farther from a place holds
     back no light, of the bounding box's diagonal, above 0, up to 1. see_through: materials whose triangles
-    hold back no light.
+    hold back no light. crease_deg: as of MeshSettings.
     """
 
     occlusion_px: int = 512
     occlusion_reach: float = 0.25
     see_through: Sequence[str] = ()
+    crease_deg: float = SceneObject.crease_deg
 
 
 @dataclass(frozen=True, kw_only=True)

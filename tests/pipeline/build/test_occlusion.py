@@ -121,6 +121,16 @@ def test_a_wall_with_holes_holds_back_no_light(tmp_path: Path) -> None:
     assert darkest["solid"] < 0.6 and darkest["holes"] == 1.0
 
 
+def test_occlusion_is_cast_from_the_normals_that_are_drawn(tmp_path: Path) -> None:
+    """Across the edge of floor and wall normals are smooth up to `crease_deg`."""
+    cast = {}
+    for crease in ("0", "180"):
+        scene = make(tmp_path / crease, ("lods = 1", f"lods = 1\ncrease_deg = {crease}"))
+        _, manifest = baked(scene, tmp_path / f"out_{crease}")
+        cast[crease] = texels(tmp_path / f"out_{crease}", manifest, "nook_occlusion")
+    assert np.abs(cast["0"] - cast["180"]).max() > 0.1
+
+
 def test_a_drawn_occlusion_stays_and_others_get_theirs(tmp_path: Path) -> None:
     """wood and leaf of the panels bring none; metal does. The leaf has holes, and holds back no light."""
     scene = make_panels(tmp_path / "s")

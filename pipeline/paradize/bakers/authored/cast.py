@@ -12,7 +12,6 @@ from paradize.material import OVERHANG, repeating, uv_width
 from paradize.metrics.occlusion import cast_errors
 from paradize.readers.model import read_model
 from paradize.scene.baker_settings import CastSettings
-from paradize.scene.settings import SceneObject
 from paradize.stages.normals import complete_normals
 from paradize.stages.occlusion import RAYS, Occlusion, mesh_occlusion
 from paradize.stages.validate import validate_mesh
@@ -43,7 +42,7 @@ def cast_occlusion(
     read_model. Raises SourceError for a model that cannot be read, BakeError for one without a UV layout."""
     read = read_model(model, root)
     mesh, report = validate_mesh(read.mesh, model)
-    mesh = complete_normals(mesh, read.smoothing[report.kept], crease_deg=SceneObject.crease_deg)[0]
+    mesh = complete_normals(mesh, read.smoothing[report.kept], crease_deg=settings.crease_deg)[0]
     uvs = mesh.uvs
     if uvs is None:
         mend = "`paradize mesh --atlas` makes some; cast from the GLB that it writes"
