@@ -54,6 +54,9 @@ _COLLADA = Kind("a COLLADA model", _EXPORT)
 _USD = Kind("a USD scene", _EXPORT)
 _X3D = Kind("an X3D or VRML scene", _EXPORT)
 _OFF = Kind("an OFF model", _EXPORT)
+_POINTS = "make a surface of its points, as CloudCompare and MeshLab do, and export that as PLY"
+_GDAL = "`gdal_translate {file} {stem}.tif` makes a GeoTIFF of it, which `paradize terrain` takes"
+_NAMED = "name one of the models that it names"
 _TILE = "`npx 3d-tiles-tools {tool} -i {{file}} -o {{stem}}.glb` takes its model out"
 
 MAGIC: tuple[tuple[bytes, Kind], ...] = (
@@ -83,13 +86,42 @@ MAGIC: tuple[tuple[bytes, Kind], ...] = (
     (b"//Maya ASCII", Kind("a Maya scene", _EXPORT)),
     (b"#VRML", _X3D),
     (b"#X3D", _X3D),
-    (b"ISO-10303-21", Kind("a STEP model", _EXPORT)),
     (b"b3dm", Kind("a batch of 3D Tiles", _TILE.format(tool="b3dmToGlb"))),
     (b"i3dm", Kind("a list of instances of 3D Tiles", _TILE.format(tool="i3dmToGlb"))),
     (b"VOX ", Kind("a MagicaVoxel model", _EXPORT)),
-    (b"OFF\n", _OFF),
-    (b"OFF\r", _OFF),
     (b"xof ", Kind("a DirectX model", _EXPORT)),
+    (b"IDP2", Kind("a Quake 2 model", _EXPORT)),
+    (b"IDP3", Kind("a Quake 3 model", _EXPORT)),
+    (b"INTERQUAKEMODEL\0", Kind("an IQM model", _EXPORT)),
+    (b"BB3D", Kind("a Blitz3D model", _EXPORT)),
+    (b"AC3D", Kind("an AC3D model", _EXPORT)),
+    (b"MS3D000000", Kind("a MilkShape model", _EXPORT)),
+    (b"PMX ", Kind("an MMD model", _EXPORT)),
+    (b"Pmd\0\0\x80?", Kind("an MMD model", _EXPORT)),
+    (b"\0\x10[MeshSerializer", Kind("an Ogre model", _EXPORT)),
+    (b"NetImmerse File Format", Kind("a NetImmerse model", _EXPORT)),
+    (b"Gamebryo File Format", Kind("a NetImmerse model", _EXPORT)),
+    (b"3D Geometry File Format", Kind("a Rhino model", _EXPORT)),
+    (b"\0\1\1\x30", Kind("an OpenFlight model", _EXPORT)),
+    (b"\0\1\1\x44", Kind("an OpenFlight model", _EXPORT)),
+    (b"# vtk DataFile", Kind("a VTK data set", _EXPORT)),
+    (b"# .PCD", Kind("a PCD point cloud", _POINTS)),
+    (b"LASF", Kind("a LAS point cloud", _POINTS)),
+    (b"CDF\1", Kind("a netCDF data set", _GDAL)),
+    (b"CDF\2", Kind("a netCDF data set", _GDAL)),
+    (b"\x89HDF\r\n\x1a\n", Kind("an HDF5 data set", _GDAL)),
+    (b"GRIB", Kind("a GRIB data set", _GDAL)),
+    (b"EHFA_HEADER_TAG", Kind("an ERDAS grid", _GDAL)),
+    (b"TERRAGENTERRAIN ", Kind("a Terragen terrain", _GDAL)),
+    (b"binterr", Kind("a VTP terrain", _GDAL)),
+    (b"DSAA", Kind("a Surfer grid", _GDAL)),
+    (b"DSBB", Kind("a Surfer grid", _GDAL)),
+    (b"DSRB", Kind("a Surfer grid", _GDAL)),
+    (b"gimp xcf", Kind("a GIMP image", _TO_PNG)),
+    (b"VTF\0", Kind("a Valve texture", _TO_PNG)),
+    (b"PVR\3", Kind("a PVR texture", _TO_PNG)),
+    (b"PKM ", Kind("an ETC texture", _TO_PNG)),
+    (b"\x13\xab\xa1\x5c", Kind("an ASTC texture", _TO_PNG)),
     (b"\xabKTX 11\xbb\r\n\x1a\n", Kind("a KTX 1 texture", _TO_PNG)),
     (b"sB\x13\0", Kind("a Basis Universal texture", _TO_PNG)),
     (b"%PDF", Kind("a PDF document", _TO_PNG)),
@@ -126,6 +158,23 @@ SUFFIXES |= {
         (".skp", "a SketchUp model"),
     )
 }
+SUFFIXES |= {
+    suffix: Kind(name, _GDAL)
+    for suffix, name in (
+        (".bil", "a raw grid of GIS"),
+        (".bip", "a raw grid of GIS"),
+        (".bsq", "a raw grid of GIS"),
+        (".dem", "a USGS DEM"),
+        (".dt0", "a DTED grid"),
+        (".dt1", "a DTED grid"),
+        (".dt2", "a DTED grid"),
+        (".e00", "an ArcInfo grid"),
+        (".flt", "a raw grid of GIS"),
+        (".vrt", "a list of grids of GIS"),
+    )
+}
+SUFFIXES[".xyz"] = Kind("a list of points", f"of heights on a grid {_GDAL}; of others {_POINTS}")
+SUFFIXES |= dict.fromkeys((".heic", ".heif"), Kind("a HEIC photo", _TO_PNG))
 # An output folder of such a name is a mistake. Most of these kinds are told by their bytes, not by the name.
 FILE_SUFFIXES = frozenset(
     (
@@ -137,12 +186,43 @@ FILE_SUFFIXES = frozenset(
         *(".csv", ".html", ".json", ".pdf", ".toml", ".txt", ".xml"),
     )
 )
+
+
+def _xml(root: bytes) -> re.Pattern[bytes]:
+    """Finds text of XML by the name of its root element."""
+    begin = rb"<%s[\s>]" % root
+    return re.compile(rb"\A\s*(?=<\?xml|<!--|<!DOCTYPE|%s).{0,4096}?%s" % (begin, begin), re.S)
+
+
 # The words near the beginning of text of some kinds, the more particular first.
 TEXTS: tuple[tuple[re.Pattern[bytes], Kind], ...] = (
-    (re.compile(rb"\A\s*(?:<\?xml|<!--|<COLLADA).{0,4096}?<COLLADA[\s>]|\A\s*<COLLADA[\s>]", re.S), _COLLADA),
-    (re.compile(rb"\A\s*<\?xml.{0,4096}?<X3D[\s>]|\A\s*<X3D[\s>]", re.S), _X3D),
-    (re.compile(rb"\A[AI]\s+\d+\b.{0,80}?\sOBJ\b", re.S), Kind("an X-Plane model", _EXPORT)),
     (re.compile(rb"\A\s*<(?:!DOCTYPE\s+html|html)\b", re.I), Kind("a web page", _PAGE)),
+    (_xml(b"COLLADA"), _COLLADA),
+    (_xml(b"X3D"), _X3D),
+    (_xml(b"amf"), Kind("an AMF model", _EXPORT)),
+    (_xml(b"VTKFile"), Kind("a VTK data set", _EXPORT)),
+    (_xml(b"GIFTI"), Kind("a GIfTI surface", _EXPORT)),
+    (_xml(b"robot"), Kind("a description of a robot (URDF)", _NAMED)),
+    (_xml(b"sdf"), Kind("a description of a simulation (SDF)", _NAMED)),
+    (_xml(b"mesh"), Kind("an Ogre model", _EXPORT)),
+    (_xml(b"svg"), Kind("an SVG drawing", _TO_PNG)),
+    (
+        re.compile(rb"\AISO-10303-21\b.{0,8192}?\bFILE_SCHEMA\s*\(\s*\(\s*'IFC", re.S),
+        Kind("an IFC model", "`IfcConvert {file} {stem}.glb` makes a GLB of it"),
+    ),
+    (re.compile(rb"\AISO-10303-21\b"), Kind("a STEP model", _EXPORT)),
+    (re.compile(rb"\A.{72}S {0,6} *1\r?\n"), Kind("an IGES model", _EXPORT)),
+    (re.compile(rb"\A(?:\s*999\s.*\n)?\s*0\s+SECTION\b"), Kind("a DXF drawing", _EXPORT)),
+    (re.compile(rb"\A(?:\s*(?:#.*)?\n)*\s*(?:ST)?C?N?4?n?OFF\b"), _OFF),
+    (re.compile(rb"\A\s*MD5Version\s+\d"), Kind("a Doom 3 model", _EXPORT)),
+    (re.compile(rb"\A\s*version\s+1\s+nodes\b"), Kind("a Source Engine model", _EXPORT)),
+    (
+        re.compile(rb"\A(?:HEADER|REMARK|CRYST1|MODEL|ATOM|HETATM)\b.*?^(?:ATOM  |HETATM)", re.S | re.M),
+        Kind("a molecule", "export its surface as OBJ from a viewer of molecules"),
+    ),
+    (re.compile(rb'"type"\s*:\s*"CityJSON"'), Kind("a CityJSON model", _EXPORT)),
+    (re.compile(rb'"geometricError"\s*:'), Kind("a tileset of 3D Tiles", _NAMED)),
+    (re.compile(rb"\A[AI]\s+\d+\b.{0,80}?\sOBJ\b", re.S), Kind("an X-Plane model", _EXPORT)),
 )
 ASCII_GRID = re.compile(rb"\A(?:\xef\xbb\xbf)?\s*(?:[A-Za-z_]+[ \t]+\S+\s+){0,8}?ncols[ \t]+\S", re.I)
 STATEMENT = re.compile(rb"^[ \t]*(?:v|vn|vt|f)[ \t]+[-+.\d]|^[ \t]*mtllib[ \t]", re.M)

@@ -12,7 +12,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from paradize.documents import SCENE_FILE, parse_json
+from paradize.documents import SCENE_FILE, parse_json, parse_toml
 from paradize.errors import BakeError, FormatError, ParadizeError, SceneError, SourceError
 from paradize.files import missing_reason, open_file
 from paradize.kind_table import (
@@ -52,7 +52,7 @@ from paradize.kind_table import (
 from paradize.spelling import similar
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Callable, Iterator
 
 __all__ = [
     "BAKED",
@@ -108,7 +108,9 @@ def kind_of(path: Path) -> Kind:
     if named in (PLY, STL) and not CONTROLS.search(head):  # text of another kind under such a name
         text = _kind_of_text(head)
         return named if text in (TEXT, SCENE) else text
-    return named or _kind_of_text(head)
+    kind = named or _kind_of_text(head)
+    ini = kind is SCENE and path.suffix.lower() != ".toml" and not _is_parsed(parse_toml, head, path)
+    return TEXT if ini else kind
 
 
 def _kind_of_magic(head: bytes) -> Kind | None:
@@ -154,23 +156,24 @@ def is_gltf(path: Path) -> bool:
 def _kind_of_text(head: bytes) -> Kind:
     if STATEMENT.search(head):
         return OBJ
-    if head.lstrip()[:1] == b"{" and b'"asset"' in head and b'"paradize-scene"' not in head:
+    others = (b'"paradize-scene"', b'"geometricError"')  # the latter of a tileset
+    if head.lstrip()[:1] == b"{" and b'"asset"' in head and not any(other in head for other in others):
         return GLTF
     if CONTROLS.search(head):
         return UNKNOWN
+    named = [kind for pattern, kind in TEXTS if pattern.search(head)]
     if head.lstrip()[:1] == b"{":
-        return BAKED if b'"paradize-scene"' in head else TEXT
+        return BAKED if b'"paradize-scene"' in head else named[0] if named else TEXT
     if MATERIAL.search(head):
         return MATERIALS
-    if head.lstrip()[:1] == b"[" and _is_json(head):  # [1] is the header of a table in TOML, too
+    if head.lstrip()[:1] == b"[" and _is_parsed(parse_json, head):  # [1] is a table of TOML, too
         return TEXT
-    named = [kind for pattern, kind in TEXTS if pattern.search(head)]
     return named[0] if named else SCENE if TABLE.search(head) else TEXT
 
 
-def _is_json(text: bytes) -> bool:
+def _is_parsed(parse: Callable[..., object], *arguments: object) -> bool:
     try:
-        parse_json(text)
+        parse(*arguments)
     except FormatError:
         return False
     return True

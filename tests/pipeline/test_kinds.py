@@ -69,6 +69,23 @@ def test_a_file_is_what_its_first_bytes_say(name: str, data: bytes, kind: Kind, 
         ("a.usdz", b"PK\x03\x04\0\0", "is a USD scene"),
         ("a.x3d", b"<?xml version='1.0'?>\n<X3D profile='x'>", "is an X3D or VRML scene"),
         ("a.off", b"OFF\n8 6 0\n", "is an OFF model"),
+        ("a.off", b"# made by hand\nCOFF\n8 6 0\n", "is an OFF model"),
+        ("a.ifc", b"ISO-10303-21;\nHEADER;\nFILE_SCHEMA(('IFC4'));\n", "is an IFC model"),
+        (
+            "a.urdf",
+            b'<?xml version="1.0"?>\n<robot name="a">\n<mesh filename="b"/>',
+            "is a description of a robot (URDF)",
+        ),
+        ("a.sdf", b"<sdf version='1.5'>\n<model name='a'>", "is a description of a simulation (SDF)"),
+        ("a.vtp", b'<?xml version="1.0"?>\n<VTKFile type="PolyData">', "is a VTK data set"),
+        ("a.igs", b" " * 72 + b"S      1\n1H,,1H;,", "is an IGES model"),
+        ("a.dxf", b"999\nmade by hand\n  0\nSECTION\n", "is a DXF drawing"),
+        ("a.pdb", b"HEADER    HYDROLASE\nATOM      1  N   MET A   1\n", "is a molecule"),
+        ("a.ac", b"AC3Db\nMATERIAL x\n", "is an AC3D model"),
+        ("a.flt", b"\0\1\1\x44Ddb\0", "is an OpenFlight model"),
+        ("a.pcd", b"# .PCD v0.7\nFIELDS x y z\n", "is a PCD point cloud"),
+        ("a.json", b'{"type": "CityJSON", "vertices": []}', "is a CityJSON model"),
+        ("tileset.json", b'{"asset": {"version": "1.0"}, "geometricError": 1}', "is a tileset of 3D Tiles"),
         ("plane.obj", b"I\n800\nOBJ\n\nTEXTURE a.png\n", "is an X-Plane model"),
         ("a.step", b"ISO-10303-21;\n", "is a STEP model"),
         ("a.zip", b"PK\x03\x04\0\0", "is a ZIP archive"),
@@ -92,6 +109,49 @@ def test_what_is_no_model_is_refused_by_its_name_with_a_mend(
         read_model(tmp_path / name)
     assert caught.value.what == f"{said}, not an OBJ, glTF, PLY or STL model"
     assert caught.value.mend and "name an OBJ" not in caught.value.mend
+
+
+@pytest.mark.parametrize(
+    ("name", "data", "said"),
+    [
+        ("a.bil", b"\1\0\2\0", "a raw grid of GIS"),
+        ("a.DEM", b"MT RAINIER".ljust(864), "a USGS DEM"),
+        ("a.nc", b"CDF\1\0\0\0\0", "a netCDF data set"),
+        ("a.grd", b"DSAA\n10 10\n", "a Surfer grid"),
+        ("a.ter", b"TERRAGENTERRAIN SIZE", "a Terragen terrain"),
+    ],
+)
+def test_heights_of_gis_that_are_not_read_are_named_with_the_command_that_makes_a_geotiff(
+    name: str, data: bytes, said: str, tmp_path: Path
+) -> None:
+    (tmp_path / name).write_bytes(data)
+    found = refusal(HEIGHTS, tmp_path / name)
+    assert found is not None and found[0] == f"is {said}, not a heightmap"
+    assert found[1].startswith(f"`gdal_translate {tmp_path / name} a.tif`")
+
+
+@pytest.mark.parametrize(
+    ("name", "data", "said"),
+    [
+        ("a.heic", b"\0\0\0\x18ftypheic", "a HEIC photo"),
+        ("a.svg", b'<svg xmlns="http://www.w3.org/2000/svg"/>', "an SVG drawing"),
+        ("a.xcf", b"gimp xcf v011\0", "a GIMP image"),
+    ],
+)
+def test_pictures_that_are_not_read_are_named(name: str, data: bytes, said: str, tmp_path: Path) -> None:
+    (tmp_path / name).write_bytes(data)
+    found = refusal(PICTURE, tmp_path / name)
+    assert found == (f"is {said}, not a picture", "save it as PNG, TIFF or OpenEXR")
+
+
+def test_a_text_of_sections_is_a_scene_only_where_it_is_toml(tmp_path: Path) -> None:
+    for name, data, kind in (
+        ("a.grd", b"[general]\ncreator=R package\n[data]\nnbands=1\n", TEXT),
+        ("a.toml", b"[general]\ncreator=R package\n", SCENE),  # a fault of a scene is told by its reader
+        ("a.scene", b"[sky]\nturbidity = 3\n", SCENE),
+    ):
+        (tmp_path / name).write_bytes(data)
+        assert kind_of(tmp_path / name) is kind, name
 
 
 @pytest.mark.parametrize("suffix", [".obj", ".glb", ".gltf", ".ply", ".stl", ".txt"])

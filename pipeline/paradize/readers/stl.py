@@ -1,4 +1,5 @@
-"""Reads STL, binary and text: triangles; of a text also polygons, cut as those of an OBJ are.
+"""Reads STL, binary and text: triangles; of a text also polygons, cut as those of an OBJ are; of a binary
+file the colours of facets.
 
 Source: M. Burns, "Automated Fabrication", 1993, section 6.5. Normals of facets are not read: they follow from
 the corners.
@@ -18,6 +19,7 @@ from paradize.errors import SourceError, unread
 from paradize.files import read_file
 from paradize.kernels.mesh import number_rows
 from paradize.kernels.obj import cut_polygons, origin_of
+from paradize.readers.colors import linear_colors
 from paradize.readers.names import END_MARKS
 from paradize.readers.record import DEFAULT_NAME, LARGEST_COORDINATE, UNKNOWN_SMOOTHING, Model
 
@@ -26,7 +28,9 @@ if TYPE_CHECKING:
 
     from paradize.data import F64
 
-_HEADER, _FACET, _ATTRIBUTE = 84, 50, 2  # bytes; the last of a facet mean nothing here
+_HEADER, _FACET, _ATTRIBUTE = 84, 50, 2  # bytes; the last of a facet may hold its colour
+_COLOR = re.compile(rb"COLOR=(...)", re.S)  # in a header of Magics: red, green, blue of the whole
+_FLAG, _MOST = 1 << 15, 31.0  # of the bits of a colour: the highest, and the number that stands for 1
 # A corner, the end of a loop, or the begin of one or the line of a solid's name, which may hold all words.
 _PIECE = re.compile(
     rb"\bvertex\s+(\S+)\s+(\S+)\s+(\S+)|\b(end\s*loop)\b"
@@ -48,7 +52,8 @@ def read_stl(path: Path) -> Model:
         raise unread(error, path) from None
     count = int.from_bytes(data[80:_HEADER], "little")
     needed = _HEADER + count * _FACET
-    warnings = []
+    warnings: list[str] = []
+    colors = None
     is_solid = data[:_HEAD].lstrip(_BLANK)[:5].lower() == b"solid"
     is_text = b"\0" not in (data[:_HEAD].rstrip(END_MARKS) if is_solid else data[:_HEAD])
     if is_text and is_solid:
@@ -68,6 +73,7 @@ def read_stl(path: Path) -> Model:
         facets = np.frombuffer(data.ljust(needed, b"\0"), kind, count, _HEADER)
         places = facets["corners"].astype(np.float64).reshape(-1, 3)
         counts = np.full(count, 3, np.uint32)
+        colors = _colors(facets["attribute"], data[:80], path, warnings)
         if more := max(len(data) - needed, 0) // _FACET:
             what = f"holds bytes of {more} facets behind the {count} that its header says; these are left out"
             warnings.append(f"{path}: {what}: export the model again")
@@ -82,11 +88,13 @@ def read_stl(path: Path) -> Model:
     corners = _triangles(places, counts, path, warnings)
     origin = origin_of(places, corners)
     rounded = (places - origin).astype(np.float32) + np.float32(0)
-    ids, first = number_rows(rounded)
+    rows = rounded if colors is None else np.concatenate([rounded, colors.repeat(3, axis=0)], axis=1)
+    ids, first = number_rows(rows)
     total = len(corners)
     mesh = Mesh(
         np.ascontiguousarray(rounded[first]),
         ids[corners],
+        colors=None if colors is None else np.ascontiguousarray(rows[first, 3:]),
         groups=(Group(DEFAULT_NAME, DEFAULT_NAME, 0, total),),
         origin=origin,
     )
@@ -94,6 +102,28 @@ def read_stl(path: Path) -> Model:
     found |= {"positions_in_file": len(places), "positions_unused": 0}
     smoothing = np.full(total, UNKNOWN_SMOOTHING, np.uint32)
     return Model(mesh, SourcePositions(places[first]), {}, warnings, found, smoothing)
+
+
+def _colors(
+    bits: npt.NDArray[np.uint16], header: bytes, path: Path, warnings: list[str]
+) -> npt.NDArray[np.float32] | None:
+    """The colours of facets (n, 4), linear; None where they have none. bits: (n,), the last bytes of each.
+
+    Three numbers of five bits and a flag. Magics, known by its header, puts red lowest, and sets the flag
+    where a facet has the colour that the header names. Others (VisCAM, SolidView) put blue lowest, and set
+    the flag where a facet has a colour; the rest are white. Facets have none where all hold 0, whatever the
+    header names, or where all hold one number that fills these bytes without a header of Magics.
+    """
+    whole = _COLOR.search(header)
+    if not bits.any() or (whole is None and ((bits == bits[0]).all() or not (bits & _FLAG).any())):
+        return None
+    shares = (bits[:, None] >> np.array([0, 5, 10], np.uint16) & 31) / _MOST
+    flagged = (bits & _FLAG != 0)[:, None]
+    if whole:
+        rgb = np.where(flagged, np.frombuffer(whole[1], np.uint8) / 255.0, shares)
+    else:
+        rgb = np.where(flagged, shares[:, ::-1], 1.0)
+    return linear_colors(rgb, ["f8"] * 3, "facet colours", path, warnings)
 
 
 def _triangles(

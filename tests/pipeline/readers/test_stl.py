@@ -140,3 +140,35 @@ def test_facets_behind_those_that_a_binary_header_counts_are_told(tmp_path: Path
     assert model.counts["triangles"] == 9
     (told,) = model.warnings
     assert "holds bytes of 3 facets behind the 9 that its header says; these are left out" in told
+
+
+RED, BLUE, WHITE = (1.0, 0.0, 0.0), (0.0, 0.0, 1.0), (1.0, 1.0, 1.0)
+HALF = 0.21586  # linear light of the code 128
+
+
+@pytest.mark.parametrize(
+    ("header", "bits", "colors"),
+    [
+        (b"COLOR=\x80\x80\x80\xff", (31, 31 << 10, 1 << 15), (RED, BLUE, (HALF,) * 3)),  # as Magics
+        (b"made by hand", (1 << 15 | 31 << 10, 1 << 15 | 31, 31), (RED, BLUE, WHITE)),  # as VisCAM
+        (b"COLOR=\x7f\x7f\x7f MATERIAL=", (0, 0, 0), None),  # of facets without colours
+        (b"made by hand", (0x2020,) * 3, None),  # a filling, as of Blender 2.4
+        (b"made by hand", (0xFFFF,) * 3, None),  # as of Meshmixer
+        (b"made by hand", (1, 2, 3), None),  # numbers of facets
+    ],
+)
+def test_the_colors_of_facets_are_read_as_the_programs_that_write_them_mean(
+    header: bytes, bits: tuple[int, ...], colors: tuple[tuple[float, ...], ...] | None, tmp_path: Path
+) -> None:
+    rows = [
+        struct.pack("<3f9fH", 0, 0, 0, 0, 0, k, 1, 0, 0, 0, 1, 0, own) for k, own in enumerate(bits)
+    ]  # all share an edge
+    (tmp_path / "a.stl").write_bytes(header.ljust(80) + struct.pack("<I", len(rows)) + b"".join(rows))
+    model = read_model(tmp_path / "a.stl")
+    assert not model.warnings
+    if colors is None:
+        assert model.mesh.colors is None and len(model.mesh.positions) == 5
+        return
+    assert model.mesh.colors is not None and len(model.mesh.positions) == 9
+    found = model.mesh.colors[model.mesh.triangles]
+    assert np.allclose(found[..., :3], np.array(colors)[:, None], atol=1e-4) and (found[..., 3] == 1.0).all()
