@@ -64,13 +64,15 @@ class Part:
 @dataclass
 class Model:
     """The objects made from the model, and its size in the units of the file. floor: how far above its foot
-    its lowest floor lies. least_z: not of glTF, whose up is Y. position: where the scene shows its origin."""
+    its lowest floor lies. least_z: not of glTF, whose up is Y. faces_back: whether its front looks along -Z,
+    as that of a VRM 0 avatar. position: where the scene shows its origin."""
 
     parts: list[Part] = field(default_factory=list)
     center: Vec3 = (0.0, 0.0, 0.0)
     foot: float = 0.0
     floor: float | None = None
     least_z: float | None = None
+    faces_back: bool = False
     radius: float = 1.0
     position: Vec3 = (0.0, 0.0, 0.0)
     sun: Sun = field(default_factory=Sun)
@@ -152,9 +154,19 @@ def copy_model(source: Path, aside: Path) -> Model:
         (folder / place).mkdir(parents=True, exist_ok=True)
         _add_parts(model, source, reads, aside, folder / place)
     else:
+        _turn(model, reads[0].document)
         file = (place / resolved(source).name).as_posix()
         model.parts = [_part(source, _object_name(source.stem), file, reads[0].model)]
     return model
+
+
+def _turn(model: Model, document: Document | None) -> None:
+    """Turns an avatar of VRM 0, which looks along -Z, where it has no cameras or lights of its own. VRM 1 and
+    all other glTF look along +Z."""
+    lit = model.views is not None and (model.views.cameras or model.views.lights)
+    if document and not lit and "VRM" in document.get(document.tree, "", "extensions", dict, {}):
+        model.faces_back = True
+        model.taken.append("the avatar looks along -Z, as VRM 0 has it: the scene turns it (yaw_deg)")
 
 
 def _measure(model: Model, source: Path, reads: Sequence[_Read]) -> None:

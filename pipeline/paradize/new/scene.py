@@ -204,6 +204,7 @@ def _objects(model: Model, origin: list[str]) -> list[str]:
             lines += ["", f"[object.material.{toml_text(material)}]", "two_sided = true"]
         if not part.table:
             lines += ["", "[[object.instance]]", f"position = [{', '.join(origin)}]"]
+            lines += ["yaw_deg = 180.0"] if model.faces_back else []
             lines += [f"scale = {_text(model.scale)}"] if model.scale != 1.0 else []
     return lines
 
@@ -231,7 +232,8 @@ def _waypoints(cameras: list[Waypoint], middle: float, r: float, away: float) ->
 
 def _origin(model: Model, lift: float) -> Vec3:
     """Where the scene shows the origin of the model, so that it stands `lift` above the ground."""
-    x, _, z = (-model.scale * value for value in model.center)
+    turned = -1.0 if model.faces_back else 1.0
+    x, _, z = (-turned * model.scale * value for value in model.center)
     return x, lift - model.scale * model.foot, z
 
 

@@ -189,3 +189,15 @@ def test_bright_lux_are_not_taken_over(tmp_path: Path) -> None:
     lit(made, {"type": "directional", "intensity": 1e5})
     new = new_scene(tmp_path / "s", made.glb(tmp_path / "Panel.glb"))
     assert "100000 lux" in new.notes[0] and load_scene(new.scene).sun.intensity == 3.0
+
+
+@pytest.mark.parametrize(("extension", "yaw_deg", "x"), [("VRM", 180.0, 3.5), ("VRMC_vrm", 0.0, -3.5)])
+def test_an_avatar_of_vrm_0_is_turned_so_that_the_flight_begins_before_its_face(
+    extension: str, yaw_deg: float, x: float, tmp_path: Path
+) -> None:
+    made, primitive = square()
+    shown(primitive, made).tree["nodes"][0]["translation"] = [3, 0, 0]
+    made.tree |= {"extensionsUsed": [extension], "extensions": {extension: {}}}
+    new_scene(tmp_path / "s", made.glb(tmp_path / "a.vrm"))
+    (placed,) = load_scene(tmp_path / "s/scene.toml").objects[0].instances
+    assert placed.yaw_deg == yaw_deg and placed.position[0] == pytest.approx(x)
