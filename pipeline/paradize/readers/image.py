@@ -43,6 +43,7 @@ from paradize.readers.pbm import read_text_bitmap
 from paradize.readers.pillow import psd_alpha, read_merged, read_with_pillow
 from paradize.readers.pnm import exact_shares
 from paradize.readers.profile import declared_note, primaries_note, profile_note
+from paradize.readers.radiance import with_short_header
 from paradize.readers.rare_tiff import read_rare_tiff, tiles_of_doubles
 from paradize.readers.silence import silenced
 
@@ -85,6 +86,7 @@ _SPELLED = {"red": "r", "green": "g", "blue": "b", "alpha": "a"}  # long names o
 _CODEC = re.compile(r"(\w+) compression support is not configured|(scheme \d+) .*not implemented")
 _FOURCC = re.compile(r"Unsupported compression type: (\d+)")  # of a DDS
 _CUT = re.compile("hit end of file|asked for|implausible")
+_NO_FORMAT = "no FORMAT specifier"  # in a Radiance picture
 _JUNK = re.compile(r"Corrupt JPEG data: (\d+) extraneous bytes before marker")  # between whole segments
 _MEND = "save it as PNG, TIFF or OpenEXR"
 _MISSING = "premature end of data segment"  # in libjpeg's word about a file of several scans
@@ -162,6 +164,10 @@ def _read_with_oiio(path: Path, head: bytes, color_space: str | None, finite: bo
                 raise too_many_bytes(path)
             if (merged := read_merged(path, head, color_space)) is not None:
                 return merged
+            if _NO_FORMAT in said:
+                with with_short_header(path) as copy:
+                    if copy is not None:
+                        return _read_copy(copy, path, head, color_space, finite)
             if _CUT.search(said):
                 raise damaged(said.replace(name, path.name), path)
             what = f"is not a readable picture: {said or 'no reason given'}"
@@ -175,6 +181,15 @@ def _read_with_oiio(path: Path, head: bytes, color_space: str | None, finite: bo
             raise SourceError(what, file=error.file, place=error.place, mend=error.mend) from None
         finally:
             source.close()
+
+
+def _read_copy(copy: Path, path: Path, head: bytes, color_space: str | None, finite: bool) -> Image:
+    """Reads a copy of the picture at `path`, which errors name."""
+    try:
+        return _read_with_oiio(copy, head, color_space, finite, light=True)
+    except SourceError as error:
+        what = error.what.replace(copy.name, path.name)
+        raise SourceError(what, file=path, place=error.place, mend=error.mend) from None
 
 
 def _message(source: Any) -> str:

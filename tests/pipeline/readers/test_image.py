@@ -757,3 +757,19 @@ def test_a_file_that_its_decoder_finds_cut_is_called_cut(tmp_path: Path) -> None
         path.write_bytes(path.read_bytes()[:-60])
         with pytest.raises(SourceError, match=r"damaged or cut: .*; save or export it again"):
             read_image(path)
+
+
+@pytest.mark.parametrize("history", [b"\tpfilt -1 a.hdr\n" * 200, b"x" * 128 + b"\n"])
+def test_radiance_pictures_with_a_long_history_are_read_as_those_without(
+    history: bytes, tmp_path: Path
+) -> None:
+    texels = b"EXPOSURE=2\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 2\n" + bytes([128, 64, 32, 129]) * 2
+    short, long = tmp_path / "short.hdr", tmp_path / "long.hdr"
+    short.write_bytes(b"#?RADIANCE\n" + texels)
+    long.write_bytes(b"#?RADIANCE\n" + history + texels)
+    assert np.array_equal(read_image(long).pixels, read_image(short).pixels)
+    for broken, words in ((texels[:-3], "damaged or cut"), (texels.replace(b"FORMAT", b"F"), "no FORMAT")):
+        long.write_bytes(b"#?RADIANCE\n" + history + broken)
+        with pytest.raises(SourceError, match=words) as caught:
+            read_image(long)
+        assert str(caught.value).startswith(f"{long}: ")
