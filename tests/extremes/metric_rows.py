@@ -280,7 +280,7 @@ def _weight_error(name: str, made: Any) -> float:
 
 _ONLY_ONE = "a filter is told by its name alone"
 NO_CODES = {"denormal": "too small a mesh for 16-bit positions"}
-BARE = {"zero": "(m, 3) indices, got (0, 3)", "nan": "finite floats", "inf": "finite floats"}
+BARE = {"zero": "(m, 3) indices, got (0, 3)", "nan": "not finite", "inf": "not finite"}
 
 
 def _row(module: str, run: Any, error: Any, unit: str, limit: float, **more: Any) -> Row:

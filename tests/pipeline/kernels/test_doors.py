@@ -10,6 +10,9 @@ import numpy as np
 import pytest
 
 from paradize.kernels import atlas, maps, mesh, obj, occlusion, openmesh, reference, simplify, terrain
+from paradize.kernels.reference.atlas import layout_quality
+from paradize.kernels.reference.seen import SeenMesh
+from paradize.kernels.reference.terrain import terrain_error
 
 Arrays = dict[str, np.ndarray]
 
@@ -89,7 +92,16 @@ DOORS: dict[str, tuple[Callable[..., object], Arrays]] = {
         {"positions": CORNERS, "source_positions": CORNERS.astype(np.float64), "triangles": HALVES},
     ),
     "reference.angles_deg": (reference.angles_deg, {"a": UPWARD, "b": UPWARD}),
+    "reference.layout_quality": (
+        layout_quality,
+        {"positions": CORNERS, "triangles": HALVES, "corners": UVS[HALVES]},
+    ),
     "reference.mikktspace_tangents": (reference.mikktspace_tangents, SURFACE),
+    "reference.SeenMesh": (SeenMesh, SURFACE | {"colors": np.ones((4, 4), np.float32)}),
+    "reference.terrain_error": (
+        lambda **given: terrain_error(**given, heights_m=GROUND, size_m=(1.0, 1.0)),
+        {"positions": CORNERS, "triangles": HALVES},
+    ),
     "simplify.simplify": (
         lambda **given: simplify.simplify(**given, target=1),
         {

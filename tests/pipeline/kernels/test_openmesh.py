@@ -84,10 +84,10 @@ def test_a_flat_square_of_many_triangles_becomes_few() -> None:
 @pytest.mark.parametrize(
     ("positions", "triangles", "words"),
     [
-        (SQUARE[:, :2], HALVES, "shape"),
-        (SQUARE, HALVES[:, :2], "shape"),
+        (SQUARE[:, :2], HALVES, "floats, got"),
+        (SQUARE, HALVES[:, :2], "indices, got"),
         (SQUARE * np.nan, HALVES, "not finite"),
-        (SQUARE, HALVES + 1, "out of range"),
+        (SQUARE, HALVES + 1, "index 4 of 4"),
         (SQUARE, [[0, 1, 1]], "repeats"),
     ],
 )

@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 import paradize.kernels.atlas._atlas as _atlas
-from paradize.kernels.indices import to_indices
+from paradize.kernels.arrays import finite_rows, triangle_rows
 from paradize.kernels.threads import default_threads
 
 
@@ -28,12 +28,8 @@ def make_charts(
     Returns the chart of each triangle (m,) int32, its corners (m, 3, 2) float64 in the chart's plane in the
     unit of the positions, and the number of charts. Raises ValueError for other arguments.
     """
-    points = np.ascontiguousarray(positions, np.float64)
-    faces = to_indices(triangles)
-    if points.ndim != 2 or points.shape[1] != 3 or not np.isfinite(points).all():
-        raise ValueError(f"expected (n, 3) finite positions, got {points.shape}")
-    if faces.ndim != 2 or faces.shape[1] != 3 or not len(faces) or int(faces.max()) >= len(points):
-        raise ValueError(f"expected (m, 3) indices below {len(points)}, got {faces.shape}")
+    points = finite_rows(positions, 3, np.float64)
+    faces = triangle_rows(triangles, len(points), least=1)
     if not 0 < deviation < 1:
         raise ValueError(f"deviation {deviation}, expected 0 to 1")
     workers = default_threads(8) if threads is None else max(1, threads)

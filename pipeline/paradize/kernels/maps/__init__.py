@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from paradize.kernels.indices import to_indices
+from paradize.kernels.arrays import to_indices
 from paradize.kernels.maps import _maps
 from paradize.kernels.threads import default_threads
 

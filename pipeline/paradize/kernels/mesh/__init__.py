@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 import paradize.kernels.mesh._mesh as _mesh
-from paradize.kernels.indices import to_indices
+from paradize.kernels.arrays import finite_rows, to_indices, triangle_rows
 from paradize.kernels.threads import default_threads
 
 F32: TypeAlias = npt.NDArray[np.float32]
@@ -45,24 +45,6 @@ class Topology:
     island: U32
 
 
-def _rows(values: npt.ArrayLike, width: int, count: int | None = None) -> F32:
-    rows = np.ascontiguousarray(values, np.float32)
-    if rows.ndim != 2 or rows.shape[1] != width or (count is not None and len(rows) != count):
-        raise ValueError(f"expected ({'n' if count is None else count}, {width}) floats, got {rows.shape}")
-    if not np.isfinite(rows).all():
-        raise ValueError("values are not finite")
-    return rows
-
-
-def _triangles(values: npt.ArrayLike, vertices: int) -> U32:
-    triangles = to_indices(values)
-    if triangles.ndim != 2 or triangles.shape[1] != 3:
-        raise ValueError(f"expected (m, 3) indices, got {triangles.shape}")
-    if triangles.size and int(triangles.max()) >= vertices:
-        raise ValueError(f"index {int(triangles.max())} of {vertices} vertices")
-    return triangles
-
-
 def _column(values: npt.ArrayLike, count: int) -> U32:
     column = to_indices(values)
     if column.shape != (count,):
@@ -74,14 +56,14 @@ def number_rows(rows: npt.ArrayLike) -> tuple[U32, U32]:
     """Numbers rows (n, k) of finite float32 by value, in order of first use. Returns the number of each row
     (n,) and the first row of each number (distinct,)."""
     values = np.ascontiguousarray(rows, np.float32)
-    return _mesh.number_rows(_rows(values, values.shape[1]))  # type: ignore[no-any-return]
+    return _mesh.number_rows(finite_rows(values, values.shape[1], np.float32))  # type: ignore[no-any-return]
 
 
 def number_corners(base: npt.ArrayLike, rows: npt.ArrayLike) -> tuple[U32, U32]:
     """Numbers pairs of an integer (c,) and a row (c, k), as number_rows does rows."""
     values = np.ascontiguousarray(rows, np.float32)
     keys = _column(base, len(values))
-    return _mesh.number_corners(keys, _rows(values, values.shape[1]))  # type: ignore[no-any-return]
+    return _mesh.number_corners(keys, finite_rows(values, values.shape[1], np.float32))  # type: ignore[no-any-return]
 
 
 def corner_normals(
@@ -91,8 +73,8 @@ def corner_normals(
 
     positions: (n, 3) metres. smoothing: (m,) group of each triangle, 0 flat, UNKNOWN_SMOOTHING by crease.
     """
-    positions = _rows(positions, 3)
-    triangles = _triangles(triangles, len(positions))
+    positions = finite_rows(positions, 3, np.float32)
+    triangles = triangle_rows(triangles, len(positions))
     if smoothing is None:
         smoothing = np.full(len(triangles), UNKNOWN_SMOOTHING, np.uint32)
     if not 0 <= crease_deg <= 180:
@@ -124,12 +106,12 @@ def split_tangents(
 
 
 def _surface(positions: F32, normals: F32, uvs: F32, triangles: U32) -> tuple[F32, F32, F32, U32]:
-    positions = _rows(positions, 3)
+    positions = finite_rows(positions, 3, np.float32)
     return (
         positions,
-        _rows(normals, 3, len(positions)),
-        _rows(uvs, 2, len(positions)),
-        _triangles(triangles, len(positions)),
+        finite_rows(normals, 3, np.float32, count=len(positions)),
+        finite_rows(uvs, 2, np.float32, count=len(positions)),
+        triangle_rows(triangles, len(positions)),
     )
 
 
@@ -139,7 +121,7 @@ def _workers(threads: int | None) -> int:
 
 def topology(triangles: npt.ArrayLike, vertices: int) -> Topology:
     """Counts edges, borders and components. triangles: (m, 3); no triangle may use a vertex twice."""
-    rows = _triangles(triangles, vertices)
+    rows = triangle_rows(triangles, vertices)
     if (rows == np.roll(rows, 1, axis=1)).any():
         raise ValueError("a triangle names a vertex twice")
     raw = _mesh.topology(rows, vertices)
@@ -165,7 +147,7 @@ def weld_points(points: F32, tolerance: float) -> U32:
     representative within `tolerance` (above 0)."""
     if not 0 < tolerance < float("inf"):
         raise ValueError(f"tolerance {tolerance}, expected a number above 0")
-    return _mesh.weld(_rows(points, 3), tolerance)  # type: ignore[no-any-return]
+    return _mesh.weld(finite_rows(points, 3, np.float32), tolerance)  # type: ignore[no-any-return]
 
 
 def project(
@@ -179,8 +161,9 @@ def project(
 ) -> tuple[U32, npt.NDArray[np.float64]]:
     """For each corner (3 m) of a simplified mesh the source triangle and barycentric weights (3 m, 3) of the
     point whose attributes it takes. charts: (source triangles,) equal where attributes are continuous."""
-    source_positions, positions = _rows(source_positions, 3), _rows(positions, 3)
-    source_triangles = _triangles(source_triangles, len(source_positions))
+    positions = finite_rows(positions, 3, np.float32)
+    source_positions = finite_rows(source_positions, 3, np.float32)
+    source_triangles = triangle_rows(source_triangles, len(source_positions))
     if not len(source_triangles):
         raise ValueError("no triangles to look up")
     return _mesh.project(  # type: ignore[no-any-return]
@@ -188,7 +171,7 @@ def project(
         source_triangles,
         _column(charts, len(source_triangles)),
         positions,
-        _triangles(triangles, len(positions)),
+        triangle_rows(triangles, len(positions)),
         one_chart,
     )
 
@@ -209,5 +192,5 @@ def reach(places: F32, triangles: npt.ArrayLike, rooted: float) -> Reach:
     tells the method. Raises ValueError."""
     if not 0.0 <= rooted <= 1.0:
         raise ValueError(f"rooted {rooted}, expected 0 to 1")
-    rows = _rows(places, 3)
-    return Reach(*_mesh.reach(rows, _triangles(triangles, len(rows)), rooted))
+    rows = finite_rows(places, 3, np.float32)
+    return Reach(*_mesh.reach(rows, triangle_rows(triangles, len(rows)), rooted))

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 import paradize.kernels.obj._obj as _obj
-from paradize.kernels.indices import to_indices
+from paradize.kernels.arrays import to_indices
 
 ABSENT = 0xFFFFFFFF
 

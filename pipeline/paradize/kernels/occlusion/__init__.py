@@ -7,12 +7,11 @@ occlusion/directions.hpp.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from paradize.kernels.indices import to_indices
+from paradize.kernels.arrays import finite_rows, to_indices, triangle_rows
 from paradize.kernels.occlusion import _occlusion
 from paradize.kernels.threads import default_threads
 
@@ -43,8 +42,8 @@ def places(uvs: F32, triangles: U32, touched: I32) -> Places:
     uvs: (n, 2) top-left. triangles: (m, 3). touched: (h, w) int32, a triangle that covers a part of the
     texel, -1: none. Raises ValueError for UVs that overlap more than 16 times on average.
     """
-    rows = _rows(uvs, 2, "uvs")
-    indices = _indices(triangles, len(rows))
+    rows = finite_rows(uvs, 2, np.float32, name="uvs")
+    indices = triangle_rows(triangles, len(rows))
     if touched.ndim != 2 or not touched.size or int(touched.max()) >= len(indices):
         raise ValueError(f"touched has shape {touched.shape}")
     shown = np.ascontiguousarray(touched, np.int32)
@@ -64,10 +63,10 @@ class Blockers:
     """
 
     def __init__(self, positions: npt.ArrayLike, triangles: npt.ArrayLike, rays: int) -> None:
-        points = _rows(positions, 3, "positions")
+        points = finite_rows(positions, 3, np.float32, name="positions")
         if not 16 <= rays <= _MOST_RAYS or rays & (rays - 1):
             raise ValueError(f"{rays} rays, expected a power of two, 16 to {_MOST_RAYS}")
-        self._native = _occlusion.Scene(points, _indices(triangles, len(points)), rays)
+        self._native = _occlusion.Scene(points, triangle_rows(triangles, len(points)), rays)
 
     def open_shares(
         self,
@@ -88,26 +87,10 @@ class Blockers:
         a map of so many columns: neighbours try other directions. reach: length of the rays, above 0. width:
         as of has_width.
         """
-        begin, up, face = (_rows(array, 3, "rows") for array in (points, normals, faces))
+        begin, up, face = (finite_rows(array, 3, np.float32) for array in (points, normals, faces))
         if not reach > 0.0:
             raise ValueError(f"reach is {reach}")
         out = np.empty(len(begin), np.float32)
         at = to_indices(texels)
         _occlusion.cast(self._native, begin, up, face, at, columns, min(reach, 3e38), out, threads, width)
         return out
-
-
-def _rows(values: npt.ArrayLike, width: int, name: str) -> F32:
-    rows: Any = np.ascontiguousarray(values, np.float32)
-    if rows.ndim != 2 or rows.shape[1] != width or not np.isfinite(rows).all():
-        raise ValueError(f"{name}: expected (n, {width}) finite floats, got {rows.shape}")
-    return rows  # type: ignore[no-any-return]
-
-
-def _indices(values: npt.ArrayLike, vertices: int) -> U32:
-    triangles = to_indices(values)
-    if triangles.ndim != 2 or triangles.shape[1] != 3:
-        raise ValueError(f"expected (m, 3) indices, got {triangles.shape}")
-    if triangles.size and int(triangles.max()) >= vertices:
-        raise ValueError(f"index {int(triangles.max())} of {vertices} vertices")
-    return triangles

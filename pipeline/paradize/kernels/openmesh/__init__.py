@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from paradize.kernels.indices import to_indices
+from paradize.kernels.arrays import finite_rows, triangle_rows
 
 BUILT = find_spec("paradize.kernels.openmesh._openmesh") is not None
 if TYPE_CHECKING or BUILT:
@@ -51,11 +51,5 @@ def _mesh(positions: npt.ArrayLike, triangles: npt.ArrayLike) -> tuple[F64, U32]
     """Checks the arrays and converts them for the kernel."""
     if not BUILT:
         raise RuntimeError("Paradize was built without OpenMesh: install libopenmesh-dev and build it again")
-    points = np.ascontiguousarray(positions, np.float64)
-    corners = to_indices(triangles)
-    for name, rows in (("positions", points), ("triangles", corners)):
-        if rows.ndim != 2 or rows.shape[1] != 3:
-            raise ValueError(f"{name} have shape {rows.shape}, not (n, 3)")
-    if not np.isfinite(points).all():
-        raise ValueError("positions are not finite")
-    return points, corners
+    points = finite_rows(positions, 3, np.float64)
+    return points, triangle_rows(triangles, len(points))

@@ -8,37 +8,13 @@ import numpy as np
 import numpy.typing as npt
 
 import paradize.kernels.reference._reference as _reference
-from paradize.kernels.indices import to_indices
+from paradize.kernels.arrays import finite_rows, triangle_rows
 from paradize.kernels.threads import default_threads
 
 WRAPS = ("repeat", "clamp", "mirror")  # as places.hpp numbers them
 
 # Largest gap of the two bounds of a distance: relative to it, or to the first surface's diagonal.
 GAP, RESOLUTION = 0.001, 1e-7
-
-
-def _rows(values: npt.ArrayLike, width: int = 3) -> npt.NDArray[np.float32]:
-    rows = np.ascontiguousarray(values, np.float32)
-    if rows.ndim != 2 or rows.shape[1] != width or not np.isfinite(rows).all():
-        raise ValueError(f"expected (n, {width}) finite floats, got {rows.shape}")
-    return rows
-
-
-def _columns(values: npt.ArrayLike, count: int, width: int) -> npt.NDArray[np.float32]:
-    rows = np.ascontiguousarray(values, np.float32)
-    if rows.shape != (count, width) or not np.isfinite(rows).all():
-        raise ValueError(f"expected ({count}, {width}) finite floats, got {rows.shape}")
-    return rows
-
-
-def checked_triangles(values: npt.ArrayLike, vertices: int) -> npt.NDArray[np.uint32]:
-    """Indices (m, 3), m > 0, of so many vertices, as the kernels take them. Raises ValueError for others."""
-    triangles = to_indices(values)
-    if triangles.ndim != 2 or triangles.shape[1] != 3 or not len(triangles):
-        raise ValueError(f"expected (m, 3) indices, got {triangles.shape}")
-    if int(triangles.max()) >= vertices:
-        raise ValueError(f"index {int(triangles.max())} of {vertices} vertices")
-    return triangles
 
 
 class Surface:
@@ -48,8 +24,8 @@ class Surface:
     """
 
     def __init__(self, positions: npt.ArrayLike, triangles: npt.ArrayLike) -> None:
-        self.positions = _rows(positions)
-        self.triangles = checked_triangles(triangles, len(self.positions))
+        self.positions = finite_rows(positions, 3, np.float32)
+        self.triangles = triangle_rows(triangles, len(self.positions), least=1)
         self.tree = _reference.Surface(self.positions, self.triangles)
 
     def distance_to(
@@ -102,11 +78,11 @@ class Shading:
     ) -> None:
         self.surface = surface
         count = len(np.asarray(normals))
-        indices = checked_triangles(surface.triangles if triangles is None else triangles, count)
+        indices = triangle_rows(surface.triangles if triangles is None else triangles, count)
         if indices.shape != surface.triangles.shape:
             raise ValueError(f"{len(indices)} triangles of a surface of {len(surface.triangles)}")
         self.columns = [
-            None if values is None else _columns(values, count, width)
+            None if values is None else finite_rows(values, width, np.float32, count=count)
             for values, width in ((normals, 3), (tangents, 4), (uvs, 2))
         ]
         self.has_uvs = uvs is not None
@@ -121,7 +97,6 @@ class Shading:
         samples: int,
         normal_map: npt.ArrayLike | None = None,
         wrap: tuple[str, str] = ("repeat", "repeat"),
-        threads: int | None = None,
     ) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
         """(mean, p99, max) over this surface's area of the angles in degrees between the normals of both at
         one place (reference/places.hpp), and the same for normals changed by the normal map.
@@ -142,10 +117,9 @@ class Shading:
                 raise ValueError(f"normal map {vectors.shape}: expected finite (h, w, 3)")
         if not 0 <= samples <= 10**8 or not near >= 0:
             raise ValueError(f"{samples} samples, near {near}")
-        workers = default_threads(8) if threads is None else max(1, threads)
         found = _reference.normal_angles(
             self.surface.tree, self.native, truth.surface.tree, truth.native,
-            vectors, *(WRAPS.index(way) for way in wrap), near, samples, workers,
+            vectors, *(WRAPS.index(way) for way in wrap), near, samples, default_threads(8),
         )  # fmt: skip
         plain, mapped = ((float(mean), float(p99), float(most)) for mean, p99, most in found)
         return plain, mapped
@@ -188,19 +162,17 @@ def loading(
     triangles: npt.NDArray[np.uint32],
 ) -> Loading:
     """The loss of positions (n, 3), relative to `origin`, against the positions (n, 3) of the file."""
-    rows = _rows(positions)
-    reference = np.ascontiguousarray(source_positions, np.float64)
-    if reference.shape != rows.shape or not np.isfinite(reference).all():
-        raise ValueError(f"{reference.shape} positions in the text, expected {rows.shape}, finite")
+    rows = finite_rows(positions, 3, np.float32)
+    reference = finite_rows(source_positions, 3, np.float64, count=len(rows))
     most, low, high, collapsed, first, turned = _reference.loading(
-        rows, np.array(origin, np.float64), reference, checked_triangles(triangles, len(rows))
+        rows, np.array(origin, np.float64), reference, triangle_rows(triangles, len(rows), least=1)
     )
     return Loading(most, low, high, collapsed, first, turned)
 
 
 def angles_deg(a: npt.ArrayLike, b: npt.ArrayLike) -> npt.NDArray[np.float64]:
     """(n,) angles in degrees, 0 to 180, between the rows of two (n, 3) arrays; 90 for a zero row."""
-    first, second = _rows(a), _rows(b)
+    first, second = (finite_rows(values, 3, np.float32) for values in (a, b))
     if first.shape != second.shape:
         raise ValueError(f"{first.shape} and {second.shape} rows")
     return _reference.angles_deg(first, second)  # type: ignore[no-any-return]
@@ -217,7 +189,6 @@ def mikktspace_tangents(
 ) -> npt.NDArray[np.float32]:
     """(m, 3, 4) tangents of all corners by MikkTSpace in float64; w is such that w * cross(N, T) points up
     the image. positions, normals: (n, 3), normals unit. uvs: (n, 2), top-left origin."""
-    p, n, t = _rows(positions), _rows(normals), _rows(uvs, 2)
-    if not len(p) == len(n) == len(t):
-        raise ValueError(f"{len(p)} positions, {len(n)} normals, {len(t)} texture coordinates")
-    return _reference.corner_tangents(p, n, t, checked_triangles(triangles, len(p)))  # type: ignore[no-any-return]
+    p = finite_rows(positions, 3, np.float32)
+    n, t = (finite_rows(rows, k, np.float32, count=len(p)) for rows, k in ((normals, 3), (uvs, 2)))
+    return _reference.corner_tangents(p, n, t, triangle_rows(triangles, len(p), least=1))  # type: ignore[no-any-return]

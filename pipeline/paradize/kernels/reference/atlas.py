@@ -8,19 +8,15 @@ import numpy as np
 import numpy.typing as npt
 
 import paradize.kernels.reference._reference as _reference
-from paradize.kernels.indices import to_indices
+from paradize.kernels.arrays import finite_rows, triangle_rows
 
 
 def _layout(
     positions: npt.ArrayLike, triangles: npt.ArrayLike, corners: npt.ArrayLike
 ) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.uint32], npt.NDArray[np.float64]]:
-    points = np.ascontiguousarray(positions, np.float64)
-    faces = to_indices(triangles)
+    points = finite_rows(positions, 3, np.float64)
+    faces = triangle_rows(triangles, len(points), least=1)
     uvs = np.ascontiguousarray(corners, np.float64).reshape(-1, 6)
-    if points.ndim != 2 or points.shape[1] != 3 or not np.isfinite(points).all():
-        raise ValueError(f"expected (n, 3) finite positions, got {points.shape}")
-    if faces.ndim != 2 or faces.shape[1] != 3 or not len(faces) or int(faces.max()) >= len(points):
-        raise ValueError(f"expected (m, 3) indices below {len(points)}, got {faces.shape}")
     if len(uvs) != len(faces) or not np.isfinite(uvs).all() or uvs.min() < 0 or uvs.max() > 1:
         raise ValueError(f"expected ({len(faces)}, 3, 2) corners in 0..1")
     return points, faces, uvs

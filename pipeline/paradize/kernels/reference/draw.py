@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy.typing as npt
 
 import paradize.kernels.reference._reference as _reference
-from paradize.kernels.reference import checked_triangles
+from paradize.kernels.arrays import triangle_rows
 
 
 def draw_cost(
@@ -18,5 +18,5 @@ def draw_cost(
     """
     if not 1 <= cache <= 65536 or not 1 <= lines <= 1 << 24 or not all(1 <= s <= 4096 for s in strides):
         raise ValueError(f"cache {cache}, lines {lines}, strides {strides}")
-    costs = _reference.draw_cost(checked_triangles(triangles, vertices), vertices, cache, strides, lines)
+    costs = _reference.draw_cost(triangle_rows(triangles, vertices, least=1), vertices, cache, strides, lines)
     return float(costs[0]), float(costs[1]), float(costs[2])

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 import paradize.kernels.reference._reference as _reference
-from paradize.kernels.indices import to_indices
+from paradize.kernels.arrays import finite_rows, to_indices, triangle_rows
 from paradize.kernels.reference import WRAPS
 from paradize.kernels.threads import default_threads
 
@@ -51,17 +51,6 @@ class SeenDifference:
     box_px: float
 
 
-def _rows(values: npt.ArrayLike | None, width: int, count: int | None = None) -> F32 | None:
-    if values is None:
-        return None
-    rows = np.ascontiguousarray(values, np.float32)
-    if rows.ndim != 2 or rows.shape[1] != width or count not in (None, len(rows)):
-        raise ValueError(f"expected ({count or 'n'}, {width}) floats, got {rows.shape}")
-    if not np.isfinite(rows).all():
-        raise ValueError("a value is not finite")
-    return rows
-
-
 def _chain(levels: Sequence[F32], channels: int) -> list[F32]:
     out = []
     for level in levels:
@@ -90,19 +79,17 @@ class SeenMesh:
         uvs: npt.ArrayLike | None = None,
         colors: npt.ArrayLike | None = None,
     ) -> None:
-        points = _rows(positions, 3)
-        assert points is not None
-        faces = to_indices(triangles)
-        if faces.ndim != 2 or faces.shape[1] != 3 or not len(faces) or int(faces.max()) >= len(points):
-            raise ValueError(f"expected (m, 3) indices below {len(points)}, got {faces.shape}")
+        points = finite_rows(positions, 3, np.float32)
+        faces = triangle_rows(triangles, len(points), least=1)
         rows = np.zeros(len(faces), np.uint32) if by_triangle is None else by_triangle
         rows = to_indices(rows)
         if rows.shape != (len(faces),) or int(rows.max()) >= len(materials):
             raise ValueError(f"expected ({len(faces)},) rows of {len(materials)} materials, got {rows.shape}")
         self.positions, self.triangles = points, faces
-        count = len(points)
-        columns = _rows(normals, 3, count), _rows(tangents, 4, count), _rows(uvs, 2, count)
-        painted = _rows(colors, 4, count)
+        *columns, painted = (
+            None if values is None else finite_rows(values, width, np.float32, count=len(points))
+            for values, width in ((normals, 3), (tangents, 4), (uvs, 2), (colors, 4))
+        )
         native, chains = [], []
         for material in materials:
             if not 0.0 <= material.cutoff < float("inf"):
@@ -136,9 +123,7 @@ def seen_differences(
     wider than MOST_PIXELS. samples: along a side of a pixel, 1 to 16. most_tiles: of 32 x 32 pixels, measured
     of each picture, 1 to 65536.
     """
-    towards = np.ascontiguousarray(directions, np.float64)
-    if towards.ndim != 2 or towards.shape[1] != 3 or not np.isfinite(towards).all():
-        raise ValueError(f"expected (k, 3) finite directions, got {towards.shape}")
+    towards = finite_rows(directions, 3, np.float64, name="directions")
     if not (np.abs(towards).max(axis=1) > 1e-9).all():
         raise ValueError("a direction of no length")
     corners = np.concatenate([mesh.positions[mesh.triangles.reshape(-1)] for mesh in (a, b)])
@@ -187,9 +172,7 @@ def switch_flips(
     directions: (k, 3) unit, towards the viewer. pixel: > 0, in the unit of the positions. samples: along a
     side of a pixel, 1 to 16. background: the grey behind them, a code of sRGB, 0 to 255.
     """
-    towards = np.ascontiguousarray(directions, np.float64)
-    if towards.ndim != 2 or towards.shape[1] != 3 or not np.isfinite(towards).all():
-        raise ValueError(f"expected (k, 3) finite directions, got {towards.shape}")
+    towards = finite_rows(directions, 3, np.float64, name="directions")
     if not pixel > 0 or not 1 <= samples <= 16 or not 0 <= background <= 255:
         raise ValueError(f"a pixel of {pixel:g}, {samples} samples or a background of {background}")
     workers = default_threads(8) if threads is None else max(1, threads)

@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 import paradize.kernels.reference._reference as _reference
-from paradize.kernels.indices import to_indices
+from paradize.kernels.arrays import finite_rows, triangle_rows
 from paradize.kernels.threads import default_threads
 
 
@@ -21,8 +21,8 @@ def terrain_error(
     """The error of a mesh at each pixel of a height field: (largest error, sum of squares, pixels covered,
     pixels not covered, triangles that do not face up, first worst pixel as row * columns + column).
 
-    positions: (n, 3) float32, metres. triangles: (m, 3) uint32 below n. heights_m: (rows, columns) float32
-    over size_m = (x, z) metres around the origin. The largest error is -1 where no pixel is covered.
+    positions: (n, 3) finite float32, metres. triangles: (m, 3) uint32 below n. heights_m: (rows, columns)
+    float32 over size_m = (x, z) metres around the origin. The largest error is -1 where no pixel is covered.
     """
     arrays = _checked(positions, triangles, heights_m)
     workers = default_threads(8) if threads is None else max(1, threads)
@@ -49,13 +49,9 @@ def patch_error(
 def _checked(
     positions: npt.NDArray[np.float32], triangles: npt.NDArray[np.uint32], heights_m: npt.NDArray[np.float32]
 ) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.uint32], npt.NDArray[np.float32]]:
-    positions = np.ascontiguousarray(positions, np.float32)
-    triangles = to_indices(triangles)
+    positions = finite_rows(positions, 3, np.float32)
+    triangles = triangle_rows(triangles, len(positions))
     heights_m = np.ascontiguousarray(heights_m, np.float32)
-    if positions.ndim != 2 or positions.shape[1] != 3 or triangles.ndim != 2 or triangles.shape[1] != 3:
-        raise ValueError(f"expected (n, 3) and (m, 3), got {positions.shape} and {triangles.shape}")
     if heights_m.ndim != 2 or min(heights_m.shape) < 2:
         raise ValueError(f"expected two rows and two columns or more, got {heights_m.shape}")
-    if len(triangles) and int(triangles.max()) >= len(positions):
-        raise ValueError(f"index {int(triangles.max())} of {len(positions)} vertices")
     return positions, triangles, heights_m

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from paradize.kernels.indices import to_indices
+from paradize.kernels.arrays import finite_rows, to_indices, triangle_rows
 from paradize.kernels.simplify import _simplify
 
 if TYPE_CHECKING:
@@ -65,13 +65,9 @@ def simplify(
     together. groups: (m,) group of each triangle; borders of groups are kept. kept_area: the share of its
     area, 0 to 1, that each connected part keeps. Raises ValueError for anything else.
     """
-    positions = np.ascontiguousarray(positions, np.float64)
-    if positions.ndim != 2 or positions.shape[1] != 3 or not np.isfinite(positions).all():
-        raise ValueError(f"positions {positions.shape}: expected finite (n, 3)")
+    positions = finite_rows(positions, 3, np.float64, name="positions")
     count = len(positions)
-    triangles = to_indices(triangles)
-    if triangles.ndim != 2 or triangles.shape[1] != 3:
-        raise ValueError(f"triangles {triangles.shape}: expected (m, 3)")
+    triangles = triangle_rows(triangles, count)
     columns = np.zeros((count, 0), np.float32) if attributes is None else attributes
     values = np.ascontiguousarray(columns, np.float32)
     if values.ndim != 2 or len(values) != count or values.shape[1] > 32 or not np.isfinite(values).all():
@@ -93,7 +89,7 @@ def simplify(
 
     place = numbers(seams, count, np.arange(count, dtype=np.uint32))
     group = numbers(groups, len(triangles), np.zeros(len(triangles), np.uint32))
-    if len(triangles) and (int(triangles.max()) >= count or int(place.max()) >= count):
+    if len(triangles) and int(place.max()) >= count:
         raise ValueError(f"an index beyond {count} vertices")
     found = _simplify.simplify(
         positions,

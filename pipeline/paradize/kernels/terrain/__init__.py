@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from paradize.kernels.indices import to_indices
+from paradize.kernels.arrays import to_indices
 from paradize.kernels.terrain import _terrain
 from paradize.kernels.threads import default_threads
 
