@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 import paradize.kernels.obj._obj as _obj
-from paradize.kernels.arrays import to_indices
+from paradize.kernels.arrays import finite_rows, to_indices, triangle_rows
 
 ABSENT = 0xFFFFFFFF
 
@@ -84,19 +84,16 @@ def printable(name: str) -> str:
     return "".join(c if c.isprintable() else "\N{REPLACEMENT CHARACTER}" for c in name)
 
 
-def parse_obj(text: bytes, *, elements: int = 200_000_000, ear_tests: int = 400_000_000) -> ParsedObj:
-    """Parses OBJ text. elements: largest number of vertices, uvs, normals and face corners, each. ear_tests:
-    work limit for triangulating concave polygons, for the whole file."""
-    return _parsed(_obj.parse(text, elements, ear_tests))
+def parse_obj(text: bytes) -> ParsedObj:
+    """Parses OBJ text, within the limits of `obj/parse.hpp`."""
+    return _parsed(_obj.parse(text))
 
 
-def parse_obj_file(
-    descriptor: int, *, elements: int = 200_000_000, ear_tests: int = 400_000_000
-) -> ParsedObj:
+def parse_obj_file(descriptor: int) -> ParsedObj:
     """Parses an open regular file from its current position to its end, in small blocks. Raises OSError, also
     where the size of the file changes meanwhile."""
     try:
-        return _parsed(_obj.parse_file(descriptor, elements, ear_tests))
+        return _parsed(_obj.parse_file(descriptor))
     except OSError as error:
         if error.errno == errno.ESTALE:
             raise OSError(errno.EIO, "changed while it was read") from None
@@ -108,21 +105,14 @@ def origin_of(
 ) -> tuple[float, float, float]:
     """The place from which float32 positions of a mesh are counted; 0 unless it lies far from 0
     (`obj/origin.hpp`). positions: (n, 3) finite, metres. triangles: (m, 3)."""
-    positions = np.ascontiguousarray(positions, np.float64)
-    triangles = to_indices(triangles)
-    if positions.shape[1:] != (3,) or triangles.shape[1:] != (3,) or not np.isfinite(positions).all():
-        raise ValueError(f"positions {positions.shape}, triangles {triangles.shape}")
-    if triangles.size and int(triangles.max()) >= len(positions):
-        raise ValueError(f"index {int(triangles.max())} of {len(positions)} positions")
-    return _obj.origin_of(positions, triangles)  # type: ignore[no-any-return]
+    positions = finite_rows(positions, 3, np.float64)
+    return _obj.origin_of(positions, triangle_rows(triangles, len(positions)))  # type: ignore[no-any-return]
 
 
 def cut_polygons(
     positions: npt.NDArray[np.float64],
     corners: npt.NDArray[np.uint32],
     counts: npt.NDArray[np.uint32],
-    *,
-    ear_tests: int = 400_000_000,
 ) -> tuple[npt.NDArray[np.uint32], int]:
     """Cuts polygons into triangles, as those of an OBJ are. Returns their places in `corners` (m, 3), and how
     many outlines may cross themselves. positions: (n, 3), finite where a corner is. corners: (c,), positions
@@ -135,7 +125,7 @@ def cut_polygons(
         raise ValueError(f"index {int(corners.max())} of {len(positions)}, {int(counts.min())} corners")
     if not np.isfinite(positions[corners]).all():
         raise ValueError("a corner is not finite")
-    return _obj.cut_polygons(positions, corners, counts, ear_tests)  # type: ignore[no-any-return]
+    return _obj.cut_polygons(positions, corners, counts)  # type: ignore[no-any-return]
 
 
 def _parsed(raw: dict[str, Any]) -> ParsedObj:

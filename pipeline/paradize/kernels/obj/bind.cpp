@@ -55,31 +55,24 @@ nb::dict as_dict(obj::Parsed &&parsed) {
     return out;
 }
 
-obj::Limits limits_of(std::uint64_t elements, std::uint64_t ear_tests) {
-    obj::Limits limits;
-    limits.elements = elements;
-    limits.ear_tests = ear_tests;
-    return limits;
-}
-
-nb::dict parse_text(nb::bytes text, std::uint64_t elements, std::uint64_t ear_tests) {
+nb::dict parse_text(nb::bytes text) {
     obj::Parsed parsed;
     {
         const std::string_view view(text.c_str(), text.size());
         nb::gil_scoped_release unlocked;
-        parsed = obj::parse(view, limits_of(elements, ear_tests));
+        parsed = obj::parse(view, obj::Limits{});
     }
     return as_dict(std::move(parsed));
 }
 
 // Raises OSError where reading fails, ESTALE where the file grows or shrinks meanwhile.
-nb::dict parse_file(int descriptor, std::uint64_t elements, std::uint64_t ear_tests) {
+nb::dict parse_file(int descriptor) {
     obj::Parsed parsed;
     bool sound = false;
     int reason = 0;
     {
         nb::gil_scoped_release unlocked;
-        sound = obj::parse_file(descriptor, limits_of(elements, ear_tests), parsed);
+        sound = obj::parse_file(descriptor, obj::Limits{}, parsed);
         reason = errno;
     }
     if (!sound) {
@@ -103,9 +96,9 @@ nb::tuple origin_of(const Rows<double> &positions, const Rows<std::uint32_t> &tr
 // positions: (n, 3). corners: of all polygons, one after the other. counts: of each polygon, at least 3. The
 // Python face checks all. Returns corner numbers of triangles (m, 3), and how many outlines cross themselves.
 nb::tuple cut_polygons(const Rows<double> &positions, const Column<std::uint32_t> &corners,
-                       const Column<std::uint32_t> &counts, std::uint64_t ear_tests) {
+                       const Column<std::uint32_t> &counts) {
     std::vector<std::uint32_t> triangles, cuts;
-    std::uint64_t crossing = 0;
+    std::uint64_t crossing = 0, ear_tests = obj::Limits{}.ear_tests;
     {
         nb::gil_scoped_release unlocked;
         obj::Triangulator triangulator;
@@ -131,9 +124,8 @@ nb::tuple cut_polygons(const Rows<double> &positions, const Column<std::uint32_t
 
 NB_MODULE(_obj, m) {
     m.doc() = "Reads Wavefront OBJ text.";
-    m.def("parse", &parse_text, nb::arg("text"), nb::arg("elements"), nb::arg("ear_tests"));
-    m.def("parse_file", &parse_file, nb::arg("descriptor"), nb::arg("elements"), nb::arg("ear_tests"));
-    m.def("cut_polygons", &cut_polygons, nb::arg("positions"), nb::arg("corners"), nb::arg("counts"),
-          nb::arg("ear_tests"));
+    m.def("parse", &parse_text, nb::arg("text"));
+    m.def("parse_file", &parse_file, nb::arg("descriptor"));
+    m.def("cut_polygons", &cut_polygons, nb::arg("positions"), nb::arg("corners"), nb::arg("counts"));
     m.def("origin_of", &origin_of, nb::arg("positions"), nb::arg("triangles"));
 }
