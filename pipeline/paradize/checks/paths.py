@@ -47,6 +47,7 @@ def _check(path: Path, options: CheckOptions) -> Iterator[Finding]:
     try:
         folder = stat.S_ISDIR(path.stat().st_mode)
         inside = sorted(path.iterdir()) if folder else []
+        data = b"" if folder or path.name == SCENE_FILE else read_file(path)
     except FileNotFoundError:
         what, mend = refusal(BAKED, path) or ("", "")
         yield Finding("PZ101", str(path), what, mend=mend)
@@ -57,36 +58,32 @@ def _check(path: Path, options: CheckOptions) -> Iterator[Finding]:
         )
         return
     if folder:
-        if path / SCENE_FILE in inside:
-            yield from check_scene(path / SCENE_FILE, options)
-            return
-        files = [file for file in inside if file.suffix in (".glb", ".ktx2", ".png")]
-        if not files:
-            yield Finding(
-                "PZ101",
-                str(path),
-                f"is a folder that holds no {SCENE_FILE}, GLB, KTX2 or PNG",
-                mend=_ACCEPTED,
-            )
-        for done, file in enumerate(files):
-            options.begin(file.name, done, len(files))
-            yield from isolated(_check(file, options), str(file))
-        yield from folder_maps(files)
-        return
-    if path.name == SCENE_FILE:
+        yield from _check_folder(path, inside, options)
+    elif path.name == SCENE_FILE:
         yield from check_scene(path, options)
-        return
-    try:
-        data = read_file(path)
-    except OSError as error:
-        yield Finding(
-            "PZ101", str(path), error.strerror or str(error), mend=mend_of_reading(error) or _ACCEPTED
-        )
-        return
-    if path.suffix == ".toml" or kind_of(path) is SCENE:
+    elif path.suffix == ".toml" or kind_of(path) is SCENE:
         yield from check_settings(path, options.scenes)
+    else:
+        options.checked.add(str(path))
+        yield from _check_file(path, data)
+
+
+def _check_folder(path: Path, inside: list[Path], options: CheckOptions) -> Iterator[Finding]:
+    if path / SCENE_FILE in inside:
+        yield from check_scene(path / SCENE_FILE, options)
         return
-    options.checked.add(str(path))
+    files = [file for file in inside if file.suffix in (".glb", ".ktx2", ".png")]
+    if not files:
+        yield Finding(
+            "PZ101", str(path), f"is a folder that holds no {SCENE_FILE}, GLB, KTX2 or PNG", mend=_ACCEPTED
+        )
+    for done, file in enumerate(files):
+        options.begin(file.name, done, len(files))
+        yield from isolated(_check(file, options), str(file))
+    yield from folder_maps(files)
+
+
+def _check_file(path: Path, data: bytes) -> Iterator[Finding]:
     if path.suffix == ".glb" or data[:4] == MAGIC:
         yield from check_mesh(data, str(path))
     elif path.suffix == ".ktx2" or data[:12] == IDENTIFIER:
