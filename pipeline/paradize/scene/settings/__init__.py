@@ -11,8 +11,8 @@ lists, whole numbers of 64 bits, 10,000 tables in an array unless declared other
 faults (schema.MOST_FAULTS).
 """
 
-from paradize.scene.settings.daytime import Clouds, DaytimeKey, KeyMoon, Moon
-from paradize.scene.settings.environment import Ambient, Fog, Shadow, Sky, Sun, View, Water
+from paradize.scene.settings.daytime import DaytimeKey, KeyMoon
+from paradize.scene.settings.environment import Sky, Sun, View, Water
 from paradize.scene.settings.flight import EyePoint, Flight, FreeCamera, TargetPoint
 from paradize.scene.settings.lights import Light
 from paradize.scene.settings.load import load_scene
@@ -24,36 +24,29 @@ from paradize.scene.settings.objects import (
     SceneObject,
 )
 from paradize.scene.settings.relief import FILTERS, Relief
-from paradize.scene.settings.scene import SEVERITIES, Head, Particles, Scene, Waiver
+from paradize.scene.settings.scene import Head, Scene, Waiver
 from paradize.scene.settings.sound import Music, NeededSound, Sound, sound_files
 from paradize.scene.settings.terrain import Terrain
 
 __all__ = [
     "FILTERS",
     "RESERVED",
-    "SEVERITIES",
-    "Ambient",
     "Beat",
-    "Clouds",
     "DaytimeKey",
     "EyePoint",
     "Flight",
-    "Fog",
     "FreeCamera",
     "Head",
     "Instance",
     "KeyMoon",
     "Light",
-    "Moon",
     "Motion",
     "Music",
     "NeededSound",
     "ObjectMaterial",
-    "Particles",
     "Relief",
     "Scene",
     "SceneObject",
-    "Shadow",
     "Sky",
     "Sound",
     "Sun",
