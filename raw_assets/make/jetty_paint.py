@@ -22,7 +22,7 @@ GUTTER = 16
 
 PLANKS = 9
 LENGTH = 968  # pixels of a plank's 2 m, and of a pole's height
-TOP, SIDE, CHAMFER = 76, 20, 4  # pixels across a plank: top with chamfers, and each side
+TOP, SIDE = 76, 20  # pixels across a plank: top with chamfers, and each side
 BAND = TOP + 2 * SIDE
 COLUMN_X = (24, 1040)
 PLANK_LENGTH_M = 2.0

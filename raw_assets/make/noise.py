@@ -106,19 +106,13 @@ def lattice_noise(shape: tuple[int, ...], cells: tuple[int, ...], seed: int, *, 
 
 
 def lattice_fbm(
-    shape: tuple[int, ...],
-    cells: tuple[int, ...],
-    seed: int,
-    octaves: int,
-    gain: float = 0.5,
-    *,
-    wrap: bool = True,
+    shape: tuple[int, ...], cells: tuple[int, ...], seed: int, octaves: int, gain: float
 ) -> Array:
-    """Fractal sum of lattice_noise, deviation about 1; lacunarity 2."""
+    """Periodic fractal sum of lattice_noise, deviation about 1; lacunarity 2."""
     total, amplitude, power = np.zeros(shape), 1.0, 0.0
     for octave in range(octaves):
         finer = tuple(c * 2**octave for c in cells)
-        total += amplitude * lattice_noise(shape, finer, seed + 31 * octave, wrap=wrap)
+        total += amplitude * lattice_noise(shape, finer, seed + 31 * octave)
         power += amplitude * amplitude
         amplitude *= gain
     return np.asarray(total / np.sqrt(power))

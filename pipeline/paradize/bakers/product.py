@@ -49,8 +49,8 @@ def texture_product(
     levels: LevelErrors,
     warnings: list[str],
     *,
+    reason: str | None,
     filter_name: str | None = None,
-    reason: str | None = None,
 ) -> MapProduct:
     """Returns a map that is a texture. errors: of level 0, by metric, the main one first; empty where it was
     not measured."""

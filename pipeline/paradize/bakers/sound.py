@@ -8,8 +8,6 @@ from pathlib import Path
 from paradize.readers.sound import read_sound
 from paradize.scene.baker_settings import SoundSettings
 
-_EVERYWHERE = SoundSettings()
-
 
 @dataclass(frozen=True)
 class SoundProduct:
@@ -21,7 +19,7 @@ class SoundProduct:
     warnings: list[str] = field(default_factory=list)
 
 
-def bake_sound(path: Path, settings: SoundSettings = _EVERYWHERE) -> SoundProduct:
+def bake_sound(path: Path, settings: SoundSettings) -> SoundProduct:
     """Checks that the whole file decodes. Raises SourceError where it does not."""
     sound = read_sound(path)
     warnings = []

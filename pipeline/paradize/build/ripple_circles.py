@@ -35,7 +35,7 @@ def add_ripples(
     sha256: Mapping[str, str],
     store: Store,
     *,
-    force: bool = False,
+    force: bool,
 ) -> list[str]:
     """Adds `ripples` to the water of a manifest. data, sha256: by artifact. The result is kept in the store;
     force: nothing is read from it. Returns warnings."""

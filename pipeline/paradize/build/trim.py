@@ -261,7 +261,7 @@ def _sizes(names: list[str], data: Mapping[str, bytes | Path]) -> dict[str, tupl
     return sizes
 
 
-def without_levels(data: bytes, file: str, finer: int, coarser: int = 0) -> bytes:
+def without_levels(data: bytes, file: str, finer: int, coarser: int) -> bytes:
     """Returns a GLB or KTX2 without its `finer` finest levels, and a GLB without its `coarser` coarsest.
     Raises FormatError for bytes that Paradize did not write."""
     from paradize.formats.glb.cut import cut_glb
@@ -289,7 +289,7 @@ def levels_never_drawn(scene: Scene, facts: MeshFacts, pixel_m: float | None) ->
 
 
 def trimmed(
-    artifact: Artifact, detail: Mapping[str, Any], path: Path, coarser: int = 0
+    artifact: Artifact, detail: Mapping[str, Any], path: Path, coarser: int
 ) -> tuple[Artifact, bytes | None]:
     """Returns an artifact without the levels that no view needs, at most as many as its gutters allow; and
     its new bytes, None if nothing is left out. Errors are then those of the published levels, of a texture

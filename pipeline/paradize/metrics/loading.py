@@ -121,7 +121,7 @@ def _length(v: npt.NDArray[np.float64]) -> float:
     return math.sqrt(x * x + y * y + z * z)
 
 
-def loading_warnings(error: LoadingError, lines: npt.NDArray[np.uint32] | None = None) -> list[str]:
+def loading_warnings(error: LoadingError, lines: npt.NDArray[np.uint32] | None) -> list[str]:
     """Warnings about the loss. lines: (m,) line of each triangle in the file; None where it has no lines."""
 
     def place(triangle: int) -> str:

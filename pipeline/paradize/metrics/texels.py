@@ -90,7 +90,7 @@ def _decode_values(blocks: U8, signed: bool) -> F32:
     return _select(palette.reshape(-1), index, 8)
 
 
-def bc7_codes(texture: Texture, level: int = 0, face: int = 0) -> U8:
+def bc7_codes(texture: Texture, level: int, face: int = 0) -> U8:
     """The texels (h, w, 4) uint8 of one level of one face of a BC7 texture."""
     width, height = max(1, texture.width >> level), max(1, texture.height >> level)
     across, down = (width + 3) // 4, (height + 3) // 4

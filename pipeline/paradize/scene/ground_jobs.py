@@ -121,9 +121,7 @@ def add_color(
     wrap: str,
     reason: str,
     passes: tuple[str, ...],
-    alpha_cutoff: float = 0.5,
 ) -> None:
     """Adds the job of a colour map."""
     output = Output(f"{name}_color", "texture", "color", reason, passes)
-    settings = ColorSettings(wrap=wrap, alpha_cutoff=alpha_cutoff)
-    required.add(f"{name} colour", "color", sources, [output], **asdict(settings))
+    required.add(f"{name} colour", "color", sources, [output], **asdict(ColorSettings(wrap=wrap)))

@@ -39,8 +39,8 @@ def destep(heights: F32, step: float = STEP_8_BIT, *, wrap: tuple[bool, bool] = 
     return kernel.destep(heights, step=step, wrap=wrap)
 
 
-def destep_pixels(pixels: F32, step: float = STEP_8_BIT, *, wrap: tuple[bool, bool] = (False, False)) -> None:
+def destep_pixels(pixels: F32, *, wrap: tuple[bool, bool] = (False, False)) -> None:
     """Smooths the steps in each channel of a picture (h, w, c), in place, as encoded: before sRGB becomes
     linear light."""
     for c in range(pixels.shape[2]):
-        pixels[:, :, c] = destep(pixels[:, :, c], step, wrap=wrap)
+        pixels[:, :, c] = destep(pixels[:, :, c], wrap=wrap)

@@ -119,7 +119,7 @@ def _tier_group(
     tiers: tuple[str, ...],
     arguments: Any,
     call: Any,
-    note: str = "",
+    note: str,
 ) -> TrialGroup:
     """A group with a trial for each tier."""
     own = "paradize"  # the name of the series

@@ -35,8 +35,8 @@ def cast_occlusion(
     materials: tuple[str, ...],
     tier: str,
     *,
-    root: Path | None = None,
-    measure: bool = True,
+    root: Path | None,
+    measure: bool,
 ) -> CastMap:
     """The occlusion of a model on a square map. materials: whose triangles lie on it; none: all. root: as of
     read_model. Raises SourceError for a model that cannot be read, BakeError for one without a UV layout."""

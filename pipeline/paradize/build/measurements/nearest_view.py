@@ -122,7 +122,7 @@ def stored_pixels(
     meshes: Mapping[str, Path],
     sha256: Mapping[str, str],
     *,
-    force: bool = False,
+    force: bool,
 ) -> dict[str, float]:
     """Returns nearest_pixel_m of the scene's objects, from the store where it is known. meshes, sha256: by
     artifact. force: read nothing from the store."""
@@ -146,7 +146,7 @@ def stored_pixels(
 
 
 def stored_sightings(
-    store: Store, scene: Scene, flight: Flight, bounds: dict[str, tuple[Vec, float]], *, force: bool = False
+    store: Store, scene: Scene, flight: Flight, bounds: dict[str, tuple[Vec, float]], *, force: bool
 ) -> dict[str, ObjectSighting]:
     """Returns object_sightings, from the store where it is known. force: read nothing from the store."""
     views = [asdict(view) for view in (scene.reflection, scene.refraction) if view and scene.water]

@@ -147,7 +147,7 @@ def decode_glb(data: bytes, file: object = None) -> list[Lod]:
     return list(_levels(Reader(data, file)))
 
 
-def verify_glb(data: bytes, file: object = None) -> None:
+def verify_glb(data: bytes, file: object) -> None:
     """Raises as decode_glb, with only one level in memory at a time."""
     for _ in _levels(Reader(data, file)):
         pass

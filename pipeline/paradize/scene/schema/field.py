@@ -52,7 +52,7 @@ def declare(
     allowed: str,
     *,
     json: dict[str, Any],
-    meaning: str = "",
+    meaning: str,
     unit: str = "",
     key: str | None = None,
     of: type | None = None,

@@ -61,7 +61,7 @@ def number(
     return declare(rule, default, _range(low, high), json=json, meaning=meaning, unit=unit, formerly=formerly)
 
 
-def number_or(words: tuple[str, ...], *, low: float, high: float, meaning: str = "") -> Any:
+def number_or(words: tuple[str, ...], *, low: float, high: float, meaning: str) -> Any:
     """A finite number in [low, high], or one of a few words, the first by default."""
 
     def rule(value: object, place: str, faults: Faults) -> float | str | None:

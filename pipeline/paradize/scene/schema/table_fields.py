@@ -55,7 +55,7 @@ def tables(
     )
 
 
-def named_tables(of: type[T], *, key: str | None = None, meaning: str = "") -> Any:
+def named_tables(of: type[T], *, key: str, meaning: str) -> Any:
     """A table of tables by name, such as materials."""
 
     def rule(value: object, place: str, faults: Faults) -> dict[str, T]:
