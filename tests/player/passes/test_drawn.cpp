@@ -1,0 +1,178 @@
+// Numbers of scene.json in finished pictures of a few triangles.
+
+#include "context.hpp"
+#include "gl/shader_library.hpp"
+#include "passes/environment_bindings.hpp"
+#include "render/renderer.hpp"
+#include "small_scene.hpp"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <numeric>
+#include <string>
+#include <vector>
+
+using namespace paradize;
+using paradize::test::SmallScene;
+
+namespace {
+
+using Pixels = std::vector<std::uint8_t>; // RGB, first row at the top
+
+/// A pose, a size and settings, of a scene whose files have all arrived.
+struct Shot {
+    Pose pose{.eye = {1.0, 2.0, 5.0}, .target = {0.0, 0.0, 0.0}};
+    std::vector<std::string> disabled;
+    int width_px = 64, height_px = 36;
+    std::uint64_t draw_calls = 0; // of the last picture
+
+    Pixels of(SmallScene &small) {
+        Streamer streamer = small.streamer();
+        streamer.upload({});
+        Scene scene(small.file, streamer);
+        const gl::ShaderLibrary shaders(gl::ShaderLibrary::find());
+        const RenderSettings settings = render_settings(small.file, all_at(Tier::balanced), Device());
+        Renderer renderer(scene, shaders, {width_px, height_px, settings, disabled});
+        renderer.draw(1.0, pose);
+        draw_calls = renderer.draw_calls();
+        Pixels pixels;
+        renderer.read_picture(pixels);
+        test::throw_on_error();
+        return pixels;
+    }
+};
+
+int sum_of(const Pixels &pixels) {
+    return std::accumulate(pixels.begin(), pixels.end(), 0);
+}
+
+/// Red in the middle of a row.
+int red_in_row(const Pixels &pixels, const Shot &shot, int row) {
+    return pixels[static_cast<std::size_t>(3 * (row * shot.width_px + shot.width_px / 2))];
+}
+
+/// A sea with waves of 10 m over the quad, which lies 0.3 m below it.
+struct SeaOverQuad : SmallScene {
+    assets::Water &water = file.water.emplace();
+
+    SeaOverQuad() {
+        water.normal = water.dudv = "quad_color";
+        water.level_m = 0.3F;
+        water.size_m = 200.0F;
+        water.wave_repeat = 20.0F;
+        water.reflection_distortion = 0.0F;
+        file.refraction_scale = 0.5F;
+    }
+};
+
+} // namespace
+
+TEST_CASE("water: waves move what is mirrored and what is refracted, each by its own strength") {
+    if (!test::have_context()) {
+        return;
+    }
+    for (const std::string blind : {"", "reflection", "refraction"}) {
+        SeaOverQuad sea;
+        Shot shot{.disabled = {blind}};
+        const Pixels calm = shot.of(sea);
+        sea.water.reflection_distortion = 0.05F;
+        CHECK((shot.of(sea) != calm) == (blind != "reflection"));
+        sea.water.reflection_distortion = 0.0F;
+        sea.water.refraction_distortion = 0.05F;
+        CHECK((shot.of(sea) != calm) == (blind != "refraction"));
+    }
+}
+
+TEST_CASE("water: without the picture of a mirror it mirrors the sky") {
+    if (!test::have_context()) {
+        return;
+    }
+    SeaOverQuad sea;
+    sea.file.objects.clear();
+    Shot dark{.disabled = {"sky", "refraction"}}; // the mirror shows nothing
+    Shot blind{.disabled = {"sky", "refraction", "reflection"}};
+    CHECK(sum_of(blind.of(sea)) > sum_of(dark.of(sea)));
+}
+
+TEST_CASE("water: without specular light its smoothness is not seen") {
+    if (!test::have_context()) {
+        return;
+    }
+    for (const float specular : {0.0F, 1.0F}) {
+        SeaOverQuad sea;
+        Shot shot;
+        sea.water.specular = specular;
+        sea.water.smoothness = 0.3F;
+        const Pixels rough = shot.of(sea);
+        sea.water.smoothness = 0.8F;
+        CHECK((shot.of(sea) != rough) == (specular > 0.0F));
+    }
+}
+
+TEST_CASE("water: the sea is as wide as its size") {
+    if (!test::have_context()) {
+        return;
+    }
+    SeaOverQuad sea;
+    sea.file.objects.clear();
+    sea.water.level_m = 0.0F;
+    sea.water.size_m = 4.0F;
+    Shot shot{.pose = {.eye = {0.0, 5.0, 0.0}, .target = {0.0, 0.0, -0.01}}, .disabled = {"sky", "post"}};
+    const Pixels seen = shot.of(sea);
+    shot.disabled.emplace_back("water");
+    const Pixels bare = shot.of(sea);
+    int columns = 0;
+    for (std::size_t i = std::size_t{18} * 64 * 3; i < std::size_t{19} * 64 * 3; i += 3) {
+        columns += std::equal(&seen[i], &seen[i + 3], &bare[i]) ? 0 : 1;
+    }
+    CHECK(columns == doctest::Approx(29.8).epsilon(0.05)); // of 64, which see 8.6 m
+}
+
+TEST_CASE("water: the sea fades into haze between 0.38 and 0.66 of the far plane's distance") {
+    if (!test::have_context()) {
+        return;
+    }
+    SeaOverQuad sea;
+    sea.file.objects.clear();
+    sea.water.level_m = 0.0F;
+    sea.file.fog.density_per_m = 0.0F;
+    Shot shot{.pose = {.eye = {0.0, 5.0, 0.0}, .target = {0.0, 5.0, -1.0}}, .disabled = {"sky", "post"}};
+    shot.width_px = 16;
+    shot.height_px = 144;
+    sea.file.fog.color = glm::vec3(0.0F);
+    const Pixels clear = shot.of(sea);
+    sea.file.fog.color = glm::vec3(1.0F, 0.0F, 0.0F);
+    const Pixels hazy = shot.of(sea);
+    const auto haze = [&](int row) { return red_in_row(hazy, shot, row) - red_in_row(clear, shot, row); };
+    CHECK(haze(93) < 3);    // 35 m away of 100
+    CHECK(haze(83) >= 250); // 65 m
+}
+
+TEST_CASE("water: the sea is seen from below") {
+    if (!test::have_context()) {
+        return;
+    }
+    SeaOverQuad sea;
+    sea.file.objects.clear();
+    Shot shot{.pose = {.eye = {0.0, -1.0, 0.0}, .target = {0.0, 4.0, -2.0}}, .disabled = {"sky"}};
+    const Pixels seen = shot.of(sea);
+    shot.disabled.emplace_back("water");
+    CHECK(seen != shot.of(sea));
+}
+
+TEST_CASE("water: around an eye in it, it glows by the sun and by the light from all around") {
+    assets::SceneFile file;
+    assets::Water &water = file.water.emplace();
+    water.shallow_color = {0.1F, 0.2F, 0.3F};
+    water.deep_color = {0.3F, 0.2F, 0.1F};
+    Daylight daylight;
+    daylight.ambient = glm::vec3(2.0F);
+    CHECK(water_glow(file, daylight).x == doctest::Approx(0.2));
+    daylight.radiance = glm::vec3(3.14159265F);
+    CHECK(water_glow(file, daylight).x == doctest::Approx(0.4));
+    daylight.to_light = {0.8F, 0.6F, 0.0F};
+    CHECK(water_glow(file, daylight).x == doctest::Approx(0.32));
+}
