@@ -176,3 +176,26 @@ TEST_CASE("water: around an eye in it, it glows by the sun and by the light from
     daylight.to_light = {0.8F, 0.6F, 0.0F};
     CHECK(water_glow(file, daylight).x == doctest::Approx(0.32));
 }
+
+TEST_CASE("glow: a scene four times as bright at a quarter of the exposure is the same picture") {
+    if (!test::have_context()) {
+        return;
+    }
+    const auto lamp = [](float emission, float exposure) {
+        SmallScene small;
+        small.file.objects[0].materials.clear();
+        for (const char *name : {"wood", "leaf"}) {
+            assets::Material material;
+            material.name = name;
+            material.emission = glm::vec3(emission);
+            small.file.objects[0].materials.push_back(material);
+        }
+        small.file.sun.intensity = small.file.ambient.intensity = small.file.fog.density_per_m = 0.0F;
+        small.file.exposure = exposure;
+        Shot shot{.disabled = {"sky"}};
+        return shot.of(small);
+    };
+    const Pixels bright = lamp(8.0F, 0.25F);
+    CHECK(bright == lamp(2.0F, 1.0F));
+    CHECK(bright != lamp(2.0F, 0.25F));
+}
