@@ -199,3 +199,78 @@ TEST_CASE("glow: a scene four times as bright at a quarter of the exposure is th
     CHECK(bright == lamp(2.0F, 1.0F));
     CHECK(bright != lamp(2.0F, 0.25F));
 }
+
+TEST_CASE("shadow: a surface that nothing shades is as bright as without shadows") {
+    if (!test::have_context()) {
+        return;
+    }
+    SmallScene small;
+    small.file.shadow->size_px = 512;
+    small.file.objects[0].materials.clear();
+    small.file.objects[0].instances = {{}};
+    for (const glm::vec3 &sun :
+         {glm::vec3(0.0F, 1.0F, 0.0F), glm::vec3(0.6F, 0.8F, 0.0F), glm::vec3(0.8F, 0.6F, 0.0F)}) {
+        small.file.sun.direction = sun;
+        Shot shot{.disabled = {"post"}};
+        Shot unshaded{.disabled = {"post", "shadow"}};
+        CHECK(shot.of(small) == unshaded.of(small));
+    }
+    small.file.objects[0].instances.push_back({.position = {0.0, 1.0, 0.0}, .scale = glm::dvec3(0.3)});
+    small.file.sun.direction = {0.0F, 1.0F, 0.0F};
+    Shot shot{.disabled = {"post"}};
+    Shot unshaded{.disabled = {"post", "shadow"}};
+    CHECK(sum_of(shot.of(small)) < sum_of(unshaded.of(small)));
+}
+
+TEST_CASE("shadow: its edge is as soft as the sun is wide, up to the distance of blur") {
+    if (!test::have_context()) {
+        return;
+    }
+    SmallScene small;
+    small.file.shadow->size_px = 256;
+    small.file.shadow->extent_m = 100.0F;
+    small.file.sun.intensity = 2.0F;
+    small.file.ambient.intensity = 0.0F;
+    small.file.objects[0].materials.clear();
+    small.file.objects[0].instances = {{.scale = glm::dvec3(10.0)},
+                                       {.position = {-6.0, 8.0, 0.0}, .scale = {6.0, 1.0, 6.0}}};
+    // Its edge from 1 m above: a row of 160 pixels, 93.2 to a metre.
+    Shot shot{.pose = {.eye = {0.0, 1.0, 0.0}, .target = {0.0, 0.0, -0.01}}, .disabled = {"sky", "post"}};
+    shot.width_px = 160;
+    shot.height_px = 90;
+    const auto width_m = [&](float diameter_rad, float blur_distance_m) {
+        small.file.sun.angular_diameter_rad = diameter_rad;
+        small.file.shadow->blur_distance_m = blur_distance_m;
+        const Pixels pixels = shot.of(small);
+        const auto red = [&](int column) {
+            return static_cast<int>(pixels[static_cast<std::size_t>(3 * (45 * 160 + column))]);
+        };
+        int soft_px = 0;
+        for (int column = 0; column < 160; ++column) {
+            soft_px += red(column) > red(0) + 2 && red(column) < red(159) - 2 ? 1 : 0;
+        }
+        return soft_px / 93.2;
+    };
+    // As of casters 14 m away. Beyond the distance of blur it is sharp.
+    CHECK(width_m(0.01F, 50.0F) == doctest::Approx(0.14).epsilon(0.02));
+    CHECK(width_m(0.02F, 50.0F) == doctest::Approx(0.28).epsilon(0.02));
+    CHECK(width_m(0.02F, 1.0F) < 0.1);
+}
+
+TEST_CASE("shadow: a finer cascade draws the casters in it, not those of the whole map") {
+    if (!test::have_context()) {
+        return;
+    }
+    SmallScene small;
+    small.file.shadow->extent_m = 40.0F;
+    small.file.objects[0].materials.clear();
+    const auto calls = [&](double away_m) {
+        small.file.objects[0].instances = {{.position = {-away_m, 0.0, -away_m}, .scale = glm::dvec3(0.5)}};
+        Shot with, without{.disabled = {"shadow"}};
+        with.of(small);
+        without.of(small);
+        return with.draw_calls - without.draw_calls;
+    };
+    CHECK(calls(0.0) == 3);
+    CHECK(calls(18.0) == 1);
+}
