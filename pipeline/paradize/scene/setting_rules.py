@@ -225,6 +225,7 @@ RULES: dict[str, dict[str, Rule]] = {
         "occlusion_px": whole(**ranges.OCCLUSION_PX),
         "occlusion_reach": number(**ranges.OCCLUSION_REACH, unit="of the diagonal"),
         "see_through": names(),
+        "crease_deg": number(**ranges.CREASE_DEG, unit="degrees"),
     },
     "TerrainSettings": {
         "size_m": _SIZE_M,

@@ -233,7 +233,7 @@ def test_kernels_refuse_what_is_no_surface() -> None:
     points, faces = np.eye(3), np.array([[0, 1, 2]])
     with pytest.raises(ValueError, match="finite"):
         make_charts(points * np.nan, faces, deviation=0.3)
-    with pytest.raises(ValueError, match="indices below 3"):
+    with pytest.raises(ValueError, match="index 3 of 3 vertices"):
         make_charts(points, faces + 1, deviation=0.3)
     with pytest.raises(ValueError, match="deviation"):
         make_charts(points, faces, deviation=1.0)
