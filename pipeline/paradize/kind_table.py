@@ -188,10 +188,13 @@ FILE_SUFFIXES = frozenset(
 )
 
 
+# Possessive quantifiers: a match never tries blanks and comments in another way, which would take for ever.
+_BEFORE_ROOT = rb"(?:\xef\xbb\xbf)?(?:\s|<\?.*?\?>|<!--.*?-->|<!DOCTYPE[^>\[]*+(?:\[.*?\]\s*+)?>)*+"
+
+
 def _xml(root: bytes) -> re.Pattern[bytes]:
     """Finds text of XML by the name of its root element."""
-    begin = rb"<%s[\s>]" % root
-    return re.compile(rb"\A\s*(?=<\?xml|<!--|<!DOCTYPE|%s).{0,4096}?%s" % (begin, begin), re.S)
+    return re.compile(rb"\A%s<%s[\s>]" % (_BEFORE_ROOT, root), re.S)
 
 
 # The words near the beginning of text of some kinds, the more particular first.
@@ -211,9 +214,9 @@ TEXTS: tuple[tuple[re.Pattern[bytes], Kind], ...] = (
         Kind("an IFC model", "`IfcConvert {file} {stem}.glb` makes a GLB of it"),
     ),
     (re.compile(rb"\AISO-10303-21\b"), Kind("a STEP model", _EXPORT)),
-    (re.compile(rb"\A.{72}S {0,6} *1\r?\n"), Kind("an IGES model", _EXPORT)),
+    (re.compile(rb"\A.{72}S[ 0]{6}1\r?\n"), Kind("an IGES model", _EXPORT)),
     (re.compile(rb"\A(?:\s*999\s.*\n)?\s*0\s+SECTION\b"), Kind("a DXF drawing", _EXPORT)),
-    (re.compile(rb"\A(?:\s*(?:#.*)?\n)*\s*(?:ST)?C?N?4?n?OFF\b"), _OFF),
+    (re.compile(rb"\A(?:\s|#.*\n)*+(?:ST)?C?N?4?n?OFF\b"), _OFF),
     (re.compile(rb"\A\s*MD5Version\s+\d"), Kind("a Doom 3 model", _EXPORT)),
     (re.compile(rb"\A\s*version\s+1\s+nodes\b"), Kind("a Source Engine model", _EXPORT)),
     (
@@ -225,9 +228,10 @@ TEXTS: tuple[tuple[re.Pattern[bytes], Kind], ...] = (
     (re.compile(rb"\A[AI]\s+\d+\b.{0,80}?\sOBJ\b", re.S), Kind("an X-Plane model", _EXPORT)),
 )
 ASCII_GRID = re.compile(rb"\A(?:\xef\xbb\xbf)?\s*(?:[A-Za-z_]+[ \t]+\S+\s+){0,8}?ncols[ \t]+\S", re.I)
+GLTF_LIST = re.compile(rb'"(?:accessors|buffers|meshes|nodes|scenes)"\s*:')  # no tileset has one
 STATEMENT = re.compile(rb"^[ \t]*(?:v|vn|vt|f)[ \t]+[-+.\d]|^[ \t]*mtllib[ \t]", re.M)
 MATERIAL = re.compile(rb"^[ \t]*newmtl[ \t]", re.M)
 TABLE = re.compile(
-    rb"^[ \t]*\[\[?[ \t]*[\w-]+(?:[ \t]*\.[ \t]*[\w\"' -]+)*[ \t]*\]\]?[ \t]*(?:#.*)?\r?$", re.M
+    rb"^[ \t]*+\[\[?[ \t]*+[\w-]++(?:[ \t]*+\.[ \t]*+[\w\"' -]++)*+[ \t]*+\]\]?[ \t]*+(?:#.*)?\r?$", re.M
 )
 CONTROLS = re.compile(rb"[\x00-\x08\x0e-\x1f\x7f]")

@@ -24,6 +24,7 @@ from paradize.kind_table import (
     FOLDER,
     GLB,
     GLTF,
+    GLTF_LIST,
     GRID_SUFFIXES,
     HEAD_BYTES,
     HEIGHTS,
@@ -99,7 +100,7 @@ def kind_of(path: Path) -> Kind:
     if not head:
         return EMPTY
     named = SUFFIXES.get(path.suffix.lower())
-    sure = _kind_of_magic(head)
+    sure = _sure_kind(path, head)
     if sure is not None:
         packed = any(sure is kind for _, kind in PACKED)
         return named if packed and named not in (None, PLY, STL) else sure
@@ -109,12 +110,17 @@ def kind_of(path: Path) -> Kind:
         text = _kind_of_text(head)
         return named if text in (TEXT, SCENE) else text
     kind = named or _kind_of_text(head)
-    ini = kind is SCENE and path.suffix.lower() != ".toml" and not _is_parsed(parse_toml, head, path)
+    whole = len(head) < HEAD_BYTES and path.suffix.lower() != ".toml"
+    ini = kind is SCENE and whole and not _is_parsed(parse_toml, head, path)
     return TEXT if ini else kind
 
 
-def _kind_of_magic(head: bytes) -> Kind | None:
-    """The kind that the first bytes tell surely."""
+def _sure_kind(path: Path, head: bytes) -> Kind | None:
+    """The kind that the first bytes tell surely. The header of a binary STL, 80 bytes, may hold any words: so
+    one is known by its name and its number of facets."""
+    facets = int.from_bytes(head[80:84], "little")
+    if path.suffix.lower() == ".stl" and 0 < 50 * facets <= path.stat().st_size - 82:
+        return STL
     riff = RIFF.get(head[8:12]) if head[:4] == b"RIFF" else None
     return riff or next((kind for magic, kind in (*MAGIC, *PACKED) if head.startswith(magic)), None)
 
@@ -124,7 +130,7 @@ def is_surely_other(wanted: Kind, path: Path) -> bool:
     opened."""
     try:
         with open_file(path) as stream:
-            kind = _kind_of_magic(stream.read(64))
+            kind = _sure_kind(path, stream.read(84))
     except OSError:
         return False
     return kind is not None and not _accepted(kind, wanted)
@@ -156,8 +162,8 @@ def is_gltf(path: Path) -> bool:
 def _kind_of_text(head: bytes) -> Kind:
     if STATEMENT.search(head):
         return OBJ
-    others = (b'"paradize-scene"', b'"geometricError"')  # the latter of a tileset
-    if head.lstrip()[:1] == b"{" and b'"asset"' in head and not any(other in head for other in others):
+    other = b'"paradize-scene"' in head or (b'"geometricError"' in head and not GLTF_LIST.search(head))
+    if head.lstrip()[:1] == b"{" and b'"asset"' in head and not other:
         return GLTF
     if CONTROLS.search(head):
         return UNKNOWN

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import re
 import shlex
+import struct
+import time
 import tomllib
 from pathlib import Path
 
@@ -13,6 +15,7 @@ from paradize.errors import MAX_MEND, MAX_PART, BakeError, SourceError, bounded
 from paradize.kinds import (
     BAKED,
     GLTF,
+    HEAD_BYTES,
     HEIGHTS,
     MATERIALS,
     MODEL,
@@ -86,6 +89,7 @@ def test_a_file_is_what_its_first_bytes_say(name: str, data: bytes, kind: Kind, 
         ("a.pcd", b"# .PCD v0.7\nFIELDS x y z\n", "is a PCD point cloud"),
         ("a.json", b'{"type": "CityJSON", "vertices": []}', "is a CityJSON model"),
         ("tileset.json", b'{"asset": {"version": "1.0"}, "geometricError": 1}', "is a tileset of 3D Tiles"),
+        ("a.svg", b'<?xml version="1.0"?>\n<!DOCTYPE svg [\n<!ENTITY a "b">\n]>\n<svg>', "is an SVG drawing"),
         ("plane.obj", b"I\n800\nOBJ\n\nTEXTURE a.png\n", "is an X-Plane model"),
         ("a.step", b"ISO-10303-21;\n", "is a STEP model"),
         ("a.zip", b"PK\x03\x04\0\0", "is a ZIP archive"),
@@ -152,6 +156,47 @@ def test_a_text_of_sections_is_a_scene_only_where_it_is_toml(tmp_path: Path) -> 
     ):
         (tmp_path / name).write_bytes(data)
         assert kind_of(tmp_path / name) is kind, name
+
+
+def test_the_kind_of_a_text_is_found_in_time_that_grows_with_its_length(tmp_path: Path) -> None:
+    for begin, repeated, count in (
+        (b"", b"\n", 23),
+        (b"", b"# made by hand\n\n", 18),
+        (b"<?xml?>", b"<!-- a -->", 1500),
+        (b"[a.", b" ", 2000),
+    ):
+        (tmp_path / "a").write_bytes(begin + count * repeated + b"!")
+        before = time.process_time()
+        assert kind_of(tmp_path / "a") is TEXT
+        assert time.process_time() - before < 0.5, (begin, repeated)
+
+
+def test_xml_is_of_the_kind_of_its_root_element(tmp_path: Path) -> None:
+    (tmp_path / "a.xml").write_bytes(b'<mujoco>\n<asset><mesh file="a.stl"/></asset>\n</mujoco>\n')
+    assert kind_of(tmp_path / "a.xml") is TEXT
+    (tmp_path / "b.xml").write_bytes(b'<?xml version="1.0"?>\n<mujoco><mesh file="a.stl"/></mujoco>\n')
+    assert kind_of(tmp_path / "b.xml") is TEXT
+
+
+def test_a_gltf_may_hold_the_word_by_which_a_tileset_is_known(tmp_path: Path) -> None:
+    path = tmp_path / "a.gltf"
+    path.write_bytes(b'{"asset": {"version": "2.0"}, "nodes": [{"extras": {"geometricError": 1}}]}')
+    assert kind_of(path) is GLTF
+
+
+def test_a_scene_that_is_longer_than_what_is_looked_at_is_a_scene(tmp_path: Path) -> None:
+    path = tmp_path / "a.scene"
+    begin = b"[sky]\nturbidity = 3\n# "
+    path.write_bytes(begin.ljust(HEAD_BYTES - 9, b"-") + b'\n[scene]\nname = "a"\n')  # cut in a header
+    assert kind_of(path) is SCENE
+
+
+@pytest.mark.parametrize("header", [b"GRIB bowl", b"AC3D export", b"3D Geometry File Format"])
+def test_the_header_of_a_binary_stl_may_begin_as_another_kind(header: bytes, tmp_path: Path) -> None:
+    path = tmp_path / "a.stl"
+    corners = struct.pack("<12f", 0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 1, 0)
+    path.write_bytes(header.ljust(80, b"\0") + struct.pack("<I", 1) + corners + b"\0\0")
+    assert len(read_model(path).mesh.triangles) == 1
 
 
 @pytest.mark.parametrize("suffix", [".obj", ".glb", ".gltf", ".ply", ".stl", ".txt"])
