@@ -86,7 +86,7 @@ _SPELLED = {"red": "r", "green": "g", "blue": "b", "alpha": "a"}  # long names o
 _CODEC = re.compile(r"(\w+) compression support is not configured|(scheme \d+) .*not implemented")
 _FOURCC = re.compile(r"Unsupported compression type: (\d+)")  # of a DDS
 _CUT = re.compile("hit end of file|asked for|implausible")
-_NO_FORMAT = "no FORMAT specifier"  # in a Radiance picture
+_LONG_HEADER = re.compile("no FORMAT specifier|missing blank line after FORMAT")  # of a Radiance picture
 _JUNK = re.compile(r"Corrupt JPEG data: (\d+) extraneous bytes before marker")  # between whole segments
 _MEND = "save it as PNG, TIFF or OpenEXR"
 _MISSING = "premature end of data segment"  # in libjpeg's word about a file of several scans
@@ -164,7 +164,7 @@ def _read_with_oiio(path: Path, head: bytes, color_space: str | None, finite: bo
                 raise too_many_bytes(path)
             if (merged := read_merged(path, head, color_space)) is not None:
                 return merged
-            if _NO_FORMAT in said:
+            if _LONG_HEADER.search(said):
                 with with_short_header(path) as copy:
                     if copy is not None:
                         return _read_copy(copy, path, head, color_space, finite)

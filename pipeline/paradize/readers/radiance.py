@@ -27,12 +27,13 @@ _FORMAT = b"FORMAT="
 @contextmanager
 def with_short_header(path: Path) -> Iterator[Path | None]:
     """Makes a copy of a picture whose header holds only the variables, for as long as the context lasts; None
-    where the header declares no format. Raises OSError as read_file."""
+    where the header declares no format, or holds nothing else. Raises OSError as read_file."""
     data = read_file(path)
     end = _END.search(data, 0, _MOST_HEADER)
     first, *lines = data[: end.start()].splitlines() if end else [b""]
     kept = [line for line in lines if _VARIABLE.fullmatch(line)]
-    if end is None or not first.startswith(b"#?") or not any(line.startswith(_FORMAT) for line in kept):
+    declared = first.startswith(b"#?") and any(line.startswith(_FORMAT) for line in kept)
+    if end is None or not declared or kept == lines:
         yield None
         return
     with NamedTemporaryFile(prefix="paradize-", suffix=".hdr") as copy:

@@ -759,7 +759,14 @@ def test_a_file_that_its_decoder_finds_cut_is_called_cut(tmp_path: Path) -> None
             read_image(path)
 
 
-@pytest.mark.parametrize("history", [b"\tpfilt -1 a.hdr\n" * 200, b"x" * 128 + b"\n"])
+@pytest.mark.parametrize(
+    "history",
+    [
+        b"\tpfilt -1 a.hdr\n" * 200,
+        b"x" * 128 + b"\n",
+        b"FORMAT=32-bit_rle_rgbe\n" + b"\tpfilt -1 a.hdr\n" * 200,  # added behind the format
+    ],
+)
 def test_radiance_pictures_with_a_long_history_are_read_as_those_without(
     history: bytes, tmp_path: Path
 ) -> None:
@@ -768,8 +775,13 @@ def test_radiance_pictures_with_a_long_history_are_read_as_those_without(
     short.write_bytes(b"#?RADIANCE\n" + texels)
     long.write_bytes(b"#?RADIANCE\n" + history + texels)
     assert np.array_equal(read_image(long).pixels, read_image(short).pixels)
-    for broken, words in ((texels[:-3], "damaged or cut"), (texels.replace(b"FORMAT", b"F"), "no FORMAT")):
-        long.write_bytes(b"#?RADIANCE\n" + history + broken)
+    many = b"EXPOSURE=2\n" * 200  # nothing in them can be left out
+    for begin, broken, words in (
+        (history, texels[:-3], "damaged or cut"),
+        (history.replace(b"FORMAT", b"F"), texels.replace(b"FORMAT", b"F"), "no FORMAT"),
+        (many, texels, "no FORMAT"),
+    ):
+        long.write_bytes(b"#?RADIANCE\n" + begin + broken)
         with pytest.raises(SourceError, match=words) as caught:
             read_image(long)
         assert str(caught.value).startswith(f"{long}: ")
