@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import argparse
 
-from paradize.cli.options import add_common, help_of
+from paradize.cli.options import add_common, add_crease, help_of
 from paradize.cli.single_file import add_budget, add_nodata, bake_file
 from paradize.cli.values import number, path, whole
 from paradize.errors import BakeError
@@ -119,14 +119,7 @@ def add(sub: argparse.ArgumentParser) -> None:
         metavar="A,B",
         help="materials that hold back no light in the occlusion map",
     )
-    sub.add_argument(
-        "--crease",
-        dest="crease_deg",
-        type=number(**ranges.CREASE_DEG),
-        default=OcclusionSettings.crease_deg,
-        metavar="DEGREES",
-        help=f"of a model whose occlusion is cast: {help_of(SceneObject, 'crease_deg')}",
-    )
+    add_crease(sub)
     sub.add_argument("--report", type=path, metavar="DIR", help="also draw a contact sheet, DIR/<IN>.png")
     sub.add_argument("--filter", choices=FILTERS, default=Relief.filter, help=help_of(Relief, "filter"))
     sub.add_argument("--destep", action="store_true", help=help_of(Relief, "destep"))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from paradize.cli.options import add_common, help_of
+from paradize.cli.options import add_common, add_crease, help_of
 from paradize.cli.single_file import add_budget, bake_file
 from paradize.cli.values import number, path, rising, whole
 from paradize.scene import ranges
@@ -85,14 +85,7 @@ def add(sub: argparse.ArgumentParser) -> None:
         metavar="METRES",
         help=help_of(SceneObject, "weld_m"),
     )
-    sub.add_argument(
-        "--crease",
-        dest="crease_deg",
-        type=number(**ranges.CREASE_DEG),
-        default=MeshSettings.crease_deg,
-        metavar="DEGREES",
-        help=help_of(SceneObject, "crease_deg"),
-    )
+    add_crease(sub)
     add_budget(sub, "mesh")
     add_common(sub)
 

@@ -8,6 +8,7 @@ from dataclasses import fields
 
 from paradize.cli.values import number, path, whole
 from paradize.scene import ranges
+from paradize.scene.settings import SceneObject
 from paradize.tiers import TIER_OPTIONS
 
 
@@ -24,6 +25,18 @@ def help_of(table: type, name: str) -> str:
 def add_json(sub: argparse.ArgumentParser, text: str = "print one JSON object on standard output") -> None:
     """Declares --json."""
     sub.add_argument("--json", action="store_true", help=text)
+
+
+def add_crease(sub: argparse.ArgumentParser) -> None:
+    """Declares --crease, of models that lack normals."""
+    sub.add_argument(
+        "--crease",
+        dest="crease_deg",
+        type=number(**ranges.CREASE_DEG),
+        default=SceneObject.crease_deg,
+        metavar="DEGREES",
+        help=help_of(SceneObject, "crease_deg"),
+    )
 
 
 def add_common(

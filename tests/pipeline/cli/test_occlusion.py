@@ -45,6 +45,14 @@ def test_a_model_without_normals_may_have_hard_edges_inside_its_layout(tmp_path:
     assert run(tmp_path / "fold.obj", "-o", tmp_path / "out") == 0
 
 
+def test_normals_that_a_model_lacks_are_smooth_up_to_the_crease_angle(corner: Path) -> None:
+    values = []
+    for crease in ("0", "180"):
+        assert run(corner, "-o", corner.parent / crease, "--format", "png", "--crease", crease) == 0
+        values.append(decode_png(corner.parent / crease / "corner_occlusion.png").astype(int))
+    assert np.abs(values[0] - values[1]).max() > 25
+
+
 def test_it_writes_a_png_for_other_programs(corner: Path) -> None:
     assert run(corner, "-o", corner.parent / "out", "--format", "png") == 0
     values = decode_png(corner.parent / "out/corner_occlusion.png")
