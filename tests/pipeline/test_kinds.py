@@ -187,7 +187,7 @@ def test_a_gltf_may_hold_the_word_by_which_a_tileset_is_known(tmp_path: Path) ->
 def test_a_scene_that_is_longer_than_what_is_looked_at_is_a_scene(tmp_path: Path) -> None:
     path = tmp_path / "a.scene"
     begin = b"[sky]\nturbidity = 3\n# "
-    path.write_bytes(begin.ljust(HEAD_BYTES - 9, b"-") + b'\n[scene]\nname = "a"\n')  # cut in a header
+    path.write_bytes(begin.ljust(HEAD_BYTES - 4, b"-") + b'\n[scene]\nname = "a"\n')  # cut in a header
     assert kind_of(path) is SCENE
 
 
