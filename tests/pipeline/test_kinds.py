@@ -85,7 +85,7 @@ def test_a_file_is_what_its_first_bytes_say(name: str, data: bytes, kind: Kind, 
         ("a.dxf", b"999\nmade by hand\n  0\nSECTION\n", "is a DXF drawing"),
         ("a.pdb", b"HEADER    HYDROLASE\nATOM      1  N   MET A   1\n", "is a molecule"),
         ("a.ac", b"AC3Db\nMATERIAL x\n", "is an AC3D model"),
-        ("a.flt", b"\0\1\1\x44Ddb\0", "is an OpenFlight model"),
+        ("a.flt", b"\0\1\1\x44db\0", "is an OpenFlight model"),
         ("a.pcd", b"# .PCD v0.7\nFIELDS x y z\n", "is a PCD point cloud"),
         ("a.json", b'{"type": "CityJSON", "vertices": []}', "is a CityJSON model"),
         ("tileset.json", b'{"asset": {"version": "1.0"}, "geometricError": 1}', "is a tileset of 3D Tiles"),
@@ -182,6 +182,11 @@ def test_a_gltf_may_hold_the_word_by_which_a_tileset_is_known(tmp_path: Path) ->
     path = tmp_path / "a.gltf"
     path.write_bytes(b'{"asset": {"version": "2.0"}, "nodes": [{"extras": {"geometricError": 1}}]}')
     assert kind_of(path) is GLTF
+
+
+def test_a_targa_whose_palette_begins_late_is_a_picture(tmp_path: Path) -> None:
+    (tmp_path / "a.tga").write_bytes(b"\0\1\1\x30\0\1\0\x18" + bytes(40))
+    assert kind_of(tmp_path / "a.tga") is PICTURE
 
 
 def test_a_scene_that_is_longer_than_what_is_looked_at_is_a_scene(tmp_path: Path) -> None:
