@@ -27,6 +27,10 @@ constexpr double music_fade_s = 1.5;
 constexpr float most_direct = 0.8F; // sounds from one side reach the other ear as well: 18 dB quieter
 constexpr float pi = 3.14159265F;
 
+} // namespace
+
+namespace openal {
+
 struct CloseDevice {
     void operator()(ALCdevice *device) const { alcCloseDevice(device); }
 };
@@ -117,16 +121,16 @@ class Voice {
     ALuint source_ = 0;
 };
 
-} // namespace
+} // namespace openal
 
 struct Audio::Impl {
     AudioOutput output;
-    std::unique_ptr<ALCdevice, CloseDevice> device;
-    std::unique_ptr<ALCcontext, CloseContext> context;
+    std::unique_ptr<ALCdevice, openal::CloseDevice> device;
+    std::unique_ptr<ALCcontext, openal::CloseContext> context;
     LPALCRENDERSAMPLESSOFT render_samples = nullptr;
     // of the scene; a sound that cannot be played has no voice
-    std::vector<std::pair<assets::Sound, std::unique_ptr<Voice>>> sounds;
-    std::vector<std::unique_ptr<Voice>> pieces;
+    std::vector<std::pair<assets::Sound, std::unique_ptr<openal::Voice>>> sounds;
+    std::vector<std::unique_ptr<openal::Voice>> pieces;
     std::vector<double> piece_gains; // they move towards 0 or 1
     float music_volume = 0.0F;
     double duration_s = 1.0;
@@ -191,7 +195,7 @@ struct Audio::Impl {
                 each(*voice);
             }
         }
-        for (const std::unique_ptr<Voice> &piece : pieces) {
+        for (const std::unique_ptr<openal::Voice> &piece : pieces) {
             if (piece) {
                 each(*piece);
             }
@@ -222,12 +226,12 @@ namespace {
 class VoiceMaker {
   public:
     VoiceMaker(const assets::SceneFile &scene, const std::filesystem::path &folder,
-               std::multimap<std::string, std::unique_ptr<Voice>> before)
+               std::multimap<std::string, std::unique_ptr<openal::Voice>> before)
         : scene_(scene), folder_(folder), before_(std::move(before)) {}
 
     /// Returns nullptr, with one message for each file, if it cannot be played. `placed`: it has
     /// a place, and plays one channel; else two, as they were recorded.
-    std::unique_ptr<Voice> voice(const std::string &artifact, bool placed) {
+    std::unique_ptr<openal::Voice> voice(const std::string &artifact, bool placed) {
         const assets::Artifact &file = *scene_.find_artifact(artifact);
         const std::string key = file.sha256 + (placed ? " placed" : "");
         if (const auto found = before_.find(key); found != before_.end()) {
@@ -241,13 +245,13 @@ class VoiceMaker {
             complete = false;
             return nullptr;
         }
-        return std::make_unique<Voice>(key, made->second);
+        return std::make_unique<openal::Voice>(key, made->second);
     }
 
     bool complete = true;
 
   private:
-    std::shared_ptr<const Buffer> buffer(const assets::Artifact &file, bool placed) const {
+    std::shared_ptr<const openal::Buffer> buffer(const assets::Artifact &file, bool placed) const {
         try {
             SoundSamples sound;
             if (const char *problem = read_sound(assets::read_artifact(file, folder_).bytes(), sound)) {
@@ -257,7 +261,7 @@ class VoiceMaker {
                 sound = placed ? to_mono(sound) : to_stereo(sound);
             }
             alGetError();
-            auto made = std::make_shared<const Buffer>(sound);
+            auto made = std::make_shared<const openal::Buffer>(sound);
             if (alGetError() != AL_NO_ERROR) {
                 throw Error(file.file + ": the sound device rejects the samples");
             }
@@ -272,8 +276,8 @@ class VoiceMaker {
 
     const assets::SceneFile &scene_;
     const std::filesystem::path &folder_;
-    std::multimap<std::string, std::unique_ptr<Voice>> before_;
-    std::map<std::string, std::shared_ptr<const Buffer>> buffers_;
+    std::multimap<std::string, std::unique_ptr<openal::Voice>> before_;
+    std::map<std::string, std::shared_ptr<const openal::Buffer>> buffers_;
 };
 
 } // namespace
@@ -293,13 +297,13 @@ bool Audio::load(const assets::SceneFile &scene, const std::filesystem::path &fo
         log_message(std::string("no sound: ") + problem);
         return false;
     }
-    std::multimap<std::string, std::unique_ptr<Voice>> before;
+    std::multimap<std::string, std::unique_ptr<openal::Voice>> before;
     for (auto &[sound, voice] : impl_->sounds) {
         if (voice) {
             before.emplace(voice->key(), std::move(voice));
         }
     }
-    for (std::unique_ptr<Voice> &piece : impl_->pieces) {
+    for (std::unique_ptr<openal::Voice> &piece : impl_->pieces) {
         if (piece) {
             before.emplace(piece->key(), std::move(piece));
         }
@@ -329,11 +333,11 @@ bool Audio::load(const assets::SceneFile &scene, const std::filesystem::path &fo
 }
 
 void Audio::play(double elapsed_s) noexcept {
-    impl_->for_each_voice([&](const Voice &voice) { voice.play(elapsed_s); });
+    impl_->for_each_voice([&](const openal::Voice &voice) { voice.play(elapsed_s); });
 }
 
 void Audio::pause() noexcept {
-    impl_->for_each_voice([](const Voice &voice) { voice.pause(); });
+    impl_->for_each_voice([](const openal::Voice &voice) { voice.pause(); });
 }
 
 void Audio::clear() noexcept {
@@ -380,7 +384,7 @@ bool Audio::muted() const {
 
 std::size_t Audio::playing() const {
     std::size_t count = 0;
-    impl_->for_each_voice([&](const Voice &voice) { count += voice.playing() ? 1 : 0; });
+    impl_->for_each_voice([&](const openal::Voice &voice) { count += voice.playing() ? 1 : 0; });
     return count;
 }
 

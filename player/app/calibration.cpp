@@ -15,8 +15,9 @@ namespace paradize {
 namespace {
 
 constexpr int max_positions = 3; // the current second of the flight, then others spread evenly over it
-constexpr int max_frames = 2; // timed frames per position; the fastest counts. An untimed frame comes first.
-constexpr double max_s = 4.0; // time limit of the calibration, estimated from one balanced frame
+constexpr int max_timed_frames =
+    2; // timed frames per position; the fastest counts. An untimed frame comes first.
+constexpr double max_calibration_s = 4.0; // time limit of the calibration, estimated from one balanced frame
 // Estimated cost of a frame against a balanced one: slower tiers, and the first frame after a change.
 constexpr double cost_margin = 2.0;
 
@@ -46,17 +47,17 @@ struct SamplePlan {
     int frames = 1;
 };
 
-/// Chooses the largest plan within `max_s`. More frames come before more positions, because noise misleads
-/// more.
+/// Chooses the largest plan within `max_calibration_s`. More frames come before more positions, because noise
+/// misleads more.
 SamplePlan plan_samples(double balanced_ms, std::size_t qualities) {
     const auto cost_s = [&](const SamplePlan &plan) {
         const int frames = plan.positions * (1 + plan.frames);
         return 1e-3 * cost_margin * balanced_ms * frames * static_cast<double>(qualities);
     };
     SamplePlan out;
-    for (const SamplePlan &more :
-         {SamplePlan{1, max_frames}, SamplePlan{2, max_frames}, SamplePlan{max_positions, max_frames}}) {
-        out = cost_s(more) <= max_s ? more : out;
+    for (const SamplePlan &more : {SamplePlan{1, max_timed_frames}, SamplePlan{2, max_timed_frames},
+                                   SamplePlan{max_positions, max_timed_frames}}) {
+        out = cost_s(more) <= max_calibration_s ? more : out;
     }
     return out;
 }

@@ -3,29 +3,19 @@
 #include "app/audio.hpp"
 #include "app/messages.hpp"
 #include "app/new_file.hpp"
+#include "app/open_sound.hpp"
 #include "app/playback.hpp"
 #include "app/stop.hpp"
 #include "error.hpp"
-
-#include <sndfile.h>
 
 #include <algorithm>
 #include <cerrno>
 #include <cmath>
 #include <cstdint>
-#include <memory>
 #include <string>
 #include <vector>
 
 namespace paradize {
-
-namespace {
-
-struct CloseFile {
-    void operator()(SNDFILE *file) const { sf_close(file); }
-};
-
-} // namespace
 
 void write_flight_sound(const assets::SceneFile &scene, const std::filesystem::path &folder, double time_s,
                         int frames, const std::filesystem::path &path) {
@@ -39,7 +29,7 @@ void write_flight_sound(const assets::SceneFile &scene, const std::filesystem::p
     info.channels = 2;
     info.format = SF_FORMAT_WAV | SF_FORMAT_PCM_16;
     errno = 0;
-    std::unique_ptr<SNDFILE, CloseFile> file(sf_open(target.part().c_str(), SFM_WRITE, &info));
+    OpenSound file(sf_open(target.part().c_str(), SFM_WRITE, &info));
     if (!file) {
         target.fail(errno, sf_strerror(nullptr));
     }

@@ -1,21 +1,16 @@
 #include "app/sound_samples.hpp"
 
-#include <sndfile.h>
+#include "app/open_sound.hpp"
 
 #include <algorithm>
 #include <cmath>
-#include <memory>
 
 namespace paradize {
 
 namespace {
 
-constexpr std::size_t max_samples = std::size_t{1} << 27; // 256 MiB of 16-bit samples
+constexpr std::size_t max_sound_samples = std::size_t{1} << 27; // 256 MiB of 16-bit samples
 constexpr sf_count_t block_frames = 16384;
-
-struct CloseFile {
-    void operator()(SNDFILE *file) const { sf_close(file); }
-};
 
 /// Gives libsndfile read access to bytes in memory.
 struct Reader {
@@ -47,7 +42,7 @@ const char *read_sound(std::span<const std::byte> bytes, SoundSamples &out) {
     SF_INFO info{};
     SF_VIRTUAL_IO calls{Reader::size, Reader::seek, Reader::read, Reader::write, Reader::tell};
     Reader reader{bytes};
-    const std::unique_ptr<SNDFILE, CloseFile> file(sf_open_virtual(&calls, SFM_READ, &info, &reader));
+    const OpenSound file(sf_open_virtual(&calls, SFM_READ, &info, &reader));
     if (!file) {
         return sf_strerror(nullptr);
     }
@@ -61,7 +56,7 @@ const char *read_sound(std::span<const std::byte> bytes, SoundSamples &out) {
     std::vector<float> block(static_cast<std::size_t>(block_frames * info.channels));
     while (const sf_count_t frames = sf_readf_float(file.get(), block.data(), block_frames)) {
         const auto count = static_cast<std::size_t>(frames * info.channels);
-        if (frames < 0 || out.samples.size() + count > max_samples) {
+        if (frames < 0 || out.samples.size() + count > max_sound_samples) {
             return "is too long";
         }
         for (const float value : std::span(block).first(count)) {

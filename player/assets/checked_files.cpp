@@ -22,7 +22,7 @@ namespace fs = std::filesystem;
 constexpr std::string_view suffix = ".checked";
 
 // The coarsest steps of a time stamp are those of FAT, 2 s.
-constexpr std::int64_t young_ns = 3'000'000'000;
+constexpr std::int64_t stamp_step_ns = 3'000'000'000;
 
 std::string text_of(const FileStamp &stamp) {
     std::string out;
@@ -118,7 +118,7 @@ bool CheckedFiles::holds(const Artifact &artifact, const FileStamp &stamp) {
 
 void CheckedFiles::add(const Artifact &artifact, const FileStamp &stamp, std::int64_t now_ns) {
     const std::int64_t changed_ns = std::max(stamp[3], stamp[4]); // its bytes or links
-    if (!record_.empty() && stamp != FileStamp{} && now_ns - changed_ns > young_ns) {
+    if (!record_.empty() && stamp != FileStamp{} && now_ns - changed_ns > stamp_step_ns) {
         const std::lock_guard lock(mutex_);
         current_.insert(line_of(artifact, stamp));
     }

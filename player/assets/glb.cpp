@@ -1,6 +1,7 @@
 #include "assets/glb.hpp"
 
 #include "assets/json_reader.hpp"
+#include "assets/limits.hpp"
 #include "error.hpp"
 #include "number_text.hpp"
 
@@ -19,7 +20,7 @@ namespace {
 constexpr std::uint32_t glb_magic = 0x46546C67;  // "glTF"
 constexpr std::uint32_t json_chunk = 0x4E4F534A; // "JSON"
 constexpr std::uint32_t bin_chunk = 0x004E4942;  // "BIN\0"
-constexpr std::size_t max_entries = 1 << 20;     // a terrain tile has six accessors per patch
+constexpr std::size_t max_glb_entries = 1 << 20; // a terrain tile has six accessors per patch
 constexpr long long max_count = 1LL << 31;
 constexpr long long byte_type = 5120;
 constexpr long long ubyte_type = 5121;
@@ -28,10 +29,8 @@ constexpr long long ushort_type = 5123;
 constexpr long long float_type = 5126;
 constexpr long long uint_type = 5125;
 
-constexpr double max_length_m = 1e7;    // limit of a vertex coordinate
-constexpr double max_position_m = 1e10; // limit of a position in object or world space
-constexpr double max_uv_per_m = 1e30;   // limit of texture coordinates per metre
-constexpr std::size_t max_sharing = 4;  // limit of all levels' bytes, as a multiple of the buffer's size
+constexpr double max_uv_per_m = 1e30;  // limit of texture coordinates per metre
+constexpr std::size_t max_sharing = 4; // limit of all levels' bytes, as a multiple of the buffer's size
 
 /// Returns the bytes of a component, or 0 if glTF has no such type.
 constexpr std::size_t size_of(long long component) {
@@ -117,8 +116,8 @@ Chunks split(std::span<const std::byte> file, const std::string &name) {
 class Reader {
   public:
     Reader(const JsonObject &root, std::span<const std::byte> bin)
-        : bin_(bin), accessors_(root.array("accessors", max_entries)),
-          views_(root.array("bufferViews", max_entries)), meshes_(root.array("meshes", max_entries)) {
+        : bin_(bin), accessors_(root.array("accessors", max_glb_entries)),
+          views_(root.array("bufferViews", max_glb_entries)), meshes_(root.array("meshes", max_glb_entries)) {
         const std::vector<JsonObject> buffers = root.objects("buffers", 1);
         if (buffers.size() != 1 || buffers[0].has("uri")) {
             root.fail("buffers", "must be the one buffer in the BIN chunk");
@@ -126,7 +125,7 @@ class Reader {
         const auto bytes =
             static_cast<std::size_t>(buffers[0].integer("byteLength", 1, static_cast<long long>(bin.size())));
         bin_ = bin.first(bytes);
-        for (const JsonObject &material : root.objects("materials", max_entries)) {
+        for (const JsonObject &material : root.objects("materials", max_glb_entries)) {
             materials_.push_back(material.text_or("name", ""));
         }
         if (materials_.empty()) {
@@ -139,7 +138,7 @@ class Reader {
         out.name = node.text_or("name", "");
         const JsonObject mesh = meshes_[index(node, "mesh", meshes_.size())];
         std::optional<long long> vertices_from;
-        for (const JsonObject &primitive : mesh.objects("primitives", max_entries)) {
+        for (const JsonObject &primitive : mesh.objects("primitives", max_glb_entries)) {
             const JsonObject attributes = primitive.object("attributes");
             if (primitive.integer_or("mode", 0, 6, 4) != 4) {
                 primitive.fail("mode", "must be 4 (triangles)");
@@ -165,7 +164,7 @@ class Reader {
     /// Reads what the bake measured of the materials that this level draws.
     std::vector<MaterialMeasure> measures(const JsonObject &root, const GlbLevel &coarsest) const {
         std::vector<MaterialMeasure> out(materials_.size());
-        const JsonArray entries = root.array("materials", max_entries);
+        const JsonArray entries = root.array("materials", max_glb_entries);
         for (const GlbPrimitive &primitive : coarsest.primitives) {
             const JsonObject extras = entries[primitive.material].object("extras");
             MaterialMeasure &measure = out[primitive.material];
@@ -378,7 +377,7 @@ Glb read_glb_nodes(std::span<const std::byte> file, const std::string &name,
     const JsonObject root = document.root();
     check_version(root);
     Reader reader(root, chunks.bin);
-    const JsonArray all = root.array("nodes", max_entries);
+    const JsonArray all = root.array("nodes", max_glb_entries);
     Glb out;
     out.materials = reader.materials();
     out.levels.reserve(nodes.size());
@@ -398,15 +397,15 @@ Glb read_glb(std::span<const std::byte> file, const std::string &name) {
     const JsonObject root = document.root();
     check_version(root);
     Reader reader(root, chunks.bin);
-    const JsonArray nodes = root.array("nodes", max_entries);
+    const JsonArray nodes = root.array("nodes", max_glb_entries);
     const auto last_node = static_cast<long long>(nodes.size()) - 1;
-    const std::vector<JsonObject> scenes = root.objects("scenes", max_entries);
+    const std::vector<JsonObject> scenes = root.objects("scenes", max_glb_entries);
     const auto scene =
         static_cast<std::size_t>(root.integer_or("scene", 0, static_cast<long long>(scenes.size()) - 1, 0));
     if (scenes.empty()) {
         root.fail("scenes", "are missing");
     }
-    const std::vector<long long> roots = scenes[scene].integers("nodes", max_entries, 0, last_node);
+    const std::vector<long long> roots = scenes[scene].integers("nodes", max_glb_entries, 0, last_node);
     if (roots.size() != 1) {
         scenes[scene].fail("nodes", "must name one node, level 0");
     }

@@ -6,7 +6,7 @@ namespace paradize::assets {
 
 namespace {
 constexpr std::size_t max_groups = 100000;
-constexpr std::size_t max_points = 1000;
+constexpr std::size_t max_tradeoff_points = 1000;
 } // namespace
 
 std::vector<FeatureError> parse_tradeoff(std::string_view text, const std::filesystem::path &file) {
@@ -16,7 +16,7 @@ std::vector<FeatureError> parse_tradeoff(std::string_view text, const std::files
         if (group.text_or("time", "") != "frame") {
             continue;
         }
-        for (const JsonObject &point : group.objects("points", max_points)) {
+        for (const JsonObject &point : group.objects("points", max_tradeoff_points)) {
             out.push_back(
                 {group.text("name"), point.text("tier"), point.object("error").number("mean", 0.0, 1.0)});
         }

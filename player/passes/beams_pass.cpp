@@ -12,7 +12,7 @@ namespace paradize {
 
 namespace {
 
-constexpr std::size_t floats_each = 7;
+constexpr std::size_t floats_per_beam = 7;
 
 } // namespace
 
@@ -25,8 +25,8 @@ BeamsPass::BeamsPass(const PassSetup &setup)
             lights_.push_back(i);
         }
     }
-    data_.resize(lights_.size() * floats_each);
-    constexpr int stride = static_cast<int>(floats_each * sizeof(float));
+    data_.resize(lights_.size() * floats_per_beam);
+    constexpr int stride = static_cast<int>(floats_per_beam * sizeof(float));
     glBindVertexArray(strips_.name());
     instances_ = gl::make_buffer(GL_ARRAY_BUFFER, data_.size() * sizeof(float), gl::Usage::streamed);
     gl::attribute_floats(gl::attribute_free, 4, instances_, stride, 0, 1);

@@ -4,6 +4,7 @@
 #include "scene/flight.hpp"
 
 #include <epoxy/gl.h>
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <glm/gtc/type_ptr.hpp>
 
@@ -31,10 +32,6 @@ constexpr float environment_trimmed_mips = 3.0F;
 constexpr float coarser_than_all = 2.3F;
 const float environment_blur = std::log2(static_cast<float>(environment_px)) + 1.0F - coarser_than_all;
 
-double wrapped(double value) {
-    return value - std::floor(value);
-}
-
 } // namespace
 
 Waves waves_at(const assets::Water &water, double elapsed_s, const glm::dvec3 &anchor) {
@@ -51,7 +48,8 @@ Waves waves_at(const assets::Water &water, double elapsed_s, const glm::dvec3 &a
         // A value just below 1 may round to 1.0F, which equals 0 because the map repeats.
         const double origin_u = tile * (c * anchor.x + s * anchor.z);
         const double origin_v = tile * (c * anchor.z - s * anchor.x);
-        waves.offsets[i] = glm::vec2(wrapped(u * elapsed_s + origin_u), wrapped(v * elapsed_s + origin_v));
+        waves.offsets[i] =
+            glm::vec2(glm::fract(u * elapsed_s + origin_u), glm::fract(v * elapsed_s + origin_v));
         waves.lengths_m[static_cast<int>(i)] = static_cast<float>(1.0 / std::max(tile, 1e-6));
     }
     return waves;

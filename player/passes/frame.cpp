@@ -19,7 +19,7 @@ namespace {
 
 // Enough slots that the driver never waits for one that an earlier frame still reads.
 constexpr int uniform_slots = 24;
-constexpr float no_water = -1e9F;
+constexpr float level_without_water = -1e9F;
 
 } // namespace
 
@@ -50,7 +50,7 @@ Frame::~Frame() = default;
 
 float Frame::water_m() const {
     const assets::SceneFile &file = scene.file();
-    const double level_m = file.water ? file.water->level_m : no_water;
+    const double level_m = file.water ? file.water->level_m : level_without_water;
     return static_cast<float>(level_m - view(ViewKind::main).anchor.y);
 }
 

@@ -16,7 +16,7 @@ namespace paradize {
 
 namespace {
 
-constexpr int floats_each = 9;
+constexpr int floats_per_particle = 9;
 constexpr float fade_in_share = 0.12F;     // share of its life during which a new particle fades in
 constexpr double most_lives_per_s = 120.0; // shorter lives than a frame cannot be seen
 
@@ -95,7 +95,7 @@ ParticlesPass::ParticlesPass(const PassSetup &setup)
         }
         count += static_cast<std::size_t>(field.count);
     }
-    data_.resize(count * floats_each);
+    data_.resize(count * floats_per_particle);
     glBindVertexArray(quads_.name());
     instances_ = gl::make_buffer(GL_ARRAY_BUFFER, std::max<std::size_t>(data_.size(), 1) * sizeof(float),
                                  gl::Usage::streamed);
@@ -130,8 +130,8 @@ void ParticlesPass::update(Frame &frame) {
 }
 
 void ParticlesPass::draw_range(std::size_t first, std::size_t count, bool specks) const {
-    const std::size_t offset = first * floats_each * sizeof(float);
-    constexpr int stride = floats_each * static_cast<int>(sizeof(float));
+    const std::size_t offset = first * floats_per_particle * sizeof(float);
+    constexpr int stride = floats_per_particle * static_cast<int>(sizeof(float));
     gl::attribute_floats(gl::attribute_free, 4, instances_, stride, offset, 1);
     gl::attribute_floats(gl::attribute_free + 1, 2, instances_, stride, offset + 4 * sizeof(float), 1);
     gl::attribute_floats(gl::attribute_free + 2, 3, instances_, stride, offset + 6 * sizeof(float), 1);

@@ -12,7 +12,6 @@
 namespace paradize {
 
 namespace {
-enum Unit : unsigned { unit_picture, unit_glow };
 constexpr int glow_rows = 180; // most rows of the glow texture; steps of its blur in a picture's height
 constexpr float glow_strength = 0.22F; // share of the light of bright pixels that spreads around them
 } // namespace

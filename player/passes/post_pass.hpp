@@ -17,6 +17,7 @@ class PostPass : public Pass {
     void finish(Frame &frame) override;
 
   private:
+    enum Unit : unsigned { unit_picture, unit_glow };
     /// Runs the glow program from a texture into a framebuffer of the glow's size.
     void draw_glow(const Frame &frame, unsigned source, unsigned framebuffer, int downsample, float step_x,
                    float step_y) const;

@@ -14,7 +14,6 @@
 namespace paradize {
 
 namespace {
-enum Unit : unsigned { unit_picture, unit_depth, unit_shafts, unit_shadow_map };
 constexpr int shaft_rows = 120; // approximate height of the textures, whatever the picture's size
 constexpr float dark = 1e-4F;   // light below this draws nothing
 } // namespace

@@ -15,6 +15,7 @@ class ShaftsPass : public Pass {
     void filter(Frame &frame) override;
 
   private:
+    enum Unit : unsigned { unit_picture, unit_depth, unit_shafts, unit_shadow_map };
     int steps_ = 0; // places of the shadow map that each ray looks up; 0: nothing is drawn
     gl::Program march_, smooth_, add_;
     gl::Texture texture_[2]; // as the march writes it, and smooth

@@ -11,13 +11,6 @@
 namespace paradize {
 
 namespace {
-enum Unit : unsigned {
-    unit_sand_color,
-    unit_sand_normal,
-    unit_effect_color,
-    unit_effect_normal,
-    unit_reflection
-};
 // displacement of the effect map by grains at a slope of one, close to the eye
 constexpr float grain_shift_m = 0.12F;
 

@@ -18,6 +18,13 @@ class TerrainPass : public Pass {
     void draw(const Frame &frame, const View &view) override;
 
   private:
+    enum Unit : unsigned {
+        unit_sand_color,
+        unit_sand_normal,
+        unit_effect_color,
+        unit_effect_normal,
+        unit_reflection
+    };
     /// A variant of the program for the patches of a kind, so that none computes what it does not need:
     /// software rasterisers run both sides of every branch.
     struct Lit {

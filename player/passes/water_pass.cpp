@@ -15,8 +15,6 @@ namespace paradize {
 
 namespace {
 
-enum Unit : unsigned { unit_reflection, unit_refraction, unit_wave_shares };
-
 /// The sea's grid extends so far from the eye: its corners reach the far plane.
 float reach_of(const PassSetup &setup) {
     return 0.69F * setup.scene.file().flight.far_m;

@@ -19,6 +19,7 @@ class WaterPass : public Pass {
     void draw(const Frame &frame, const View &view) override;
 
   private:
+    enum Unit : unsigned { unit_reflection, unit_refraction, unit_wave_shares };
     /// The program, with point lights or without them, for an eye above the water or in it.
     struct Lit {
         Lit(const PassSetup &setup, bool point_lights, bool in_water);

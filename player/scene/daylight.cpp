@@ -1,8 +1,9 @@
 #include "scene/daylight.hpp"
 
+#include "scene/turn.hpp"
+
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
-#include <glm/gtc/constants.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -15,18 +16,12 @@ using assets::DaytimeKey;
 using assets::SceneFile;
 using assets::SkyLight;
 
-constexpr double turn = glm::two_pi<double>();
 // Sines of the elevations between which a light rises: half a degree below the horizon, two above.
 constexpr float set_sine = -0.009F;
 constexpr float risen_sine = 0.035F;
 // Sines of the sun's elevations between which night falls: 2 degrees above the horizon, 10 below.
 constexpr float dusk_sine = 0.035F;
 constexpr float night_sine = -0.174F;
-
-float smooth_share(float from, float to, float x) {
-    const float t = std::clamp((x - from) / (to - from), 0.0F, 1.0F);
-    return t * t * (3.0F - 2.0F * t);
-}
 
 float luminance(const glm::vec3 &c) {
     return glm::dot(c, glm::vec3(0.2126F, 0.7152F, 0.0722F));
@@ -152,7 +147,7 @@ Daylight standing_light(const SceneFile &file) {
 
 /// A light that stands below the horizon gives none.
 glm::vec3 risen(const Disc &disc) {
-    return disc.radiance * smooth_share(set_sine, risen_sine, disc.direction.y);
+    return disc.radiance * glm::smoothstep(set_sine, risen_sine, disc.direction.y);
 }
 
 } // namespace
@@ -193,7 +188,7 @@ Daylight daylight_at(const SceneFile &file, double flight_s, double light_steps_
         value_at(file, blend, [](const DaytimeKey &key) { return key.fog.density_per_m; }));
     out.exposure =
         static_cast<float>(value_at(file, blend, [](const DaytimeKey &key) { return key.exposure; }));
-    out.night = smooth_share(dusk_sine, night_sine, out.sun.direction.y);
+    out.night = glm::smoothstep(dusk_sine, night_sine, out.sun.direction.y);
 
     for (std::size_t i = 0; i < 2; ++i) {
         out.sky.key[i] = blend.key[i + 1];
@@ -202,7 +197,7 @@ Daylight daylight_at(const SceneFile &file, double flight_s, double light_steps_
         const double azimuth = angles[light == &DaytimeKey::moon ? 1 : 0].azimuth;
         out.sky.turn_rad[i] = static_cast<float>(shorter(static_cast<double>(key.sky_azimuth_rad), azimuth));
     }
-    out.sky.share = smooth_share(0.0F, 1.0F, static_cast<float>(blend.share));
+    out.sky.share = glm::smoothstep(0.0F, 1.0F, static_cast<float>(blend.share));
     if (file.clouds) {
         const double repeats = file.clouds->drift_repeats * flight_s / file.flight.duration_s;
         out.clouds_turn_rad = static_cast<float>(turn * std::remainder(repeats, 1.0) / file.clouds->repeat);

@@ -1,7 +1,9 @@
 #include "scene/motion.hpp"
 
+#include "scene/turn.hpp"
+
+#include <glm/common.hpp>
 #include <glm/ext/matrix_transform.hpp>
-#include <glm/gtc/constants.hpp>
 #include <glm/gtc/quaternion.hpp>
 
 #include <algorithm>
@@ -11,18 +13,8 @@ namespace paradize {
 
 namespace {
 
-constexpr double turn = glm::two_pi<double>();
 constexpr double golden = 0.6180339887498949; // of a round, between neighbours in the list
 constexpr double ramp = 0.08;                 // of the time between two glides: wings come to rest
-
-double fraction(double x) {
-    return x - std::floor(x);
-}
-
-double smooth(double x) {
-    const double t = std::clamp(x, 0.0, 1.0);
-    return t * t * (3.0 - 2.0 * t);
-}
 
 /// Rounds travelled after `rounds` of time: stands still, then catches up, at each pause.
 double travelled(const assets::Motion &motion, double rounds) {
@@ -30,8 +22,8 @@ double travelled(const assets::Motion &motion, double rounds) {
         return rounds;
     }
     const double legs = rounds * motion.pauses;
-    const double share = (fraction(legs) - motion.pause_share) / (1.0 - motion.pause_share);
-    return (std::floor(legs) + smooth(share)) / motion.pauses;
+    const double share = (glm::fract(legs) - motion.pause_share) / (1.0 - motion.pause_share);
+    return (std::floor(legs) + glm::smoothstep(0.0, 1.0, share)) / motion.pauses;
 }
 
 /// How far wings beat at a moment, 0 in a glide to 1.
@@ -39,8 +31,9 @@ double strength(const assets::Beat &beat, double rounds) {
     if (beat.glides == 0) {
         return 1.0;
     }
-    const double share = fraction(rounds * beat.glides);
-    return std::max(smooth(1.0 - share / ramp), smooth((share - beat.glide_share) / ramp));
+    const double share = glm::fract(rounds * beat.glides);
+    return std::max(glm::smoothstep(0.0, 1.0, 1.0 - share / ramp),
+                    glm::smoothstep(0.0, 1.0, (share - beat.glide_share) / ramp));
 }
 
 } // namespace
@@ -51,8 +44,8 @@ double reach_of(const assets::Motion &motion) {
 
 Moved moved_at(const assets::Motion &motion, const assets::Placement &placement, std::uint32_t number,
                double share) {
-    const double rounds = motion.laps * share + fraction(number * golden);
-    const double way = fraction(travelled(motion, rounds));
+    const double rounds = motion.laps * share + glm::fract(number * golden);
+    const double way = glm::fract(travelled(motion, rounds));
     const double angle = turn * way;
     const double cosine = std::cos(angle);
     const double sine = std::sin(angle);
@@ -69,7 +62,7 @@ Moved moved_at(const assets::Motion &motion, const assets::Placement &placement,
     out.stand = glm::translate(glm::dmat4(1.0), placement.position + placement.rotation * local);
     out.stand = glm::scale(out.stand * glm::mat4_cast(placement.rotation * heading), placement.scale);
     const double now = strength(motion.beat, rounds);
-    out.beat = {static_cast<float>(turn * fraction(way * motion.beat.per_lap)),
+    out.beat = {static_cast<float>(turn * glm::fract(way * motion.beat.per_lap)),
                 static_cast<float>(now * motion.beat.lift_rad),
                 static_cast<float>(now * motion.beat.swing_rad), 0.0F};
     return out;

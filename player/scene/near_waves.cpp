@@ -1,7 +1,10 @@
 #include "scene/near_waves.hpp"
 
 #include "scene/flight.hpp"
+#include "scene/turn.hpp"
 
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
 #include <glm/gtc/constants.hpp>
 
 #include <algorithm>
@@ -18,15 +21,18 @@ struct WaveShape {
 };
 constexpr std::array<WaveShape, near_wave_count> shapes{
     {{1.0, 0.40, 0.1}, {0.80, 0.28, -0.75}, {0.66, 0.20, 0.95}, {0.55, 0.12, -0.3}}};
-constexpr double gravity_m_per_s2 = 9.81;
 constexpr double still_depth_m = 0.6; // up to which there are no waves: the swash runs there
 constexpr double full_depth_m = 3.5;  // from which they are as high as can be
 
 } // namespace
 
+double wave_periods(double wave_number, double duration_s) {
+    constexpr double gravity_m_per_s2 = 9.81;
+    return std::max(1.0, std::round(duration_s * std::sqrt(gravity_m_per_s2 * wave_number) / turn));
+}
+
 NearWaves near_waves_at(const assets::SceneFile &file, double elapsed_s, const View &main) {
     const assets::Water &water = *file.water;
-    const double turn = glm::two_pi<double>();
     const double duration_s = file.flight.duration_s;
     const double share = flight_second(elapsed_s, duration_s) / duration_s;
     const glm::dvec2 scroll(water.scroll_per_s);
@@ -38,7 +44,7 @@ NearWaves near_waves_at(const assets::SceneFile &file, double elapsed_s, const V
         const WaveShape &shape = shapes[i];
         const double length_m = shape.length * static_cast<double>(water.wave_length_m);
         const double k = turn / length_m;
-        const double periods = std::max(1.0, std::round(duration_s * std::sqrt(gravity_m_per_s2 * k) / turn));
+        const double periods = wave_periods(k, duration_s);
         // Layer 0 of the normal map runs against its scroll.
         const double angle = bearing + glm::pi<double>() + shape.bearing_rad;
         const glm::dvec2 way(k * std::cos(angle), k * std::sin(angle));
@@ -71,8 +77,7 @@ WaveShares wave_shares(const assets::SceneFile &file) {
     out.shares.clear();
     for (const float highest_m : floor.highest_m) {
         const double depth_m = static_cast<double>(file.water->level_m) - static_cast<double>(highest_m);
-        const double t = std::clamp((depth_m - still_depth_m) / (full_depth_m - still_depth_m), 0.0, 1.0);
-        out.shares.push_back(static_cast<float>(t * t * (3.0 - 2.0 * t)));
+        out.shares.push_back(static_cast<float>(glm::smoothstep(still_depth_m, full_depth_m, depth_m)));
     }
     return out;
 }

@@ -23,8 +23,11 @@ inline constexpr float fade_lengths = 2.0F;
 /// amplitude, m.
 using NearWaves = std::array<glm::vec4, near_wave_count>;
 
-/// Returns the waves at a second. Each runs a whole number of periods in a flight, the number nearest to the
-/// speed of waves in deep water, so that they repeat with it. Found in double and wrapped: smooth after days.
+/// Periods in a flight of a wave with a wave number, rad/m: the whole number nearest to the speed of waves in
+/// deep water, so that the wave repeats with the flight.
+double wave_periods(double wave_number, double duration_s);
+
+/// Returns the waves at a second. Found in double and wrapped: smooth after days.
 /// They are lower where the main view's eye is near the surface, so that none reaches it.
 NearWaves near_waves_at(const assets::SceneFile &file, double elapsed_s, const View &main);
 

@@ -1,6 +1,8 @@
 #include "scene/point_lights.hpp"
 
-#include <glm/gtc/constants.hpp>
+#include "scene/turn.hpp"
+
+#include <glm/common.hpp>
 
 #include <algorithm>
 #include <array>
@@ -20,9 +22,8 @@ double later(double from, double to, double duration_s) {
     return seconds < 0.0 ? seconds + duration_s : seconds;
 }
 
-double ramp(double seconds, double fade_s) {
-    const double t = fade_s > 0.0 ? std::clamp(seconds / fade_s, 0.0, 1.0) : (seconds >= 0.0 ? 1.0 : 0.0);
-    return t * t * (3.0 - 2.0 * t);
+double fade_share(double seconds, double fade_s) {
+    return fade_s > 0.0 ? glm::smoothstep(0.0, fade_s, seconds) : (seconds >= 0.0 ? 1.0 : 0.0);
 }
 
 } // namespace
@@ -34,14 +35,15 @@ float light_strength(const assets::PointLight &light, std::size_t number, const 
         const double lit_s = later(light.on_s, light.off_s, duration_s);
         const double since_s = later(light.on_s, moment.flight_s, duration_s);
         const auto fade_s = static_cast<double>(light.fade_s);
-        strength = ramp(since_s, fade_s) * (since_s < lit_s ? 1.0 : 1.0 - ramp(since_s - lit_s, fade_s));
+        strength =
+            fade_share(since_s, fade_s) * (since_s < lit_s ? 1.0 : 1.0 - fade_share(since_s - lit_s, fade_s));
     }
     if (light.flicker > 0.0F && strength > 0.0) {
         double wave = 0.0;
         for (std::size_t k = 0; k < flickers_per_s.size(); ++k) {
             const double turns =
                 flickers_per_s[k] * moment.elapsed_s + 0.618 * static_cast<double>(number * (k + 1));
-            wave += flicker_shares[k] * std::sin(glm::two_pi<double>() * (turns - std::floor(turns)));
+            wave += flicker_shares[k] * std::sin(turn * (turns - std::floor(turns)));
         }
         strength *= 1.0 - static_cast<double>(light.flicker) * (0.5 + 0.5 * wave);
     }

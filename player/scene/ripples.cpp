@@ -1,9 +1,10 @@
 #include "scene/ripples.hpp"
 
 #include "scene/flight.hpp"
+#include "scene/near_waves.hpp"
+#include "scene/turn.hpp"
 
 #include <glm/geometric.hpp>
-#include <glm/gtc/constants.hpp>
 #include <glm/vec2.hpp>
 
 #include <algorithm>
@@ -19,7 +20,6 @@ constexpr double length_m = 0.6;
 constexpr float seen_m = 15.0F;
 constexpr float reach_m = 4.0F;
 
-constexpr double gravity_m_per_s2 = 9.81;
 constexpr double swell_s = 7.0; // about, between two times at which a circle's ripples are highest
 
 } // namespace
@@ -30,11 +30,10 @@ Ripples ripples_at(const assets::SceneFile &file, double elapsed_s, const View &
     if (water.ripples.empty()) {
         return out;
     }
-    const double turn = glm::two_pi<double>();
     const double duration_s = file.flight.duration_s;
     const double share = flight_second(elapsed_s, duration_s) / duration_s;
     const double k = turn / length_m;
-    const double periods = std::max(1.0, std::round(duration_s * std::sqrt(gravity_m_per_s2 * k) / turn));
+    const double periods = wave_periods(k, duration_s);
     const double turns = share * periods;
     out.phase = static_cast<float>(turn * (turns - std::floor(turns)));
     const double slope = 0.5 * k * static_cast<double>(water.ripple_height_m);

@@ -1,5 +1,6 @@
 #include "scene/sound_field.hpp"
 
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <glm/mat3x3.hpp>
 
@@ -49,17 +50,13 @@ void add_segment(const glm::dvec3 &a, const glm::dvec3 &b, double soft, Arriving
     out.flow += across * ((s1 / r1 - s0 / r0) / h2) + along * (1.0 / r0 - 1.0 / r1);
 }
 
-double smooth(double x) {
-    const double t = std::clamp(x, 0.0, 1.0);
-    return t * t * (3.0 - 2.0 * t);
-}
-
 } // namespace
 
 float gain_of_hours(const assets::SoundHours &hours, double elapsed_s, double duration_s) {
     const double span_s = flight_second(hours.off_s - hours.on_s, duration_s);
     const double since_s = flight_second(elapsed_s - hours.on_s, duration_s);
-    return static_cast<float>(smooth(since_s / hours.fade_s) * smooth((span_s - since_s) / hours.fade_s));
+    return static_cast<float>(glm::smoothstep(0.0, 1.0, since_s / hours.fade_s) *
+                              glm::smoothstep(0.0, 1.0, (span_s - since_s) / hours.fade_s));
 }
 
 HeardSound hear(const assets::Sound &sound, const Pose &pose, double elapsed_s, double duration_s) {

@@ -1,7 +1,8 @@
 #include "scene/wind.hpp"
 
+#include "scene/turn.hpp"
+
 #include <glm/geometric.hpp>
-#include <glm/gtc/constants.hpp>
 
 #include <cmath>
 
@@ -9,7 +10,6 @@ namespace paradize {
 
 namespace {
 
-constexpr double turn = glm::two_pi<double>();
 // Turns per second of a plant that was bent and let go, and of its leaves: palms and grasses of a few metres.
 constexpr double sways_per_s = 0.31;
 constexpr double flutters_per_s = 1.7;
@@ -19,8 +19,8 @@ constexpr double second_across = 0.9;
 constexpr double sway_along = 3.0;
 constexpr glm::dvec3 flutter_wave(2.1, 1.3, 2.9); // rad/m
 
-float wrapped(double phase) {
-    const double rest = std::fmod(phase, turn);
+float phase_of(double angle) {
+    const double rest = std::fmod(angle, turn);
     return static_cast<float>(rest < 0.0 ? rest + turn : rest);
 }
 
@@ -34,10 +34,10 @@ WindNow wind_now(const assets::Wind &wind, double elapsed_s, const glm::dvec3 &a
     WindNow out;
     out.direction = glm::vec4(wind.direction, static_cast<float>(wave), 0.0F);
     out.phases = {
-        wrapped(along - travelled),
-        wrapped(second_along * along + second_across * across - 1.3 * travelled),
-        wrapped(sway_along * along - turn * sways_per_s * elapsed_s),
-        wrapped(glm::dot(flutter_wave, anchor) - turn * flutters_per_s * elapsed_s),
+        phase_of(along - travelled),
+        phase_of(second_along * along + second_across * across - 1.3 * travelled),
+        phase_of(sway_along * along - turn * sways_per_s * elapsed_s),
+        phase_of(glm::dot(flutter_wave, anchor) - turn * flutters_per_s * elapsed_s),
     };
     return out;
 }

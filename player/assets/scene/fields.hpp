@@ -2,13 +2,13 @@
 // Helpers for the readers of scene.json: numbers as floats and vectors, references to artifacts.
 
 #include "assets/json_reader.hpp"
+#include "assets/limits.hpp"
 #include "assets/scene/file.hpp"
 
 namespace paradize::assets {
 
-inline constexpr double max_length_m = 1e7;    // limit of lengths
-inline constexpr double max_position_m = 1e10; // limit of coordinates
-inline constexpr double max_radiance = 1e7;    // limit of radiances
+inline constexpr double max_radiance = 1e7; // limit of radiances
+inline constexpr double min_flight_s = 1e-3, max_flight_s = 86400.0;
 inline constexpr std::size_t max_entries = 100000;
 
 float real(const JsonObject &from, std::string_view key, double low, double high);

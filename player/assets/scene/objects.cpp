@@ -10,7 +10,6 @@ namespace {
 
 constexpr double max_turn_rad = 1e3;
 constexpr double min_scale = 1e-6, max_scale = 1e6;
-constexpr double min_flight_s = 1e-3, max_flight_s = 86400.0;
 constexpr double min_fov_rad = 1e-3, max_fov_rad = 3.1;
 constexpr double min_near_m = 1e-5, min_far_m = 1e-4;
 constexpr int max_laps = 10000, max_beats = 100000;

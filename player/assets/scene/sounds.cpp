@@ -9,7 +9,6 @@ namespace {
 constexpr std::size_t max_sounds = 64;
 constexpr std::size_t max_points = 256; // of a line
 constexpr std::size_t max_pieces = 16;  // of the music
-constexpr double max_flight_s = 1e6;
 
 Sound sound(const SceneFile &scene, const JsonObject &from) {
     Sound value;
@@ -25,7 +24,7 @@ Sound sound(const SceneFile &scene, const JsonObject &from) {
     if (const auto hours = from.object_or_none("hours")) {
         value.hours =
             SoundHours{hours->number("on_s", 0.0, max_flight_s), hours->number("off_s", 0.0, max_flight_s),
-                       hours->number("fade_s", 1e-3, max_flight_s)};
+                       hours->number("fade_s", min_flight_s, max_flight_s)};
         hours->reject_unknown_keys();
     }
     from.ignore({"name"}); // for people
