@@ -3,8 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
 #include <tuple>
+
+#include "math/disjoint_sets.hpp"
 
 namespace paradize::atlas {
 
@@ -21,15 +22,15 @@ struct Fan {
 
 class Fans {
   public:
-    explicit Fans(std::span<const Triangle> triangles) : parent_(3 * triangles.size()) {
-        std::iota(parent_.begin(), parent_.end(), 0U);
+    explicit Fans(std::span<const Triangle> triangles) : sets_(3 * triangles.size()) {
+        const std::size_t corners = 3 * triangles.size();
         struct Side {
             std::uint32_t low, high, corner; // 3 t + k
             bool turned;
         };
         std::vector<Side> sides;
-        sides.reserve(parent_.size());
-        for (std::uint32_t c = 0; c < parent_.size(); ++c) {
+        sides.reserve(corners);
+        for (std::uint32_t c = 0; c < corners; ++c) {
             const auto &corner = triangles[c / 3].corner;
             const std::uint32_t i = corner[c % 3], j = corner[(c + 1) % 3];
             sides.push_back({std::min(i, j), std::max(i, j), c, i > j});
@@ -41,23 +42,23 @@ class Fans {
                 ++end;
             }
             if (end - i == 2 && sides[i].turned != sides[i + 1].turned) {
-                join(sides[i].corner, after(sides[i + 1].corner));
-                join(after(sides[i].corner), sides[i + 1].corner);
+                sets_.join(sides[i].corner, after(sides[i + 1].corner));
+                sets_.join(after(sides[i].corner), sides[i + 1].corner);
                 continue;
             }
             for (std::size_t k = i; k < end; ++k) {
                 border.push_back(sides[k].corner);
             }
         }
-        std::vector<std::uint32_t> fan(parent_.size(), none);
-        for (std::uint32_t c = 0; c < parent_.size(); ++c) {
-            if (root(c) == c) {
+        std::vector<std::uint32_t> fan(corners, none);
+        for (std::uint32_t c = 0; c < corners; ++c) {
+            if (sets_.root(c) == c) {
                 fan[c] = static_cast<std::uint32_t>(all.size());
                 all.push_back({triangles[c / 3].corner[c % 3]});
             }
         }
         for (const std::uint32_t c : border) {
-            const std::uint32_t from = fan[root(c)], to = fan[root(after(c))];
+            const std::uint32_t from = fan[sets_.root(c)], to = fan[sets_.root(after(c))];
             all[from].out = to;
             all[to].in = from;
         }
@@ -68,25 +69,12 @@ class Fans {
   private:
     static std::uint32_t after(std::uint32_t corner) { return corner % 3 == 2 ? corner - 2 : corner + 1; }
 
-    std::uint32_t root(std::uint32_t at) {
-        while (parent_[at] != at) {
-            at = parent_[at] = parent_[parent_[at]];
-        }
-        return at;
-    }
-
-    void join(std::uint32_t a, std::uint32_t b) {
-        a = root(a);
-        b = root(b);
-        parent_[std::max(a, b)] = std::min(a, b);
-    }
-
-    std::vector<std::uint32_t> parent_;
+    DisjointSets sets_; // of corners
 };
 
-using Edge = std::array<std::uint32_t, 2>;
+using BorderEdge = std::array<std::uint32_t, 2>;
 
-bool cross_each_other(std::span<const Vec> places, const Edge &e, const Edge &f) {
+bool cross_each_other(std::span<const Vec> places, const BorderEdge &e, const BorderEdge &f) {
     if (e[0] == f[0] || e[0] == f[1] || e[1] == f[0] || e[1] == f[1]) {
         return false;
     }
@@ -97,7 +85,7 @@ bool cross_each_other(std::span<const Vec> places, const Edge &e, const Edge &f)
 }
 
 // Whether two edges meet elsewhere than at a common end.
-bool any_cross(std::span<const Edge> edges, std::span<const Vec> places) {
+bool any_cross(std::span<const BorderEdge> edges, std::span<const Vec> places) {
     Vec low{std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()},
         high{-low.x, -low.y};
     for (const Vec &p : places) {
@@ -194,7 +182,7 @@ bool any_pinch_overlaps(const std::vector<Fan> &fans, std::span<const Vec> place
 
 bool overlaps_itself(std::span<const Triangle> triangles, std::span<const Vec> places) {
     const std::vector<Fan> fans = Fans(triangles).all;
-    std::vector<Edge> border;
+    std::vector<BorderEdge> border;
     for (const Fan &fan : fans) {
         if (fan.out != none) {
             border.push_back({fan.corner, fans[fan.out].corner});

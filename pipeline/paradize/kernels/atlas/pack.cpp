@@ -22,7 +22,7 @@ constexpr int attempts_with_many = 4;
 constexpr std::size_t looked_back = 64;
 constexpr double smaller = 0.7;
 
-struct Chart {
+struct PlacedChart {
     std::vector<double> corners; // (k, 3, 2)
     std::array<double, 2> low{}, high{};
     double area = 0;
@@ -30,7 +30,7 @@ struct Chart {
     double longest() const { return std::max(high[0] - low[0], high[1] - low[1]); }
 };
 
-std::array<double, 2> turned(double x, double y, const Chart &chart, int turn) {
+std::array<double, 2> turned(double x, double y, const PlacedChart &chart, int turn) {
     switch (turn) {
     case 0:
         return {x - chart.low[0], y - chart.low[1]};
@@ -44,7 +44,7 @@ std::array<double, 2> turned(double x, double y, const Chart &chart, int turn) {
 }
 
 // Every cell that a triangle touches lies in its row's span.
-Shape shape_of(const Chart &chart, int turn, double scale) {
+Shape shape_of(const PlacedChart &chart, int turn, double scale) {
     const double wide = (turn % 2 == 0 ? chart.high[0] - chart.low[0] : chart.high[1] - chart.low[1]) * scale;
     const double tall = (turn % 2 == 0 ? chart.high[1] - chart.low[1] : chart.high[0] - chart.low[0]) * scale;
     Shape shape;
@@ -114,8 +114,8 @@ constexpr std::int32_t too_high = std::numeric_limits<std::int32_t>::max();
 
 // Puts all charts into a strip `side` cells wide; how high it became, or `too_high` where they need more than
 // `most`.
-std::int32_t lay_out(const std::vector<Chart> &charts, const std::vector<std::size_t> &order, double scale,
-                     std::int32_t side, std::int32_t spacing, std::int32_t most,
+std::int32_t lay_out(const std::vector<PlacedChart> &charts, const std::vector<std::size_t> &order,
+                     double scale, std::int32_t side, std::int32_t spacing, std::int32_t most,
                      std::vector<Placement> &places) {
     Field field(side + spacing, most + spacing);
     std::int32_t height = 0;
@@ -171,7 +171,7 @@ struct Need {
     double around = 0; // along its outline, about 1.6 times as long as a width and a height
     double gutter = 0; // however small it is
 
-    void add(const Chart &chart, std::int32_t spacing) {
+    void add(const PlacedChart &chart, std::int32_t spacing) {
         area += chart.area;
         around += 0.8 * spacing * (chart.high[0] - chart.low[0] + chart.high[1] - chart.low[1]);
         gutter += (spacing + 1) * (spacing + 1);
@@ -212,14 +212,14 @@ std::int32_t most_charts(std::uint32_t resolution, std::uint32_t padding) {
 
 Packed pack(std::span<const double> corners, std::span<const std::int32_t> chart, std::int32_t count,
             std::uint32_t resolution, std::uint32_t padding) {
-    std::vector<Chart> charts(static_cast<std::size_t>(count));
+    std::vector<PlacedChart> charts(static_cast<std::size_t>(count));
     const double infinite = std::numeric_limits<double>::infinity();
-    for (Chart &one : charts) {
+    for (PlacedChart &one : charts) {
         one.low = {infinite, infinite};
         one.high = {-infinite, -infinite};
     }
     for (std::size_t t = 0; t < chart.size(); ++t) {
-        Chart &one = charts[static_cast<std::size_t>(chart[t])];
+        PlacedChart &one = charts[static_cast<std::size_t>(chart[t])];
         const double *p = corners.data() + 6 * t;
         one.corners.insert(one.corners.end(), p, p + 6);
         one.area += std::abs((p[2] - p[0]) * (p[5] - p[1]) - (p[4] - p[0]) * (p[3] - p[1])) / 2;
@@ -240,7 +240,7 @@ Packed pack(std::span<const double> corners, std::span<const std::int32_t> chart
     }
     Need need;
     double longest = 0;
-    for (const Chart &one : charts) {
+    for (const PlacedChart &one : charts) {
         need.add(one, spacing);
         longest = std::max(longest, one.longest());
     }

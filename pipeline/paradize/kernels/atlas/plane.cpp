@@ -10,7 +10,7 @@ namespace {
 
 // A triangle of less than this share of a chart has no say of its own in how far it is stretched.
 constexpr double own_say = 1e-5;
-constexpr double most_stretch = 2.5;
+constexpr double most_side_stretch = 2.5;
 
 } // namespace
 
@@ -29,7 +29,7 @@ Stretch stretch_of(std::span<const Triangle> triangles, double area2, std::span<
         const double turn = std::sqrt((a + d) * (a + d) + (c - b) * (c - b)) / 2;
         const double shear = std::sqrt((a - d) * (a - d) + (c + b) * (c + b)) / 2;
         const double most = turn + shear, least = std::abs(turn - shear);
-        out.torn |= t.area2 > own_say * area2 && (most > most_stretch || least * most_stretch < 1);
+        out.torn |= t.area2 > own_say * area2 && (most > most_side_stretch || least * most_side_stretch < 1);
         sum += t.area2 * ((most - 1) * (most - 1) + (least - 1) * (least - 1));
     }
     out.mean = area2 > 0 ? sum / area2 : 0;

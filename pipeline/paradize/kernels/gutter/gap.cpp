@@ -2,18 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
+
+#include "math/disjoint_sets.hpp"
 
 namespace paradize::gutter {
 namespace {
-
-std::size_t root(std::vector<std::size_t> &parent, std::size_t i) {
-    while (parent[i] != i) {
-        parent[i] = parent[parent[i]];
-        i = parent[i];
-    }
-    return i;
-}
 
 // Calls with(here, there) for every pair of texels that share an edge, also over the map's edge when it
 // repeats.
@@ -41,19 +34,16 @@ double apart(std::size_t a, std::size_t b, std::size_t size, bool repeat) {
 
 std::vector<std::int32_t> touching(std::span<const std::int32_t> ids, std::size_t rows, std::size_t columns,
                                    std::size_t count, bool repeat) {
-    std::vector<std::size_t> parent(count);
-    std::iota(parent.begin(), parent.end(), std::size_t{0});
+    DisjointSets islands(count);
     neighbours(rows, columns, repeat, [&](std::size_t here, std::size_t there) {
         if (ids[here] >= 0 && ids[there] >= 0 && ids[here] != ids[there]) {
-            const std::size_t a = root(parent, static_cast<std::size_t>(ids[here]));
-            const std::size_t b = root(parent, static_cast<std::size_t>(ids[there]));
-            parent[std::max(a, b)] = std::min(a, b); // the smallest id is the root
+            islands.join(static_cast<std::uint32_t>(ids[here]), static_cast<std::uint32_t>(ids[there]));
         }
     });
     std::vector<std::int32_t> names(count, -1);
     std::int32_t next = 0;
-    for (std::size_t i = 0; i < count; ++i) {
-        const std::size_t r = root(parent, i);
+    for (std::uint32_t i = 0; i < count; ++i) {
+        const std::uint32_t r = islands.root(i);
         if (names[r] < 0) {
             names[r] = next++;
         }

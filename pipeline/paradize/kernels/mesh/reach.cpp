@@ -11,6 +11,8 @@
 #include <queue>
 #include <utility>
 
+#include "math/disjoint_sets.hpp"
+
 namespace paradize::mesh {
 
 namespace {
@@ -26,28 +28,6 @@ double squared(const Point &a, const Point &b) {
     const double z = a[2] - b[2];
     return x * x + y * y + z * z;
 }
-
-// Sets that grow together; a set's name is its least member.
-class Sets {
-  public:
-    explicit Sets(Index count) : above_(count) { std::iota(above_.begin(), above_.end(), Index{0}); }
-
-    Index of(Index one) {
-        while (above_[one] != one) {
-            above_[one] = above_[above_[one]];
-            one = above_[one];
-        }
-        return one;
-    }
-    void unite(Index a, Index b) {
-        a = of(a);
-        b = of(b);
-        above_[std::max(a, b)] = std::min(a, b);
-    }
-
-  private:
-    std::vector<Index> above_;
-};
 
 // A k-d tree (J. L. Bentley, 1975) that finds the nearest place of another set.
 class PlaceTree {
@@ -175,7 +155,7 @@ bool is_less(const std::vector<Point> &places, const Gap &a, const Gap &b) {
 }
 
 // Returns edges that join all sets with a place, each where it comes nearest to another.
-std::vector<Edge> bridges(const std::vector<Point> &places, Sets &sets) {
+std::vector<Edge> bridges(const std::vector<Point> &places, DisjointSets &sets) {
     const auto count = static_cast<Index>(places.size());
     PlaceTree tree(places);
     std::vector<Edge> out;
@@ -184,7 +164,7 @@ std::vector<Edge> bridges(const std::vector<Point> &places, Sets &sets) {
     for (;;) {
         bool several = false;
         for (Index i = 0; i < count; ++i) {
-            names[i] = sets.of(i);
+            names[i] = sets.root(i);
             several = several || names[i] != names[0];
             shortest[i] = {};
         }
@@ -206,9 +186,9 @@ std::vector<Edge> bridges(const std::vector<Point> &places, Sets &sets) {
                              [](const Gap &gap) { return gap.from != none; });
         std::ranges::sort(gaps, [&](const Gap &a, const Gap &b) { return is_less(places, a, b); });
         for (const Gap &gap : gaps) {
-            if (sets.of(gap.from) != sets.of(gap.to)) {
+            if (sets.root(gap.from) != sets.root(gap.to)) {
                 out.push_back({gap.from, gap.to});
-                sets.unite(gap.from, gap.to);
+                sets.join(gap.from, gap.to);
             }
         }
     }
@@ -269,46 +249,46 @@ RootDistances reach(std::span<const float> places, std::span<const std::uint32_t
         low = std::min(low, points[i][1]);
         high = std::max(high, points[i][1]);
     }
-    Sets parts(count);
+    DisjointSets parts(count);
     std::vector<Edge> edges;
     edges.reserve(triangles.size());
     for (std::size_t i = 0; i < triangles.size(); ++i) {
         const Index next = triangles[i % 3 == 2 ? i - 2 : i + 1];
         edges.push_back({triangles[i], next});
-        parts.unite(triangles[i], next);
+        parts.join(triangles[i], next);
     }
     std::vector<Index> roots;
     std::vector<char> stands(count); // by the name of a part
     for (Index i = 0; i < count; ++i) {
         if (points[i][1] <= low + rooted * (high - low)) {
             roots.push_back(i);
-            stands[parts.of(i)] = 1;
+            stands[parts.root(i)] = 1;
         }
     }
-    Sets joined = parts;
+    DisjointSets joined = parts;
     for (Index i = 0; i < count; ++i) {
-        if (stands[parts.of(i)] != 0) {
-            joined.unite(i, roots.front());
+        if (stands[parts.root(i)] != 0) {
+            joined.join(i, roots.front());
         }
     }
-    Sets branches = parts;
+    DisjointSets branches = parts;
     for (const Edge &bridge : bridges(points, joined)) {
         edges.push_back(bridge);
-        if (stands[parts.of(bridge.from)] == 0 && stands[parts.of(bridge.to)] == 0) {
-            branches.unite(bridge.from, bridge.to);
+        if (stands[parts.root(bridge.from)] == 0 && stands[parts.root(bridge.to)] == 0) {
+            branches.join(bridge.from, bridge.to);
         }
     }
     out.from_root = shortest(points, edges, roots);
     out.in_branch.resize(count);
     std::vector<double> begins(count, far), ends(count); // by the name of a branch
     for (Index i = 0; i < count; ++i) {
-        const Index name = branches.of(i);
+        const Index name = branches.root(i);
         begins[name] = std::min(begins[name], out.from_root[i]);
         ends[name] = std::max(ends[name], out.from_root[i]);
     }
     for (Index i = 0; i < count; ++i) {
-        const Index name = branches.of(i);
-        if (stands[parts.of(i)] == 0 && ends[name] > begins[name]) {
+        const Index name = branches.root(i);
+        if (stands[parts.root(i)] == 0 && ends[name] > begins[name]) {
             out.in_branch[i] = (out.from_root[i] - begins[name]) / (ends[name] - begins[name]);
         }
     }

@@ -4,31 +4,12 @@
 #include <numeric>
 #include <tuple>
 
+#include "math/disjoint_sets.hpp"
+
 namespace paradize::mesh {
 namespace {
 
-class Sets {
-  public:
-    explicit Sets(std::size_t count) : parent_(count) { std::iota(parent_.begin(), parent_.end(), 0u); }
-
-    std::uint32_t root(std::uint32_t i) {
-        while (parent_[i] != i)
-            i = parent_[i] = parent_[parent_[i]];
-        return i;
-    }
-
-    // The smaller number stays the root, so that results do not depend on the order of joins.
-    void join(std::uint32_t a, std::uint32_t b) {
-        a = root(a);
-        b = root(b);
-        parent_[std::max(a, b)] = std::min(a, b);
-    }
-
-  private:
-    std::vector<std::uint32_t> parent_;
-};
-
-struct Edge {
+struct Side {
     std::uint32_t low, high, corner; // corner: triangle * 3 + side; the side runs from corner k to k + 1
 };
 
@@ -48,16 +29,16 @@ Topology topology(std::span<const std::uint32_t> triangles, std::uint32_t vertic
     for (std::uint32_t c = 0; c < corners; ++c)
         ++start[std::min(triangles[c], triangles[next(c)]) + 1];
     std::partial_sum(start.begin(), start.end(), start.begin());
-    std::vector<Edge> edges(corners);
+    std::vector<Side> edges(corners);
     for (std::uint32_t c = 0; c < corners; ++c) {
         const std::uint32_t a = triangles[c], b = triangles[next(c)];
         edges[start[std::min(a, b)]++] = {std::min(a, b), std::max(a, b), c};
     }
     for (std::uint32_t v = 0, first = 0; v < vertices; first = start[v++])
-        std::sort(edges.begin() + first, edges.begin() + start[v], [](const Edge &a, const Edge &b) {
+        std::sort(edges.begin() + first, edges.begin() + start[v], [](const Side &a, const Side &b) {
             return std::tie(a.high, a.corner) < std::tie(b.high, b.corner);
         });
-    Sets faces(corners / 3), fans(corners);
+    DisjointSets faces(corners / 3), fans(corners);
     for (std::size_t i = 0; i < corners;) {
         std::size_t stop = i + 1;
         while (stop < corners && edges[stop].low == edges[i].low && edges[stop].high == edges[i].high)
@@ -88,7 +69,7 @@ Topology topology(std::span<const std::uint32_t> triangles, std::uint32_t vertic
             here = out.components++;
         out.component[f] = here;
     }
-    Sets parts(vertices);
+    DisjointSets parts(vertices);
     for (std::uint32_t c = 0; c < corners; ++c)
         parts.join(triangles[c], triangles[next(c)]);
     out.island.resize(vertices);

@@ -12,7 +12,7 @@
 namespace paradize::mesh {
 namespace {
 
-constexpr std::uint32_t none = 0xffffffffu;
+constexpr std::uint32_t no_vertex = 0xffffffffu;
 
 // A cube as wide as the tolerance. Whole numbers as doubles: where they no longer differ by one, floats of
 // that size lie farther apart than the tolerance anyway.
@@ -41,18 +41,18 @@ std::vector<std::uint32_t> weld(std::span<const float> positions, double toleran
     }
     // Chains of the points that stand for themselves, by the hash of their cell; one cell holds eight at
     // most.
-    std::vector<std::uint32_t> head(std::bit_ceil(count * 2), none), next(count, none);
+    std::vector<std::uint32_t> head(std::bit_ceil(count * 2), no_vertex), next(count, no_vertex);
     const std::size_t mask = head.size() - 1;
     for (std::size_t i = 0; i < count; ++i) {
         const Vec p = at3(positions, i);
         const Cell cell = {std::floor((p.x - low.x) / tolerance), std::floor((p.y - low.y) / tolerance),
                            std::floor((p.z - low.z) / tolerance)};
-        std::uint32_t best = none;
+        std::uint32_t best = no_vertex;
         double nearest = tolerance;
         for (int around = 0; around < 27; ++around) {
             const Cell beside = {cell[0] + (around % 3 - 1), cell[1] + (around / 3 % 3 - 1),
                                  cell[2] + (around / 9 - 1)};
-            for (std::uint32_t j = head[hash_of(beside) & mask]; j != none; j = next[j]) {
+            for (std::uint32_t j = head[hash_of(beside) & mask]; j != no_vertex; j = next[j]) {
                 const double apart = length(at3(positions, j) - p);
                 if (apart < nearest || (apart == nearest && j < best)) {
                     nearest = apart;
@@ -60,8 +60,8 @@ std::vector<std::uint32_t> weld(std::span<const float> positions, double toleran
                 }
             }
         }
-        result[i] = best == none ? static_cast<std::uint32_t>(i) : best;
-        if (best == none) {
+        result[i] = best == no_vertex ? static_cast<std::uint32_t>(i) : best;
+        if (best == no_vertex) {
             std::uint32_t &first = head[hash_of(cell) & mask];
             next[i] = first;
             first = static_cast<std::uint32_t>(i);

@@ -13,11 +13,11 @@ constexpr std::size_t sah_depth = 48; // below: halves, so that the tree ends
 constexpr float visit_cost = 1.0F;    // of a box, where a triangle costs 1
 constexpr float infinity = std::numeric_limits<float>::infinity();
 
-using Point = std::array<float, 3>;
+using Position = std::array<float, 3>;
 
 struct Box {
-    Point low{infinity, infinity, infinity}, high{-infinity, -infinity, -infinity};
-    void add(const Point &p) {
+    Position low{infinity, infinity, infinity}, high{-infinity, -infinity, -infinity};
+    void add(const Position &p) {
         for (std::size_t k = 0; k < 3; ++k) {
             low[k] = std::min(low[k], p[k]);
             high[k] = std::max(high[k], p[k]);
@@ -37,7 +37,7 @@ struct Box {
 
 struct Item {
     Box box;
-    Point middle;
+    Position middle;
     std::array<float, 9> corners;
 };
 
@@ -158,7 +158,7 @@ Tree build_tree(std::span<const float> positions, std::span<const std::uint32_t>
     items.reserve(triangles.size() / 3);
     for (std::size_t t = 0; t + 2 < triangles.size(); t += 3) {
         Item item{};
-        std::array<Point, 3> p;
+        std::array<Position, 3> p;
         for (std::size_t c = 0; c < 3; ++c) {
             for (std::size_t k = 0; k < 3; ++k) {
                 p[c][k] = item.corners[3 * c + k] = positions[3 * std::size_t{triangles[t + c]} + k];

@@ -14,11 +14,11 @@ namespace {
 
 // Triangles, and pieces of them, that one thread looks at in a row; fixed, so that results do not depend on
 // threads.
-constexpr std::size_t chunk_size = 256, few = 16;
+constexpr std::size_t chunk_places = 256, few = 16;
 constexpr std::size_t patience = 32; // pieces of each triangle or piece that a chunk looks at in one round
 constexpr std::size_t most_open = 250'000; // pieces up to which rounds go to the farthest: 54 MB each copy
 constexpr std::uint64_t look_up = 16;      // tests that a place's look-up in the tree counts for at least
-constexpr std::uint64_t share = 4;         // of the tests of a look-up of Packet::size places side by side
+constexpr std::uint64_t side_by_side = 4;  // of the tests of a look-up of Packet::size places side by side
 constexpr double rounding = 1e-14;         // of distances, as a share of them: smaller differences are none
 constexpr double infinite = std::numeric_limits<double>::infinity();
 
@@ -112,7 +112,7 @@ void Work::look_up_all(std::span<Piece> pieces) {
         asked[i]->looked_up = true;
         least_ = std::max(least_, std::sqrt(packet.best[i]));
     }
-    tests_ += std::max(count * look_up, tested * share);
+    tests_ += std::max(count * look_up, tested * side_by_side);
 }
 
 void Work::look(const Piece &piece) {
@@ -188,7 +188,7 @@ Bounds farthest(const Tree &from, const Tree &to, std::span<const std::uint32_t>
     // others go to what may lie farthest, so that all of it is known to be near when they end; but for
     // memory's sake not where so many pieces are open.
     const std::uint64_t half = closeness.tests / 2;
-    round(near.size(), chunk_size, 0, half, [&](std::size_t place) {
+    round(near.size(), chunk_places, 0, half, [&](std::size_t place) {
         const std::uint32_t i = from.order()[place];
         Piece piece{{}, near[i], true, infinite};
         for (const Point &corner : corners_of(from.surface(), i))

@@ -7,7 +7,8 @@
 namespace paradize::reference {
 namespace {
 
-constexpr double flat = 1e-10; // squared width of a needle, of its length's square: signs are unsure there
+constexpr double needle_share =
+    1e-10; // squared width of a needle, of its length's square: signs are unsure there
 constexpr double least_share = 0.2; // of a polygon's area, that is worth being taken away
 constexpr double line = 1e-12; // area of what is only a line, of its length's square: areas are unsure there
 
@@ -42,7 +43,7 @@ double area_of(const Polygon &polygon) {
 Target::Target(const Corners &corners)
     : at_(corners), u_(minus(at_[1], at_[0])), v_(minus(at_[2], at_[0])), normal_(cross(u_, v_)),
       long_side_(std::max(dot(u_, u_), dot(v_, v_))), area_(dot(normal_, normal_)),
-      needle_(area_ <= flat * long_side_ * long_side_) {}
+      needle_(area_ <= needle_share * long_side_ * long_side_) {}
 
 double Target::distance(const Point &p) const {
     return std::sqrt(squared(p));

@@ -10,9 +10,9 @@
 namespace paradize::reference {
 namespace {
 
-constexpr std::size_t least_samples = 10;
+constexpr std::size_t least_distance_samples = 10;
 // Triangles handled together; fixed, so that results do not depend on threads.
-constexpr std::size_t chunk_size = 256;
+constexpr std::size_t distance_chunk = 256;
 
 // Points gathered until a packet is full, then measured.
 class Row {
@@ -70,21 +70,21 @@ class Row {
 Distance one_sided(const Tree &from, const Tree &to, std::uint64_t samples, unsigned threads) {
     const Surface &surface = from.surface();
     const std::size_t count = surface.triangles.size() / 3;
-    const Shares shares(surface, samples, least_samples);
+    const Shares shares(surface, samples, least_distance_samples);
     // The triangle that looks at a vertex.
     std::vector<std::uint32_t> looked_at(surface.positions.size() / 3, Packet::none);
     for (std::size_t i = surface.triangles.size(); i-- > 0;)
         looked_at[surface.triangles[i]] = static_cast<std::uint32_t>(i / 3);
     std::vector<double> squares(shares.first.back());
-    const std::size_t chunks = (count + chunk_size - 1) / chunk_size;
+    const std::size_t chunks = (count + distance_chunk - 1) / distance_chunk;
     std::vector<double> largest(chunks, 0);
     Distance out;
     out.near.resize(count);
     for_chunks(chunks, threads, [&](std::size_t chunk) {
         Row row(to, squares.data(), out.near.data());
         std::vector<std::pair<double, double>> uvs;
-        for (std::size_t at_slot = chunk * chunk_size; at_slot < std::min(count, (chunk + 1) * chunk_size);
-             ++at_slot) {
+        for (std::size_t at_slot = chunk * distance_chunk;
+             at_slot < std::min(count, (chunk + 1) * distance_chunk); ++at_slot) {
             const std::size_t i = from.order()[at_slot];
             const Corners c = corners_of(surface, i);
             spots(shares.count(i), uvs);

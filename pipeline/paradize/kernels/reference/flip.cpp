@@ -16,15 +16,15 @@ constexpr double feature_width = 0.082;         // degrees
 constexpr std::size_t feature_radius = 9;       // three standard deviations
 
 using Plane = std::vector<float>;
-using Taps = std::vector<float>; // of an odd number of pixels
+using FilterTaps = std::vector<float>; // of an odd number of pixels
 using Color = std::array<double, 3>;
 
-struct Size {
+struct PictureSize {
     std::size_t rows, columns;
 };
 
 // Sums of a plane's neighbours along its rows, or along its columns.
-void across(const Plane &in, Size size, const Taps &taps, Plane &out) {
+void across(const Plane &in, PictureSize size, const FilterTaps &taps, Plane &out) {
     const std::size_t radius = taps.size() / 2, columns = size.columns;
     out.resize(in.size());
     std::vector<float> padded(columns + 2 * radius);
@@ -44,7 +44,7 @@ void across(const Plane &in, Size size, const Taps &taps, Plane &out) {
     }
 }
 
-void down(const Plane &in, Size size, const Taps &taps, float weight, Plane &out) {
+void down(const Plane &in, PictureSize size, const FilterTaps &taps, float weight, Plane &out) {
     const std::size_t radius = taps.size() / 2, columns = size.columns;
     out.resize(in.size());
     for (std::size_t y = 0; y < size.rows; ++y) {
@@ -60,8 +60,8 @@ void down(const Plane &in, Size size, const Taps &taps, float weight, Plane &out
 }
 
 // exp(-x^2 * steepness), as far as it is larger than a millionth.
-Taps gaussian(double steepness, std::size_t radius) {
-    Taps out;
+FilterTaps gaussian(double steepness, std::size_t radius) {
+    FilterTaps out;
     double sum = 0;
     for (std::size_t k = 0; k <= 2 * radius; ++k) {
         const double x = static_cast<double>(k) - static_cast<double>(radius);
@@ -76,7 +76,7 @@ Taps gaussian(double steepness, std::size_t radius) {
 
 // A sum of two-dimensional Gaussians that is 1 altogether.
 struct Sensitivity {
-    std::vector<std::pair<float, Taps>> parts;
+    std::vector<std::pair<float, FilterTaps>> parts;
 };
 
 // pairs: height and width of each Gaussian of the frequency, degrees squared; as the paper's table 1.
@@ -105,7 +105,7 @@ Sensitivity sensitivity(std::initializer_list<std::pair<double, double>> pairs) 
 
 // Of the Gaussian's derivatives: positive taps add up to 1 and negative ones to -1.
 struct Detectors {
-    Taps smooth, edge, point;
+    FilterTaps smooth, edge, point;
 };
 
 Detectors detectors() {
@@ -120,7 +120,7 @@ Detectors detectors() {
             values.push_back(of(x) * mathx::exp(-x * x * steepness));
             (values.back() > 0 ? positive : negative) += std::abs(values.back());
         }
-        Taps taps;
+        FilterTaps taps;
         for (const double value : values) {
             taps.push_back(static_cast<float>(value / (value > 0 ? positive : negative)));
         }
@@ -210,7 +210,7 @@ struct Seen {
     }
 };
 
-Seen seen(std::span<const std::uint8_t> picture, Size size, const Filters &filters) {
+Seen seen(std::span<const std::uint8_t> picture, PictureSize size, const Filters &filters) {
     const std::size_t count = size.rows * size.columns;
     std::array<Plane, 3> planes{Plane(count), Plane(count), Plane(count)};
     for (std::size_t k = 0; k < count; ++k) {
@@ -233,7 +233,7 @@ Seen seen(std::span<const std::uint8_t> picture, Size size, const Filters &filte
             down(middle, size, taps, weight, out.filtered[c]);
         }
     }
-    const auto length = [&](const Taps &derivative) {
+    const auto length = [&](const FilterTaps &derivative) {
         Plane x(count, 0), y(count, 0);
         across(planes[0], size, derivative, middle);
         down(middle, size, filters.detect.smooth, 1, x);
@@ -256,7 +256,7 @@ std::vector<float> flip(std::span<const std::uint8_t> a, std::span<const std::ui
     static const Filters filters;
     static const double most =
         mathx::pow(distance(perceived({0, 1, 0}), perceived({0, 0, 1})), color_exponent);
-    const Size size{rows, columns};
+    const PictureSize size{rows, columns};
     const Seen first = seen(a, size, filters), second = seen(b, size, filters);
     std::vector<float> out(rows * columns, 0);
     for (std::size_t k = 0; k < out.size(); ++k) {

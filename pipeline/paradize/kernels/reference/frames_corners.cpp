@@ -13,7 +13,9 @@
 namespace paradize::reference {
 namespace {
 
-using namespace mesh;
+using mesh::any_perpendicular;
+using mesh::at3;
+using mesh::Vec;
 
 constexpr std::uint32_t none = 0xffffffffu;
 // Groups larger than this are averaged whole: comparing all pairs of their faces would be quadratic.

@@ -11,7 +11,7 @@ namespace paradize::reference {
 namespace {
 
 constexpr double half_ulp = 0x1p-53; // of a float64, relative
-constexpr double share = 0.99;
+constexpr double turned_share = 0.99;
 
 // text - (origin + position) with one rounding: the difference to the origin is split into what float64 holds
 // and the rest (O. Moller, "Quasi Double-Precision in Floating Point Addition", 1965).
@@ -87,7 +87,7 @@ Loading loading(std::span<const float> positions, std::span<const double> origin
                 out.first = static_cast<std::uint32_t>(i);
         }
     }
-    out.turned_p99_deg = quantile(turned, share, [&](std::size_t i) { return area[i]; });
+    out.turned_p99_deg = quantile(turned, turned_share, [&](std::size_t i) { return area[i]; });
     return out;
 }
 

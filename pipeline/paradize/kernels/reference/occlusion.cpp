@@ -12,10 +12,6 @@
 namespace paradize::reference {
 namespace {
 
-using mesh::cross;
-using mesh::dot;
-using mesh::length;
-using mesh::unit;
 using mesh::Vec;
 
 Vec row(std::span<const double> rows, std::size_t i) {

@@ -16,10 +16,10 @@ namespace paradize::reference {
 namespace {
 
 constexpr std::size_t least_samples = 4;
-constexpr std::size_t chunk_size = 256;
-constexpr double biggest = std::numeric_limits<double>::max();
+constexpr std::size_t place_chunk = 256;
+constexpr double farthest_squared = std::numeric_limits<double>::max();
 
-Point unit(const Point &v, const Point &otherwise) {
+Point unit_or(const Point &v, const Point &otherwise) {
     const double length = std::sqrt(dot(v, v));
     return length > 1e-12 ? Point{v[0] / length, v[1] / length, v[2] / length} : otherwise;
 }
@@ -34,7 +34,7 @@ std::array<double, 3> weights_at(const Point &p, const Corners &c) {
     if (det > 1e-20 * aa * bb && u >= 0 && v >= 0 && u + v <= det)
         return {1 - (u + v) / det, u / det, v / det};
     std::array<double, 3> best{1, 0, 0};
-    double least = biggest;
+    double least = farthest_squared;
     for (std::size_t k = 0; k < 3; ++k) {
         const Point d = minus(c[(k + 1) % 3], c[k]), from = minus(p, c[k]);
         const double l = dot(d, d);
@@ -101,7 +101,7 @@ Point sampled(const NormalMap &map, double u, double v) {
             for (std::size_t k = 0; k < 3; ++k)
                 out[k] += weight * texel[k];
         }
-    return unit(out, {0, 0, 1});
+    return unit_or(out, {0, 0, 1});
 }
 
 Point normal_of(const Corners &c) {
@@ -115,18 +115,18 @@ struct Shown {
 
 Shown shown(const Surface &surface, const Shading &shading, const NormalMap &map, std::size_t triangle,
             const std::array<double, 3> &weights) {
-    const Point n = unit(mixed<3>(shading.normals, shading, triangle, weights),
-                         unit(normal_of(corners_of(surface, triangle)), {0, 1, 0}));
+    const Point n = unit_or(mixed<3>(shading.normals, shading, triangle, weights),
+                            unit_or(normal_of(corners_of(surface, triangle)), {0, 1, 0}));
     if (map.rows == 0)
         return {n, n};
     const auto tangent = mixed<4>(shading.tangents, shading, triangle, weights);
-    const Point t = unit({tangent[0], tangent[1], tangent[2]}, {1, 0, 0});
+    const Point t = unit_or({tangent[0], tangent[1], tangent[2]}, {1, 0, 0});
     Point b = cross(n, t);
     if (tangent[3] < 0)
         b = {-b[0], -b[1], -b[2]};
     const auto uv = mixed<2>(shading.uvs, shading, triangle, weights);
     const Point m = sampled(map, uv[0], uv[1]);
-    return {n, unit(along(along({m[2] * n[0], m[2] * n[1], m[2] * n[2]}, m[0], t), m[1], b), n)};
+    return {n, unit_or(along(along({m[2] * n[0], m[2] * n[1], m[2] * n[2]}, m[0], t), m[1], b), n)};
 }
 
 double degrees(const Point &a, const Point &b) {
@@ -169,7 +169,7 @@ Angles normal_angles(const Tree &from, const Shading &seen, const Tree &to, cons
         std::array<double, 3> weights;
         Point p;
     };
-    for_chunks((count + chunk_size - 1) / chunk_size, threads, [&](std::size_t chunk) {
+    for_chunks((count + place_chunk - 1) / place_chunk, threads, [&](std::size_t chunk) {
         std::vector<std::pair<double, double>> uvs;
         std::array<Sample, Packet::size> held;
         std::size_t filled = 0;
@@ -191,7 +191,7 @@ Angles normal_angles(const Tree &from, const Shading &seen, const Tree &to, cons
                 packet.y[k] = p[1];
                 packet.z[k] = p[2];
             }
-            packet.best.fill(biggest);
+            packet.best.fill(farthest_squared);
             packet.slot.fill(-1);
             to.nearest(packet, hint, nullptr);
             hint = packet.slot[0];
@@ -223,7 +223,7 @@ Angles normal_angles(const Tree &from, const Shading &seen, const Tree &to, cons
             }
             filled = 0;
         };
-        for (std::size_t s = chunk * chunk_size; s < std::min(count, (chunk + 1) * chunk_size); ++s) {
+        for (std::size_t s = chunk * place_chunk; s < std::min(count, (chunk + 1) * place_chunk); ++s) {
             const std::size_t i = from.order()[s];
             const Corners c = corners_of(surface, i);
             spots(shares.count(i), uvs);
@@ -251,10 +251,10 @@ Spread uv_shift(const Tree &from, const Shading &seen, const Tree &to, const Sha
     // Where there are more triangles than samples, every so many-th is looked at.
     const std::size_t stride = std::max<std::size_t>(1, count / std::max<std::uint64_t>(1, samples));
     std::vector<double> shifts(shares.first.back(), -1);
-    for_chunks((count + chunk_size - 1) / chunk_size, threads, [&](std::size_t chunk) {
+    for_chunks((count + place_chunk - 1) / place_chunk, threads, [&](std::size_t chunk) {
         std::vector<std::pair<double, double>> uvs;
         std::vector<UvTree::Entry> open;
-        for (std::size_t s = chunk * chunk_size; s < std::min(count, (chunk + 1) * chunk_size); ++s) {
+        for (std::size_t s = chunk * place_chunk; s < std::min(count, (chunk + 1) * place_chunk); ++s) {
             if (s % stride != 0)
                 continue;
             const std::size_t i = from.order()[s];
@@ -264,7 +264,7 @@ Spread uv_shift(const Tree &from, const Shading &seen, const Tree &to, const Sha
                 const Point p = at(c, uvs[k]);
                 const auto [u, v] = uvs[k];
                 const auto uv = mixed<2>(seen.uvs, seen, i, {1 - u - v, u, v});
-                double best = biggest;
+                double best = farthest_squared;
                 tree.search(
                     p, uv, unit, best, open, [&](const Corners &there, const std::array<Uv, 3> &shows) {
                         Corners image{};

@@ -11,7 +11,7 @@ namespace paradize::reference {
 namespace {
 
 constexpr double edge = 1e-9; // of a triangle: so that neighbours leave no gap
-constexpr std::uint32_t nothing = ~0U;
+constexpr std::uint32_t no_triangle = ~0U;
 
 std::size_t wrapped(double whole, std::size_t count, Wrap wrap) {
     const auto n = static_cast<double>(count);
@@ -264,7 +264,7 @@ double Bins::count(std::vector<std::uint32_t> &tiles) const {
 }
 
 void Bins::fill(const std::vector<std::size_t> &chosen) {
-    std::vector<std::uint32_t> slot(columns_ * rows_, nothing);
+    std::vector<std::uint32_t> slot(columns_ * rows_, no_triangle);
     for (std::size_t k = 0; k < chosen.size(); ++k) {
         slot[chosen[k]] = static_cast<std::uint32_t>(k);
     }
@@ -327,7 +327,7 @@ void draw(const Placed &placed, std::span<const std::uint32_t> triangles, std::s
     }
     const std::size_t width = all.columns - all.column, count = width * (all.rows - all.row);
     std::vector<double> nearest(count, -std::numeric_limits<double>::infinity());
-    std::vector<std::uint32_t> shown(count, nothing);
+    std::vector<std::uint32_t> shown(count, no_triangle);
     for (const std::uint32_t t : triangles) {
         const auto [column, columns, row, rows] = box(t);
         if (columns <= column) {
@@ -359,14 +359,14 @@ void draw(const Placed &placed, std::span<const std::uint32_t> triangles, std::s
         }
     }
     PlacedTriangle shape;
-    std::uint32_t last = nothing;
+    std::uint32_t last = no_triangle;
     Maps maps;
     const Shading &shading = placed.mesh.shading;
     const bool framed = !shading.uvs.empty() && !shading.tangents.empty();
     for (std::size_t y = all.row; y < all.rows; ++y) {
         for (std::size_t x = all.column; x < all.columns; ++x) {
             const std::uint32_t t = shown[(y - all.row) * width + x - all.column];
-            if (t == nothing) {
+            if (t == no_triangle) {
                 continue;
             }
             if (t != last) {

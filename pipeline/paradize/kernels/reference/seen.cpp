@@ -18,7 +18,7 @@ constexpr double most_work = 0x1p29; // samples tested for one picture, about
 constexpr double surely = 1 + 1e-9;  // more than sums round
 
 // The angle whose chord is as long as the difference of two mean normals: their angle where both are unit.
-double degrees(const Point &a, const Point &b) {
+double chord_degrees(const Point &a, const Point &b) {
     const Point off = minus(a, b);
     const double half = 0.5 * std::sqrt(dot(off, off));
     return 2 * mathx::atan2(half, std::sqrt(std::max(0.0, 1 - half * half))) * (180 / mathx::pi);
@@ -134,8 +134,8 @@ PictureSums compare(const SeenMesh &a, const SeenMesh &b, const Picture &picture
             found.covered += here;
             found.changed += std::abs(here - there);
             if (here > 0 && there > 0) {
-                found.angle.push_back(
-                    degrees(mean(one.normal[p], one.covered[p]), mean(other.normal[p], other.covered[p])));
+                found.angle.push_back(chord_degrees(mean(one.normal[p], one.covered[p]),
+                                                    mean(other.normal[p], other.covered[p])));
                 found.weight.push_back(std::min(here, there));
             }
         }

@@ -2,6 +2,8 @@
 
 #include <utility>
 
+#include "math/disjoint_sets.hpp"
+
 namespace paradize::simplify {
 
 namespace {
@@ -71,29 +73,16 @@ void find_twins(Surface &surface, std::size_t places, std::vector<std::uint8_t> 
     }
 }
 
-std::uint32_t root(Numbers &parent, std::uint32_t v) {
-    while (parent[v] != v) {
-        parent[v] = parent[parent[v]];
-        v = parent[v];
-    }
-    return v;
-}
-
 void number_components(Surface &surface) {
-    Numbers parent(surface.vertices());
-    for (std::uint32_t v = 0; v < parent.size(); ++v) {
-        parent[v] = v;
-    }
+    DisjointSets parts(surface.vertices());
     for (std::uint32_t t = 0; t < surface.triangles(); ++t) {
         for (std::uint32_t k = 1; k < 3; ++k) {
-            const std::uint32_t a = root(parent, surface.at(4 * t).vertex);
-            const std::uint32_t b = root(parent, surface.at(4 * t + k).vertex);
-            parent[a < b ? b : a] = a < b ? a : b;
+            parts.join(surface.at(4 * t).vertex, surface.at(4 * t + k).vertex);
         }
     }
-    surface.component.resize(parent.size());
-    for (std::uint32_t v = 0; v < parent.size(); ++v) {
-        const std::uint32_t r = root(parent, v);
+    surface.component.resize(surface.vertices());
+    for (std::uint32_t v = 0; v < surface.vertices(); ++v) {
+        const std::uint32_t r = parts.root(v);
         surface.component[v] = r == v ? surface.components++ : surface.component[r];
     }
 }

@@ -10,7 +10,7 @@
 namespace paradize::mesh {
 namespace {
 
-constexpr std::uint32_t none = 0xffffffffu;
+constexpr std::uint32_t no_corner = 0xffffffffu;
 // Groups larger than this are averaged whole: comparing all pairs of their faces would be quadratic.
 constexpr std::size_t largest_compared_group = 256;
 constexpr std::size_t largest_quick_fan = 16;
@@ -59,13 +59,13 @@ bool quick(const Fans &fans, std::uint32_t vertex, Frame &frame) {
             return false; // three faces or more at an edge
         reached |= mask;
         links += mask != 0;
-        next[i] = mask != 0 ? static_cast<std::uint32_t>(std::countr_zero(mask)) : none;
+        next[i] = mask != 0 ? static_cast<std::uint32_t>(std::countr_zero(mask)) : no_corner;
     }
     if (links + 1 < size)
         return false;
     const auto head = links == size ? 0u : static_cast<std::uint32_t>(std::countr_one(reached));
     std::size_t passed = 1;
-    for (std::uint32_t i = next[head]; i != none && i != head; i = next[i])
+    for (std::uint32_t i = next[head]; i != no_corner && i != head; i = next[i])
         ++passed;
     if (passed != size)
         return false;
@@ -100,14 +100,14 @@ struct Fan {
     std::vector<std::uint32_t> corners;
     std::vector<std::uint32_t> after,
         before;                       // the corner across the edge that leaves the vertex, that ends there
-    std::vector<std::uint32_t> group; // of each corner, or none
+    std::vector<std::uint32_t> group; // of each corner, or no_corner
     std::vector<bool> preserves;      // of each group
 
     void read(const Fans &fans, std::uint32_t vertex) {
         corners.assign(fans.corner.data() + fans.start[vertex], fans.corner.data() + fans.start[vertex + 1]);
-        after.assign(corners.size(), none);
-        before.assign(corners.size(), none);
-        group.assign(corners.size(), none);
+        after.assign(corners.size(), no_corner);
+        before.assign(corners.size(), no_corner);
+        group.assign(corners.size(), no_corner);
         preserves.clear();
         // Along an edge the first face that runs to it with the first that runs from it, and so on.
         std::vector<std::pair<std::uint32_t, std::uint32_t>> out, in;
@@ -134,7 +134,7 @@ struct Fan {
 
 bool seeds(const Fans &fans, const Fan &fan, std::uint32_t i) {
     const std::uint32_t flags = fans.faces[fan.corners[i] / 3].flags;
-    return (flags & (face_any | face_flat)) == 0 && fan.group[i] == none;
+    return (flags & (face_any | face_flat)) == 0 && fan.group[i] == no_corner;
 }
 
 // Corners joined by edges to corner `from`, with the same handedness. `fixed` tells of faces that follow
@@ -147,7 +147,7 @@ void grow(const Fans &fans, Fan &fan, std::uint32_t from, std::vector<bool> *fix
     while (!open.empty()) {
         const std::uint32_t i = open.back();
         open.pop_back();
-        if (i == none || fan.group[i] != none)
+        if (i == no_corner || fan.group[i] != no_corner)
             continue;
         const std::uint32_t f = fan.corners[i] / 3;
         std::uint32_t &flags = fans.faces[f].flags;
@@ -203,7 +203,7 @@ void evaluate(const Fans &fans, const Fan &fan, std::uint32_t number, Vec n, std
     }
 }
 
-// All groups' frames. Corners in none, of faces without area, take the frame of the first that is in one.
+// All groups' frames. Corners in no group, of faces without area, take the frame of the first that is in one.
 void finish(const Fans &fans, const Fan &fan, std::uint32_t vertex, Frame *frames,
             std::vector<CornerFrame> &odd) {
     if (fan.corners.empty())
@@ -212,11 +212,11 @@ void finish(const Fans &fans, const Fan &fan, std::uint32_t vertex, Frame *frame
     std::vector<Frame> found(fan.corners.size());
     for (std::uint32_t g = 0; g < fan.preserves.size(); ++g)
         evaluate(fans, fan, g, n, found);
-    const auto donor = std::ranges::find_if(fan.group, [](std::uint32_t g) { return g != none; });
+    const auto donor = std::ranges::find_if(fan.group, [](std::uint32_t g) { return g != no_corner; });
     const Frame lent = donor == fan.group.end() ? frame_of({}, n, 1)
                                                 : found[static_cast<std::size_t>(donor - fan.group.begin())];
     for (std::size_t i = 0; i < found.size(); ++i)
-        if (fan.group[i] == none)
+        if (fan.group[i] == no_corner)
             found[i] = lent;
     frames[vertex] = found[0];
     if (std::ranges::all_of(found, [&](const Frame &frame) { return frame == found[0]; }))

@@ -12,7 +12,7 @@
 namespace paradize::reference {
 namespace {
 
-constexpr std::size_t band_rows = 64; // rows that one step of work makes, where sizes halve evenly
+constexpr std::size_t step_rows = 64; // rows that one step of work makes, where sizes halve evenly
 
 PARADIZE_CLONES void add_scaled(const double *__restrict from, std::size_t count, double weight,
                                 double *__restrict to) {
@@ -108,7 +108,7 @@ Run run_from(Size size, std::size_t levels, std::size_t first, bool shown) {
     const Size root = level_size(size, first);
     std::size_t last = first;
     while (last + 1 < levels && whole(level_size(size, last), level_size(size, last + 1)) &&
-           root.rows / level_size(size, last + 1).rows <= band_rows) {
+           root.rows / level_size(size, last + 1).rows <= step_rows) {
         ++last;
     }
     return {first, last, shown};
@@ -192,6 +192,12 @@ void feed_run(Size size, Run run, const Rows &source, std::span<const std::uniqu
 }
 
 } // namespace
+
+PARADIZE_CLONES void widen(const float *__restrict from, std::size_t count, double *__restrict to) {
+    for (std::size_t i = 0; i < count; ++i) {
+        to[i] = from[i];
+    }
+}
 
 void feed_levels(Size size, std::size_t levels, const Rows &level0,
                  std::span<const std::unique_ptr<Comparer>> comparers) {

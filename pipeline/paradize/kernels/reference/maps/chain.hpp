@@ -35,6 +35,8 @@ class Comparer {
     virtual void row(std::size_t level, std::size_t y, const double *truth) = 0;
 };
 
+void widen(const float *__restrict from, std::size_t count, double *__restrict to);
+
 // Shows the means of levels [0, levels) of level 0's rows to comparers, one per thread.
 void feed_levels(Size size, std::size_t levels, const Rows &level0,
                  std::span<const std::unique_ptr<Comparer>> comparers);

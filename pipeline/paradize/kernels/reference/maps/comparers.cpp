@@ -7,12 +7,6 @@
 namespace paradize::reference {
 namespace {
 
-PARADIZE_CLONES void widen(const float *__restrict from, std::size_t count, double *__restrict to) {
-    for (std::size_t i = 0; i < count; ++i) {
-        to[i] = from[i];
-    }
-}
-
 PARADIZE_CLONES void subtract(const double *__restrict a, const double *__restrict b, std::size_t count,
                               double *__restrict apart, double *__restrict squares) {
     for (std::size_t i = 0; i < count; ++i) {

@@ -33,12 +33,6 @@ SourceTexel place(std::ptrdiff_t i, std::size_t size, bool wrap) {
     return {static_cast<std::size_t>(mirrored), static_cast<std::size_t>(edge), true};
 }
 
-PARADIZE_CLONES void widen(const float *__restrict from, std::size_t count, double *__restrict to) {
-    for (std::size_t i = 0; i < count; ++i) {
-        to[i] = from[i];
-    }
-}
-
 // to += weight * (a - b)
 PARADIZE_CLONES void add_difference(const double *a, const double *b, std::size_t count, double weight,
                                     double *__restrict to) {
@@ -62,9 +56,9 @@ PARADIZE_CLONES void scaled(const double *__restrict from, std::size_t count, do
     }
 }
 
-PARADIZE_CLONES void unit(const double *__restrict dx, const double *__restrict dy, std::size_t count,
-                          double scale_x, double scale_y, double *__restrict x, double *__restrict y,
-                          double *__restrict z) {
+PARADIZE_CLONES void unit_normals(const double *__restrict dx, const double *__restrict dy, std::size_t count,
+                                  double scale_x, double scale_y, double *__restrict x, double *__restrict y,
+                                  double *__restrict z) {
     for (std::size_t i = 0; i < count; ++i) {
         const double u = dx[i] * scale_x;
         const double v = dy[i] * scale_y;
@@ -323,8 +317,8 @@ void NormalRows::cone(double *normals, double *degrees) {
     farthest({slope_.x.data(), open_.x.data(), height_map_.scale_x},
              {slope_.y.data(), open_.y.data(), signed_scale_y()}, normals, normals + columns,
              normals + 2 * columns, columns, corner_.x.data(), corner_.y.data());
-    unit(corner_.x.data(), corner_.y.data(), columns, height_map_.scale_x, signed_scale_y(), exact_.x.data(),
-         exact_.y.data(), corner_z_.data());
+    unit_normals(corner_.x.data(), corner_.y.data(), columns, height_map_.scale_x, signed_scale_y(),
+                 exact_.x.data(), exact_.y.data(), corner_z_.data());
     angles_between({normals, normals + columns, normals + 2 * columns},
                    {exact_.x.data(), exact_.y.data(), corner_z_.data()}, columns, degrees);
 }
@@ -365,8 +359,8 @@ void NormalRows::row(std::size_t y, double *out) {
         filtered(at, height_map_.exact, exact_);
         hold();
     }
-    unit(slope_.x.data(), slope_.y.data(), columns, height_map_.scale_x, signed_scale_y(), out, out + columns,
-         out + 2 * columns);
+    unit_normals(slope_.x.data(), slope_.y.data(), columns, height_map_.scale_x, signed_scale_y(), out,
+                 out + columns, out + 2 * columns);
     if (!height_map_.islands.empty()) {
         inside(y, out + 3 * columns);
     }
