@@ -332,19 +332,30 @@ def _libraries(path: Path, root: Path, statement: str, warnings: list[str], abse
     if len(words) > 1 and (whole := inside(root, path.parent, " ".join(words))):
         absent.append(whole)
     libraries = []
+
+    def part_from(first: int) -> tuple[Path, int] | None:
+        for stop in range(len(words), first, -1):
+            if part := existing(" ".join(words[first:stop])):
+                return part, stop
+        return None
+
     index = 0
     while index < len(words):
-        for stop in range(len(words), index, -1):
-            part = existing(" ".join(words[index:stop]))
-            if part is not None:
-                libraries.append(part)
-                index = stop
-                break
-        else:
-            name = words[index]
+        if part := part_from(index):
+            libraries.append(part[0])
+            index = part[1]
+        elif not words[index]:
             index += 1
-            if not name:
-                continue
+        else:  # a missing name reaches to its suffix, or to a name that is there
+            first, index = index, index + 1
+            while (
+                index < len(words)
+                and not words[index - 1].lower().endswith(".mtl")
+                and not part_from(index)
+                and not (words[index] and spelled_otherwise(root, path.parent, words[index]))
+            ):
+                index += 1
+            name = " ".join(words[first:index]).rstrip()
             library = inside(root, path.parent, name)
             reason = "lies outside the root folder" if library is None else why_missing(library)
             if library is not None:

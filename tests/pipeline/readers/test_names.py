@@ -196,6 +196,26 @@ def test_of_several_pictures_the_nearest_to_the_name_is_read(tmp_path: Path) -> 
     assert spelled_otherwise(tmp_path, tmp_path / "models", "D:\\x\\sub\\a.png") is None
 
 
+@pytest.mark.parametrize(
+    ("statement", "missing"),
+    [
+        ("./Human Heart.mtl", ["./Human Heart.mtl"]),
+        ("gone.mtl  My Wood.MTL", ["gone.mtl", "My Wood.MTL"]),
+        ("old gone.mtl b.mtl", ["old gone.mtl"]),
+        ("gone b.mtl", ["gone"]),
+        ("gone B.MTL", ["gone"]),
+        ("one two", ["one two"]),
+    ],
+)
+def test_a_missing_material_file_is_told_by_its_whole_name(
+    tmp_path: Path, statement: str, missing: list[str]
+) -> None:
+    (tmp_path / "b.mtl").write_text("newmtl wood\n")
+    (tmp_path / "a.obj").write_text(f"mtllib {statement}\n{TRIANGLE}f 1 2 3\n")
+    told = [text for text in read_model(tmp_path / "a.obj").warnings if "mtllib line" in text]
+    assert [text.split("material file ")[1].split("'")[1] for text in told] == missing
+
+
 @pytest.mark.parametrize("name", [".", "textures/", "wood.png"])
 def test_a_folder_in_a_files_place_is_no_file_and_told(tmp_path: Path, name: str) -> None:
     for folder in ("textures", "wood.png", "a.mtl"):
