@@ -56,6 +56,7 @@ _X3D = Kind("an X3D or VRML scene", _EXPORT)
 _OFF = Kind("an OFF model", _EXPORT)
 _POINTS = "make a surface of its points, as CloudCompare and MeshLab do, and export that as PLY"
 _GDAL = "`gdal_translate {file} {stem}.tif` makes a GeoTIFF of it, which `paradize terrain` takes"
+_SURFACE = "export its surface as OBJ from a viewer of {}"
 _NAMED = "name one of the models that it names"
 _TILE = "`npx 3d-tiles-tools {tool} -i {{file}} -o {{stem}}.glb` takes its model out"
 
@@ -173,6 +174,15 @@ SUFFIXES |= {
         (".vrt", "a list of grids of GIS"),
     )
 }
+SUFFIXES |= dict.fromkeys((".iff", ".lbm"), Kind("an IFF file", _TO_PNG)) | {
+    ".pcx": Kind("a PCX file", _TO_PNG)
+}
+SUFFIXES |= dict.fromkeys(
+    (".dcm", ".nii"), Kind("a medical volume", _SURFACE.format("volumes, such as 3D Slicer"))
+)
+SUFFIXES |= dict.fromkeys(
+    (".splat", ".spz"), Kind("a cloud of Gaussian splats", f"they have no surface: {_POINTS}")
+)
 SUFFIXES[".xyz"] = Kind("a list of points", f"of heights on a grid {_GDAL}; of others {_POINTS}")
 SUFFIXES |= dict.fromkeys((".heic", ".heif"), Kind("a HEIC photo", _TO_PNG))
 # An output folder of such a name is a mistake. Most of these kinds are told by their bytes, not by the name.
@@ -221,7 +231,7 @@ TEXTS: tuple[tuple[re.Pattern[bytes], Kind], ...] = (
     (re.compile(rb"\A\s*version\s+1\s+nodes\b"), Kind("a Source Engine model", _EXPORT)),
     (
         re.compile(rb"\A(?:HEADER|REMARK|CRYST1|MODEL|ATOM|HETATM)\b.*?^(?:ATOM  |HETATM)", re.S | re.M),
-        Kind("a molecule", "export its surface as OBJ from a viewer of molecules"),
+        Kind("a molecule", _SURFACE.format("molecules")),
     ),
     (re.compile(rb'"type"\s*:\s*"CityJSON"'), Kind("a CityJSON model", _EXPORT)),
     (re.compile(rb'"geometricError"\s*:'), Kind("a tileset of 3D Tiles", _NAMED)),

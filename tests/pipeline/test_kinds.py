@@ -92,6 +92,8 @@ def test_a_file_is_what_its_first_bytes_say(name: str, data: bytes, kind: Kind, 
         ("a.svg", b'<?xml version="1.0"?>\n<!DOCTYPE svg [\n<!ENTITY a "b">\n]>\n<svg>', "is an SVG drawing"),
         ("plane.obj", b"I\n800\nOBJ\n\nTEXTURE a.png\n", "is an X-Plane model"),
         ("a.step", b"ISO-10303-21;\n", "is a STEP model"),
+        ("a.nii", b"\x5c\1\0\0", "is a medical volume"),
+        ("a.splat", b"\0\1\2\3", "is a cloud of Gaussian splats"),
         ("a.zip", b"PK\x03\x04\0\0", "is a ZIP archive"),
         (
             "a.obj",
@@ -140,6 +142,8 @@ def test_heights_of_gis_that_are_not_read_are_named_with_the_command_that_makes_
         ("a.heic", b"\0\0\0\x18ftypheic", "a HEIC photo"),
         ("a.svg", b'<svg xmlns="http://www.w3.org/2000/svg"/>', "an SVG drawing"),
         ("a.xcf", b"gimp xcf v011\0", "a GIMP image"),
+        ("a.PCX", b"\n\5\1\x08\0", "a PCX file"),
+        ("a.lbm", b"FORM\0\0\0\x10ILBM", "an IFF file"),
     ],
 )
 def test_pictures_that_are_not_read_are_named(name: str, data: bytes, said: str, tmp_path: Path) -> None:
