@@ -246,6 +246,21 @@ def test_uvs_outside_the_tile_wrap_and_ones_that_tile_for_ever_are_refused() -> 
         gutter.island_map(endless, height=64, width=64)
 
 
+def test_triangles_over_one_another_on_one_picture_cost_no_more_than_their_rows() -> None:
+    """A wall of which each of 2,000 faces shows the whole picture but a border."""
+    square = np.float32([(0.1, 0.1), (0.9, 0.1), (0.9, 0.9), (0.1, 0.9)])
+    uvs = np.tile(square, (1000, 1))
+    faces = np.uint32([(0, 1, 2), (0, 2, 3)])
+    triangles = (faces[None] + 4 * np.arange(1000, dtype=np.uint32)[:, None, None]).reshape(-1, 3)
+    ids = np.arange(2000, dtype=np.int32)
+    drawn = maps.rasterise(uvs, triangles, ids, height=256, width=256, work_limit=2e6)
+    assert np.array_equal(drawn, maps.rasterise(uvs[:4], faces, ids[:2], height=256, width=256))
+    tiled = maps.rasterise(uvs * np.float32(3.0), triangles, ids, height=64, width=64, work_limit=4e6)
+    assert np.array_equal(
+        tiled, maps.rasterise(uvs[:4] * np.float32(3.0), faces, ids[:2], height=64, width=64)
+    )
+
+
 def test_the_mask_holds_the_groups_named_by_group_or_material_and_unknown_names_are_told() -> None:
     for name in ("right", "leaf"):
         mask = gutter.group_mask(two_quads(), [name], height=10, width=16)

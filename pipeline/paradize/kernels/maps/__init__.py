@@ -233,7 +233,7 @@ def rasterise(
 
     Conservative: each touched texel gets an id, also from a line or a point; where not `touched`, only texels
     whose centre a triangle covers. Raises ValueError where the UVs
-    repeat so often that more than work_limit texels would be visited.
+    repeat so often that their rows of texels, in all tiles, would be more than work_limit.
     """
     uvs = _f32(uvs, shape=(None, 2), name="uvs")
     out = np.empty((height, width), np.int32)

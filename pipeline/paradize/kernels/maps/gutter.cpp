@@ -119,6 +119,32 @@ void along(const Triangle &triangle, std::size_t rows, std::size_t columns, With
     }
 }
 
+// The texels of each row that no triangle holds yet, so that triangles over one another cost little.
+class FreeTexels {
+  public:
+    FreeTexels(std::size_t rows, std::size_t columns) : length_(columns + 1), next_(rows * length_) {
+        for (std::size_t k = 0; k < next_.size(); ++k) {
+            next_[k] = static_cast<std::uint32_t>(k % length_);
+        }
+    }
+
+    // The first free texel of a row from a column on; the number of columns where there is none.
+    std::size_t from(std::size_t row, std::size_t column) {
+        std::uint32_t *const next = next_.data() + row * length_;
+        while (next[column] != column) {
+            next[column] = next[next[column]];
+            column = next[column];
+        }
+        return column;
+    }
+
+    void take(std::size_t row, std::size_t column) { ++next_[row * length_ + column]; }
+
+  private:
+    std::size_t length_;
+    std::vector<std::uint32_t> next_; // a column further on, or the column itself where it is free
+};
+
 // Along one line: the lower envelope of the parabolas g(k)^2 + (i - k)^2.
 class Envelope {
   public:
@@ -226,6 +252,7 @@ void rasterise(std::span<const float> uvs, std::span<const std::uint32_t> triang
                std::span<const std::int32_t> ids, std::size_t rows, std::size_t columns, double work_limit,
                std::span<std::int32_t> out, bool touched) {
     std::fill(out.begin(), out.end(), -1);
+    FreeTexels free(rows, columns);
     double work = 0.0;
     const auto require = [](bool enough) {
         if (!enough) {
@@ -265,18 +292,26 @@ void rasterise(std::span<const float> uvs, std::span<const std::uint32_t> triang
             const double right = std::ceil(x_high);
             const double top = std::floor(y_low);
             const double bottom = std::ceil(y_high);
-            work += (right - left) * (bottom - top);
+            work += (bottom - top) * (1.0 + (right - left) / static_cast<double>(columns));
             require(work <= work_limit);
             for (double j = top; j < bottom; j += 1.0) {
                 const std::size_t row = wrapped(j, rows);
                 const auto [first, last] = triangle.span(j, left, right, slack);
-                std::size_t column = wrapped(first, columns);
-                for (double i = first; i < last; i += 1.0) {
-                    std::int32_t &texel = out[row * columns + column];
-                    column = column + 1 < columns ? column + 1 : 0;
-                    if (texel < 0 && triangle.covers(i, j, slack)) {
-                        texel = ids[t];
+                double tile = first - static_cast<double>(wrapped(first, columns)); // where its row begins
+                std::size_t column = free.from(row, wrapped(first, columns));
+                while (tile + static_cast<double>(column) < last) {
+                    if (column == columns) {
+                        tile += static_cast<double>(columns);
+                        column = free.from(row, 0);
+                        continue;
                     }
+                    std::int32_t &texel = out[row * columns + column];
+                    const bool covered = triangle.covers(tile + static_cast<double>(column), j, slack);
+                    texel = texel < 0 && covered ? ids[t] : texel; // a triangle without area may hold it
+                    if (texel >= 0) {
+                        free.take(row, column);
+                    }
+                    column = free.from(row, column + 1);
                 }
             }
         }

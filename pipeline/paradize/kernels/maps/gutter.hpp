@@ -17,7 +17,7 @@ std::vector<std::int32_t> uv_islands(std::span<const float> uvs, std::span<const
 // (conservative: no texel that a triangle touches stays empty; not `touched`: of centres alone). A triangle
 // without area shows the texels along its line or around its point, and covers what of them no other triangle
 // does. UVs are top-left; those outside 0..1 wrap. Throws std::length_error when the UVs tile so often that
-// drawing would take longer than work_limit texels.
+// their rows, in all of their tiles, are more than work_limit.
 void rasterise(std::span<const float> uvs, std::span<const std::uint32_t> triangles,
                std::span<const std::int32_t> ids, std::size_t rows, std::size_t columns, double work_limit,
                std::span<std::int32_t> out, bool touched = true);
