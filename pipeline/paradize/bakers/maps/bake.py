@@ -6,6 +6,7 @@ normals are green up, du/dv is signed and without mean, gloss holds specular int
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import partial
@@ -39,6 +40,17 @@ from paradize.stages.height import height_from_color, height_from_height
 from paradize.stages.sweep import bands_of, run
 
 F32 = npt.NDArray[np.float32]
+# The last word of a picture's name by which packs of textures say that it is no colour map.
+_ROLES = {
+    "heights": "disp|displacement|heights?|heightmap|bump",
+    "normals": "nor|norm|normals?|normalmap|nrm|nmap|ddn",
+    "roughness": "rough|roughness",
+    "metalness": "metallic|metalness",
+    "ambient occlusion": "ao|occlusion",
+    "gloss": "gloss|glossiness|smoothness|spec|specular",
+    "packed maps": "orm|rma",
+}
+_BEHIND = "map|tex|texture|gl|ogl|opengl|dx|directx|png|jpe?g|tga|tif"  # words that may follow it
 
 
 def bake_maps(
@@ -175,7 +187,8 @@ def _read(path: Path, settings: MapSettings) -> tuple[Image, Picture]:
         mend = "leave --nodata out, or add --from height where a grey picture holds heights"
         raise BakeError("is taken for colour, which has no number for no height", file=path, mend=mend)
     require_finite(image.values, path)
-    warnings = [*image.warnings(path), *_beyond(path, image), *_normals(path, image)]
+    warnings = [*image.warnings(path), *_beyond(path, image)]
+    warnings += _normals(path, image) or (_named_otherwise(path) if guess else [])
     return image, Picture(source, guess, warnings)
 
 
@@ -235,6 +248,20 @@ def _normals(path: Path, image: Image) -> list[str]:
         return []
     mend = "give the colour map, or the heights with --from height"
     return [f"{path}: looks like a normal map, of which these maps would be wrong; {mend}"]
+
+
+def _named_otherwise(path: Path) -> list[str]:
+    """A warning where the name of what is taken for colour, or of its folder, says something else."""
+    for whose, name in (("its name", path.stem), ("its folder's name", path.parent.name)):
+        words = re.findall("[a-z]+", re.sub(r"([a-z])([A-Z])|\d+[kK]", r"\1 \2", name).lower())
+        while len(words) > 1 and re.fullmatch(_BEHIND, words[-1]):
+            words.pop()
+        for role, names in _ROLES.items():
+            if words and re.fullmatch(names, words[-1]):
+                mend = "add --from height" if role == "heights" else "give the colour map"
+                what = f"{whose} says {role}, and it is taken for colour; if the name is right, {mend}"
+                return [f"{path}: {what}"]
+    return []
 
 
 def _without_steps(image: Image, path: Path, wraps: tuple[bool, bool]) -> tuple[Image, list[str]]:

@@ -415,3 +415,32 @@ def test_sides_that_keep_a_large_picture_from_blocks_are_told(tmp_path: Path) ->
         assert [text for text in warnings if text.startswith(said) and text.endswith(mend)] == warnings[:told]
         normal = bake_maps(picture, measure=False)["normal"].warnings
         assert any(text.startswith(said) for text in normal) == told
+
+
+def test_a_picture_whose_name_says_that_it_is_no_colour_map_is_told_where_it_is_guessed(
+    tmp_path: Path,
+) -> None:
+    said = {
+        "bricks_disp": "says heights, and it is taken for colour; if the name is right, add --from height",
+        "rock_Height_4K": "says heights",
+        "RIM_ROUGHNESS": "says roughness, and it is taken for colour; if the name is right, give the colour",
+        "Duck_Metallic.png": "says metalness",
+        "gold-normalOGL": "says normals",
+        "wall_AO": "its name says ambient occlusion",
+        "Normal/rock": "its folder's name says normals",
+    }
+    grey = np.full((8, 8, 1), 90, np.uint8)
+    for name in (*said, "rough_wall", "normal_stone_diffuse", "map", "4k"):
+        path = tmp_path / f"{name}.png"
+        path.parent.mkdir(exist_ok=True)
+        write_image(path, grey)
+        told = [
+            [
+                text
+                for text in bake_maps(path, source=source, only=["height"])["height"].warnings
+                if "says" in text
+            ]
+            for source in ("auto", "color")
+        ]
+        assert [len(texts) for texts in told] == [int(name in said), 0], (name, told)
+        assert name not in said or said[name] in told[0][0]
