@@ -142,8 +142,10 @@ RULES: dict[str, Rule] = {
     "PZ234": Rule(
         "warning",
         "part inside out",
-        "a closed part of a mesh faces inwards, or most of it away from its normals: its far side is drawn",
-        "flip its faces in your modelling tool, or draw its material two_sided; if it is seen from within, "
+        "a closed part of a mesh faces inwards, so that its far side is drawn, or more than a quarter of it "
+        "away from its normals, so that it is lit from behind",
+        "flip its faces in your modelling tool, or draw its material two_sided; if it looks right there, "
+        "compute its normals anew; if it is seen from within, "
         'write PZ234 = "off" under [check]',
     ),
     "PZ301": Rule("error", "mip chain incomplete", "levels down to 1 x 1 are missing or short", "bake again"),
