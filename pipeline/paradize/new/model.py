@@ -12,7 +12,6 @@ from pathlib import Path
 from paradize import player_limits
 from paradize.build.materials.model_facts import tiles_of
 from paradize.build.materials.udim import MEND, udim_fault
-from paradize.data import Mesh
 from paradize.documents import toml_text
 from paradize.errors import SourceError
 from paradize.files import read_parts, resolved
@@ -192,8 +191,8 @@ def _measure(model: Model, source: Path, reads: Sequence[_Read]) -> None:
         what = f"it lies {away:g} from the origin, limit {limit:g} of a radius of {model.radius:g}"
         raise SourceError(what, file=source, mend="move the model nearer to the origin")
     read = reads[0].model
-    if not read.libraries and not read.materials and not is_gltf(source):
-        model.notes.append(_white(source, read.mesh))
+    if not is_gltf(source):
+        model.notes += _plain(source, read)
 
 
 def _refuse_large(source: Path, reads: Sequence[_Read]) -> None:
@@ -327,17 +326,26 @@ def _is_cut(material: Material | None) -> bool:
     return material is not None and "alpha" in material.maps and material.two_sided is None
 
 
-def _white(source: Path, mesh: Mesh) -> str:
-    """Says how a model without materials is shown, and which picture may be its colour map."""
-    shown = f"it is drawn {'white' if mesh.colors is None else 'in its vertex colours'}"
-    if mesh.uvs is None:
-        return f"{source}: has neither materials nor texture coordinates, so {shown}"
+def _plain(source: Path, read: ReadModel) -> list[str]:
+    """Says how a model whose materials name no picture is shown, and which one may be its colour map. One
+    with a material file may be meant so, unless such a picture is there."""
+    bare = not read.libraries and not read.materials
+    if not bare and (read.absent or read.unread or any(one.maps for one in read.materials.values())):
+        return []
+    shown = f"it is drawn {'white' if read.mesh.colors is None else 'in its vertex colours'}"
+    if read.mesh.uvs is None:
+        return [f"{source}: has neither materials nor texture coordinates, so {shown}"] if bare else []
     near = sorted(source.parent.glob(f"{glob.escape(source.stem)}*"))
     near = [path for path in near if path.suffix.lower() in PICTURES]
     likely = (path.name for path in near if _COLOR.search(path.stem[len(source.stem) :]))
-    picture = next(likely, "PICTURE")
+    picture = next(likely, "PICTURE" if bare else None)
+    if picture is None:
+        return []
+    why = f"has no material file, so {shown}"
+    if not bare:
+        why = "its materials name no picture, so it is drawn in plain colours"
     write = f"copy {picture} beside scene.toml and write color = {toml_text(picture)} under [[object]]"
-    return f"{source}: has no material file, so {shown}; for a colour map {write}"
+    return [f"{source}: {why}; for a colour map {write}"]
 
 
 def _pictures_of(material: Material) -> list[Path]:

@@ -196,6 +196,21 @@ def test_a_model_without_a_material_file_is_told_to_be_white_and_which_picture_i
     assert not any("white" in note for note in new_scene(tmp_path / "t", named).notes)
 
 
+def test_a_picture_of_the_models_name_that_no_material_names_is_told(tmp_path: Path) -> None:
+    faces = "mtllib thing.mtl\n" + QUAD + "usemtl a\nf 1/1 2/2 3/3\n"
+    for at, (mtl, names, said) in enumerate((
+        ("newmtl a\nKd 0.8 0.8 0.8\n", ("thing_diffuse.png", "thing_normal.png"), True),
+        ("newmtl a\nKd 0.8 0.8 0.8\n", ("thing_normal.png", "other.png"), False),
+        ("newmtl a\nmap_Kd other.png\n", ("thing_diffuse.png", "other.png"), False),
+        ("newmtl a\nmap_Kd gone.png\n", ("thing_diffuse.png",), False),
+    )):  # fmt: skip
+        source = write_model(tmp_path / f"m{at}", faces, mtl, *names)
+        told = [note for note in new_scene(tmp_path / f"s{at}", source).notes if "colour map" in note]
+        assert len(told) == said, told
+        assert not said or "its materials name no picture" in told[0]
+        assert not said or 'write color = "thing_diffuse.png" under [[object]]' in told[0]
+
+
 def test_a_model_with_several_maps_stays_one_object_with_a_map_for_each_material(tmp_path: Path) -> None:
     faces = "".join(
         f"{use}f 1/1 2/2 \\\n 3/3\n"
