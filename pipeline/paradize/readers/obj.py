@@ -184,7 +184,11 @@ class _Definitions:
                 ", ..." if len(missing) > 8 else ""
             )
             are = "1 material is" if len(missing) == 1 else f"{len(missing)} materials are"
-            mend = "drawn plain, unless a scene says more; a `mtllib` line names the file that defines them"
+            mend = "a `mtllib` line names the file that defines them"
+            if self.libraries:
+                read = ", ".join(repr(library.name[:120]) for library in self.libraries[:8])
+                mend = f"no `newmtl` line of {read} names {'it' if len(missing) == 1 else 'them'}"
+            mend = f"drawn plain, unless a scene says more; {mend}"
             warnings.append(f"{path}: {are} used but not defined: {shown}; {mend}")
         return tuple(replace(group, material=meant.get(group.material, group.material)) for group in groups)
 

@@ -287,6 +287,16 @@ def test_a_material_file_of_the_models_name_defines_what_no_other_does(tmp_path:
     assert tmp_path / "a.mtl" in found.libraries
 
 
+def test_a_material_that_no_file_defines_is_told_with_the_files_that_were_read(tmp_path: Path) -> None:
+    (tmp_path / "a.obj").write_text("mtllib first.mtl\n" + TRIANGLE + "usemtl stone\nf 3 2 1\n")
+    (tmp_path / "b.obj").write_text(TRIANGLE + "usemtl stone\nf 3 2 1\n")
+    (tmp_path / "first.mtl").write_text("newmtl wood\nKd 1 0 0\n")
+    (told,) = read_obj(tmp_path / "a.obj").warnings
+    assert told.endswith("no `newmtl` line of 'first.mtl' names it")
+    (told,) = read_obj(tmp_path / "b.obj").warnings
+    assert told.endswith("a `mtllib` line names the file that defines them")
+
+
 def test_groups_objects_and_materials_become_runs(tmp_path: Path) -> None:
     faces = "o house\nf 1 2 3\nusemtl red tile\nf 1 2 3\ng roof  top\nf 1 2 3\nf 1 2 3\nusemtl b\nf 1 2 3\n"
     groups = read(tmp_path, TRIANGLE + faces).mesh.groups
