@@ -160,6 +160,25 @@ def test_a_texture_that_would_slide_is_held_at_next_to_no_cost_of_shape(
     assert last["triangles"] <= 1.02 * before["triangles"]
 
 
+def test_how_far_a_texture_slid_is_told_only_where_its_uvs_are_written(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    slid = dict.fromkeys(("uv_shift_p99", "uv_shift_max"), 0.5)
+    monkeypatch.setattr("paradize.bakers.mesh.lods.uv_shift", lambda *_: slid)
+    ball = sphere(12)
+    lines = [f"v {x} {y} {z}" for x, y, z in ball.positions.tolist()]
+    lines += [f"vt {u} {v}" for u, v in ball.positions[:, :2].tolist()]
+    lines += ["f " + " ".join(f"{at}/{at}" for at in row) for row in (ball.triangles + 1).tolist()]
+    (tmp_path / "ball.obj").write_text("\n".join(lines) + "\n")
+    for attributes, told in (
+        (None, True),
+        (("POSITION", "NORMAL", "TEXCOORD_0"), True),
+        (("POSITION", "NORMAL"), False),
+    ):
+        report = bake_mesh(tmp_path / "ball.obj", lods=2, attributes=attributes).report
+        assert any("slid" in text for text in report["warnings"]) == told, attributes
+
+
 def test_what_is_held_with_more_weight_stays_inside_the_bound(monkeypatch: pytest.MonkeyPatch) -> None:
     """A level whose texture slid is taken again only where the new one is as near as was asked."""
     tried = []

@@ -70,7 +70,9 @@ def bake_mesh(
         mesh, found = prepare_mesh(path, settings, tier, root)
         by_settings = Plan.of(settings, found.materials)
         used, frames, notes = _methods_of(settings, tier, mesh)
-        levels, fewer = make_levels(mesh, by_settings if plan is None else plan(mesh, by_settings), used)
+        wanted = by_settings if plan is None else plan(mesh, by_settings)
+        textured = settings.attributes is None or "TEXCOORD_0" in settings.attributes
+        levels, fewer = make_levels(mesh, wanted, used, textured=textured)
         report_step("tangent frames")
         tiers = _tangent_tiers(levels[0].mesh) if tangent_tiers else {}
         if settings.attributes is not None and "_SWAY" in settings.attributes:

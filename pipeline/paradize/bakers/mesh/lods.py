@@ -97,10 +97,13 @@ class MeasuredLevel:
     number: int = 0
 
 
-def make_levels(mesh: Mesh, plan: Plan, tier: str) -> tuple[list[MeasuredLevel], list[str]]:
+def make_levels(
+    mesh: Mesh, plan: Plan, tier: str, *, textured: bool = True
+) -> tuple[list[MeasuredLevel], list[str]]:
     """Returns levels, finest first, and notes with the reason where there are fewer than requested.
 
-    mesh: validated, with normals. tier: `balanced`; with our simplifier also `exact`. No level has more
+    mesh: validated, with normals. tier: `balanced`; with our simplifier also `exact`. textured: whether its
+    UVs are written; without them no note says how far a texture slid. No level has more
     triangles or a smaller error than the one before. Raises BakeError if the plan's simplifier cannot handle
     the mesh.
     """
@@ -110,9 +113,10 @@ def make_levels(mesh: Mesh, plan: Plan, tier: str) -> tuple[list[MeasuredLevel],
     if tier == "exact" and plan.simplifier == SIMPLIFIERS[0]:
         levels, left_out = _refined(reference, levels, plan.screen_size)
         notes += left_out
-    return levels, list(
-        dict.fromkeys(notes + _bound_notes(levels) + _uv_shift_notes(levels, plan.simplifier))
-    )
+    notes += _bound_notes(levels)
+    if textured:
+        notes += _uv_shift_notes(levels, plan.simplifier)
+    return levels, list(dict.fromkeys(notes))
 
 
 def _refined(
