@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 END_MARKS = b"\0\x1a"  # bytes behind a text: Ctrl-Z of old systems, zeros that fill a block
 _BLANK = r"[\s\N{REPLACEMENT CHARACTER}]"  # a tab of a name is read as the latter
 _PICTURES = re.compile(r"tex(ture)?s?|images?|imgs?|maps?|pictures?|materials?")  # folders of them
+_FOLDER = re.compile(r"[^.]+")  # what may be any folder
 _PARTS, _ABOVE = 3, 3  # last parts of a path that are looked for, folders above in which they are
 _DEPTH, _FOLDERS = 3, 64  # of folders of pictures in one another, and how many of a depth are looked into
 _COMMENT = re.compile(rf"(?<!{_BLANK}){_BLANK}+#(?:{_BLANK}|$)")  # a row of blanks is looked at once
@@ -110,7 +111,7 @@ def spelled_otherwise(root: Path, folder: Path, name: str) -> tuple[Path, str] |
 def _guesses(root: Path, folder: Path, name: str) -> Iterator[tuple[Path, str]]:
     """Folders and what to look for there: the name itself, unless it is absolute; its last parts in the
     folder and in those above it, up to the root; the last one in folders of pictures there, and in the only
-    one below these that holds it, as Gazebo keeps them (materials/textures)."""
+    one below these that holds it: of folders of pictures (materials/textures), else any (textures/house)."""
     if not _is_absolute(name):
         yield folder, name
     path = PureWindowsPath(name.removeprefix("file://"))
@@ -124,20 +125,21 @@ def _guesses(root: Path, folder: Path, name: str) -> Iterator[tuple[Path, str]]:
         for entry in entries(base):
             if _PICTURES.fullmatch(entry):
                 yield base, "/".join((entry, *parts[-1:]))
-    for base in bases if parts else []:
-        level, holding = [base], []
-        for depth in range(_DEPTH):
-            level = _picture_folders(root, level)
-            holding += [below for below in level if depth and folded(parts[-1]) in entries(below)]
-        if len(holding) == 1:
-            yield holding[0], parts[-1]
+    for names in (_PICTURES, _FOLDER):
+        for base in bases if parts else []:
+            level, holding = [base], []
+            for depth in range(_DEPTH):
+                level = _folders_in(root, level, names if depth else _PICTURES)
+                holding += [below for below in level if depth and folded(parts[-1]) in entries(below)]
+            if len(holding) == 1:
+                yield holding[0], parts[-1]
 
 
-def _picture_folders(root: Path, folders: list[Path]) -> list[Path]:
-    """The folders of pictures in these that lie inside `root`, links followed; at most _FOLDERS."""
+def _folders_in(root: Path, folders: list[Path], named: re.Pattern[str]) -> list[Path]:
+    """The folders of such names in these that lie inside `root`, links followed; at most _FOLDERS."""
     found: dict[Path, None] = {}
     for folder in folders:
-        names = [name for key, alike in entries(folder).items() if _PICTURES.fullmatch(key) for name in alike]
+        names = [name for key, alike in entries(folder).items() if named.fullmatch(key) for name in alike]
         found |= {path: None for name in names if (path := inside(root, folder, name)) is not None}
     return list(found)[:_FOLDERS]
 

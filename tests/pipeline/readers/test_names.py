@@ -168,6 +168,8 @@ def test_a_path_of_another_machine_leads_to_the_file_beside(tmp_path: Path) -> N
         ("wood.png", "materials/textures/wood.png"),
         ("oak/Wood.png", "Materials/Textures/Maps/wood.png"),
         ("C:\\wood.png", "models/Images/tex/wood.png"),
+        ("C:\\wood.png", "textures/house/wood.png"),
+        ("wood.png", "Textures/city/old house/wood.png"),
     ],
 )
 def test_a_picture_is_found_where_a_project_keeps_its_pictures(tmp_path: Path, name: str, file: str) -> None:
@@ -258,9 +260,12 @@ def test_of_several_pictures_in_folders_of_folders_none_is_taken_and_none_outsid
     (root / "images").symlink_to(root / "materials")  # to the one picture again
     found = spelled_otherwise(root, root / "meshes", "a.png")
     assert found is not None and found[0] == root.resolve() / "materials/textures/a.png"
-    (root / "materials/images/a.png").write_bytes(PNG)
+    (root / "materials/images/a.png").write_bytes(PNG)  # and in materials/oak, too
     assert spelled_otherwise(root, root / "meshes", "a.png") is None
     assert spelled_otherwise(root / "meshes", root / "meshes", "a.png") is None
+    (root / "house").mkdir()
+    (root / "house/b.png").write_bytes(PNG)  # in no folder of pictures
+    assert spelled_otherwise(root, root / "meshes", "b.png") is None
 
 
 def test_the_buffer_of_another_model_is_not_read(tmp_path: Path) -> None:
