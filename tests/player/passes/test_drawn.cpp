@@ -7,10 +7,13 @@
 #include "small_scene.hpp"
 
 #include <doctest/doctest.h>
+#include <glm/trigonometric.hpp>
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <cstdlib>
 #include <numeric>
 #include <string>
 #include <vector>
@@ -273,4 +276,205 @@ TEST_CASE("shadow: a finer cascade draws the casters in it, not those of the who
     };
     CHECK(calls(0.0) == 3);
     CHECK(calls(18.0) == 1);
+}
+
+TEST_CASE("beams: each is as bright as its own lamp is now, and hides no other") {
+    if (!test::have_context()) {
+        return;
+    }
+    SmallScene small;
+    small.file.objects.clear();
+    small.file.fog.density_per_m = 0.01F;
+    Shot shot{.pose = {.eye = {0.0, 2.0, 6.0}, .target = {0.0, 2.0, 0.0}}, .disabled = {"sky", "post"}};
+    const auto beams = [&](std::vector<assets::PointLight> lights) {
+        small.file.lights = std::move(lights);
+        return shot.of(small);
+    };
+    const assets::PointLight off{.name = "off", .always = false, .on_s = 5.0, .off_s = 6.0, .beam_m = 20.0F};
+    const assets::PointLight on{
+        .name = "on", .position = {0.0, 1.0, 0.0}, .intensity = 4.0F, .beam_m = 20.0F};
+    assets::PointLight half_lit = on; // at second 1
+    half_lit.intensity = 8.0F;
+    half_lit.always = false;
+    half_lit.off_s = 5.0;
+    half_lit.fade_s = 2.0F;
+    assets::PointLight behind = on;
+    behind.position.z = -3.0;
+    const Pixels lit = beams({off, on});
+    const int none = sum_of(beams({off}));
+    const int one = sum_of(lit) - none;
+    CHECK(one > 1000);
+    CHECK(beams({off, half_lit}) == lit);
+    CHECK(sum_of(beams({on, behind})) - none ==
+          doctest::Approx(one + sum_of(beams({behind})) - none).epsilon(0.03));
+}
+
+TEST_CASE("water: it mirrors beams and particles that are above the picture") {
+    if (!test::have_context()) {
+        return;
+    }
+    SeaOverQuad sea;
+    sea.file.objects.clear();
+    sea.file.fog.density_per_m = 0.01F;
+    sea.file.lights.push_back(
+        {.name = "lamp", .position = {0.0, 5.0, -30.0}, .intensity = 5e3F, .beam_m = 20.0F});
+    sea.file.particles.push_back({.name = "sparks",
+                                  .center = {0.0, 9.0, -30.0},
+                                  .radius_m = 3.0F,
+                                  .count = 200,
+                                  .size_m = {0.5F, 1.0F}});
+    const Pose down{.eye = {0.0, 5.0, 0.0}, .target = {0.0, 0.0, -8.0}};
+    for (const std::string pass : {"beams", "particles"}) {
+        Shot seen{.pose = down, .disabled = {"sky"}}, bare{.pose = down, .disabled = {"sky", pass}};
+        CAPTURE(pass);
+        CHECK(sum_of(seen.of(sea)) > sum_of(bare.of(sea)));
+        seen.disabled.emplace_back("reflection");
+        bare.disabled.emplace_back("reflection");
+        CHECK(seen.of(sea) == bare.of(sea));
+    }
+}
+
+TEST_CASE("particles: insects darken the sky and sparkles light it, each field where it stands") {
+    if (!test::have_context()) {
+        return;
+    }
+    SmallScene small;
+    small.file.objects.clear();
+    Shot shot{.pose = {.eye = {0.0, 0.0, 6.0}, .target = {0.0, 0.0, 0.0}}, .disabled = {"post"}};
+    const auto field = [](double x, bool swarm) {
+        return assets::ParticleField{
+            .name = "field", .center = {x, 0.0, 0.0}, .count = 60, .size_m = {0.2F, 0.3F}, .swarm = swarm};
+    };
+    const Pixels bare = shot.of(small);
+    struct Changed {
+        int left = 0, right = 0, darker = 0, brighter = 0;
+    };
+    const auto changed = [&](std::vector<assets::ParticleField> fields) {
+        small.file.particles = std::move(fields);
+        const Pixels seen = shot.of(small);
+        Changed out;
+        for (std::size_t i = 0; i < seen.size(); ++i) {
+            (i / 3 % 64 < 32 ? out.left : out.right) += seen[i] != bare[i] ? 1 : 0;
+            out.darker += seen[i] < bare[i] ? 1 : 0;
+            out.brighter += seen[i] > bare[i] ? 1 : 0;
+        }
+        return out;
+    };
+    const Changed swarms = changed({field(-2.0, true), field(2.0, true)});
+    CHECK(swarms.left > 100);
+    CHECK(swarms.right > 100);
+    CHECK(swarms.brighter == 0);
+    const Changed sparkles = changed({field(-2.0, false), field(2.0, false)});
+    CHECK(sparkles.left > 100);
+    CHECK(sparkles.right > 100);
+    CHECK(sparkles.darker == 0);
+    for (const bool swarm : {false, true}) {
+        const auto seen_at = [&](double x) {
+            small.file.particles = {field(x, swarm)};
+            Shot moved = shot;
+            moved.pose.eye.x = moved.pose.target.x = x;
+            return moved.of(small);
+        };
+        CHECK(seen_at(1048576.0) == seen_at(0.0));
+    }
+    // Two fields at one place are no copies of each other.
+    const Changed one = changed({field(0.0, false)}), two = changed({field(0.0, false), field(0.0, false)});
+    CHECK(two.brighter > 1.1 * one.brighter);
+}
+
+TEST_CASE(
+    "lamps: a surface is lit by those of its set, as bright as they are now, wherever the eye was before") {
+    if (!test::have_context()) {
+        return;
+    }
+    SmallScene small;
+    assets::SceneFile &file = small.file;
+    file.shadow.reset();
+    file.sun.intensity = file.ambient.intensity = file.fog.density_per_m = 0.0F;
+    assets::Object &quad = file.objects[0];
+    quad.materials.clear();
+    quad.instances = {{}};
+    quad.light_sets = {1};
+    file.light_sets = {{}, {.lights = {1}, .glow = {}}};
+    file.lights.push_back({.name = "off", .always = false, .on_s = 5.0, .off_s = 6.0});
+    file.lights.push_back({.name = "on", .position = {0.0, 0.3, 0.0}});
+    const std::vector<std::string> disabled{"sky", "post"};
+    const Pose pose{.eye = {0.0, 2.0, 2.0}, .target = {0.0, 0.0, 0.0}};
+    Shot shot{.pose = pose, .disabled = disabled};
+    const Pixels lit = shot.of(small);
+    CHECK(sum_of(lit) > 10000);
+
+    Streamer streamer = small.streamer();
+    streamer.upload({});
+    Scene scene(file, streamer);
+    const gl::ShaderLibrary shaders(gl::ShaderLibrary::find());
+    const RenderSettings settings = render_settings(file, all_at(Tier::balanced), Device());
+    Renderer renderer(scene, shaders, {shot.width_px, shot.height_px, settings, disabled});
+    renderer.draw(1.0, {.eye = {5000.0, 2.0, 2.0}, .target = {5000.0, 0.0, 0.0}});
+    renderer.draw(1.0, pose);
+    Pixels pixels;
+    renderer.read_picture(pixels);
+    CHECK(pixels == lit);
+
+    const assets::PointLight on = file.lights[1];
+    file.lights[1].intensity = 2.0F;
+    file.lights[1].always = false;
+    file.lights[1].off_s = 5.0;
+    file.lights[1].fade_s = 2.0F; // half lit at second 1
+    CHECK(shot.of(small) == lit);
+    file.lights[1] = on;
+
+    file.light_sets[1].glow = 0; // which is off
+    assets::Material glowing;
+    glowing.name = "wood";
+    glowing.emission = glm::vec3(1.0F);
+    quad.materials = {glowing};
+    CHECK(shot.of(small) == lit);
+    file.light_sets[1].glow = 1;
+    CHECK(sum_of(shot.of(small)) > sum_of(lit));
+
+    quad.materials.clear();
+    file.light_sets[1].glow.reset();
+    file.lights[1].radius_m = 0.5F; // finite close to it
+    CHECK(sum_of(shot.of(small)) < sum_of(lit));
+    test::throw_on_error();
+}
+
+TEST_CASE("sky: each of the two skies of a moment is turned by its own key") {
+    if (!test::have_context()) {
+        return;
+    }
+    SmallScene small;
+    small.file.objects.clear();
+    small.file.shadow.reset();
+    small.file.fog.density_per_m = 0.0F;
+    small.file.daytime.resize(2);
+    for (assets::DaytimeKey &key : small.file.daytime) {
+        key.sky = "sky";
+        key.sun.elevation_rad = 1.2F;
+        key.sun.intensity = key.moon.intensity = 0.0F;
+    }
+    const float turn_rad = glm::radians(30.0F);
+    const auto seen = [&](float before_rad, float after_rad, double after_s, float azimuth_rad) {
+        small.file.daytime[0].sky_azimuth_rad = -before_rad;
+        small.file.daytime[1].sky_azimuth_rad = -after_rad;
+        small.file.daytime[1].at_s = after_s;
+        Shot shot{
+            .pose = {.eye = {0.0, 1.0, 0.0}, .target = {std::sin(azimuth_rad), 1.1, -std::cos(azimuth_rad)}},
+            .disabled = {"post"}};
+        return shot.of(small);
+    };
+    const auto apart = [](const Pixels &a, const Pixels &b) {
+        int sum = 0;
+        for (std::size_t i = 0; i < a.size(); ++i) {
+            sum += std::abs(int{a[i]} - int{b[i]});
+        }
+        return static_cast<double>(sum) / static_cast<double>(a.size());
+    };
+    const double soon_s = 1.000001, late_s = 9.999; // at second 1 the later sky is seen alone, or the earlier
+    const Pixels straight = seen(0.0F, 0.0F, soon_s, 0.0F);
+    CHECK(apart(seen(0.0F, turn_rad, soon_s, turn_rad), straight) < 1.0);
+    CHECK(apart(seen(0.0F, turn_rad, soon_s, 0.0F), straight) > 5.0);
+    CHECK(apart(seen(turn_rad, 0.0F, late_s, turn_rad), straight) < 1.0);
+    CHECK(apart(seen(turn_rad, 0.0F, late_s, 0.0F), straight) > 5.0);
 }
