@@ -52,6 +52,15 @@ int sum_of(const Pixels &pixels) {
     return std::accumulate(pixels.begin(), pixels.end(), 0);
 }
 
+/// The mean difference of two pictures' values, of 255.
+double mean_difference(const Pixels &a, const Pixels &b) {
+    int sum = 0;
+    for (std::size_t i = 0; i < a.size(); ++i) {
+        sum += std::abs(int{a[i]} - int{b[i]});
+    }
+    return static_cast<double>(sum) / static_cast<double>(a.size());
+}
+
 /// Red in the middle of a row.
 int red_in_row(const Pixels &pixels, const Shot &shot, int row) {
     return pixels[static_cast<std::size_t>(3 * (row * shot.width_px + shot.width_px / 2))];
@@ -309,7 +318,7 @@ TEST_CASE("beams: each is as bright as its own lamp is now, and hides no other")
           doctest::Approx(one + sum_of(beams({behind})) - none).epsilon(0.03));
 }
 
-TEST_CASE("water: it mirrors beams and particles that are above the picture") {
+TEST_CASE("water: it mirrors the sky, beams and particles that are above the picture") {
     if (!test::have_context()) {
         return;
     }
@@ -324,8 +333,8 @@ TEST_CASE("water: it mirrors beams and particles that are above the picture") {
                                   .count = 200,
                                   .size_m = {0.5F, 1.0F}});
     const Pose down{.eye = {0.0, 5.0, 0.0}, .target = {0.0, 0.0, -8.0}};
-    for (const std::string pass : {"beams", "particles"}) {
-        Shot seen{.pose = down, .disabled = {"sky"}}, bare{.pose = down, .disabled = {"sky", pass}};
+    for (const std::string pass : {"sky", "beams", "particles"}) {
+        Shot seen{.pose = down, .disabled = {}}, bare{.pose = down, .disabled = {pass}};
         CAPTURE(pass);
         CHECK(sum_of(seen.of(sea)) > sum_of(bare.of(sea)));
         seen.disabled.emplace_back("reflection");
@@ -464,17 +473,40 @@ TEST_CASE("sky: each of the two skies of a moment is turned by its own key") {
             .disabled = {"post"}};
         return shot.of(small);
     };
-    const auto apart = [](const Pixels &a, const Pixels &b) {
-        int sum = 0;
-        for (std::size_t i = 0; i < a.size(); ++i) {
-            sum += std::abs(int{a[i]} - int{b[i]});
-        }
-        return static_cast<double>(sum) / static_cast<double>(a.size());
-    };
     const double soon_s = 1.000001, late_s = 9.999; // at second 1 the later sky is seen alone, or the earlier
     const Pixels straight = seen(0.0F, 0.0F, soon_s, 0.0F);
-    CHECK(apart(seen(0.0F, turn_rad, soon_s, turn_rad), straight) < 1.0);
-    CHECK(apart(seen(0.0F, turn_rad, soon_s, 0.0F), straight) > 5.0);
-    CHECK(apart(seen(turn_rad, 0.0F, late_s, turn_rad), straight) < 1.0);
-    CHECK(apart(seen(turn_rad, 0.0F, late_s, 0.0F), straight) > 5.0);
+    CHECK(mean_difference(seen(0.0F, turn_rad, soon_s, turn_rad), straight) < 1.0);
+    CHECK(mean_difference(seen(0.0F, turn_rad, soon_s, 0.0F), straight) > 5.0);
+    CHECK(mean_difference(seen(turn_rad, 0.0F, late_s, turn_rad), straight) < 1.0);
+    CHECK(mean_difference(seen(turn_rad, 0.0F, late_s, 0.0F), straight) > 5.0);
+}
+
+TEST_CASE("sky: the stars end the flight where they began it") {
+    if (!test::have_context()) {
+        return;
+    }
+    SmallScene small;
+    small.file.objects.clear();
+    small.file.shadow.reset();
+    small.file.fog.density_per_m = 0.0F;
+    small.file.daytime.resize(1);
+    assets::DaytimeKey &key = small.file.daytime[0];
+    key.sky = "sky";
+    key.sun.elevation_rad = key.moon.elevation_rad = -0.5F;
+    Streamer streamer = small.streamer();
+    streamer.upload({});
+    Scene scene(small.file, streamer);
+    const gl::ShaderLibrary shaders(gl::ShaderLibrary::find());
+    const RenderSettings settings = render_settings(small.file, all_at(Tier::balanced), Device());
+    Renderer renderer(scene, shaders, {256, 144, settings, {"post"}});
+    const auto at = [&](double elapsed_s) {
+        renderer.draw(elapsed_s, {.eye = {0.0, 1.0, 0.0}, .target = {1.0, 2.0, 0.0}});
+        Pixels pixels;
+        renderer.read_picture(pixels);
+        return pixels;
+    };
+    const Pixels first = at(0.0);
+    CHECK(mean_difference(at(9.99999), first) < 0.05);
+    CHECK(mean_difference(at(5.0), first) > 0.5);
+    test::throw_on_error();
 }
