@@ -6,7 +6,10 @@
 #include "gl/uniform_check.hpp"
 
 #include <doctest/doctest.h>
+#include <epoxy/gl.h>
 
+#include <algorithm>
+#include <array>
 #include <memory>
 
 namespace paradize::test {
@@ -48,6 +51,25 @@ void clear_errors() {
         shared().log.throw_on_error();
     } catch (const Error &) { // as documented
     }
+}
+
+unsigned names_end() {
+    std::array<unsigned, 8> next{4096};
+    glGenTextures(1, &next[1]);
+    glDeleteTextures(1, &next[1]);
+    glGenBuffers(1, &next[2]);
+    glDeleteBuffers(1, &next[2]);
+    glGenVertexArrays(1, &next[3]);
+    glDeleteVertexArrays(1, &next[3]);
+    glGenFramebuffers(1, &next[4]);
+    glDeleteFramebuffers(1, &next[4]);
+    glGenSamplers(1, &next[5]);
+    glDeleteSamplers(1, &next[5]);
+    glGenRenderbuffers(1, &next[6]);
+    glDeleteRenderbuffers(1, &next[6]);
+    next[7] = glCreateProgram();
+    glDeleteProgram(next[7]);
+    return std::ranges::max(next);
 }
 
 } // namespace paradize::test

@@ -78,7 +78,7 @@ LoadedScene *wait_for(SceneSwap &scenes) {
 /// Numbers of existing textures, buffers, vertex arrays, programs, framebuffers, samplers and renderbuffers.
 std::array<int, 7> objects() {
     std::array<int, 7> out{};
-    for (GLuint name = 1; name < 4096; ++name) {
+    for (unsigned name = 1, end = test::names_end(); name < end; ++name) {
         const std::array<GLboolean, 7> is{glIsTexture(name),     glIsBuffer(name),      glIsVertexArray(name),
                                           glIsProgram(name),     glIsFramebuffer(name), glIsSampler(name),
                                           glIsRenderbuffer(name)};
