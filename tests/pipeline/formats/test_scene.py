@@ -110,9 +110,9 @@ def test_materials_with_the_same_maps_used_alike_are_one_set(manifest: dict[str,
 
 
 def test_the_largest_mesh_is_the_largest_that_the_player_takes() -> None:
-    for file in ("player/assets/scene/fields.hpp", "player/assets/glb.cpp"):
-        (limit,) = re.findall(r"constexpr double max_length_m = (\S+);", (ROOT / file).read_text())
-        assert float(limit) == LARGEST_M
+    text = (ROOT / "player/assets/limits.hpp").read_text()
+    (limit,) = re.findall(r"constexpr double max_length_m = (\S+);", text)
+    assert float(limit) == LARGEST_M
 
 
 @pytest.mark.parametrize(
