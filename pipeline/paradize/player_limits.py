@@ -1,8 +1,8 @@
-"""The limits of the player in a scene, all objects or clouds together (player/assets/scene/objects.cpp).
+"""The limits of the player in a scene, all objects or clouds together (player/assets/).
 Pairs are the least and the largest value."""
 
 VIEWS = ("camera", "shadow", "reflection", "refraction")  # that an object may be drawn in
-LARGEST_M = 1e7  # radius of an object's mesh, and a coordinate from the mesh's own origin; also glb.cpp there
+LARGEST_M = 1e7  # radius of an object's mesh, and a coordinate from the mesh's own origin
 FARTHEST_UV = 1e7  # tiles from 0; payload.cpp there
 SCALES = (1e-6, 1e6)  # of an instance along an axis; mirrored: negative
 FLIGHT_S = (1e-3, 86_400.0)
