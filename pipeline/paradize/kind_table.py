@@ -174,15 +174,11 @@ SUFFIXES |= {
         (".vrt", "a list of grids of GIS"),
     )
 }
-SUFFIXES |= dict.fromkeys((".iff", ".lbm"), Kind("an IFF file", _TO_PNG)) | {
-    ".pcx": Kind("a PCX file", _TO_PNG)
-}
-SUFFIXES |= dict.fromkeys(
-    (".dcm", ".nii"), Kind("a medical volume", _SURFACE.format("volumes, such as 3D Slicer"))
-)
-SUFFIXES |= dict.fromkeys(
-    (".splat", ".spz"), Kind("a cloud of Gaussian splats", f"they have no surface: {_POINTS}")
-)
+_VOLUME = Kind("a medical volume", _SURFACE.format("volumes, such as 3D Slicer"))
+_SPLATS = Kind("a cloud of Gaussian splats", f"they have no surface: {_POINTS}")
+SUFFIXES |= {".dcm": _VOLUME, ".nii": _VOLUME, ".splat": _SPLATS, ".spz": _SPLATS}
+SUFFIXES |= dict.fromkeys((".iff", ".lbm"), Kind("an IFF file", _TO_PNG))
+SUFFIXES[".pcx"] = Kind("a PCX file", _TO_PNG)
 SUFFIXES[".xyz"] = Kind("a list of points", f"of heights on a grid {_GDAL}; of others {_POINTS}")
 SUFFIXES |= dict.fromkeys((".heic", ".heif"), Kind("a HEIC photo", _TO_PNG))
 # An output folder of such a name is a mistake. Most of these kinds are told by their bytes, not by the name.

@@ -20,7 +20,15 @@ if TYPE_CHECKING:
 END_MARKS = b"\0\x1a"  # bytes behind a text: Ctrl-Z of old systems, zeros that fill a block
 _BLANK = r"[\s\N{REPLACEMENT CHARACTER}]"  # a tab of a name is read as the latter
 _PICTURES = re.compile(r"tex(ture)?s?|images?|imgs?|maps?|pictures?|materials?")  # folders of them
-_FOLDER = re.compile(r"[^.]+")  # what may be any folder
+_FOLDER = re.compile(r"[^.]+")  # any folder; names with a dot are mostly files
+# The last word of a picture's name, by which packs of textures and exporters say what it holds.
+_SAID = {
+    "color": "(base)?colou?r|col|alb(edo)?|diff(use)?",
+    "normal": "[a-z]*normals?|normalmap|n|norm?|nrm|nml|nmap|ddn",
+    "height": "disp|displacement|heights?|heightmap|bump",
+    "other": "rough(ness)?|metallic|metalness|ao|occlusion|gloss(iness)?|smoothness|spec(ular)?|orm|rma",
+}
+_BEHIND = "map|tex|texture|gl|ogl|opengl|dx|directx|png|jpe?g|tga|tif"  # words that may follow it
 _PARTS, _ABOVE = 3, 3  # last parts of a path that are looked for, folders above in which they are
 _DEPTH, _FOLDERS = 3, 64  # of folders of pictures in one another, and how many of a depth are looked into
 _COMMENT = re.compile(rf"(?<!{_BLANK}){_BLANK}+#(?:{_BLANK}|$)")  # a row of blanks is looked at once
@@ -106,6 +114,16 @@ def spelled_otherwise(root: Path, folder: Path, name: str) -> tuple[Path, str] |
                 beside = " beside the file" if absolute and there == found.name else ""
                 return found, f"{name[:120]!r} {why}; {there!r}{beside} is read instead"
     return None
+
+
+def said_of(name: str) -> tuple[str, str]:
+    """The last word of a picture's or a folder's name that says what is held, and what: "color", "normal",
+    "height" or "other", of which no map is made; "" where the name says nothing."""
+    words = re.findall("[a-z]+", re.sub(r"([a-z])([A-Z])|\d+[kK]", r"\1 \2", name).lower())
+    while len(words) > 1 and re.fullmatch(_BEHIND, words[-1]):
+        words.pop()
+    word = words[-1] if words else ""
+    return word, next((held for held, said in _SAID.items() if re.fullmatch(said, word)), "")
 
 
 def _guesses(root: Path, folder: Path, name: str) -> Iterator[tuple[Path, str]]:

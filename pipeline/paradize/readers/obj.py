@@ -336,30 +336,17 @@ def _libraries(path: Path, root: Path, statement: str, warnings: list[str], abse
     if len(words) > 1 and (whole := inside(root, path.parent, " ".join(words))):
         absent.append(whole)
     libraries = []
-
-    def part_from(first: int) -> tuple[Path, int] | None:
-        for stop in range(len(words), first, -1):
-            if part := existing(" ".join(words[first:stop])):
-                return part, stop
-        return None
-
+    missing: list[str] = []  # words of a name, which reaches to its suffix or to a name that is there
     index = 0
     while index < len(words):
-        if part := part_from(index):
-            libraries.append(part[0])
-            index = part[1]
-        elif not words[index]:
-            index += 1
-        else:  # a missing name reaches to its suffix, or to a name that is there
-            first, index = index, index + 1
-            while (
-                index < len(words)
-                and not words[index - 1].lower().endswith(".mtl")
-                and not part_from(index)
-                and not (words[index] and spelled_otherwise(root, path.parent, words[index]))
-            ):
-                index += 1
-            name = " ".join(words[first:index]).rstrip()
+        runs = ((existing(" ".join(words[index:stop])), stop) for stop in range(len(words), index, -1))
+        part, stop = next((run for run in runs if run[0] is not None), (None, index + 1))
+        missing += [] if part else [words[index]]
+        name = " ".join(missing).strip()
+        after = words[stop] if stop < len(words) else ""
+        ends = part or stop == len(words) or name.lower().endswith(".mtl")
+        if name and (ends or (after and spelled_otherwise(root, path.parent, after))):
+            missing.clear()
             library = inside(root, path.parent, name)
             reason = "lies outside the root folder" if library is None else why_missing(library)
             if library is not None:
@@ -367,9 +354,11 @@ def _libraries(path: Path, root: Path, statement: str, warnings: list[str], abse
             if other := spelled_otherwise(root, path.parent, name):
                 libraries.append(other[0])
                 warnings.append(f"{path}: material file {other[1]}")
-                continue
-            mend = "put it beside the model, or correct the mtllib line"
-            warnings.append(f"{path}: material file {name[:120]!r} {reason}; ignored: {mend}")
+            else:
+                mend = "put it beside the model, or correct the mtllib line"
+                warnings.append(f"{path}: material file {name[:120]!r} {reason}; ignored: {mend}")
+        libraries += [part] if part else []
+        index = stop
     return libraries
 
 

@@ -6,7 +6,6 @@ normals are green up, du/dv is signed and without mean, gloss holds specular int
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import partial
@@ -29,6 +28,7 @@ from paradize.metrics.source import true_heights
 from paradize.readers.heightmap import guess_source, with_heights
 from paradize.readers.image import read_image, require_finite
 from paradize.readers.model import read_model
+from paradize.readers.names import said_of
 from paradize.scene.baker_settings import MapSettings
 from paradize.scene.settings import Relief
 from paradize.stages import gutter
@@ -40,17 +40,6 @@ from paradize.stages.height import height_from_color, height_from_height
 from paradize.stages.sweep import bands_of, run
 
 F32 = npt.NDArray[np.float32]
-# The last word of a picture's name by which packs of textures say that it is no colour map.
-_ROLES = {
-    "heights": "disp|displacement|heights?|heightmap|bump",
-    "normals": "nor|norm|normals?|normalmap|nrm|nmap|ddn",
-    "roughness": "rough|roughness",
-    "metalness": "metallic|metalness",
-    "ambient occlusion": "ao|occlusion",
-    "gloss": "gloss|glossiness|smoothness|spec|specular",
-    "packed maps": "orm|rma",
-}
-_BEHIND = "map|tex|texture|gl|ogl|opengl|dx|directx|png|jpe?g|tga|tif"  # words that may follow it
 
 
 def bake_maps(
@@ -251,17 +240,15 @@ def _normals(path: Path, image: Image) -> list[str]:
 
 
 def _named_otherwise(path: Path) -> list[str]:
-    """A warning where the name of what is taken for colour, or of its folder, says something else."""
-    for whose, name in (("its name", path.stem), ("its folder's name", path.parent.name)):
-        words = re.findall("[a-z]+", re.sub(r"([a-z])([A-Z])|\d+[kK]", r"\1 \2", name).lower())
-        while len(words) > 1 and re.fullmatch(_BEHIND, words[-1]):
-            words.pop()
-        for role, names in _ROLES.items():
-            if words and re.fullmatch(names, words[-1]):
-                mend = "add --from height" if role == "heights" else "give the colour map"
-                what = f"{whose} says {role}, and it is taken for colour; if the name is right, {mend}"
-                return [f"{path}: {what}"]
-    return []
+    """A warning where the name of what is taken for colour says something else; where it says nothing, its
+    folder's, which must be that one word."""
+    whose, (word, held) = "its name", said_of(path.stem)
+    if not held and said_of(path.parent.name)[0] == path.parent.name.lower():
+        whose, (word, held) = "its folder's name", said_of(path.parent.name)
+    if held in ("", "color"):
+        return []
+    mend = "add --from height" if held == "height" else "give the colour map"
+    return [f"{path}: {whose} says {word!r}, and it is taken for colour; if the name is right, {mend}"]
 
 
 def _without_steps(image: Image, path: Path, wraps: tuple[bool, bool]) -> tuple[Image, list[str]]:

@@ -31,6 +31,7 @@ from paradize.readers.mtl.phong import (
     specular_of_reflectance,
 )
 from paradize.readers.mtl.texture_transform import BoundsOf, Warn, transforms_of
+from paradize.readers.names import said_of
 from paradize.readers.ranges import beyond, within
 from paradize.readers.uv_transform import UvTransforms
 
@@ -48,7 +49,6 @@ PACKED = {
 }
 BLENDER_ROLES = ROLES | {"map_ns": "roughness", "map_refl": "metalness", "refl": "metalness"}
 _BUMPS = ("map_bump", "bump")
-_NORMAL_NAMES = ("_n", "_nrm", "_nor", "_nml", "_norm", "normal", "normals", "normalmap", "normal_map")
 _SCALARS = ("alpha", "height", "roughness", "smoothness", "metalness", "specular", "occlusion")
 
 # Maps that a gain of at most 1 scales as a factor does. A colour's gain would scale sRGB codes.
@@ -217,7 +217,7 @@ def _role_of_bump(statement: MapStatement, blender: bool, warn: Warn) -> str:
     """Normal or height; empty where the picture is neither. blender: Blender wrote the statement, whose newer
     versions mean a normal map."""
     held = "height" if statement.channel else bump_of_file(statement.file)
-    named_normal = statement.file.stem.lower().endswith(_NORMAL_NAMES)
+    named_normal = said_of(statement.file.stem)[1] == "normal"
     if held == "unreadable":
         return "normal" if named_normal or blender else "height"
     if held == "unclear" and named_normal:

@@ -421,16 +421,24 @@ def test_a_picture_whose_name_says_that_it_is_no_colour_map_is_told_where_it_is_
     tmp_path: Path,
 ) -> None:
     said = {
-        "bricks_disp": "says heights, and it is taken for colour; if the name is right, add --from height",
-        "rock_Height_4K": "says heights",
-        "RIM_ROUGHNESS": "says roughness, and it is taken for colour; if the name is right, give the colour",
-        "Duck_Metallic.png": "says metalness",
-        "gold-normalOGL": "says normals",
-        "wall_AO": "its name says ambient occlusion",
-        "Normal/rock": "its folder's name says normals",
+        "bricks_disp": "says 'disp', and it is taken for colour; if the name is right, add --from height",
+        "rock_Height_4K": "says 'height'",
+        "RIM_ROUGHNESS": "says 'roughness', and it is taken for colour; if the name is right, give the",
+        "Duck_Metallic.png": "says 'metallic'",
+        "gold-normalOGL": "says 'normal'",
+        "wall_AO": "its name says 'ao'",
+        "Normal/rock": "its folder's name says 'normal'",
     }
     grey = np.full((8, 8, 1), 90, np.uint8)
-    for name in (*said, "rough_wall", "normal_stone_diffuse", "map", "4k"):
+    for name in (
+        *said,
+        "rough_wall",
+        "normal_stone_diffuse",
+        "map",
+        "4k",
+        "Normal/wood_Color",
+        "glossy heights/a",
+    ):
         path = tmp_path / f"{name}.png"
         path.parent.mkdir(exist_ok=True)
         write_image(path, grey)
