@@ -9,8 +9,8 @@
 #include <epoxy/gl.h>
 
 #include <algorithm>
-#include <array>
 #include <memory>
+#include <utility>
 
 namespace paradize::test {
 
@@ -54,22 +54,20 @@ void clear_errors() {
 }
 
 unsigned names_end() {
-    std::array<unsigned, 8> next{4096};
-    glGenTextures(1, &next[1]);
-    glDeleteTextures(1, &next[1]);
-    glGenBuffers(1, &next[2]);
-    glDeleteBuffers(1, &next[2]);
-    glGenVertexArrays(1, &next[3]);
-    glDeleteVertexArrays(1, &next[3]);
-    glGenFramebuffers(1, &next[4]);
-    glDeleteFramebuffers(1, &next[4]);
-    glGenSamplers(1, &next[5]);
-    glDeleteSamplers(1, &next[5]);
-    glGenRenderbuffers(1, &next[6]);
-    glDeleteRenderbuffers(1, &next[6]);
-    next[7] = glCreateProgram();
-    glDeleteProgram(next[7]);
-    return std::ranges::max(next);
+    unsigned last = 4095;
+    for (const auto &[make, remove] :
+         {std::pair(glGenTextures, glDeleteTextures), std::pair(glGenBuffers, glDeleteBuffers),
+          std::pair(glGenVertexArrays, glDeleteVertexArrays),
+          std::pair(glGenFramebuffers, glDeleteFramebuffers), std::pair(glGenSamplers, glDeleteSamplers),
+          std::pair(glGenRenderbuffers, glDeleteRenderbuffers)}) {
+        unsigned next = 0;
+        make(1, &next);
+        remove(1, &next);
+        last = std::max(last, next);
+    }
+    const unsigned program = glCreateProgram();
+    glDeleteProgram(program);
+    return std::max(last, program) + 1;
 }
 
 } // namespace paradize::test

@@ -10,7 +10,7 @@ bool have_context();
 void throw_on_error();
 /// Clears recorded errors, after a test has caused them on purpose.
 void clear_errors();
-/// The names of all GL objects lie below. Drivers count up, or take the lowest name that is free.
+/// A number above the names of all GL objects. Drivers count up, or take the lowest name that is free.
 unsigned names_end();
 
 } // namespace paradize::test
