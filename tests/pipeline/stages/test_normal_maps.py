@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import numpy.typing as npt
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
@@ -16,6 +17,7 @@ from paradize.stages import filters, gutter
 from paradize.stages.normal import normal_rows
 from tests.pipeline.heights import angles_between, normals, rounded, sinusoids, up, waves
 from tests.pipeline.map_truth import normals as true_normals
+from tests.processor_time import ratio
 from tests.sweeps import sample, tries
 
 FILTERS = ("central", "scharr", "fourth", "eighth", "smooth2", "quintic4", "septic7", "smooth16")
@@ -255,6 +257,11 @@ def test_triangles_over_one_another_on_one_picture_cost_no_more_than_their_rows(
     ids = np.arange(2000, dtype=np.int32)
     drawn = maps.rasterise(uvs, triangles, ids, height=256, width=256, work_limit=2e6)
     assert np.array_equal(drawn, maps.rasterise(uvs[:4], faces, ids[:2], height=256, width=256))
+
+    def draw(uvs: npt.NDArray[np.float32], triangles: npt.NDArray[np.uint32]) -> None:
+        maps.rasterise(uvs, triangles, ids[: len(triangles)], height=1024, width=1024)
+
+    assert ratio(lambda: draw(uvs, triangles), lambda: draw(uvs[:4], faces)) < 60.0
     tiled = maps.rasterise(uvs * np.float32(3.0), triangles, ids, height=64, width=64, work_limit=4e6)
     assert np.array_equal(
         tiled, maps.rasterise(uvs[:4] * np.float32(3.0), faces, ids[:2], height=64, width=64)
