@@ -1,5 +1,6 @@
 #include "maps/gutter.hpp"
 
+#include "math/disjoint_sets.hpp"
 #include "parallel.hpp"
 
 #include <algorithm>
@@ -7,20 +8,14 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <optional>
 #include <stdexcept>
 
 namespace paradize::maps {
 namespace {
 
+constexpr double most_looks = 8.0; // of each texel, on the mean
 constexpr std::int64_t far_away = std::int64_t{1} << 30;
-
-std::uint32_t root(std::vector<std::uint32_t> &parent, std::uint32_t i) {
-    while (parent[i] != i) {
-        parent[i] = parent[parent[i]];
-        i = parent[i];
-    }
-    return i;
-}
 
 // A triangle in texels, counter-clockwise in a plane whose y grows upwards.
 struct Triangle {
@@ -119,12 +114,16 @@ void along(const Triangle &triangle, std::size_t rows, std::size_t columns, With
     }
 }
 
-// The texels of each row that no triangle holds yet, so that triangles over one another cost little.
+// The texels of each row that no triangle holds yet. Where triangles lie over one another, looking for these
+// costs less than looking at all; elsewhere it costs more.
 class FreeTexels {
   public:
-    FreeTexels(std::size_t rows, std::size_t columns) : length_(columns + 1), next_(rows * length_) {
+    FreeTexels(std::span<const std::int32_t> held, std::size_t rows, std::size_t columns)
+        : length_(columns + 1), next_(rows * length_) {
         for (std::size_t k = 0; k < next_.size(); ++k) {
-            next_[k] = static_cast<std::uint32_t>(k % length_);
+            const std::size_t row = k / length_, column = k % length_;
+            const bool taken = column < columns && held[row * columns + column] >= 0;
+            next_[k] = static_cast<std::uint32_t>(taken ? column + 1 : column);
         }
     }
 
@@ -223,23 +222,22 @@ std::vector<std::int32_t> uv_islands(std::span<const float> uvs, std::span<const
         return std::pair(uvs[2 * a], uvs[2 * a + 1]) < std::pair(uvs[2 * b], uvs[2 * b + 1]);
     };
     std::sort(order.begin(), order.end(), less);
-    std::vector<std::uint32_t> parent(points);
-    std::iota(parent.begin(), parent.end(), 0U);
+    DisjointSets islands(points);
     for (std::size_t i = 1; i < points; ++i) {
         if (!less(order[i - 1], order[i])) {
-            parent[root(parent, order[i])] = root(parent, order[i - 1]);
+            islands.join(order[i], order[i - 1]);
         }
     }
     for (std::size_t t = 0; t + 2 < triangles.size(); t += 3) {
         for (std::size_t k = 1; k < 3; ++k) {
-            parent[root(parent, triangles[t + k])] = root(parent, triangles[t]);
+            islands.join(triangles[t + k], triangles[t]);
         }
     }
     std::vector<std::int32_t> name(points, -1);
     std::vector<std::int32_t> out(triangles.size() / 3);
     std::int32_t next = 0;
     for (std::size_t t = 0; t < out.size(); ++t) {
-        std::int32_t &id = name[root(parent, triangles[3 * t])];
+        std::int32_t &id = name[islands.root(triangles[3 * t])];
         if (id < 0) {
             id = next++;
         }
@@ -252,8 +250,8 @@ void rasterise(std::span<const float> uvs, std::span<const std::uint32_t> triang
                std::span<const std::int32_t> ids, std::size_t rows, std::size_t columns, double work_limit,
                std::span<std::int32_t> out, bool touched) {
     std::fill(out.begin(), out.end(), -1);
-    FreeTexels free(rows, columns);
-    double work = 0.0;
+    std::optional<FreeTexels> free; // once the texels' own number was looked at several times
+    double work = 0.0, looked_at = 0.0;
     const auto require = [](bool enough) {
         if (!enough) {
             throw std::length_error("the UVs tile too often to be drawn into a map");
@@ -294,24 +292,40 @@ void rasterise(std::span<const float> uvs, std::span<const std::uint32_t> triang
             const double bottom = std::ceil(y_high);
             work += (bottom - top) * (1.0 + (right - left) / static_cast<double>(columns));
             require(work <= work_limit);
+            looked_at += (bottom - top) * (right - left);
+            if (!free && looked_at > most_looks * static_cast<double>(out.size())) {
+                free.emplace(out, rows, columns);
+            }
             for (double j = top; j < bottom; j += 1.0) {
                 const std::size_t row = wrapped(j, rows);
                 const auto [first, last] = triangle.span(j, left, right, slack);
-                double tile = first - static_cast<double>(wrapped(first, columns)); // where its row begins
-                std::size_t column = free.from(row, wrapped(first, columns));
+                const auto draw = [&](double i, std::size_t column) {
+                    std::int32_t &texel = out[row * columns + column];
+                    if (texel < 0 && triangle.covers(i, j, slack)) {
+                        texel = ids[t];
+                    }
+                    return texel >= 0;
+                };
+                std::size_t column = wrapped(first, columns);
+                if (!free) {
+                    for (double i = first; i < last; i += 1.0) {
+                        draw(i, column);
+                        column = column + 1 < columns ? column + 1 : 0;
+                    }
+                    continue;
+                }
+                double tile = first - static_cast<double>(column); // where the row of the map begins
+                column = free->from(row, column);
                 while (tile + static_cast<double>(column) < last) {
                     if (column == columns) {
                         tile += static_cast<double>(columns);
-                        column = free.from(row, 0);
+                        column = free->from(row, 0);
                         continue;
                     }
-                    std::int32_t &texel = out[row * columns + column];
-                    const bool covered = triangle.covers(tile + static_cast<double>(column), j, slack);
-                    texel = texel < 0 && covered ? ids[t] : texel; // a triangle without area may hold it
-                    if (texel >= 0) {
-                        free.take(row, column);
+                    if (draw(tile + static_cast<double>(column), column)) {
+                        free->take(row, column);
                     }
-                    column = free.from(row, column + 1);
+                    column = free->from(row, column + 1);
                 }
             }
         }
