@@ -151,7 +151,7 @@ PARADIZE_INLINE void refit(const Lanes &count, const Lanes *value, const LeastSq
 
 // The first ends: the outermost texels along a subset's axis. member: null where all texels are the subset's.
 template <int Channels>
-PARADIZE_INLINE void first_ends(const Lanes (*const *values)[texels], const IntLanes *member,
+PARADIZE_CALLED void first_ends(const Lanes (*const *values)[texels], const IntLanes *member,
                                 const Sums<Channels> &sums, Endpoints<Channels> &ends) {
     Axis<Channels> axis;
     find_axis(sums, 4, axis);

@@ -20,7 +20,7 @@ struct Search {
 };
 
 // The texels of up to `lanes` tasks; the last stands in for those that are missing.
-PARADIZE_INLINE void load(const Search &search, const std::uint16_t *jobs, std::size_t count, Block &block) {
+PARADIZE_CALLED void load(const Search &search, const std::uint16_t *jobs, std::size_t count, Block &block) {
     alignas(64) std::uint32_t packed[texels][lanes];
     for (std::size_t lane = 0; lane < lanes; ++lane) {
         const Task &task = search.scratch.tasks[jobs[lane < count ? lane : count - 1]];
@@ -40,7 +40,7 @@ PARADIZE_INLINE void load(const Search &search, const std::uint16_t *jobs, std::
 }
 
 // The results of the tier below for up to `lanes` tasks.
-PARADIZE_INLINE void load_limits(const Search &search, const std::uint16_t *jobs, std::size_t count,
+PARADIZE_CALLED void load_limits(const Search &search, const std::uint16_t *jobs, std::size_t count,
                                  Parts &limit) {
     for (std::size_t lane = 0; lane < lanes; ++lane) {
         const Errors &errors = search.scratch.tasks[jobs[lane < count ? lane : count - 1]].limit;
@@ -65,7 +65,7 @@ PARADIZE_INLINE std::uint64_t joined(const IntLanes &low, const IntLanes &high, 
 }
 
 // Writes the bytes of the blocks that became better.
-PARADIZE_INLINE void settle(const Search &search, const std::uint16_t *jobs, std::size_t count,
+PARADIZE_CALLED void settle(const Search &search, const std::uint16_t *jobs, std::size_t count,
                             const Best &best) {
     IntLanes low;
     IntLanes high;

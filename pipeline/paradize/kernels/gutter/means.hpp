@@ -13,11 +13,15 @@ namespace paradize::gutter {
 // Added to alpha where colours are weighted by it, so that what is wholly transparent still has a colour.
 constexpr float least_alpha = 1e-4F;
 
-// Levels are compared by kind and number of channels, both known where this is compiled: the loops are short.
-template <Kind kind, std::size_t channels>
-constexpr std::size_t colors = kind == Kind::color ? std::min<std::size_t>(channels, 3) : channels;
-template <Kind kind, std::size_t channels>
-constexpr bool has_alpha = channels == 4 && kind == Kind::color;
+// The number of channels is known where this is compiled: the loops are short.
+template <std::size_t channels>
+constexpr bool has_alpha(Kind kind) {
+    return channels == 4 && kind == Kind::color;
+}
+template <std::size_t channels>
+constexpr std::size_t colors(Kind kind) {
+    return has_alpha<channels>(kind) ? 3 : channels;
+}
 
 // An island's part of a texel: its share of the area, and the sums of its values by area. Colour with alpha
 // is held multiplied by it; normals as x, y, z.
@@ -40,29 +44,29 @@ struct Part {
 };
 
 // The mean that a part holds, in the chain's channels.
-template <Kind kind, std::size_t channels>
-std::array<float, 4> mean_of(const Part &part) {
+template <std::size_t channels>
+std::array<float, 4> mean_of(Kind kind, const Part &part) {
     std::array<float, 4> mean{};
     float divisor = part.share;
-    if constexpr (has_alpha<kind, channels>) {
+    if (has_alpha<channels>(kind)) {
         mean[3] = part.sum[3] / part.share - least_alpha;
         divisor = part.sum[3];
-    } else if constexpr (kind == Kind::normal) {
+    } else if (kind == Kind::normal) {
         divisor =
             std::sqrt(part.sum[0] * part.sum[0] + part.sum[1] * part.sum[1] + part.sum[2] * part.sum[2]);
     }
-    for (std::size_t c = 0; c < colors<kind, channels>; ++c) {
+    for (std::size_t c = 0; c < colors<channels>(kind); ++c) {
         mean[c] = divisor > 0.0F ? part.sum[c] / divisor : 0.0F;
     }
     return mean;
 }
 
 // Level 0: inside texels as they are, the gutter as its nearest inside texel. Each texel is one island's.
-template <Kind kind, std::size_t channels>
+template <std::size_t channels>
 class Finest {
   public:
-    Finest(const Chain &chain, const Layout &layout)
-        : rows(chain.rows), columns(chain.columns), texels_(chain.levels[0]), layout_(layout) {}
+    Finest(const Chain &chain, Kind kind, const Layout &layout)
+        : rows(chain.rows), columns(chain.columns), kind_(kind), texels_(chain.levels[0]), layout_(layout) {}
 
     bool whole(std::size_t texel) const { return layout_.inside[texel] != 0; }
     bool single(std::size_t) const { return true; }
@@ -73,12 +77,12 @@ class Finest {
         const float *value = texels_ + static_cast<std::size_t>(layout_.source[texel]) * channels;
         Part part{layout_.owner[texel], 1.0F, {}};
         std::copy_n(value, channels, part.sum.begin());
-        if constexpr (has_alpha<kind, channels>) {
+        if (has_alpha<channels>(kind_)) {
             part.sum[3] += least_alpha;
             for (std::size_t c = 0; c < 3; ++c) {
                 part.sum[c] *= part.sum[3];
             }
-        } else if constexpr (kind == Kind::normal) {
+        } else if (kind_ == Kind::normal) {
             part.sum[2] = std::sqrt(std::max(0.0F, 1.0F - value[0] * value[0] - value[1] * value[1]));
         }
         return part;
@@ -86,15 +90,16 @@ class Finest {
 
     // The share of `texel` that belongs to `island`, and in `mean` what the island alone has there. Where the
     // texel lies wholly inside the island, `value`, what the level holds.
-    template <Kind, std::size_t>
-    double own(std::size_t texel, std::int32_t island, const float *value, std::array<float, 4> &mean) const {
+    template <std::size_t>
+    double own(Kind, std::size_t texel, std::int32_t island, const float *value,
+               std::array<float, 4> &mean) const {
         if (layout_.owner[texel] != island) {
             return 0.0;
         }
         if (whole(texel)) {
             std::copy_n(value, channels, mean.begin());
         } else {
-            mean = mean_of<kind, channels>(first(texel));
+            mean = mean_of<channels>(kind_, first(texel));
         }
         return 1.0;
     }
@@ -103,6 +108,7 @@ class Finest {
     const std::size_t columns;
 
   private:
+    const Kind kind_;
     const float *texels_;
     const Layout &layout_;
 };
@@ -123,8 +129,9 @@ class Means {
     }
 
     // As of Finest.
-    template <Kind kind, std::size_t channels>
-    double own(std::size_t texel, std::int32_t island, const float *value, std::array<float, 4> &mean) const {
+    template <std::size_t channels>
+    double own(Kind kind, std::size_t texel, std::int32_t island, const float *value,
+               std::array<float, 4> &mean) const {
         const std::span<const Part> all = parts(texel);
         const auto it = std::ranges::lower_bound(all, island, {}, &Part::island);
         if (it == all.end() || it->island != island) {
@@ -134,7 +141,7 @@ class Means {
             std::copy_n(value, channels, mean.begin());
             return 1.0;
         }
-        mean = mean_of<kind, channels>(*it);
+        mean = mean_of<channels>(kind, *it);
         return static_cast<double>(it->share);
     }
 

@@ -73,19 +73,19 @@ double half_chord(const std::array<double, 4> &a, const std::array<double, 4> &b
     return 0.5 * std::sqrt(x * x + y * y + (za - zb) * (za - zb));
 }
 
-template <Kind kind, std::size_t channels>
-double difference(const std::array<double, 4> &seen, const std::array<double, 4> &own) {
-    if constexpr (kind == Kind::normal) {
+template <std::size_t channels>
+double difference(Kind kind, const std::array<double, 4> &seen, const std::array<double, 4> &own) {
+    if (kind == Kind::normal) {
         return half_chord(seen, own);
     }
     double largest = 0.0;
-    for (std::size_t c = 0; c < colors<kind, channels>; ++c) {
+    for (std::size_t c = 0; c < colors<channels>(kind); ++c) {
         const double gap = kind == Kind::color
                                ? std::sqrt(std::max(seen[c], 0.0)) - std::sqrt(std::max(own[c], 0.0))
                                : seen[c] - own[c];
         largest = std::max(largest, std::abs(gap));
     }
-    return has_alpha<kind, channels> ? largest * std::clamp(own[3], 0.0, 1.0) : largest;
+    return has_alpha<channels>(kind) ? largest * std::clamp(own[3], 0.0, 1.0) : largest;
 }
 
 LevelBleed judged(std::vector<float> &errors, const std::vector<float> &shares,
@@ -138,9 +138,9 @@ struct Sample {
 // Of a level's texels at (x, y), in texels of it. means: what each should hold, a Finest or Means. home: what
 // the island holds where the sample comes from, which stands for its own where it sees nothing of it any
 // more.
-template <Kind kind, std::size_t channels, typename Held>
-Sample sampled(const float *texels, const Held &means, double x, double y, std::int32_t island, bool repeat,
-               const float *home) {
+template <std::size_t channels, typename Held>
+Sample sampled(Kind kind, const float *texels, const Held &means, double x, double y, std::int32_t island,
+               bool repeat, const float *home) {
     const Taps taps = taps_at(x, y, means.rows, means.columns, repeat);
     std::array<double, 4> seen{};
     std::array<double, 4> own{};
@@ -152,7 +152,7 @@ Sample sampled(const float *texels, const Held &means, double x, double y, std::
         const float *value = texels + taps.at[k] * channels;
         Texel mean{};
         const double share =
-            taps.weight[k] * means.template own<kind, channels>(taps.at[k], island, value, mean);
+            taps.weight[k] * means.template own<channels>(kind, taps.at[k], island, value, mean);
         for (std::size_t c = 0; c < channels; ++c) {
             seen[c] += taps.weight[k] * static_cast<double>(value[c]);
             own[c] += share * static_cast<double>(mean[c]);
@@ -162,20 +162,20 @@ Sample sampled(const float *texels, const Held &means, double x, double y, std::
     for (std::size_t c = 0; c < channels; ++c) {
         own[c] = weight > 1e-9 ? own[c] / weight : static_cast<double>(home[c]);
     }
-    return {static_cast<float>(difference<kind, channels>(seen, own)), static_cast<float>(weight)};
+    return {static_cast<float>(difference<channels>(kind, seen, own)), static_cast<float>(weight)};
 }
 
 // A chain's borders on their way through its levels.
-template <Kind kind, std::size_t channels>
+template <std::size_t channels>
 class Walk {
   public:
-    Walk(const Chain &chain, const Layout &layout, std::vector<std::uint32_t> border,
+    Walk(const Chain &chain, Kind kind, const Layout &layout, std::vector<std::uint32_t> border,
          std::span<const double> reach, int threads)
-        : chain_(chain), layout_(layout), border_(std::move(border)), reach_(reach), threads_(threads),
-          errors_(border_.size() * directions.size()), shares_(errors_.size()) {}
+        : chain_(chain), kind_(kind), layout_(layout), border_(std::move(border)), reach_(reach),
+          threads_(threads), errors_(border_.size() * directions.size()), shares_(errors_.size()) {}
 
     std::vector<LevelBleed> all() {
-        const Finest finest(chain_, layout_);
+        const Finest<channels> finest(chain_, kind_, layout_);
         std::vector<LevelBleed> found{at(chain_.levels[0], finest)};
         if (chain_.levels.size() > 1) {
             Means means = Means::halved(finest);
@@ -189,8 +189,6 @@ class Walk {
     }
 
   private:
-    using Finest = gutter::Finest<kind, channels>;
-
     template <typename Held>
     LevelBleed at(const float *texels, const Held &means) {
         constexpr std::size_t each = directions.size();
@@ -212,7 +210,7 @@ class Walk {
                     const double x = cx + 0.5 * sign_of(way.x) + (0.5 / sx + far * width) * way.x;
                     const double y = cy + 0.5 * sign_of(way.y) + (0.5 / sy + far * height) * way.y;
                     const Sample sample =
-                        sampled<kind, channels>(texels, means, x * sx, y * sy, island, layout_.repeat, home);
+                        sampled<channels>(kind_, texels, means, x * sx, y * sy, island, layout_.repeat, home);
                     errors_[b * each + d] = sample.error;
                     shares_[b * each + d] = sample.share;
                 }
@@ -222,6 +220,7 @@ class Walk {
     }
 
     const Chain &chain_;
+    const Kind kind_;
     const Layout &layout_;
     std::vector<std::uint32_t> border_;
     std::span<const double> reach_;
@@ -229,21 +228,6 @@ class Walk {
     std::vector<float> errors_;
     std::vector<float> shares_;
 };
-
-template <std::size_t channels>
-std::vector<LevelBleed> walk_of(const Chain &chain, Kind kind, const Layout &layout,
-                                std::vector<std::uint32_t> border, std::span<const double> reach,
-                                int threads) {
-    if constexpr (channels == 2) {
-        if (kind == Kind::normal) {
-            return Walk<Kind::normal, 2>(chain, layout, std::move(border), reach, threads).all();
-        }
-    }
-    if (kind == Kind::color) {
-        return Walk<Kind::color, channels>(chain, layout, std::move(border), reach, threads).all();
-    }
-    return Walk<Kind::value, channels>(chain, layout, std::move(border), reach, threads).all();
-}
 
 } // namespace
 
@@ -292,13 +276,13 @@ std::vector<LevelBleed> walk(const Chain &chain, Kind kind, const Layout &layout
     });
     switch (chain.channels) {
     case 1:
-        return walk_of<1>(chain, kind, layout, std::move(walked), reach, threads);
+        return Walk<1>(chain, kind, layout, std::move(walked), reach, threads).all();
     case 2:
-        return walk_of<2>(chain, kind, layout, std::move(walked), reach, threads);
+        return Walk<2>(chain, kind, layout, std::move(walked), reach, threads).all();
     case 3:
-        return walk_of<3>(chain, kind, layout, std::move(walked), reach, threads);
+        return Walk<3>(chain, kind, layout, std::move(walked), reach, threads).all();
     default:
-        return walk_of<4>(chain, kind, layout, std::move(walked), reach, threads);
+        return Walk<4>(chain, kind, layout, std::move(walked), reach, threads).all();
     }
 }
 

@@ -19,18 +19,19 @@ constexpr std::size_t color_channels(std::size_t channels) {
     return channels == 2 || channels == 4 ? channels - 1 : channels;
 }
 
-// table[i] = linear light of code i.
+// table[i] = linear light of code i, 0..top.
+std::vector<float> linear_codes(std::size_t top) {
+    std::vector<float> table(top + 1);
+    for (std::size_t i = 0; i <= top; ++i) {
+        table[i] =
+            static_cast<float>(mathx::srgb_to_linear(static_cast<double>(i) / static_cast<double>(top)));
+    }
+    return table;
+}
+
 template <typename T>
 const float *linear_table() {
-    static const std::vector<float> table = [] {
-        constexpr std::size_t top = std::numeric_limits<T>::max();
-        std::vector<float> made(top + 1);
-        for (std::size_t i = 0; i <= top; ++i) {
-            made[i] =
-                static_cast<float>(mathx::srgb_to_linear(static_cast<double>(i) / static_cast<double>(top)));
-        }
-        return made;
-    }();
+    static const std::vector<float> table = linear_codes(std::numeric_limits<T>::max());
     return table.data();
 }
 
