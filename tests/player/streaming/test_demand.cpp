@@ -142,6 +142,25 @@ TEST_CASE("demand: what is seen after some seconds counts the less the later, by
     }
 }
 
+TEST_CASE("demand: an object behind the eye is needed where it casts a shadow") {
+    if (!test::have_context()) {
+        return;
+    }
+    for (const bool shadows : {true, false}) {
+        SmallScene small;
+        if (!shadows) {
+            small.file.shadow.reset();
+        }
+        const Streamer streamer = small.streamer();
+        const Scene scene(small.file, streamer);
+        Demand demand(scene, streamer);
+        demand.update(forecast_of(small, away));
+        for (const char *artifact : {"quad_mesh", "quad_color"}) {
+            CHECK((demand.needs()[streamer.pieces_of(artifact).first].now > 1.0F) == shadows);
+        }
+    }
+}
+
 TEST_CASE(
     "demand: a level of detail is needed by the error of the next coarser one, the coarsest by its size") {
     if (!test::have_context()) {

@@ -8,6 +8,7 @@
 #include "streaming/uploads.hpp"
 
 #include <doctest/doctest.h>
+#include <epoxy/gl.h>
 
 #include <algorithm>
 #include <chrono>
@@ -35,6 +36,19 @@ std::string upload_error(const SmallScene &scene, NotReady not_ready) {
         return error.what();
     }
     return "";
+}
+
+int mapped_buffers() {
+    int count = 0;
+    for (unsigned name = 1, end = test::names_end(); name < end; ++name) {
+        if (glIsBuffer(name) == GL_TRUE) {
+            GLint mapped = 0;
+            glBindBuffer(GL_COPY_READ_BUFFER, name);
+            glGetBufferParameteriv(GL_COPY_READ_BUFFER, GL_BUFFER_MAPPED, &mapped);
+            count += mapped;
+        }
+    }
+    return count;
 }
 
 } // namespace
@@ -84,6 +98,47 @@ TEST_CASE("streamer: uploaded texels are those of the file") {
     while (!streamer.upload({.bytes = 1 << 20})) {
     }
     CHECK(test::wrong_bytes(streamer) == 0);
+    test::throw_on_error();
+}
+
+TEST_CASE("streamer: the buffer that pieces wait in is mapped until the device has read the last of them") {
+    if (!test::have_context() || !epoxy_has_gl_extension("GL_ARB_buffer_storage")) {
+        return;
+    }
+    const SmallScene scene;
+    Streamer streamer = scene.streamer();
+    const UploadBudget frame{.bytes = 1}; // one chunk
+    streamer.upload(frame);
+    CHECK(mapped_buffers() == 0); // the first picture waits for none
+    int frames = 0;
+    while (!streamer.upload(frame)) {
+        CHECK(mapped_buffers() == 1);
+        REQUIRE(++frames < 1000);
+    }
+    CHECK(frames > 2);
+    glFinish();
+    streamer.upload(frame);
+    CHECK(mapped_buffers() == 0);
+    test::throw_on_error();
+}
+
+TEST_CASE("streamer: a headless frame that begins 16 MiB of files of which nothing is seen begins no other") {
+    if (!test::have_context()) {
+        return;
+    }
+    SmallScene scene;
+    scene.put("quad_color", test::ktx2_file(assets::PixelFormat::rgba8_srgb, 2048, 2048)); // 22 MB
+    Streamer streamer = scene.streamer();
+    std::vector<Need> needs(streamer.piece_count());
+    const auto [first, count] = streamer.pieces_of("quad_color");
+    std::fill_n(needs.begin() + first, count, Need{0.0F, 2.0F});
+    streamer.set_needs(needs);
+    const UploadBudget frame{.bytes = 100 << 20, .not_ready = NotReady::wait_if_seen};
+    CHECK_FALSE(streamer.upload(frame));
+    CHECK(streamer.texture("quad_color")->resident());
+    CHECK_FALSE(streamer.texture("sky")->resident());
+    CHECK(streamer.upload(frame));
+    CHECK(streamer.texture("sky")->resident());
     test::throw_on_error();
 }
 

@@ -112,6 +112,26 @@ TEST_CASE(
     }
 }
 
+TEST_CASE("terrain: a patch behind the eye is needed where it casts a shadow") {
+    if (!test::have_context()) {
+        return;
+    }
+    for (const bool shadows : {true, false}) {
+        FlatGround scene;
+        if (shadows) {
+            scene.file.shadow.emplace(); // 100 m round the origin
+        }
+        CameraForecast forecast = seen_with_error(scene, 1.1F);
+        forecast.now.target = {0.0, 1.0, 20.0};
+        const Streamer streamer = scene.streamer();
+        const Scene placed(scene.file, streamer);
+        Demand demand(placed, streamer);
+        demand.update(forecast);
+        const std::uint32_t finer = streamer.pieces_of("quad_mesh").first + 1;
+        CHECK((demand.needs()[finer].now > 1.0F) == shadows);
+    }
+}
+
 TEST_CASE("terrain: the shadow map shows one side of a fade, that of its middle") {
     if (!test::have_context()) {
         return;
