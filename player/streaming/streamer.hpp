@@ -90,7 +90,7 @@ struct StreamingCounts {
     std::uint64_t resident_bytes = 0;
     std::uint64_t total_bytes = 0;            // of all that the scene refers to
     std::uint64_t terrain_bytes = 0;          // part of total_bytes
-    std::uint64_t needed_bytes = 0;           // needed by the last frame, resident or not
+    std::uint64_t needed_bytes = 0;           // by the last frame that was not settled, resident or not
     std::uint64_t peak_bytes = 0;             // largest so far, with the copies that uploads need
     std::uint64_t uploads = 0, evictions = 0; // pieces
     std::uint64_t uploaded_bytes = 0;
