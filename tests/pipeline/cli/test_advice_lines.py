@@ -42,7 +42,7 @@ def here(tmp_path: Path, store: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.setenv("PARADIZE_REPORT", "")
     monkeypatch.chdir(make_cove(tmp_path / "here").parent)
     Path("bare.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
-    Path("wide.obj").write_text(ball().replace("vt 1.000000", "vt 2000000.5"))
+    Path("wide.obj").write_text(re.sub(r"(?m)^vt (\S+) 1.0*$", r"vt \1 2000000.5", ball()))
     Path("void.asc").write_text("ncols 2\nnrows 2\nNODATA_value 5\n5 5\n5 5\n")
     heights = np.linspace(0, 1, 81, dtype=np.float32).reshape(9, 9, 1)
     write_image(Path("grey.png"), (heights * 65535).astype(np.uint16))
