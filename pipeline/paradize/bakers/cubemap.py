@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,7 +20,7 @@ from paradize.metrics.panorama import panorama_errors
 from paradize.metrics.source import sky_error
 from paradize.readers.image import read_image
 from paradize.scene.baker_settings import CubemapSettings
-from paradize.stages import cubemap
+from paradize.stages import cubemap, face_order
 
 F32 = npt.NDArray[np.float32]
 Values = npt.NDArray[Any]
@@ -95,19 +96,50 @@ def read_faces(paths: Sequence[Path]) -> Faces:
         light.append(np.repeat(pixels[:, :, :1], 3, axis=2) if channels < 3 else pixels[:, :, :3])
     for note, (first, *others) in notes.items():
         warnings.append(f"{first}: {note}{f' ({len(others)} more faces too)' if others else ''}")
+    if all((pixels == light[0][0, 0]).all() for pixels in light):
+        warnings.append(f"{paths[0]}: the whole sky is of one colour; if it should show more, save it again")
     if len(paths) == 6:
-        return Faces(np.stack(light), pictures, None, warnings)
+        faces = np.stack(light)
+        return Faces(faces, pictures, None, [*warnings, *_other_order(paths, faces)])
     faces = cubemap.cut_faces(light[0])
     return Faces(faces, [(face, False) for face in faces], pictures[0], warnings)
 
 
+def _other_order(paths: Sequence[Path], faces: F32) -> list[str]:
+    """A warning where the faces would meet far better in another order, or turned."""
+    better = face_order.better_order(faces)
+    if better is None:
+        return []
+    names = [paths[face].name for face in better.faces]
+    turned = [f"{name} by {90 * turns}" for name, turns in zip(names, better.turns, strict=True) if turns]
+    turn = f", and turn clockwise, in degrees: {', '.join(turned)}" if turned else ""
+    what = "the faces do not meet along their edges, as if in a wrong order"
+    return [f"{paths[0]}: {what}; they would meet in the order {', '.join(names)}{turn}"]
+
+
 def _require_face(path: Path, rows: int, columns: int, size: int) -> None:
-    if rows != columns or rows & (rows - 1) or rows != size:
-        what = f"{columns} x {rows} texels; faces are square, powers of two, and of one size ({size})"
-        raise SourceError(what, file=path, mend='resize it; of a panorama write faces = ["panorama.exr"]')
+    if rows != columns:
+        what = f"{columns} x {rows} texels; the faces of a cube map are square"
+        raise SourceError(what, file=path, mend='of a panorama write faces = ["panorama.exr"]')
+    if rows & (rows - 1):
+        fit = 2 ** round(math.log2(rows))
+        what = f"{columns} x {rows} texels; the side of a face is a power of two"
+        raise SourceError(what, file=path, mend=f"resize all six to {fit} x {fit}")
+    if rows != size:
+        what = f"{columns} x {rows} texels, and the first face has {size} x {size}; all six are of one size"
+        raise SourceError(what, file=path, mend=f"resize it to {size} x {size}")
 
 
 def _require_panorama(path: Path, rows: int, columns: int) -> None:
-    if columns != 2 * rows:
-        what = f"{columns} x {rows} texels; a panorama of all directions is twice as wide as high"
-        raise SourceError(what, file=path, mend="resize it, or write the six faces of a cube map")
+    if columns == 2 * rows:
+        return
+    what = f"{columns} x {rows} texels; a panorama of all directions is twice as wide as high"
+    shapes = {(4, 3): "cross", (3, 4): "cross", (6, 1): "row", (1, 6): "row"}
+    part = math.gcd(columns, rows)
+    shape = shapes.get((columns // part, rows // part))
+    fit = f"if it shows all directions, resize it to {columns} x {columns // 2}"
+    mend = f"{fit}; else write the six faces of a cube map"
+    if shape:
+        what = f"{what}, and this looks like a {shape} of six faces"
+        mend = "cut these out, and write them as six files"
+    raise SourceError(what, file=path, mend=mend)

@@ -7,6 +7,7 @@ __all__ = [
     "cubemap",
     "destep",
     "dudv",
+    "face_order",
     "filters",
     "gloss",
     "green",

@@ -147,10 +147,10 @@ def test_what_is_neither_six_faces_nor_a_panorama_is_refused(tmp_path: Path) -> 
     square = exr(tmp_path / "square.exr", np.zeros((8, 8, 3), np.float32))
     with pytest.raises(SourceError, match="8 x 8 texels; a panorama of all directions is twice") as told:
         bake_cubemap([square])
-    assert "resize it, or write the six faces" in str(told.value)
+    assert "resize it to 8 x 4; else write the six faces" in str(told.value)
     bake_cubemap([square] * 6)
     whole = exr(tmp_path / "panorama.exr", np.zeros((4, 8, 3), np.float32))
-    with pytest.raises(SourceError, match="8 x 4 texels; faces are square") as told:
+    with pytest.raises(SourceError, match="8 x 4 texels; the faces of a cube map are square") as told:
         bake_cubemap([square, *[whole] * 5])
     assert 'of a panorama write faces = ["panorama.exr"]' in str(told.value)
     bake_cubemap([whole])
