@@ -26,7 +26,10 @@ _SAID = {
     "color": "(base)?colou?r|col|alb(edo)?|diff(use)?",
     "normal": "[a-z]*normals?|normalmap|n|norm?|nrm|nml|nmap|ddn",
     "height": "disp|displacement|heights?|heightmap|bump",
-    "other": "rough(ness)?|metallic|metalness|ao|occlusion|gloss(iness)?|smoothness|spec(ular)?|orm|rma",
+    "other": (
+        "rough(ness)?|metallic|metalness|ao|occlusion|gloss(iness)?|smoothness|spec(ular)?|orm|rma|mrao?"
+        "|emissi(on|ve)|luma|opacity|cavity|curvature"
+    ),
 }
 _BEHIND = "map|tex|texture|gl|ogl|opengl|dx|directx|png|jpe?g|tga|tif"  # words that may follow it
 _PARTS, _ABOVE = 3, 3  # last parts of a path that are looked for, folders above in which they are

@@ -171,13 +171,14 @@ def _read(path: Path, settings: MapSettings) -> tuple[Image, Picture]:
         guess = f"{path}: taken for {taken}: {why} (--from says otherwise)"
     if source == "height":
         image, warnings = with_heights(replace(image, color_space="data"), path, settings.nodata)
-        return image, Picture(source, guess, [*_warnings(path, image), *warnings])
+        named = _named_otherwise(path, source) if guess else []
+        return image, Picture(source, guess, [*_warnings(path, image), *warnings, *named])
     if settings.nodata not in ("auto", "none"):
         mend = "leave --nodata out, or add --from height where a grey picture holds heights"
         raise BakeError("is taken for colour, which has no number for no height", file=path, mend=mend)
     require_finite(image.values, path)
     warnings = [*image.warnings(path), *_beyond(path, image)]
-    warnings += _normals(path, image) or (_named_otherwise(path) if guess else [])
+    warnings += _normals(path, image) or (_named_otherwise(path, source) if guess else [])
     return image, Picture(source, guess, warnings)
 
 
@@ -239,16 +240,17 @@ def _normals(path: Path, image: Image) -> list[str]:
     return [f"{path}: looks like a normal map, of which these maps would be wrong; {mend}"]
 
 
-def _named_otherwise(path: Path) -> list[str]:
-    """A warning where the name of what is taken for colour says something else; where it says nothing, its
-    folder's, which must be that one word."""
+def _named_otherwise(path: Path, source: str) -> list[str]:
+    """A warning where the name of what is taken for colour or heights says something else; where it says
+    nothing, its folder's, which must be that one word."""
     whose, (word, held) = "its name", said_of(path.stem)
     if not held and said_of(path.parent.name)[0] == path.parent.name.lower():
         whose, (word, held) = "its folder's name", said_of(path.parent.name)
-    if held in ("", "color"):
+    if held in ("", source):
         return []
-    mend = "add --from height" if held == "height" else "give the colour map"
-    return [f"{path}: {whose} says {word!r}, and it is taken for colour; if the name is right, {mend}"]
+    mend = f"add --from {held}" if held in ("color", "height") else "give the colour map"
+    taken = "heights" if source == "height" else "colour"
+    return [f"{path}: {whose} says {word!r}, and it is taken for {taken}; if the name is right, {mend}"]
 
 
 def _without_steps(image: Image, path: Path, wraps: tuple[bool, bool]) -> tuple[Image, list[str]]:

@@ -427,6 +427,10 @@ def test_a_picture_whose_name_says_that_it_is_no_colour_map_is_told_where_it_is_
         "Duck_Metallic.png": "says 'metallic'",
         "gold-normalOGL": "says 'normal'",
         "wall_AO": "its name says 'ao'",
+        "wall_luma": "says 'luma'",
+        "T_Wall_MRAO": "says 'mrao'",
+        "Rock_Emission": "says 'emission'",
+        "leaf_Opacity": "says 'opacity'",
         "Normal/rock": "its folder's name says 'normal'",
     }
     grey = np.full((8, 8, 1), 90, np.uint8)
@@ -452,3 +456,19 @@ def test_a_picture_whose_name_says_that_it_is_no_colour_map_is_told_where_it_is_
         ]
         assert [len(texts) for texts in told] == [int(name in said), 0], (name, told)
         assert name not in said or said[name] in told[0][0]
+
+
+def test_heights_that_are_guessed_of_a_picture_whose_name_says_otherwise_are_told(tmp_path: Path) -> None:
+    said = {
+        "rock_rough_1k": "says 'rough', and it is taken for heights; if the name is right, give the",
+        "Rock_Color": "says 'color', and it is taken for heights; if the name is right, add --from c",
+        "AO/rock": "its folder's name says 'ao', and it is taken for heights",
+    }
+    for name in (*said, "rock_disp_4k", "rock"):
+        path = tmp_path / f"{name}.png"
+        path.parent.mkdir(exist_ok=True)
+        write_image(path, np.full((8, 8, 1), 9000, np.uint16))
+        for source, told in (("auto", name in said), ("height", False)):
+            warnings = bake_maps(path, source=source, only=["height"])["height"].warnings
+            texts = [text for text in warnings if "says" in text]
+            assert len(texts) == told and (not told or said[name] in texts[0]), (name, texts)
