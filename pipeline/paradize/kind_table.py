@@ -140,6 +140,7 @@ PACKED: tuple[tuple[bytes, Kind], ...] = (
     (b"\x1f\x8b", Kind("a file that gzip packed", _UNPACK)),
     (b"\x28\xb5\x2f\xfd", Kind("a file that Zstandard packed", _UNPACK)),
 )
+RIFF_MAGIC = (b"RIFF", b"RIFX", b"RF64")  # its numbers big-endian, and of 64 bits
 RIFF = {b"WEBP": Kind("a WebP picture", _MAPS), b"WAVE": Kind("a WAV sound", _TO_OGG)}  # at byte 8
 SUFFIXES = dict.fromkeys(
     (".avif", ".bmp", ".jp2", ".pbm", ".pfm", ".pgm", ".pnm", ".ppm", ".tga", ".webp"), PICTURE
@@ -177,6 +178,18 @@ SUFFIXES |= {
 _VOLUME = Kind("a medical volume", _SURFACE.format("volumes, such as 3D Slicer"))
 _SPLATS = Kind("a cloud of Gaussian splats", f"they have no surface: {_POINTS}")
 SUFFIXES |= {".dcm": _VOLUME, ".nii": _VOLUME, ".splat": _SPLATS, ".spz": _SPLATS}
+SOUNDS = {  # whose first bytes say too little
+    suffix: Kind(f"{name} sound", _TO_OGG)
+    for suffix, name in (
+        (".aac", "an AAC"),
+        (".aif", "an AIFF"),
+        (".aiff", "an AIFF"),
+        (".m4a", "an AAC"),
+        (".mp3", "an MP3"),
+        (".wma", "a WMA"),
+    )
+}
+SUFFIXES |= SOUNDS
 SUFFIXES |= dict.fromkeys((".iff", ".lbm"), Kind("an IFF file", _TO_PNG))
 SUFFIXES[".pcx"] = Kind("a PCX file", _TO_PNG)
 SUFFIXES[".xyz"] = Kind("a list of points", f"of heights on a grid {_GDAL}; of others {_POINTS}")
@@ -188,7 +201,7 @@ FILE_SUFFIXES = frozenset(
         *(".asc", ".basis", ".dds", ".exr", ".gif", ".hdr", ".jpe", ".jpeg", ".jpg", ".jxl", ".ktx", ".ktx2"),
         *(".pbm", ".png", ".psd", ".qoi", ".svg", ".tif", ".tiff"),
         *(".dae", ".ma", ".mtl", ".off", ".step", ".stp", ".vox", ".vrm", ".wrl", ".x3d"),
-        *(".flac", ".mp3", ".ogg", ".wav", ".7z", ".gz", ".rar", ".zip", ".zst"),
+        *(".flac", ".ogg", ".wav", ".7z", ".gz", ".rar", ".zip", ".zst"),
         *(".csv", ".html", ".json", ".pdf", ".toml", ".txt", ".xml"),
     )
 )

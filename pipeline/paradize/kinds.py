@@ -38,8 +38,10 @@ from paradize.kind_table import (
     PICTURE,
     PLY,
     RIFF,
+    RIFF_MAGIC,
     SCENE,
     SOUND,
+    SOUNDS,
     STATEMENT,
     STL,
     SUFFIXES,
@@ -106,7 +108,9 @@ def kind_of(path: Path) -> Kind:
         return named if packed and named not in (None, PLY, STL) else sure
     if ASCII_GRID.match(head):
         return HEIGHTS
-    if named in (PLY, STL) and not CONTROLS.search(head):  # text of another kind under such a name
+    if named in (PLY, STL, *SOUNDS.values()) and not CONTROLS.search(
+        head
+    ):  # text of another kind under such a name
         text = _kind_of_text(head)
         return named if text in (TEXT, SCENE) else text
     kind = named or _kind_of_text(head)
@@ -121,7 +125,7 @@ def _sure_kind(path: Path, head: bytes) -> Kind | None:
     facets = int.from_bytes(head[80:84], "little")
     if path.suffix.lower() == ".stl" and 0 < 50 * facets <= path.stat().st_size - 82:
         return STL
-    riff = RIFF.get(head[8:12]) if head[:4] == b"RIFF" else None
+    riff = RIFF.get(head[8:12]) if head[:4] in RIFF_MAGIC else None
     return riff or next((kind for magic, kind in (*MAGIC, *PACKED) if head.startswith(magic)), None)
 
 

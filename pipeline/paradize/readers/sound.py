@@ -48,14 +48,17 @@ def _read_sound(path: Path) -> Sound:
         raise SourceError("is not an Ogg file", file=path, mend=mend)
     try:
         with soundfile.SoundFile(io.BytesIO(data)) as stream:
-            if stream.format != "OGG" or stream.subtype != "VORBIS":
-                raise SourceError(f"is {stream.format} {stream.subtype}", file=path, mend=mend)
+            if stream.subtype != "VORBIS":
+                raise SourceError(f"is Ogg {stream.subtype.title()}, not Ogg Vorbis", file=path, mend=mend)
             if stream.channels not in (1, 2):
                 raise SourceError(f"has {stream.channels} channels", file=path, mend=mend)
             if not 8000 <= stream.samplerate <= 192_000:
-                raise SourceError(f"has {stream.samplerate} samples a second", file=path, mend=mend)
+                what = f"has {stream.samplerate} samples a second; allowed: 8,000 to 192,000"
+                raise SourceError(what, file=path, mend="resample it to 48,000")
             seconds = stream.frames / stream.samplerate
-            if not 0.0 < seconds <= MAX_SECONDS:
+            if seconds == 0.0:
+                raise SourceError("holds no samples", file=path, mend="save it again")
+            if seconds > MAX_SECONDS:
                 what = f"lasts {seconds:g} s; allowed: up to {MAX_SECONDS:g} s"
                 raise SourceError(what, file=path, mend="cut it")
             expected, decoded, loudest = stream.frames, 0, 0.0

@@ -26,3 +26,21 @@ def test_a_sound_with_a_long_silent_end_is_read_and_only_silence_is_refused(
     else:
         with pytest.raises(SourceError, match="silent throughout"):
             read_sound(path)
+
+
+@pytest.mark.parametrize(
+    ("frames", "rate", "subtype", "says"),
+    [
+        (9000, 48_000, "OPUS", "is Ogg Opus, not Ogg Vorbis; save it as Ogg Vorbis"),
+        (9000, 7000, "VORBIS", "has 7000 samples a second; allowed: 8,000 to 192,000; resample it to 48,000"),
+        (0, 8000, "VORBIS", "holds no samples; save it again"),
+    ],
+)
+def test_a_sound_is_refused_with_what_is_wrong_and_what_helps(
+    frames: int, rate: int, subtype: str, says: str, tmp_path: Path
+) -> None:
+    path = tmp_path / "wave.ogg"
+    samples = np.random.default_rng(1).uniform(-0.5, 0.5, frames).astype(np.float32)
+    soundfile.write(path, samples, rate, format="OGG", subtype=subtype)
+    with pytest.raises(SourceError, match=says):
+        read_sound(path)
