@@ -13,10 +13,11 @@ from paradize.kernels.maps import Levels
 from paradize.metrics.texels import decode_texels
 from paradize.stages.compress import LevelWriter, encode_rows
 from paradize.stages.cubemap import cube_mips, cut_faces, encode_cube
+from paradize.stages.face_order import FaceOrder, better_order
 from paradize.stages.height import height_from_color
 from paradize.stages.mips import color_rows
 from tests.extremes.planes import EVEN_SKIES, HEIGHTS, NO_SIDES, pictures, read_picture, unit_of
-from tests.extremes.table import Row
+from tests.extremes.table import EXTREMES, Row
 from tests.pipeline import map_truth as truth
 
 F32 = npt.NDArray[np.float32]
@@ -168,6 +169,58 @@ def _encoding_error(picture: F32, made: Texture) -> float:
     return float(np.sqrt(((found[:, :, :channels] - wanted) ** 2).mean()))
 
 
+def _order(faces: F32) -> FaceOrder | None:
+    for face in faces:
+        read_picture(face)
+    return better_order(faces)
+
+
+def _seam(faces: list[np.ndarray]) -> float:
+    """The mean difference of the square root of the light where two faces meet, found by the places of their
+    outermost texels on the cube's edges."""
+    size = len(faces[0])
+    middles, ends = (np.arange(size) + 0.5) * 2 / size - 1, np.ones(size)
+    sides = (
+        (middles, -ends, np.s_[0, :]),
+        (middles, ends, np.s_[-1, :]),
+        (-ends, middles, np.s_[:, 0]),
+        (ends, middles, np.s_[:, -1]),
+    )
+    met: dict[tuple[float, ...], list[float]] = {}
+    for face, light in enumerate(faces):
+        bright = np.sqrt(light.astype(np.float64).clip(0).mean(axis=2))
+        for s, t, side in sides:
+            for place, value in zip(_face_places(face, s, t).tolist(), bright[side], strict=True):
+                met.setdefault(tuple(np.round(place, 6)), []).append(float(value))
+    return float(np.mean([abs(first - second) for first, second in met.values()]))
+
+
+def _order_error(faces: F32, made: FaceOrder | None) -> float:
+    if made is None:
+        return 1.0
+    turned = [np.rot90(faces[face], -turns) for face, turns in zip(made.faces, made.turns, strict=True)]
+    return _seam(turned) / _seam(list(faces))
+
+
+def _mixed_up(light: float, side: int = 16) -> F32:
+    """A sky that looks different everywhere, of about this light, with three faces in wrong places, one of
+    them turned."""
+    s, t = np.meshgrid(*[(np.arange(side) + 0.5) * 2 / side - 1] * 2)
+    ways = [_face_places(face, s, t) for face in (4, 1, 0, 3, 2, 5)]
+    units = [way / np.sqrt((way**2).sum(axis=2, keepdims=True)) for way in ways]
+    faces = np.stack([light * (1 + unit * (0.3, 0.6, 0.8) + 0.3 * unit[:, :, ::-1]) for unit in units])
+    faces[2] = np.rot90(faces[2])
+    return np.ascontiguousarray(faces, np.float32)
+
+
+MIXED_UP: dict[str, Any] = {
+    "many": lambda: _mixed_up(1.0, 64),
+    "tiny": lambda: _mixed_up(1e-30),
+    "huge": lambda: _mixed_up(1e30),
+    "denormal": lambda: _mixed_up(1e-41),
+    "largest": lambda: _mixed_up(1.0, 256),
+}
+UNREADABLE = {name: make for name, make in _cube_inputs().items() if name in NOT_READ}
 PICTURES = pictures(3)
 ROWS = [
     Row(
@@ -209,6 +262,18 @@ ROWS = [
         part="panorama",
         absent=NO_SIDES,
         refused={"zero": "no panorama", "nan": "need finite numbers", "inf": "need finite numbers"},
+    ),
+    Row(
+        "stages.face_order",
+        MIXED_UP | UNREADABLE,
+        _order,
+        _order_error,
+        "of the seams as given",
+        0.4,
+        absent=dict.fromkeys(
+            EXTREMES.keys() - MIXED_UP.keys() - NOT_READ.keys(), "no sky that meets in one order alone"
+        ),
+        refused=NOT_READ,
     ),
     *[
         Row(
