@@ -108,9 +108,8 @@ def kind_of(path: Path) -> Kind:
         return named if packed and named not in (None, PLY, STL) else sure
     if ASCII_GRID.match(head):
         return HEIGHTS
-    if named in (PLY, STL, *SOUNDS.values()) and not CONTROLS.search(
-        head
-    ):  # text of another kind under such a name
+    # Text of another kind under such a name.
+    if named in (PLY, STL, *SOUNDS.values()) and not CONTROLS.search(head):
         text = _kind_of_text(head)
         return named if text in (TEXT, SCENE) else text
     kind = named or _kind_of_text(head)

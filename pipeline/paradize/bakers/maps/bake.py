@@ -40,6 +40,7 @@ from paradize.stages.height import height_from_color, height_from_height
 from paradize.stages.sweep import bands_of, run
 
 F32 = npt.NDArray[np.float32]
+_GIVE = "give the colour map, or the heights with --from height"
 
 
 def bake_maps(
@@ -236,19 +237,18 @@ def _normals(path: Path, image: Image) -> list[str]:
         or abs(float(lengths.mean()) - 1.0) > 0.1
     ):
         return []
-    mend = "give the colour map, or the heights with --from height"
-    return [f"{path}: looks like a normal map, of which these maps would be wrong; {mend}"]
+    return [f"{path}: looks like a normal map, of which these maps would be wrong; {_GIVE}"]
 
 
 def _named_otherwise(path: Path, source: str) -> list[str]:
     """A warning where the name of what is taken for colour or heights says something else; where it says
     nothing, its folder's, which must be that one word."""
-    whose, (word, held) = "its name", said_of(path.stem)
-    if not held and said_of(path.parent.name)[0] == path.parent.name.lower():
-        whose, (word, held) = "its folder's name", said_of(path.parent.name)
+    whose, (word, held), folder = "its name", said_of(path.stem), path.parent.name
+    if not held and said_of(folder)[0] == folder.lower():
+        whose, (word, held) = "its folder's name", said_of(folder)
     if held in ("", source):
         return []
-    mend = f"add --from {held}" if held in ("color", "height") else "give the colour map"
+    mend = f"add --from {held}" if held in ("color", "height") else _GIVE
     taken = "heights" if source == "height" else "colour"
     return [f"{path}: {whose} says {word!r}, and it is taken for {taken}; if the name is right, {mend}"]
 

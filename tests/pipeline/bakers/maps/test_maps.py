@@ -430,6 +430,9 @@ def test_a_picture_whose_name_says_that_it_is_no_colour_map_is_told_where_it_is_
         "wall_luma": "says 'luma'",
         "T_Wall_MRAO": "says 'mrao'",
         "Rock_Emission": "says 'emission'",
+        "lamp_emissive": "says 'emissive'",
+        "wall_cavity": "says 'cavity'",
+        "Wall_Curvature_2k": "says 'curvature'",
         "leaf_Opacity": "says 'opacity'",
         "Normal/rock": "its folder's name says 'normal'",
     }
@@ -460,7 +463,7 @@ def test_a_picture_whose_name_says_that_it_is_no_colour_map_is_told_where_it_is_
 
 def test_heights_that_are_guessed_of_a_picture_whose_name_says_otherwise_are_told(tmp_path: Path) -> None:
     said = {
-        "rock_rough_1k": "says 'rough', and it is taken for heights; if the name is right, give the",
+        "rock_rough_1k": "says 'rough', and it is taken for heights; if the name is right, give the colour",
         "Rock_Color": "says 'color', and it is taken for heights; if the name is right, add --from c",
         "AO/rock": "its folder's name says 'ao', and it is taken for heights",
     }
