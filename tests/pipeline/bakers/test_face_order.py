@@ -13,6 +13,7 @@ import pytest
 from paradize.bakers.cubemap import bake_cubemap
 from paradize.errors import SourceError
 from paradize.stages.cubemap import directions
+from paradize.stages.face_order import better_order
 from tests.pipeline.heights import save
 
 F32 = npt.NDArray[np.float32]
@@ -59,6 +60,17 @@ def test_faces_that_meet_in_no_order_are_left_alone(tmp_path: Path) -> None:
     assert bake_cubemap(saved(tmp_path, list(noise))).warnings == []
 
 
+def test_seams_that_nobody_sees_are_left_alone(tmp_path: Path) -> None:
+    faint = [1.0 + 0.01 * face for face in sky()]
+    assert bake_cubemap(saved(tmp_path, [*faint[3:], *faint[:3]])).warnings == []
+
+
+def test_light_below_zero_counts_as_none() -> None:
+    faces = np.stack(sky())
+    faces[1, 0, 3] = -5.0
+    assert better_order(faces[[1, 0, 2, 3, 4, 5]]) == ((1, 0, 2, 3, 4, 5), (0,) * 6)
+
+
 def test_a_sky_of_one_colour_is_told(tmp_path: Path) -> None:
     black = np.zeros((16, 16, 3), np.float32)
     (told,) = bake_cubemap(saved(tmp_path, [black] * 6)).warnings
@@ -88,6 +100,7 @@ def test_a_face_of_a_wrong_size_is_refused_with_the_size(
     [
         ((6, 8), "this looks like a cross of six faces; cut these out, and write them as six files"),
         ((8, 6), "this looks like a cross of six faces; cut these out, and write them as six files"),
+        ((12, 2), "this looks like a row of six faces; cut these out, and write them as six files"),
         ((2, 12), "this looks like a row of six faces; cut these out, and write them as six files"),
         ((6, 10), "if it shows all directions, resize it to 10 x 5; else write the six faces of a cube map"),
     ],
