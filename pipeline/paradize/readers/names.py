@@ -27,7 +27,7 @@ _SAID = {
     "normal": "[a-z]*normals?|normalmap|n|norm?|nrm|nml|nmap|ddn",
     "height": "disp|displacement|heights?|heightmap|bump",
     "other": (
-        "rough(ness)?|metallic|metalness|ao|occlusion|gloss(iness)?|smoothness|spec(ular)?|orm|rma|mrao?"
+        "rough(ness)?|rgh|metallic|metalness|ao|occlusion|gloss(iness)?|smoothness|spec(ular)?|orm|rma|mrao?"
         "|emissi(on|ve)|luma|opacity|cavity|curvature"
     ),
 }

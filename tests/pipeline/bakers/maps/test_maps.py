@@ -431,6 +431,7 @@ def test_a_picture_whose_name_says_that_it_is_no_colour_map_is_told_where_it_is_
         "T_Wall_MRAO": "says 'mrao'",
         "Rock_Emission": "says 'emission'",
         "lamp_emissive": "says 'emissive'",
+        "ground_nrm_rgh": "says 'rgh'",
         "wall_cavity": "says 'cavity'",
         "Wall_Curvature_2k": "says 'curvature'",
         "leaf_Opacity": "says 'opacity'",
