@@ -51,7 +51,7 @@ def code_of(module: str, *extra: str) -> Mapping[str, str]:
     results.
     """
     extra_modules = {".".join(name.split(".")[:k]) for name in extra for k in range(1, name.count(".") + 2)}
-    files = _closure(module) | {name: path for name in extra_modules if (path := _find(name))}
+    files = _closure(module) | {name: Path(_modules()[name]) for name in extra_modules if name in _modules()}
     code = {
         name: _scan(path)[0] for name, path in sorted(files.items()) if not name.startswith(_ENGINE_PACKAGES)
     }
@@ -66,7 +66,7 @@ def code_digest(module: str, *extra: str) -> str:
 
 def clear_caches() -> None:
     """Clears all caches. A process that bakes more than once calls it to see changed files."""
-    for known in (code_files, code_of, library_versions, _find, _names, _scan):
+    for known in (code_files, code_of, library_versions, _modules, _scan):
         known.cache_clear()
 
 
@@ -112,42 +112,39 @@ def _versions_digest() -> str:
 
 
 @cache
-def _find(module: str) -> Path | None:
-    """The file of a module of this package, found without importing it."""
-    *packages, name = module.split(".")[1:] or [""]
+def _modules() -> Mapping[str, str]:
+    """The file of every module of this package, found without importing it."""
+    files: dict[str, str] = {}
     for root in sys.modules["paradize"].__path__:
-        folder = os.path.join(root, *packages)  # noqa: PTH118 (hundreds of names are looked for)
-        names = _names(folder)
-        if (not name or name in names) and "__init__.py" in _names(os.path.join(folder, name)):  # noqa: PTH118
-            return Path(folder, name, "__init__.py")
-        for suffix in SUFFIXES:
-            if name + suffix in names:
-                return Path(folder, name + suffix)
-    return None
-
-
-@cache
-def _names(folder: str) -> frozenset[str]:
-    """The names in a folder; empty where there is no such folder."""
-    try:
-        return frozenset(os.listdir(folder))  # noqa: PTH208
-    except OSError:
-        return frozenset()
+        for folder, folders, names in os.walk(root):
+            folders[:] = [name for name in folders if name != "__pycache__"]
+            package = f"paradize{folder[len(root) :]}".replace(os.sep, ".")
+            for suffix in SUFFIXES:
+                for name in names:
+                    if name.endswith(suffix):
+                        module = f"{package}.{name.removesuffix(suffix)}".removesuffix(".__init__")
+                        files.setdefault(module, f"{folder}/{name}")
+    return files
 
 
 @cache
 def _scan(path: Path) -> tuple[str, tuple[str, ...]]:
     """Returns a module's digest and the names that it imports from this package, modules or not."""
+    status = os.stat(path)  # noqa: PTH116 (called for hundreds of files)
+    return _scan_as_of(path, status.st_size, status.st_mtime_ns, status.st_ctime_ns, status.st_ino)
+
+
+@cache
+def _scan_as_of(path: Path, *stamp: int) -> tuple[str, tuple[str, ...]]:
+    """Kept for good: a file that is changed or replaced has another stamp."""
     if path.suffix != ".py":
         return kernel_digest(path), ()
     source = path.read_bytes()
     return hashlib.sha256(source).hexdigest(), _imports(source)
 
 
-@cache
 def _imports(source: bytes) -> tuple[str, ...]:
-    """The names that a Python source imports from this package. Kept for good, as nothing else decides
-    them."""
+    """The names that a Python source imports from this package."""
     imports = []
     for package, names, plain in _IMPORT.findall(source):
         base = (package or plain).decode()
@@ -160,10 +157,9 @@ def _closure(module: str) -> dict[str, Path]:
     todo, seen, files = [module], {module}, {}
     while todo:
         name = todo.pop()
-        path = _find(name)
-        if path is None:
+        if name not in _modules():
             continue
-        files[name] = path
+        files[name] = path = Path(_modules()[name])
         for imported in (name.rpartition(".")[0], *_scan(path)[1]):  # a package is loaded before its modules
             if imported not in seen:
                 seen.add(imported)

@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+import paradize
 from paradize.bakers import registry
 from paradize.build.bake import bake
 from paradize.jobs import code, libraries
@@ -245,6 +246,42 @@ def test_a_bake_of_one_process_looks_at_its_code_anew(monkeypatch: pytest.Monkey
     code.clear_caches()
     try:
         assert code_digest("paradize.bakers.sound") != before
+    finally:
+        monkeypatch.undo()
+        code.clear_caches()
+
+
+def test_code_that_is_saved_replaced_or_added_is_seen_by_the_next_bake_of_one_process(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Also where size and time are as before, as an archive restores them."""
+    monkeypatch.setattr(paradize, "__path__", [str(tmp_path), *paradize.__path__])
+    own = tmp_path / "own.py"
+
+    def seen(text: str = "") -> dict[str, str]:
+        if text:
+            new = tmp_path / "new"
+            new.write_text(text)
+            os.utime(new, (1e9, 1e9))
+            new.replace(own)
+        code.clear_caches()
+        return {name: digest for name, digest in code_of("paradize.own").items() if "own" in name}
+
+    try:
+        first = seen("from paradize import own_b\n")
+        assert list(first) == ["paradize.own"]
+        (tmp_path / "own_b.py").write_text("VALUE = 1\n")
+        added = seen()
+        assert (
+            set(added) == {"paradize.own", "paradize.own_b"}
+            and added["paradize.own"] == first["paradize.own"]
+        )
+        with (tmp_path / "own_b.py").open("a") as stream:
+            stream.write("VALUE = 2\n")
+        saved = seen()
+        assert saved["paradize.own_b"] != added["paradize.own_b"]
+        replaced = seen("from paradize import own_c\n")
+        assert set(replaced) == {"paradize.own"} and replaced != first
     finally:
         monkeypatch.undo()
         code.clear_caches()
