@@ -32,18 +32,17 @@ package := $(shell find pipeline/paradize -name '*.py' 2>/dev/null | LC_ALL=C so
 player_files := $(shell find player -name '*.cpp' -o -name '*.hpp' -o -name CMakeLists.txt 2>/dev/null)
 
 # The C++ tests of a preset: configured here, because `make setup` configures before doctest is installed.
-define cpp_tests
+define compile_tests
 	@$(bin)/cmake --preset $1 >build/$1-configure.log || { cat build/$1-configure.log; exit 1; }
 	@$(alone) $(bin)/cmake --build --preset $1
-	@$(bin)/ctest --preset $1 -j $(jobs) -V -Q -O build/ctest.log || { cat build/ctest.log; exit 1; }
 endef
 
 # Tests of one file run in one process, one after another: they share what the file prepares. One process more
 # than cores, because some tests wait.
 beside := -n $(shell echo $$(($(jobs) + 1))) --dist loadfile --no-loadscope-reorder --durations=10
 
-.PHONY: help setup setup-test assets run moments wheel check test extremes bench sheets deep fix clean lint types island cpp-tests \
-    cpp-sanitized compiled-tests
+.PHONY: help setup setup-test assets run moments wheel check test extremes bench sheets deep fix clean lint types island cpp-compiled \
+    cpp-sanitized tests-compiled
 .DEFAULT_GOAL := help
 
 help: ## this list
@@ -70,8 +69,8 @@ wheel: $(stamps)/kernels ## build/wheel: what pip installs elsewhere, without a 
 
 check: lint types island ## lint, types, formatting, and the island's assets; changes nothing
 
-test: setup-test check cpp-tests compiled-tests ## every check and every test that fits in a few minutes
-	@$(alone) $(bin)/python -m pytest -m "not deep" $(beside) --ctest=build/ctest.log
+test: setup-test check cpp-compiled tests-compiled ## every check and every test that fits in a few minutes
+	@$(alone) $(bin)/python -m pytest -m "not deep" $(beside)
 
 extremes: setup-test ## what every stage and metric does with zero, NaN, 1e30 ...: stage, extreme, error, verdict
 	@$(bin)/python -m tests.extremes
@@ -82,8 +81,8 @@ bench: setup-test $(stamps)/python-bench ## speed and error as ratios beside pee
 sheets: setup-test ## build/sheets: models as three.js and as the player show them, the worst first; models=FOLDER
 	@$(bin)/python -m tests.e2e.sheets $(models)
 
-deep: setup-test check cpp-sanitized ## everything: sanitizers, whole flight, whole corpus; hours
-	@$(alone) $(bin)/python -m pytest $(beside) --hypothesis-profile=new_cases --ctest=build/ctest.log
+deep: setup-test check cpp-compiled cpp-sanitized ## everything: sanitizers, whole flight, whole corpus; hours
+	@$(alone) $(bin)/python -m pytest $(beside) --hypothesis-profile=new_cases
 
 fix: setup-test ## put formatting, simple lint and the page of scene fields right
 	@$(bin)/ruff check -q --fix pipeline raw_assets tests player
@@ -109,16 +108,17 @@ island: setup
 	@PARADIZE_REPORT= $(paradize) bake $(scene) -o $(island) -j $(jobs) --json >/dev/null
 	@$(paradize) check $(island)
 
-cpp-tests: setup $(stamps)/debian-test
-	$(call cpp_tests,test)
+# tests/kernels/test_suites.py runs them.
+cpp-compiled: setup $(stamps)/debian-test
+	$(call compile_tests,test)
 
 # pytest compiles the tests' modules. Processes that begin at once would each do so.
-compiled-tests: setup-test
+tests-compiled: setup-test
 	@$(bin)/pytest --collect-only -m "not deep" >build/collected.log || { cat build/collected.log; exit 1; }
 
 cpp-sanitized: setup-test
-	$(call cpp_tests,threads)
-	$(call cpp_tests,sanitize)
+	$(call compile_tests,threads)
+	$(call compile_tests,sanitize)
 
 # --- how setup does it ---------------------------------------------------------------------------
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import gc
 import json
 import os
-import re
 import shutil
 import subprocess
 from collections import Counter
@@ -16,7 +15,7 @@ from typing import Any
 import pytest
 from hypothesis import settings
 
-from tests.places import CORPUS, ROOT
+from tests.places import CORPUS, CPP_CASES, ROOT
 from tests.processes import take_signals
 
 # Tests bake much, beside each other: sheets are drawn and workers run side by side where one asks for it.
@@ -66,21 +65,15 @@ def pytest_unconfigure(config: pytest.Config) -> None:
     gc.unfreeze()
 
 
-def pytest_addoption(parser: pytest.Parser) -> None:
-    parser.addoption("--ctest", type=Path, metavar="LOG", help="ctest's verbose log: its counts are told too")
-
-
 @pytest.hookimpl(trylast=True)
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter, config: pytest.Config) -> None:
     """Above pytest's closing line: the C++ tests, as doctest counts them, and why tests were skipped."""
-    if log := config.getoption("--ctest"):
-        cases = r"test cases: +(\d+) \| +(\d+) passed \| +(\d+) failed \| +(\d+) skipped"
-        suites = [[int(count) for count in found] for found in re.findall(cases, log.read_text())]
-        if not suites or not all(count for count, *_ in suites):
-            raise pytest.UsageError(f"{log}: no C++ suite ran, or an empty one")
-        count, passed, failed, skipped = map(sum, zip(*suites, strict=True))
+    calls = [r for kept in terminalreporter.stats.values() for r in kept if getattr(r, "when", "") == "call"]
+    counts = [value for call in calls for key, value in call.user_properties if key == CPP_CASES]
+    if counts:
+        count, passed, failed, skipped = map(sum, zip(*counts, strict=True))
         terminalreporter.write_line(
-            f"{len(suites)} C++ suites, {count} cases: {passed} passed, {failed} failed, {skipped} skipped"
+            f"{len(counts)} C++ suites, {count} cases: {passed} passed, {failed} failed, {skipped} skipped"
         )
     reasons = Counter(report.longrepr[2] for report in terminalreporter.stats.get("skipped", ()))
     for reason, count in reasons.most_common():

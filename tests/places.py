@@ -13,3 +13,5 @@ def peak():
 """
 # Files that nobody here wrote; not everywhere: ask is_dir().
 CORPUS = Path(os.environ.get("PARADIZE_CORPUS", ROOT.parent / "shared" / "corpus"))
+# The property under which a test tells how many cases a C++ suite ran: conftest.py adds them up.
+CPP_CASES = "cpp_cases"
