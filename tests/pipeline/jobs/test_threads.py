@@ -52,6 +52,7 @@ def test_numpy_in_a_worker_starts_no_threads_for_products_unless_asked(
     assert outcome.value == expected
 
 
+@pytest.mark.deep
 def test_the_same_bytes_and_measures_with_any_number_of_threads(sources: Path) -> None:
     made = []
     for threads in (1, 5):

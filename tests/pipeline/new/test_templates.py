@@ -65,6 +65,7 @@ def drawn(baked: dict[str, Path], tmp_path: Path, player: Any) -> Callable[[str]
     return draw
 
 
+@pytest.mark.deep
 def test_the_island_is_drawn_with_green_turquoise_and_sand(drawn: Callable[[str], Any]) -> None:
     island = drawn("island")
     red, green, blue = (island[:, :, k] for k in range(3))

@@ -253,6 +253,7 @@ def test_measure_has_layouts_of_a_model_whose_own_lies_over_itself_as_mesh_makes
         assert ("atlas" in {group.stage for group in file_groups(path, FileOptions())}) == made
 
 
+@pytest.mark.deep
 @needs_xatlas
 def test_the_command_line_makes_a_layout_by_the_one_that_is_named(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]

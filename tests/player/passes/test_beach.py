@@ -152,6 +152,7 @@ def test_sparkles_are_light_where_they_float(posed: Posed) -> None:
     assert differs(shown, later, 2.5 / 255.0).any()
 
 
+@pytest.mark.deep
 def test_effect_map_only_below_mix_low_and_sand_only_above_mix_high(posed: Posed) -> None:
     strange = texture("RGBA8_SRGB", np.full((4, 4, 4), (255, 0, 255, 255), np.uint8))
     one = without_box(scene(posed))
@@ -229,6 +230,7 @@ LOW_EYE: Vec = (0.0, 1.0, 15.0)  # low over the sea, away from the beach
 SEAWARD: Vec = (0.0, 0.2, 25.0)
 
 
+@pytest.mark.deep
 def test_waves_lift_the_sea_near_the_eye_and_run_but_not_in_quality_fast(posed: Posed) -> None:
     lifted, calm = (scene(posed, wave_height_m=height_m) for height_m in (0.32, 0.0))
     first, second = posed.play(LOW_EYE, SEAWARD, 2, time_s=5.0, scene=lifted)
@@ -310,6 +312,7 @@ def ground(eye: Vec, target: Vec, slope: float = 0.0) -> npt.NDArray[np.float64]
     return np.asarray(eye + share[..., None] * ray)
 
 
+@pytest.mark.deep
 def test_waves_run_up_as_high_as_the_scene_says_and_no_higher(posed: Posed) -> None:
     """Of four waves the highest, over 10 m of the beach: each has its own height, and lobes."""
     eye, target = (0.0, 9.0, 3.0), (0.0, 0.0, -2.0)
@@ -346,6 +349,7 @@ def test_ripples_are_seen_round_a_pole_and_nowhere_else(posed: Posed) -> None:
     assert not changed[: round(y) - 20].any()
 
 
+@pytest.mark.deep
 def test_ripples_fade_away_from_their_pole_and_end_4_metres_from_it(posed: Posed) -> None:
     ring = {"x_m": [0.0], "z_m": [6.0], "radius_m": [0.2]}
     eye, target = (0.0, 4.0, 12.0), (0.0, 0.0, 5.5)
@@ -367,6 +371,7 @@ def test_ripples_fade_away_from_their_pole_and_end_4_metres_from_it(posed: Posed
     assert not change[away > 4.0].any()
 
 
+@pytest.mark.deep
 def test_shafts_brighten_the_air_towards_a_low_sun_but_not_in_shadow_in_the_dark_or_in_quality_fast(
     posed: Posed,
 ) -> None:
@@ -436,6 +441,7 @@ def test_the_wind_moves_a_box_its_shadow_and_its_mirror_image_and_nothing_else(p
     assert columns[1] > columns[0] + 1.0
 
 
+@pytest.mark.deep
 def test_a_box_looks_the_same_whatever_the_shader_of_its_material_leaves_out(posed: Posed) -> None:
     """Without highlights, and where all of its instances stand above the water."""
     one = scene(posed)

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from tests.pictures import load
 from tests.player.posed import differs
 from tests.player.synthetic import identity, texture, write_scene
+from tests.sweeps import sweep
 
 Picture = NDArray[Any]
 DAY_S, DUSK_S, NIGHT_S, DAWN_S = 1.0, 4.0, 6.0, 8.5  # of the keys, on a flight of 10 s
@@ -170,6 +171,7 @@ def test_the_night_is_dark_and_the_exposure_follows(picture: Callable[..., Pictu
     assert picture(NIGHT_S, change=longer).mean() > 1.5 * night.mean()
 
 
+@pytest.mark.deep
 def test_the_sky_darkens_all_the_way_between_two_keys(picture: Callable[..., Picture]) -> None:
     day, between, dusk = (picture(s, ahead=(-0.7, 1.0, 0.2)).mean() for s in (DAY_S, 2.5, DUSK_S - 0.01))
     assert dusk < 0.9 * between
@@ -236,7 +238,9 @@ def flat_sea(manifest: dict[str, Any]) -> None:
     manifest["water"] |= {"specular": 0.0, "reflection_distortion": 0.0}
 
 
-@pytest.mark.parametrize(("second", "light"), [(NIGHT_S, "moon"), (DAY_S, "sun")])
+@pytest.mark.parametrize(
+    ("second", "light"), sweep([(NIGHT_S, "moon"), (DAY_S, "sun")], test=[(NIGHT_S, "moon")])
+)
 def test_the_sea_mirrors_no_disc_whose_glitter_it_draws(
     picture: Callable[..., Picture], second: float, light: str
 ) -> None:
@@ -354,6 +358,7 @@ def test_clouds_are_bright_on_the_side_of_the_light(picture: Callable[..., Pictu
     assert right[cloud].mean() > 1.15 * left[cloud].mean()
 
 
+@pytest.mark.deep
 def test_clouds_at_dusk_are_about_as_bright_as_the_sky_that_lights_them(
     picture: Callable[..., Picture],
 ) -> None:

@@ -636,7 +636,7 @@ def test_a_shared_texture_is_as_fine_as_its_nearest_user_needs(tmp_path: Path) -
             ("models/own/wall.obj", "../wall.mtl", True),
             ("wall.obj", "../wall.mtl", False),
         ],
-        every=2,
+        every=3,
     ),
 )
 def test_a_material_file_counts_in_every_artifact_where_it_lies_in_the_scenes_folder(
