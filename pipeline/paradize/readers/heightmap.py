@@ -39,6 +39,7 @@ _MOST_TINT = 0.025  # of a grey picture: programs round its three colours each b
 _COLORED = 0.25  # the tint of colours; blocks of BC1 make up to 0.2,
 _UNSEEN = 16 / 255  # and where all is flat a large tint of next to no difference, of all that a number may be
 _BT709 = np.array([0.2126, 0.7152, 0.0722])
+GIVE_HEIGHTS = "give the picture that holds the heights"
 _LOW_RANGE = 16  # warns where integers use less than 1/16 of their range
 
 
@@ -117,6 +118,8 @@ def read_heightmap(
             place=f"pixel ({column}, {row})",
             mend="save the heights in metres, or scale them less",
         )
+    if (low := float(heights.min())) == float(heights.max()):
+        warnings.append(f"{path}: every height is {low:g} m, so the ground is flat; {GIVE_HEIGHTS}")
     return Heightfield(heights, size_x_m, size_z_m, step_m), warnings
 
 

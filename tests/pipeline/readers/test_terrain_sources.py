@@ -26,6 +26,17 @@ def slope(side: int) -> npt.NDArray[np.float64]:
     return np.asarray(np.add.outer(3.0 * np.arange(side), 2.0 * np.arange(side)), np.float64)
 
 
+@pytest.mark.parametrize("lift", [0, 1])
+def test_ground_of_one_height_is_told(tmp_path: Path, lift: int) -> None:
+    codes = np.full((8, 8, 1), 32768, np.uint16)
+    codes[5, 2] += lift
+    path = png(tmp_path / "flat.png", codes, 0, 16)
+    field, warnings = read_heightmap(path, size_x_m=1, size_z_m=1, height_m=65.535)
+    told = f"{path}: every height is 32.768 m, so the ground is flat; give the picture that holds the heights"
+    assert warnings == ([] if lift else [told])
+    assert np.ptp(field.heights_m) == pytest.approx(0.001 * lift, abs=1e-5)
+
+
 def test_an_srtm_tile_is_metres_with_its_voids_filled(tmp_path: Path) -> None:
     """Also of land that lies below the sea."""
     truth = slope(33) - 40

@@ -25,7 +25,7 @@ from paradize.errors import BakeError
 from paradize.jobs.progress import report_step
 from paradize.kernels.maps import Levels
 from paradize.metrics.source import true_heights
-from paradize.readers.heightmap import guess_source, with_heights
+from paradize.readers.heightmap import GIVE_HEIGHTS, guess_source, with_heights
 from paradize.readers.image import read_image, require_finite
 from paradize.readers.model import read_model
 from paradize.readers.names import said_of
@@ -319,12 +319,14 @@ def _code_heights(image: Image, heights: Callable[[Image], F32]) -> F32 | None:
 
 def unit_of_heights(heights: F32, path: Path) -> tuple[tuple[float, float], list[str]]:
     """The heights that a height map holds as 0, and how far above it 1 is: (0, 1) where the heights fit, else
-    from the lowest to the highest, with a warning."""
+    from the lowest to the highest, with a warning. One where all are equal."""
     low, high = float(heights.min()), float(heights.max())
-    if low >= 0.0 and high <= 1.0:
-        return (0.0, 1.0), []
+    fits = low >= 0.0 and high <= 1.0
     if high == low:
-        return (low, 1.0), [f"{path}: every height is {low:g}; the height map holds 0"]
+        flat = f"{path}: every height is {low:g}, so its maps are flat; {GIVE_HEIGHTS}"
+        return (0.0 if fits else low, 1.0), [flat]
+    if fits:
+        return (0.0, 1.0), []
     return (low, high - low), [
         f"{path}: heights run from {low:g} to {high:g}; the height map holds them as 0..1, and --strength "
         "says how high the highest stands above the lowest"

@@ -14,7 +14,7 @@ import OpenImageIO as oiio
 import pytest
 
 from paradize.bakers.color import bake_color
-from paradize.bakers.maps.bake import bake_maps
+from paradize.bakers.maps.bake import bake_maps, unit_of_heights
 from paradize.bakers.maps.textures import within_reach
 from paradize.bakers.product import MapProduct
 from paradize.build.bake import bake
@@ -336,6 +336,19 @@ def test_the_command_line_takes_every_option_and_tells_filter_and_levels(
     same = paradize_here("maps", rough, "-o", tmp_path / "no", "--black", "1")
     assert same.returncode == 1
     assert "black" in same.stderr
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "unit"), [(0.5, 0.5, (0, 1)), (7, 7, (7, 1)), (0, 1, (0, 1)), (-1, 3, (-1, 4))]
+)
+def test_heights_that_are_all_one_are_told_and_others_fill_their_map(
+    low: float, high: float, unit: tuple[float, float]
+) -> None:
+    heights = np.array([[low, high]], np.float32)
+    found, warnings = unit_of_heights(heights, Path("h.png"))
+    assert found == unit
+    flat = f"h.png: every height is {low:g}, so its maps are flat; give the picture that holds the heights"
+    assert (warnings == [flat]) == (low == high) and len(warnings) == (low == high or low < 0)
 
 
 # Pictures of every kind, made here and of others
