@@ -125,7 +125,9 @@ def _tables(of: type, path: str) -> Iterator[tuple[str, Any]]:
 
 
 def _header(path: str) -> str:
-    """Returns the header of a table as its example writes it."""
+    """Returns the header of a table as its example writes it. Raises LookupError where it has none."""
+    if path not in EXAMPLES:
+        raise LookupError(f"the table {path!r} has no example; add one to EXAMPLES of scene/reference.py")
     return EXAMPLES[path].partition("\n")[0].replace(".leaf]", ".NAME]")
 
 

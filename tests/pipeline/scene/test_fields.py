@@ -7,6 +7,8 @@ import tomllib
 from pathlib import Path
 from typing import Any
 
+import pytest
+
 from paradize.scene.reference import EXAMPLES, PAGE, fields_page
 from paradize.scene.settings import Scene, load_scene
 
@@ -15,6 +17,12 @@ FILES = ("px", "nx", "py", "ny", "pz", "nz")
 
 def test_the_page_is_what_the_settings_say() -> None:
     assert PAGE.read_text() == fields_page(), "python -m paradize.scene.reference writes it"
+
+
+def test_a_table_without_an_example_is_named_with_the_mend(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delitem(EXAMPLES, "light_shafts")
+    with pytest.raises(LookupError, match="'light_shafts' has no example; add one to EXAMPLES"):
+        fields_page()
 
 
 def test_every_field_has_a_meaning() -> None:
