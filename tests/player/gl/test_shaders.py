@@ -67,15 +67,19 @@ def expand(name: str, seen: set[str]) -> list[str]:
 
 
 def errors(sources: dict[str, str], folder: Path) -> str:
-    """The errors of glslangValidator, or an empty text. sources: by what distinguishes them, ending with
-    the stage. One process looks at all, since its start takes longer than a shader."""
+    """The errors of glslangValidator, each shader's after its name, or an empty text. sources: by what
+    distinguishes them, ending with the stage. One process looks at all, since its start takes longer than a
+    shader."""
     files = []
     for name, source in sources.items():
         files.append(folder / re.sub("[^A-Za-z0-9_.]+", " ", name))
         files[-1].write_text(source)
     assert len(set(files)) == len(sources)
     result = subprocess.run(["glslangValidator", *files], capture_output=True, text=True, timeout=300)
-    return result.stdout if result.returncode else ""
+    if result.returncode == 0:
+        return ""
+    # Shaders without a fault are named too.
+    return "".join(re.findall(r"[^/\n]+\n(?:ERROR.*\n)+", result.stdout)) or f"failed: {result.stdout}"
 
 
 def switched(name: str, version: str, switches: Iterable[str]) -> dict[str, str]:
@@ -126,7 +130,8 @@ def test_a_broken_shader_among_others_is_reported(tmp_path: Path) -> None:
     whole = PREAMBLES["330"] + "void main() { gl_Position = vec4(1.0); }\n"
     broken = whole.replace("vec4", "vec3")
     sources = {"whole.vert": whole, "broken.vert": broken, "last.vert": whole}
-    assert "ERROR" in errors(sources, tmp_path)
+    told = errors(sources, tmp_path).splitlines()
+    assert told[0] == "broken.vert" and told[1].startswith("ERROR: ") and "last.vert" not in told
     del sources["broken.vert"]
     assert errors(sources, tmp_path) == ""
 
