@@ -84,11 +84,12 @@ sheets: setup-test ## build/sheets: models as three.js and as the player show th
 deep: setup-test check cpp-compiled cpp-sanitized ## everything: sanitizers, whole flight, whole corpus; hours
 	@$(alone) $(bin)/python -m pytest $(beside) --hypothesis-profile=new_cases
 
-fix: setup-test ## put formatting, simple lint and the page of scene fields right
+fix: setup-test ## put formatting, simple lint and the pages of scene fields and rules right
 	@$(bin)/ruff check -q --fix pipeline raw_assets tests player
 	@$(bin)/ruff format -q pipeline raw_assets tests player
 	@$(bin)/clang-format -i $(cpp_files)
 	@$(bin)/python -m paradize.scene.reference
+	@$(bin)/python -m tests.pipeline.checks.test_forms
 
 clean: ## delete everything that was built
 	@rm -rf build
