@@ -23,7 +23,7 @@ struct alignas(16) MaterialUniforms {
     float occlusion_strength = 0.0F;
     float alpha_cutoff = 0.0F;
     glm::vec2 wind_reach{0.0F};
-    std::array<float, 12> has_map{}; // has_color ... in the order of assets::ObjectMap; two are free
+    std::array<float, 12> has_map{}; // has_color ... in the order of assets::ObjectMap; the rest is free
 
     bool operator==(const MaterialUniforms &) const = default;
 };
