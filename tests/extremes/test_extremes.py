@@ -93,7 +93,7 @@ def test_no_stage_and_no_metric_lacks_a_row() -> None:
         for path in (PACKAGE / room).rglob("*.py")
         if path.stem != "__init__"
     }
-    assert written - {row.module for row in rows()} == set()
+    assert written - {row.module for row in rows()} == set(), "add a Row: tests/extremes/README.md"
     assert {row.module for row in rows()} - written == {
         "build.materials.model_facts",
         "flight",
