@@ -435,7 +435,6 @@ def test_a_one_pixel_step_of_the_heightmap_changes_the_terrain_alone(copied: tup
     assert baked_names(bake(scene, out, BuildOptions(jobs=1))) == {"terrain_mesh"}
 
 
-@pytest.mark.deep
 def test_effects_on_an_oblong_terrain_rise_as_steeply_both_ways(copied: tuple[Path, Path]) -> None:
     """The same map over 20 x 20 m and 20 x 10 m: along z its slopes double, along x they stay."""
     import numpy as np
@@ -502,7 +501,6 @@ def test_a_kill_at_any_moment_leaves_the_old_or_the_new_scene(
     assert state_of(out) == new
 
 
-@pytest.mark.deep
 def test_two_bakes_at_once_both_succeed(copied: tuple[Path, Path], tmp_path: Path) -> None:
     """Of sky, water and sound alone: the object's levels are measured for seconds."""
     scene, out = copied

@@ -348,7 +348,6 @@ def test_a_changed_buffer_or_picture_beside_bakes_what_is_made_of_it(tmp_path: P
     assert (again["panel_mesh"], again["panel_color"]) == ("reused", "baked")
 
 
-@pytest.mark.deep
 def test_watch_waits_for_the_files_beside_a_model_and_a_cluster_is_sent_them(tmp_path: Path) -> None:
     document = panel()
     (tmp_path / "points.bin").write_bytes(document.data)

@@ -108,7 +108,6 @@ def test_metalness_stands_beside_the_occlusion(tmp_path: Path) -> None:
     assert shown.shape == (128, 128, 2) and np.ptp(shown[:, :, 1]) > 0.3 and shown[:, :, 0].min() < 0.6
 
 
-@pytest.mark.deep
 def test_a_wall_with_holes_holds_back_no_light(tmp_path: Path) -> None:
     mask = '[object.material.wall]\nalpha_mode = "mask"\nalpha_cutoff = 0.5\n[[object.instance]]'
     obj = CORNER_OBJ.replace("f 1/5", "usemtl wall\nf 1/5")

@@ -102,7 +102,6 @@ def test_two_workers_with_three_threads_bake_anew_as_one_worker_did(
     assert one == two
 
 
-@pytest.mark.deep
 def test_a_copy_of_a_model_under_another_name_changes_no_bytes_of_the_first(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -107,7 +107,6 @@ class Warned(JobObserver):
         self.texts.append(text)
 
 
-@pytest.mark.deep
 def test_a_scheduler_without_workers_is_one_message(
     scheduler: Cluster, monkeypatch: pytest.MonkeyPatch
 ) -> None:

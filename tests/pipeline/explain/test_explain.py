@@ -95,7 +95,6 @@ def test_the_deciding_number_is_in_the_words(close: tuple[Path, Path]) -> None:
     assert f"{gutter['bound']:g} is accepted" in text
 
 
-@pytest.mark.deep
 def test_parallax_asked_and_given_are_told(close: tuple[Path, Path]) -> None:
     parallax = explained(*close, "post_height")["gutter"]["parallax"]["wood"]
     assert parallax["requested"] == [0.4, 0.0]

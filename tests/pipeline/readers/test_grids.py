@@ -38,7 +38,8 @@ def test_an_ascii_grid_is_metres_from_the_north_row_on(tmp_path: Path, newline: 
 def test_the_no_data_value_of_an_ascii_grid_is_filled_and_told(tmp_path: Path, name: str) -> None:
     path = grid(tmp_path, HEADER + f"{name} 0\n1 0 1\n1 1 2\n")
     field, warnings = heights(path)
-    assert (field.heights_m >= 1.0).all()
+    (west, filled, east), south = field.heights_m
+    assert [west, east, *south] == [1, 1, 1, 1, 2] and 1.0 <= filled <= 2.0
     assert len(warnings) == 1 and "1 pixel without a height (0, as the file says)" in warnings[0]
 
 

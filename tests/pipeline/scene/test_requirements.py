@@ -278,7 +278,6 @@ def test_what_cannot_be_is_told_with_its_place(tmp_path: Path, old: str, new: st
         load_scene(scene)
 
 
-@pytest.mark.deep
 @pytest.mark.skipif(unwrapper_version("xatlas") is None, reason="xatlas is not installed")
 def test_an_object_names_its_unwrapper_and_its_row_tells_it(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, cove_store: Callable[[Path], Path]

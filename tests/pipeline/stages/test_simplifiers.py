@@ -206,7 +206,6 @@ def test_the_command_line_takes_the_name_and_tells_it(
     assert report["simplifier"] == "meshoptimizer" and report["simplifier_version"]
 
 
-@pytest.mark.deep
 def test_tier_auto_takes_no_other_simplifier_than_the_one_that_is_named(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

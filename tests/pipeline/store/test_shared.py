@@ -301,7 +301,6 @@ def test_a_server_killed_in_mid_fetch_is_a_warning_and_the_rest_is_baked(
     assert not list((tmp_path / "store").rglob("*.part-*"))
 
 
-@pytest.mark.deep
 @left_open
 def test_a_server_that_falls_silent_is_given_up(
     home: Home, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

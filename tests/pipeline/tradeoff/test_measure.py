@@ -45,7 +45,7 @@ from paradize.tradeoff.timing import LEAST_RUNS, MOST_RUNS, timed
 from paradize.tradeoff.words import advice, compared, conclude, disagreements
 from tests.pipeline.readers.test_height_tile import colors_of
 from tests.pipeline.scenes import ball, make_cove, write_image
-from tests.sweeps import tries
+from tests.sweeps import sweep, tries
 
 
 def point(
@@ -412,8 +412,7 @@ def test_a_colour_map_is_measured_in_every_format_and_tier(
     }
 
 
-@pytest.mark.deep
-@pytest.mark.parametrize("apart", [False, True])
+@pytest.mark.parametrize("apart", sweep([False, True], test=[True]))
 def test_measure_shows_of_a_picture_with_alpha_the_formats_that_the_bake_takes(
     apart: bool, tmp_path: Path
 ) -> None:
@@ -447,7 +446,6 @@ def test_a_heightmap_is_measured_as_terrain_under_the_bound(tmp_path: Path) -> N
         assert terrain[tier]["bytes"] < terrain["exact"]["bytes"]
 
 
-@pytest.mark.deep
 def test_a_tile_is_measured_as_terrain_alone_in_its_own_metres(
     tmp_path: Path, paradize_here: Callable[..., subprocess.CompletedProcess[str]]
 ) -> None:

@@ -48,7 +48,6 @@ def test_measure_shows_of_drawn_maps_what_the_bake_takes(tmp_path: Path, tier: s
         assert {"R16" if name == "occlusion" else "RG16"} <= points.keys()
 
 
-@pytest.mark.deep
 def test_measure_of_emission_tells_its_own_errors_and_nothing_of_a_constant(tmp_path: Path) -> None:
     glow = write(tmp_path / "e.png", np.dstack([noise(36, 36, k) for k in range(4)]))
     settings = ColorSettings(product="emission")

@@ -410,8 +410,7 @@ MOMENTS_S = (0.0, 1.3, 2.9, 4.4, 6.1, 7.7)
 MOMENTS = list(itertools.product(["balanced", "exact"], MOMENTS_S))
 
 
-@pytest.mark.deep
-@pytest.mark.parametrize(("quality", "moment"), MOMENTS)
+@pytest.mark.parametrize(("quality", "moment"), sweep(MOMENTS, test=[("balanced", MOMENTS_S[1])]))
 def test_what_was_left_out_is_not_seen(
     far: tuple[Path, Path, Path], player: Run, tmp_path: Path, quality: str, moment: float
 ) -> None:

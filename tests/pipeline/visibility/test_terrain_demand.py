@@ -267,7 +267,6 @@ def test_the_light_sees_its_whole_box_and_not_much_more() -> None:
                 assert (len(found) == len(query.runs)) is seen
 
 
-@pytest.mark.deep
 def test_a_tree_is_the_same_whatever_asks_for_it_first() -> None:
     ground, flight = FIELDS["wide"], flight_settings(True)
     first, again = (grown(ground, 4, plan_query(flight_views_of(flight))) for _ in range(2))

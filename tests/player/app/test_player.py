@@ -91,7 +91,6 @@ def test_the_same_moment_is_the_same_picture_every_time(player: Player, scene: P
     assert (tmp_path / "a.png").read_bytes() == (tmp_path / "b.png").read_bytes()
 
 
-@pytest.mark.deep
 def test_the_picture_a_flight_later_differs_only_where_the_sea_and_the_sparkle_moved(
     player: Player, tmp_path: Path
 ) -> None:

@@ -441,7 +441,6 @@ def test_the_wind_moves_a_box_its_shadow_and_its_mirror_image_and_nothing_else(p
     assert columns[1] > columns[0] + 1.0
 
 
-@pytest.mark.deep
 def test_a_box_looks_the_same_whatever_the_shader_of_its_material_leaves_out(posed: Posed) -> None:
     """Without highlights, and where all of its instances stand above the water."""
     one = scene(posed)

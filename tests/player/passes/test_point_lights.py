@@ -247,7 +247,6 @@ def test_the_water_is_lit_as_far_as_its_lamps_reach(night: Posed) -> None:
     assert np.array_equal(lit, by_both)
 
 
-@pytest.mark.deep
 def test_water_above_the_ground_takes_a_lamps_light_colour_by_colour(night: Posed) -> None:
     """One metre of it, which lets less red through than blue, beside water that absorbs nothing."""
     scene = night.scene()

@@ -123,7 +123,6 @@ def test_the_cut_looks_like_the_finest_level_with_fewer_triangles(
 GROUND_ALONE = "water,reflection,refraction,shadow,sky,post"
 
 
-@pytest.mark.deep
 def test_without_maps_the_ground_looks_as_with_maps_that_change_nothing(
     hilly: Path, player: Player, tmp_path: Path
 ) -> None:

@@ -110,7 +110,6 @@ def test_balanced_is_the_default(draw: Draw, tmp_path: Path) -> None:
     assert np.array_equal(draw(folder), draw(folder, "--quality", "balanced"))
 
 
-@pytest.mark.deep
 def test_shadows_approach_the_reference_from_fast_to_exact(draw: Draw, tmp_path: Path) -> None:
     folder = changed(write_scene(tmp_path / "scene"), wide_sun)
     truth = draw(folder, "--reference", 32)

@@ -74,7 +74,6 @@ def test_it_looks_like_the_whole_picture_and_is_not_shifted_against_it(
         assert error(inner(whole), inner(shifted)) > 1.02 * here, step
 
 
-@pytest.mark.deep
 def test_it_is_the_same_each_time_and_exact_is_balanced(draw: Draw, tmp_path: Path) -> None:
     folder = write_scene(tmp_path / "scene")
     size = "96x54"

@@ -319,7 +319,7 @@ def _code_heights(image: Image, heights: Callable[[Image], F32]) -> F32 | None:
 
 def unit_of_heights(heights: F32, path: Path) -> tuple[tuple[float, float], list[str]]:
     """The heights that a height map holds as 0, and how far above it 1 is: (0, 1) where the heights fit, else
-    from the lowest to the highest, with a warning. One where all are equal."""
+    from the lowest to the highest, with a warning. Where all are equal there is one too."""
     low, high = float(heights.min()), float(heights.max())
     fits = low >= 0.0 and high <= 1.0
     if high == low:

@@ -55,7 +55,6 @@ def test_a_model_whose_half_is_drawn_nowhere_gets_a_level_that_is_drawn() -> Non
     assert alike(ball, found[1], 16.0, Limits(180.0, 0.02))
 
 
-@pytest.mark.deep
 def test_a_refined_level_that_no_longer_looks_alike_stays_as_it_was(monkeypatch: pytest.MonkeyPatch) -> None:
     def halved(judge: Original, before: Mesh, level: Mesh, errors: Any, *_: object) -> tuple[Mesh, Any]:
         return simplify(level, len(level.triangles) // 2, original=judge.mesh).mesh, errors

@@ -84,7 +84,6 @@ def rows(report: BakeReport) -> dict[str, dict[str, Any]]:
     return {row["name"]: row for row in report.rows}
 
 
-@pytest.mark.deep
 def test_a_task_bakes_in_its_own_tier_and_the_others_are_reused(scene: Path, tmp_path: Path) -> None:
     base = bake(scene, tmp_path / "base", BuildOptions(jobs=1, tier="fast"))
     for name in ("post maps", "post_gloss"):  # by the task's name, or one of its artifacts'

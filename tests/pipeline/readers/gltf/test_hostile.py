@@ -232,7 +232,7 @@ def test_a_file_that_unfolds_without_end_is_refused_in_bounded_time_and_memory(
     assert str(path) in done.stdout and done.stdout.count("\n") == 1
 
 
-@settings(max_examples=tries(30), deadline=None)
+@settings(max_examples=tries(60), deadline=None)
 @given(data=st.data())
 def test_any_change_of_the_text_is_read_or_refused(
     data: st.DataObject, tmp_path_factory: pytest.TempPathFactory
