@@ -11,7 +11,6 @@
 #include <doctest/doctest.h>
 #include <epoxy/gl.h>
 
-#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
@@ -54,6 +53,15 @@ class CheckedBefore {
 void hash_falsely(SmallScene &scene) {
     for (assets::Artifact &artifact : scene.file.artifacts) {
         artifact.sha256 = std::string(64, '0');
+    }
+}
+
+/// Changes the file of quad_color: cuts it, or changes its last byte.
+void change_color(const SmallScene &scene, bool shrinks) {
+    if (shrinks) {
+        std::filesystem::resize_file(scene.folder.path() / "quad_color.ktx2", 100);
+    } else {
+        scene.damage_color();
     }
 }
 
@@ -135,10 +143,8 @@ TEST_CASE("streamer: a wrong file is named in each call, and none leaves anythin
             checked.emplace(scene);
         }
         Streamer streamer = scene.streamer();
-        std::vector<Need> needs(streamer.piece_count());
-        const auto [first, pieces] = streamer.pieces_of("quad_mesh");
-        std::fill_n(needs.begin() + first, pieces, Need{2.0F, 0.0F});
-        streamer.set_needs(needs);
+        test::Needs needs(streamer);
+        needs.set("quad_mesh", {2.0F, 0.0F});
         const std::ptrdiff_t vertex_arrays = count_objects(glIsVertexArray);
         for (int call = 0; call < 3; ++call) { // a player goes on where a newer scene is about to come
             CHECK_THROWS_WITH_AS(streamer.upload({.not_ready = NotReady::wait_if_seen}),
@@ -158,14 +164,12 @@ TEST_CASE("streamer: of a file that is lost before anything of it is drawn, noth
     std::vector<std::ptrdiff_t> vertex_arrays;
     for (const std::string lost : {"", "quad_color.ktx2", "quad_mesh.glb"}) {
         const SmallScene scene;
-        Streamer streamer(scene.file, SceneLoad(scene.file, scene.folder.path(), nullptr,
-                                                {.vram_bytes = 100000000, .ram_bytes = 0}));
+        Streamer streamer = scene.streamer({.vram_bytes = 100000000, .ram_bytes = 0});
         streamer.finish_checks();
         if (!lost.empty()) {
             std::filesystem::resize_file(scene.folder.path() / lost, 100);
         }
-        const std::vector<Need> needs(streamer.piece_count(), Need{2.0F, 0.0F});
-        streamer.set_needs(needs);
+        test::Needs(streamer).set_all({2.0F, 0.0F});
         while (!streamer.upload({.bytes = 30000})) {
         }
         CHECK(streamer.failures().size() == (lost.empty() ? 0 : 1));
@@ -268,7 +272,7 @@ TEST_CASE(
         if (compressed) {
             scene.put("quad_color", test::zstd_ktx2_file(assets::PixelFormat::rgba8_srgb, 256, 256));
         }
-        Streamer streamer(scene.file, SceneLoad(scene.file, scene.folder.path(), nullptr, {.ram_bytes = 0}));
+        Streamer streamer = scene.streamer({.ram_bytes = 0});
         streamer.finish_checks();
         for (const assets::Artifact &artifact : scene.file.artifacts) {
             std::filesystem::remove(scene.folder.path() / artifact.file);
@@ -288,20 +292,13 @@ TEST_CASE(
         return;
     }
     const SmallScene scene;
-    const std::filesystem::path color = scene.folder.path() / "quad_color.ktx2";
     for (const bool shrinks : {false, true}) {
-        Streamer streamer(scene.file, SceneLoad(scene.file, scene.folder.path(), nullptr, {.ram_bytes = 0}));
+        Streamer streamer = scene.streamer({.ram_bytes = 0});
         streamer.upload({.bytes = 30000}); // the coarse mips
         streamer.finish_checks();
         CHECK(streamer.failures().empty());
         // The loader may have staged level 0 already; a new level 0 is staged after the change.
-        if (shrinks) {
-            std::filesystem::resize_file(color, 100);
-        } else {
-            test::Bytes damaged = test::ktx2_file(assets::PixelFormat::rgba8_srgb, 256, 256);
-            damaged.back() ^= std::byte{1};
-            scene.folder.write("quad_color.ktx2", damaged);
-        }
+        change_color(scene, shrinks);
         while (!streamer.upload({.bytes = 30000})) {
         }
         CHECK(streamer.texture("quad_color")->resident());
@@ -324,20 +321,16 @@ TEST_CASE(
         return;
     }
     const SmallScene scene;
-    Streamer streamer(scene.file, SceneLoad(scene.file, scene.folder.path(), nullptr,
-                                            {.vram_bytes = 100000000, .ram_bytes = 0}));
-    std::vector<Need> needs(streamer.piece_count());
+    Streamer streamer = scene.streamer({.vram_bytes = 100000000, .ram_bytes = 0});
+    test::Needs needs(streamer);
     const UploadBudget frame{.not_ready = NotReady::wait_if_seen};
-    const auto [first, pieces] = streamer.pieces_of("quad_color");
-    needs[first] = {2.0F, 0.0F};
-    streamer.set_needs(needs);
+    needs.set("quad_color", {2.0F, 0.0F}, 1);
     streamer.upload(frame); // checks the file
     const std::uint64_t before = streamer.counts().uploads;
-    std::fill_n(needs.begin() + first, pieces, Need{2.0F, 2.0F});
-    needs[first + pieces - 1] = {0.0F, 2.0F}; // mip 0, which is read from its file
-    streamer.set_needs(needs);
+    needs.set("quad_color", {2.0F, 2.0F});
+    needs.set_finest("quad_color", {0.0F, 2.0F}); // mip 0, which is read from its file
     streamer.upload(frame);
-    CHECK(streamer.counts().uploads == before + pieces - 2); // what is seen
+    CHECK(streamer.counts().uploads == before + streamer.pieces_of("quad_color").second - 2); // what is seen
     CHECK_FALSE(streamer.texture("quad_color")->complete());
     streamer.upload(frame);
     CHECK(streamer.texture("quad_color")->complete());
@@ -352,15 +345,9 @@ TEST_CASE("streamer: a file that was changed before its first piece is read agai
     const SmallScene scene;
     const std::filesystem::path color = scene.folder.path() / "quad_color.ktx2";
     for (const bool shrinks : {false, true}) {
-        Streamer streamer(scene.file, SceneLoad(scene.file, scene.folder.path(), nullptr, {.ram_bytes = 0}));
+        Streamer streamer = scene.streamer({.ram_bytes = 0});
         streamer.finish_checks(); // nothing is read again before the first upload
-        if (shrinks) {
-            std::filesystem::resize_file(color, 100);
-        } else {
-            test::Bytes damaged = test::ktx2_file(assets::PixelFormat::rgba8_srgb, 256, 256);
-            damaged.back() ^= std::byte{1};
-            scene.folder.write("quad_color.ktx2", damaged);
-        }
+        change_color(scene, shrinks);
         while (!streamer.upload({.bytes = 30000})) {
         }
         REQUIRE(streamer.failures().size() == 1);
@@ -381,15 +368,11 @@ TEST_CASE(
         return;
     }
     const SmallScene scene;
-    test::Bytes damaged = test::ktx2_file(assets::PixelFormat::rgba8_srgb, 256, 256);
-    damaged.back() ^= std::byte{1};
     for (const NotReady not_ready : {NotReady::wait_if_seen, NotReady::skip}) {
-        scene.folder.write("quad_color.ktx2", damaged); // only its header is good
-        Streamer other(scene.file, SceneLoad(scene.file, scene.folder.path()));
-        std::vector<Need> needs(other.piece_count());
-        const auto [first, count] = other.pieces_of("quad_mesh");
-        std::fill_n(needs.begin() + first, count, Need{2.0F, 0.0F});
-        other.set_needs(needs);
+        scene.damage_color(); // its header is good
+        Streamer other = scene.streamer();
+        test::Needs needs(other);
+        needs.set("quad_mesh", {2.0F, 0.0F});
         if (not_ready == NotReady::wait_if_seen) {
             CHECK_FALSE(other.upload({.not_ready = not_ready})); // a frame that shows the mesh only
             CHECK(other.mesh("quad_mesh")->best_level(0) == 0);
@@ -417,12 +400,10 @@ TEST_CASE("streamer: a file that is lost gives one message, however often its pi
     }
     SmallScene scene;
     scene.put("sky", test::ktx2_file(assets::PixelFormat::rgba8_unorm, 128, 128, 6)); // 393 kB and coarser
-    Streamer streamer(scene.file, SceneLoad(scene.file, scene.folder.path(), nullptr,
-                                            {.vram_bytes = 700000, .ram_bytes = 0}));
+    Streamer streamer = scene.streamer({.vram_bytes = 700000, .ram_bytes = 0});
     const auto need = [&](std::string_view artifact, std::uint32_t pieces) {
-        std::vector<Need> needs(streamer.piece_count());
-        std::fill_n(needs.begin() + streamer.pieces_of(artifact).first, pieces, Need{2.0F, 0.0F});
-        streamer.set_needs(needs);
+        test::Needs needs(streamer);
+        needs.set(artifact, {2.0F, 0.0F}, pieces);
         while (!streamer.upload({.bytes = 30000})) {
         }
     };
@@ -456,26 +437,23 @@ TEST_CASE("streamer: how far the threads have come does not change what a headle
             checked.emplace(scene);
         }
         const MemoryLimits limits{.vram_bytes = 200000000, .ram_bytes = ram_bytes};
-        Streamer streamer(scene.file, SceneLoad(scene.file, scene.folder.path(), nullptr, limits));
-        std::vector<Need> needs(streamer.piece_count());
+        Streamer streamer = scene.streamer(limits);
+        test::Needs needs(streamer);
         const auto upload = [&](std::size_t bytes) {
-            streamer.set_needs(needs);
             streamer.upload({.bytes = bytes, .not_ready = NotReady::wait_if_seen});
         };
-        const auto [sky, skies] = streamer.pieces_of("sky");
-        const auto [color, colors] = streamer.pieces_of("quad_color");
-        std::fill_n(needs.begin() + sky, skies, Need{0.0F, 2.0F});
-        upload(streamer.piece(sky).bytes);
+        needs.set("sky", {0.0F, 2.0F});
+        upload(streamer.piece(streamer.pieces_of("sky").first).bytes);
         REQUIRE(streamer.texture("sky")->resident());
         streamer.finish_checks(); // as if the threads were fast; a slow one has not checked the next file
-        needs[color] = {0.0F, 9.0F};
+        needs.set("quad_color", {0.0F, 9.0F}, 1);
         upload(1 << 20);
         CHECK_FALSE(streamer.texture("quad_color")->resident());
         upload(2 << 20);
         REQUIRE(streamer.texture("quad_color")->resident());
         // A file that frames have used lies in memory if all files have room there. Else it depends on which
         // of them was checked first.
-        std::fill_n(needs.begin() + color, colors, Need{0.0F, 9.0F});
+        needs.set("quad_color", {0.0F, 9.0F});
         upload(64 << 20);
         CHECK(streamer.texture("quad_color")->complete() == (ram_bytes != little));
         upload(1 << 20);

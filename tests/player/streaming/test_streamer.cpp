@@ -10,7 +10,6 @@
 #include <doctest/doctest.h>
 #include <epoxy/gl.h>
 
-#include <algorithm>
 #include <chrono>
 #include <filesystem>
 #include <limits>
@@ -129,10 +128,8 @@ TEST_CASE("streamer: a headless frame that begins 16 MiB of files of which nothi
     SmallScene scene;
     scene.put("quad_color", test::ktx2_file(assets::PixelFormat::rgba8_srgb, 2048, 2048)); // 22 MB
     Streamer streamer = scene.streamer();
-    std::vector<Need> needs(streamer.piece_count());
-    const auto [first, count] = streamer.pieces_of("quad_color");
-    std::fill_n(needs.begin() + first, count, Need{0.0F, 2.0F});
-    streamer.set_needs(needs);
+    test::Needs needs(streamer);
+    needs.set("quad_color", {0.0F, 2.0F});
     const UploadBudget frame{.bytes = 100 << 20, .not_ready = NotReady::wait_if_seen};
     CHECK_FALSE(streamer.upload(frame));
     CHECK(streamer.texture("quad_color")->resident());
@@ -236,15 +233,11 @@ TEST_CASE("streamer: threads check what is needed now before the first upload, a
         return;
     }
     SmallScene scene;
-    test::Bytes damaged = test::ktx2_file(assets::PixelFormat::rgba8_srgb, 256, 256);
-    damaged.back() ^= std::byte{1};
-    scene.folder.write("quad_color.ktx2", damaged);
+    scene.damage_color();
     const auto is_found_out = [&](float need) {
         Streamer streamer = scene.streamer();
-        std::vector<Need> needs(streamer.piece_count());
-        const auto [first, count] = streamer.pieces_of("quad_color");
-        std::fill_n(needs.begin() + first, count, Need{need, 0.0F});
-        streamer.set_needs(needs);
+        test::Needs needs(streamer);
+        needs.set("quad_color", {need, 0.0F});
         streamer.begin_reading();
         try {
             for (int i = 0; i < (need > 1.0F ? 10000 : 50); ++i) {
@@ -306,10 +299,9 @@ TEST_CASE("streamer: what shows little does not end a budget that is left for wh
     SmallScene scene;
     scene.put("quad_color", test::ktx2_file(assets::PixelFormat::rgba8_srgb, 1024, 1024)); // 5.6 MB
     Streamer streamer = scene.streamer();
-    std::vector<Need> needs(streamer.piece_count(), Need{1.5F, 0.0F});
-    const auto [begin, count] = streamer.pieces_of("quad_color");
-    std::fill_n(needs.begin() + begin, count, Need{5.0F, 0.0F});
-    streamer.set_needs(needs);
+    test::Needs needs(streamer);
+    needs.set_all({1.5F, 0.0F});
+    needs.set("quad_color", {5.0F, 0.0F});
     // The coarse pieces of the others, which come before its finer mips, have no room any more.
     streamer.upload({.bytes = 1, .urgent_bytes = 16 << 20, .not_ready = NotReady::wait_if_seen});
     CHECK(streamer.texture("quad_color")->complete());
@@ -326,10 +318,8 @@ TEST_CASE("streamer: a budget for what shows much holds for it alone") {
     const UploadBudget first{.bytes = 1 << 20, .urgent_bytes = 16 << 20, .not_ready = NotReady::wait_if_seen};
     for (const float error : {1.5F, 5.0F}) {
         Streamer streamer = scene.streamer();
-        std::vector<Need> needs(streamer.piece_count());
-        const auto [begin, count] = streamer.pieces_of("quad_color");
-        std::fill_n(needs.begin() + begin, count, Need{error, 0.0F});
-        streamer.set_needs(needs);
+        test::Needs needs(streamer);
+        needs.set("quad_color", {error, 0.0F});
         streamer.upload(first);
         CHECK(streamer.texture("quad_color")->complete() == (error > 2.0F));
         CHECK((streamer.counts().uploaded_bytes <= first.bytes) == (error < 2.0F));
@@ -345,12 +335,9 @@ TEST_CASE("streamer: a piece that the budget for what shows much cannot end leav
     scene.put("quad_color", test::ktx2_file(assets::PixelFormat::rgba8_srgb, 1024, 1024)); // 5.6 MB
     scene.put("sky", test::ktx2_file(assets::PixelFormat::rgba8_unorm, 256, 256, 6));      // 2.1 MB
     Streamer streamer = scene.streamer();
-    std::vector<Need> needs(streamer.piece_count());
-    const auto [color, colors] = streamer.pieces_of("quad_color");
-    const auto [sky, skies] = streamer.pieces_of("sky");
-    std::fill_n(needs.begin() + color, colors, Need{9.0F, 0.0F});
-    std::fill_n(needs.begin() + sky, skies, Need{5.0F, 0.0F});
-    streamer.set_needs(needs);
+    test::Needs needs(streamer);
+    needs.set("quad_color", {9.0F, 0.0F});
+    needs.set("sky", {5.0F, 0.0F});
     constexpr std::size_t urgent = 4 << 20; // less than the finest mip and all that is coarser
     streamer.upload({.bytes = 1, .urgent_bytes = urgent, .not_ready = NotReady::wait_if_seen});
     CHECK(streamer.texture("sky")->complete());
@@ -395,7 +382,7 @@ TEST_CASE("streamer: a frame in a window uploads 50 ms at first and 2 ms later, 
     SmallScene scene;
     scene.put("quad_color", test::ktx2_file(assets::PixelFormat::rgba8_srgb, 1024, 1024)); // 5.6 MB
     Streamer streamer = scene.streamer();
-    streamer.set_needs(std::vector<Need>(streamer.piece_count(), Need{5.0F, 0.0F}));
+    test::Needs(streamer).set_all({5.0F, 0.0F});
     streamer.finish_checks();
     const auto chunks = [&](UploadBudget budget) {
         clock_looks = 0;

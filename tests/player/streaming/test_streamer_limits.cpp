@@ -48,6 +48,15 @@ std::uint64_t allocated_bytes() {
     return bytes;
 }
 
+/// Uploads quad_color, which alone is needed, and of mip 0 a part.
+void upload_half(Streamer &streamer, const UploadBudget &frame) {
+    while (streamer.counts().uploads + 1 < streamer.pieces_of("quad_color").second) {
+        streamer.upload(frame);
+    }
+    streamer.upload(frame);
+    REQUIRE_FALSE(streamer.texture("quad_color")->complete());
+}
+
 } // namespace
 
 TEST_CASE("streamer: a large piece that is half uploaded gives way to one that is needed now") {
@@ -58,19 +67,11 @@ TEST_CASE("streamer: a large piece that is half uploaded gives way to one that i
     scene.put("quad_color", test::ktx2_file(assets::PixelFormat::rgba8_srgb, 1024, 1024)); // mip 0: 4 MB
     const UploadBudget frame{.bytes = 1 << 20, .not_ready = NotReady::wait_if_seen};
     Streamer streamer = scene.streamer();
-    std::vector<Need> needs(streamer.piece_count());
-    const auto [first, count] = streamer.pieces_of("quad_color");
-    std::fill_n(needs.begin() + first, count, Need{0.0F, 2.0F});
-    streamer.set_needs(needs);
-    while (streamer.counts().uploads + 1 < count) {
-        streamer.upload(frame);
-    }
-    streamer.upload(frame); // a part of mip 0
-    REQUIRE_FALSE(streamer.texture("quad_color")->complete());
+    test::Needs needs(streamer);
+    needs.set("quad_color", {0.0F, 2.0F});
+    upload_half(streamer, frame);
     CHECK_FALSE(streamer.texture("sky")->resident());
-    const auto [sky, skies] = streamer.pieces_of("sky");
-    std::fill_n(needs.begin() + sky, skies, Need{5.0F, 0.0F});
-    streamer.set_needs(needs);
+    needs.set("sky", {5.0F, 0.0F});
     streamer.upload(frame);
     CHECK(streamer.texture("sky")->complete());
     while (!streamer.upload(frame)) {
@@ -89,18 +90,10 @@ TEST_CASE("streamer: a half uploaded piece that shows little gives way to one th
     scene.put("sky", test::ktx2_file(assets::PixelFormat::rgba8_unorm, 128, 128, 6));      // mip 0: 0.4 MB
     const UploadBudget frame{.bytes = 1 << 20, .not_ready = NotReady::wait_if_seen};
     Streamer streamer = scene.streamer();
-    std::vector<Need> needs(streamer.piece_count());
-    const auto [first, count] = streamer.pieces_of("quad_color");
-    std::fill_n(needs.begin() + first, count, Need{1.5F, 0.0F});
-    streamer.set_needs(needs);
-    while (streamer.counts().uploads + 1 < count) {
-        streamer.upload(frame);
-    }
-    streamer.upload(frame); // a part of mip 0
-    REQUIRE_FALSE(streamer.texture("quad_color")->complete());
-    const auto [sky, skies] = streamer.pieces_of("sky");
-    std::fill_n(needs.begin() + sky, skies, Need{5.0F, 0.0F});
-    streamer.set_needs(needs);
+    test::Needs needs(streamer);
+    needs.set("quad_color", {1.5F, 0.0F});
+    upload_half(streamer, frame);
+    needs.set("sky", {5.0F, 0.0F});
     streamer.upload(frame);
     CHECK(streamer.texture("sky")->complete());
     CHECK_FALSE(streamer.texture("quad_color")->complete());
@@ -119,17 +112,13 @@ TEST_CASE(
     // its coarse piece, 6 x 64 x 64 texels of 4 bytes and their mips, is larger than the budget
     scene.put("sky", test::ktx2_file(assets::PixelFormat::rgba8_unorm, 64, 64, 6));
     Streamer streamer = scene.streamer();
-    std::vector<Need> needs(streamer.piece_count());
-    const auto [sky, skies] = streamer.pieces_of("sky");
-    const auto [color, colors] = streamer.pieces_of("quad_color");
-    REQUIRE(streamer.piece(sky).coarse);
-    std::fill_n(needs.begin() + color, colors, Need{5.0F, 0.0F});
-    streamer.set_needs(needs);
+    test::Needs needs(streamer);
+    REQUIRE(streamer.piece(streamer.pieces_of("sky").first).coarse);
+    needs.set("quad_color", {5.0F, 0.0F});
     while (streamer.counts().uploads == 0) { // its coarse piece; then the sky's comes before its finer ones
         streamer.upload({.bytes = 1, .not_ready = NotReady::wait_if_seen});
     }
-    std::fill_n(needs.begin() + sky, skies, Need{1.5F, 0.0F});
-    streamer.set_needs(needs);
+    needs.set("sky", {1.5F, 0.0F});
     streamer.upload({.bytes = 60000, .urgent_bytes = 16 << 20, .not_ready = NotReady::wait_if_seen});
     CHECK_FALSE(streamer.texture("sky")->resident());
     CHECK(streamer.texture("quad_color")->complete());
@@ -148,7 +137,7 @@ TEST_CASE("streamer: what a texture that gave way has allocated counts under the
     scene.put("sky", test::ktx2_file(assets::PixelFormat::rgba8_unorm, 256, 256, 6));      // 2.1 MB
     constexpr std::uint64_t limit = 8400000; // one of them and the copy that the other needs
     const std::uint64_t before = allocated_bytes();
-    Streamer streamer(scene.file, SceneLoad(scene.file, scene.folder.path(), nullptr, {.vram_bytes = limit}));
+    Streamer streamer = scene.streamer({.vram_bytes = limit});
     std::uint64_t peak = 0;
     bool gave_way = false;
     const auto upload = [&] { // one chunk
@@ -159,17 +148,13 @@ TEST_CASE("streamer: what a texture that gave way has allocated counts under the
         CHECK(now <= streamer.counts().peak_bytes + 1000); // and the placeholders
         return done;
     };
-    std::vector<Need> needs(streamer.piece_count());
-    const auto [first, count] = streamer.pieces_of("quad_color");
-    std::fill_n(needs.begin() + first, count, Need{0.0F, 2.0F});
-    streamer.set_needs(needs);
+    test::Needs needs(streamer);
+    needs.set("quad_color", {0.0F, 2.0F});
     while (allocated_bytes() - before < 6500000) { // mip 0 and the copy of the others
         REQUIRE_FALSE(upload());
     }
     REQUIRE_FALSE(streamer.texture("quad_color")->complete());
-    const auto [sky, skies] = streamer.pieces_of("sky");
-    std::fill_n(needs.begin() + sky, skies, Need{5.0F, 0.0F});
-    streamer.set_needs(needs);
+    needs.set("sky", {5.0F, 0.0F});
     while (!upload()) {
         gave_way =
             gave_way || (streamer.texture("sky")->resident() && !streamer.texture("quad_color")->complete());
@@ -191,20 +176,17 @@ TEST_CASE("streamer: a piece gives way only to one that fits beside it") {
     scene.put("sky", test::ktx2_file(assets::PixelFormat::rgba8_unorm, 256, 256, 6));      // 2.1 MB
     constexpr std::uint64_t limit = 8400000; // both, but not with the copies that both need
     const std::uint64_t before = allocated_bytes();
-    Streamer streamer(scene.file, SceneLoad(scene.file, scene.folder.path(), nullptr, {.vram_bytes = limit}));
-    std::vector<Need> needs(streamer.piece_count());
-    const auto [color, colors] = streamer.pieces_of("quad_color");
-    const auto [sky, skies] = streamer.pieces_of("sky");
-    std::fill_n(needs.begin() + color, colors - 1, Need{2.0F, 0.0F});
-    std::fill_n(needs.begin() + sky, skies - 1, Need{2.0F, 0.0F});
-    streamer.set_needs(needs);
+    Streamer streamer = scene.streamer({.vram_bytes = limit});
+    test::Needs needs(streamer);
+    needs.set("quad_color", {2.0F, 0.0F});
+    needs.set_finest("quad_color", {});
+    needs.set("sky", {2.0F, 0.0F});
+    needs.set_finest("sky", {});
     REQUIRE(streamer.upload({}));
-    needs[color + colors - 1] = {0.0F, 9.0F};
-    streamer.set_needs(needs);
+    needs.set_finest("quad_color", {0.0F, 9.0F});
     streamer.upload({.bytes = 1}); // a part of it
     REQUIRE_FALSE(streamer.texture("quad_color")->complete());
-    needs[sky + skies - 1] = {5.0F, 0.0F};
-    streamer.set_needs(needs);
+    needs.set_finest("sky", {5.0F, 0.0F});
     while (!streamer.upload({.bytes = 1})) {
         CHECK(allocated_bytes() - before <= limit);
     }
@@ -223,21 +205,18 @@ TEST_CASE(
     for (const bool from_disk : {false, true}) {
         MemoryLimits limits{.vram_bytes = 500000};
         limits.ram_bytes = from_disk ? 0 : limits.ram_bytes;
-        Streamer streamer(scene.file, SceneLoad(scene.file, scene.folder.path(), nullptr, limits));
+        Streamer streamer = scene.streamer(limits);
         const StreamedTexture *color = streamer.texture("quad_color");
-        const auto [first, count] = streamer.pieces_of("quad_color");
-        REQUIRE(count == 3); // 64 x 64 and coarser, 128 x 128, 256 x 256
-        std::vector<Need> needs(streamer.piece_count());
+        REQUIRE(streamer.pieces_of("quad_color").second == 3); // 64 x 64 and coarser, 128 x 128, 256 x 256
+        test::Needs needs(streamer);
         for (int round = 0; round < 3; ++round) {
-            std::ranges::fill(needs, Need{2.0F, 0.0F});
-            streamer.set_needs(needs);
+            needs.set_all({2.0F, 0.0F});
             REQUIRE(streamer.upload({}));
             CHECK(color->complete());
             CHECK(test::wrong_bytes(streamer) == 0);
             CHECK(streamer.counts().worst_error == 0.0F);
             // Nothing is needed any more, but nothing else needs the memory either.
-            std::ranges::fill(needs, Need{});
-            streamer.set_needs(needs);
+            needs.set_all({});
             streamer.upload({});
             CHECK(color->complete());
         }
@@ -246,9 +225,8 @@ TEST_CASE(
         test::throw_on_error();
     }
     // A limit that the finest mip exceeds: the rest is drawn, and the error is told.
-    Streamer small(scene.file, SceneLoad(scene.file, scene.folder.path(), nullptr, {.vram_bytes = 150000}));
-    const std::vector<Need> all(small.piece_count(), Need{3.0F, 0.0F});
-    small.set_needs(all);
+    Streamer small = scene.streamer({.vram_bytes = 150000});
+    test::Needs(small).set_all({3.0F, 0.0F});
     while (!small.upload({.bytes = 30000})) {
     }
     CHECK(small.texture("quad_color")->resident());
@@ -266,13 +244,10 @@ TEST_CASE(
     }
     SmallScene scene;
     scene.put("sky", test::ktx2_file(assets::PixelFormat::rgba8_unorm, 128, 128, 6)); // 393 kB and coarser
-    Streamer streamer(scene.file,
-                      SceneLoad(scene.file, scene.folder.path(), nullptr, {.vram_bytes = 750000}));
+    Streamer streamer = scene.streamer({.vram_bytes = 750000});
     const auto need = [&](std::string_view artifact) {
-        std::vector<Need> needs(streamer.piece_count());
-        const auto [first, count] = streamer.pieces_of(artifact);
-        std::fill_n(needs.begin() + first, count, Need{2.0F, 0.0F});
-        streamer.set_needs(needs);
+        test::Needs needs(streamer);
+        needs.set(artifact, {2.0F, 0.0F});
         while (!streamer.upload({.bytes = 30000})) {
         }
         CHECK(streamer.texture(artifact)->complete());
@@ -307,23 +282,19 @@ TEST_CASE("streamer: a mip that goes where no copy of the others fits leaves the
         scene.put("sky", test::ktx2_file(assets::PixelFormat::rgba8_unorm, 128, 128, 6));
         Streamer probe = scene.streamer();
         const auto [color, colors] = probe.pieces_of("quad_color");
-        const auto [sky, skies] = probe.pieces_of("sky");
         const std::uint64_t finest = probe.piece(color + colors - 1).bytes;
         // Room for the finest mip and the copy that its upload needs; then the sky takes half of that.
         const std::uint64_t limit = finest + finest * 2 / 3 + 1000;
-        Streamer streamer(scene.file,
-                          SceneLoad(scene.file, scene.folder.path(), nullptr, {.vram_bytes = limit}));
-        std::vector<Need> needs(streamer.piece_count());
-        std::fill_n(needs.begin() + color, colors, Need{2.0F, 0.0F});
-        streamer.set_needs(needs);
+        Streamer streamer = scene.streamer({.vram_bytes = limit});
+        test::Needs needs(streamer);
+        needs.set("quad_color", {2.0F, 0.0F});
         while (!streamer.upload({})) {
         }
         REQUIRE(streamer.texture("quad_color")->complete());
         REQUIRE(streamer.texture("sky")->resident());
         REQUIRE(streamer.counts().resident_bytes + finest / 3 > limit); // no copy fits
-        std::fill_n(needs.begin() + color, colors, Need{});
-        std::fill_n(needs.begin() + sky, skies, Need{2.0F, 0.0F});
-        streamer.set_needs(needs);
+        needs.set("quad_color", {});
+        needs.set("sky", {2.0F, 0.0F});
         while (!streamer.upload({})) {
         }
         CHECK(streamer.texture("sky")->complete());
@@ -364,14 +335,11 @@ TEST_CASE("streamer: the milliseconds of a call are those of its uploads, howeve
     }
     SmallScene scene;
     scene.put("sky", test::ktx2_file(assets::PixelFormat::rgba8_unorm, 128, 128, 6)); // 393 kB and coarser
-    Streamer streamer(scene.file,
-                      SceneLoad(scene.file, scene.folder.path(), nullptr, {.vram_bytes = 750000}));
+    Streamer streamer = scene.streamer({.vram_bytes = 750000});
     planning = &streamer;
     const auto need = [&](std::string_view artifact, const UploadBudget &budget) {
-        std::vector<Need> needs(streamer.piece_count());
-        const auto [first, count] = streamer.pieces_of(artifact);
-        std::fill_n(needs.begin() + first, count, Need{2.0F, 0.0F});
-        streamer.set_needs(needs);
+        test::Needs needs(streamer);
+        needs.set(artifact, {2.0F, 0.0F});
         streamer.upload(budget);
     };
     need("quad_color", {});
