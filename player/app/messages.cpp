@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cerrno>
+#include <cmath>
 #include <cstdint>
 #include <cstdio>
 #include <cstring>
@@ -123,6 +124,12 @@ void log_message(std::string_view text) {
     }
     out += '\n';
     std::fputs(out.c_str(), stderr);
+}
+
+void log_progress(std::size_t drawn, std::size_t frames, double left_s) {
+    const long long left = std::llround(left_s);
+    std::fprintf(stderr, "paradize-player: %zu of %zu frames drawn, %lld:%02lld left\n", drawn, frames,
+                 left / 60, left % 60);
 }
 
 void print(const std::string &text) {

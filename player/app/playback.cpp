@@ -10,6 +10,7 @@
 
 #include <epoxy/gl.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <utility>
 
@@ -119,6 +120,18 @@ void Playback::reserve_frames(std::size_t frames) {
     frame_ms_.reserve(frames);
     scene_ms_.reserve(frames);
     moments_.reserve(options_.frames ? frames : 1);
+    if (options_.headless) {
+        progress_.emplace(frames * std::max<std::size_t>(1, samples_.size()), now_ms());
+    }
+}
+
+void Playback::tell_progress() {
+    if (!progress_) {
+        return;
+    }
+    if (const std::optional<double> left_s = progress_->drawn(now_ms())) {
+        log_progress(progress_->count(), progress_->frames(), *left_s);
+    }
 }
 
 void Playback::record_frame_time(double ms) {
@@ -214,8 +227,9 @@ void Playback::frame(double elapsed_s, const CameraForecast &forecast, gl::Debug
     warn_of_memory_limit(elapsed_s);
     if (samples_.empty()) {
         renderer_->draw(elapsed_s, pose);
+        tell_progress();
     } else {
-        renderer_->draw_mean(elapsed_s, pose, samples_);
+        renderer_->draw_mean(elapsed_s, pose, samples_, [this] { tell_progress(); });
     }
     if (options_.debug) {
         log.throw_on_error();

@@ -2,6 +2,7 @@
 // One scene folder that is played: its frames, its screenshots and what --json reports of them.
 
 #include "app/options.hpp"
+#include "app/progress.hpp"
 #include "app/rate_control.hpp"
 #include "app/report.hpp"
 #include "app/scene_swap.hpp"
@@ -58,7 +59,7 @@ class Playback {
 
     /// Uploads within the budget of a frame and draws.
     void frame(double elapsed_s, const CameraForecast &forecast, gl::DebugLog &log);
-    /// Frames to record. Their recording allocates nothing.
+    /// Frames to record. Their recording allocates nothing. Without a window it is said how far they are.
     void reserve_frames(std::size_t frames);
     /// Records the duration of a finished frame, and adjusts the quality for --fps.
     void record_frame_time(double ms);
@@ -76,6 +77,8 @@ class Playback {
     CameraForecast flight_forecast(double elapsed_s, int width_px, int height_px) const;
     void apply(const Quality &quality);
     void warn_of_terrain_size() const;
+    /// Says now and then how far the frames are.
+    void tell_progress();
     /// Warns once if the picture needs more than the limit of device memory.
     void warn_of_memory_limit(double elapsed_s);
     /// Replaces the scene by `next`. Playback time and camera stay.
@@ -90,6 +93,7 @@ class Playback {
     gl::ShaderLibrary shaders_;
     std::unique_ptr<Renderer> renderer_;
     std::vector<Sample> samples_;             // of --reference, otherwise empty
+    std::optional<Progress> progress_;        // of --headless
     std::vector<double> frame_ms_, scene_ms_; // one entry per frame
     std::uint64_t most_draw_calls_ = 0;       // of a frame
     std::vector<StreamingMoment> moments_;

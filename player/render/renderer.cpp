@@ -237,7 +237,8 @@ void Renderer::draw(double elapsed_s, const Pose &pose) {
     finish();
 }
 
-void Renderer::draw_mean(double elapsed_s, const Pose &pose, const std::vector<Sample> &samples) {
+void Renderer::draw_mean(double elapsed_s, const Pose &pose, const std::vector<Sample> &samples,
+                         const std::function<void()> &drawn) {
     begin_frame(elapsed_s);
     std::vector<float> pixels;
     std::vector<double> sum;
@@ -247,6 +248,7 @@ void Renderer::draw_mean(double elapsed_s, const Pose &pose, const std::vector<S
         sum.resize(pixels.size());
         std::ranges::transform(pixels, sum, sum.begin(),
                                [](float p, double s) { return s + static_cast<double>(p); });
+        drawn();
     }
     std::ranges::transform(sum, pixels.begin(), [&](double s) {
         return static_cast<float>(s / static_cast<double>(samples.size()));

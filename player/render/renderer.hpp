@@ -10,6 +10,7 @@
 #include "scene/quality.hpp"
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -49,8 +50,10 @@ class Renderer {
     /// Draws the frame at playback time `elapsed_s`, seen from `pose`.
     void draw(double elapsed_s, const Pose &pose);
     /// Draws the mean of several frames in linear light. Each sample has its own place inside the pixel and
-    /// its own point on the sun's disc. Exposure and all later steps follow the mean.
-    void draw_mean(double elapsed_s, const Pose &pose, const std::vector<Sample> &samples);
+    /// its own point on the sun's disc. Exposure and all later steps follow the mean. `drawn` is called after
+    /// each.
+    void draw_mean(double elapsed_s, const Pose &pose, const std::vector<Sample> &samples,
+                   const std::function<void()> &drawn);
     /// Draws one frame and measures it. Returns name and milliseconds of each pass in drawing order, and of
     /// what lies between them: "views" (choosing what to draw), "clear" and "resolve" of the main view's
     /// target.

@@ -42,9 +42,9 @@ class Running:
         )
 
     def next_message(self) -> str:
-        """The next line on standard error."""
+        """The next line on standard error that does not say how far the run is."""
         assert self.process.stderr
-        return self.process.stderr.readline()
+        return next(line for line in self.process.stderr if " frames drawn, " not in line)
 
     def swapped(self) -> tuple[str, int]:
         """The number of new artifacts as text, and the first frame that shows them."""
