@@ -14,6 +14,8 @@ from pathlib import Path
 from PIL import Image, ImageDraw
 from record import FLIGHT_SIZE, FRAMES_PER_SECOND, render
 
+from paradize.cli.progress import progress
+
 MOMENTS, COLUMNS = 24, 4
 STRIP_FRAMES, STRIP_COLUMNS = 60, 6
 
@@ -42,8 +44,10 @@ def main() -> None:
     (out / "frames").mkdir(parents=True)
     moments = [duration_s * number / MOMENTS for number in range(MOMENTS)]
     pictures = [out / "frames" / f"moment_{second:07.2f}.png" for second in moments]
-    for second, picture in zip(moments, pictures, strict=True):
-        render(player, scene, "--mute", "--time", second, "--size", FLIGHT_SIZE, "--screenshot", picture)
+    with progress() as shown:
+        for done, (second, picture) in enumerate(zip(moments, pictures, strict=True)):
+            shown.step("moments", done, MOMENTS)
+            render(player, scene, "--mute", "--time", second, "--size", FLIGHT_SIZE, "--screenshot", picture)
     join(pictures, moments, COLUMNS, 1, out / "moments.png")
     print(f"moments {out / 'moments.png'}")
     for start in starts:

@@ -13,7 +13,8 @@ from fractions import Fraction
 from pathlib import Path
 
 import av
-from tqdm import tqdm
+
+from paradize.cli.progress import progress
 
 SECONDS = 10
 FRAMES_PER_SECOND = 30
@@ -30,15 +31,14 @@ def render(player: str, scene: Path, *arguments: object) -> None:
 
 def encode(frames: list[Path], video: Path, sound: Path | None = None) -> None:
     """Joins PNG frames, and a WAV file of their sound, into an MP4 that browsers play: H.264 and AAC."""
-    with av.open(str(video), "w") as container:
+    with progress() as shown, av.open(str(video), "w") as container:
         stream = container.add_stream("libx264", rate=FRAMES_PER_SECOND)
         stream.pix_fmt = "yuv420p"
         stream.options = {"crf": "18", "preset": "veryfast"}
         stream.width, stream.height = map(int, FLIGHT_SIZE.split("x"))
         track = container.add_stream("aac", rate=44100, layout="stereo") if sound else None
-        for number, path in enumerate(
-            tqdm(frames, desc="video", unit="frame", disable=not sys.stderr.isatty())
-        ):
+        for number, path in enumerate(frames):
+            shown.step("video", number, len(frames))
             with av.open(str(path)) as picture:
                 frame = next(picture.decode(video=0)).reformat(format="yuv420p")
             frame.pts, frame.time_base = number, Fraction(1, FRAMES_PER_SECOND)
