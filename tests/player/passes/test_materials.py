@@ -683,6 +683,28 @@ def test_a_mask_casts_a_shadow_only_where_it_has_the_cutoff(render: Render) -> N
     assert light == pytest.approx([0.0, 0.9 * 0.8], abs=STEP)
 
 
+def test_alpha_of_vertex_colours_counts_in_shadows_where_the_material_says_so(render: Render) -> None:
+    """Squares above the eye's view shade the wall. Their vertices have an alpha of 0.5."""
+    sun = ([0.0, 0.6, 0.8], 0.9 * pi)
+    shadow = {"size": 512, "extent_m": 20.0, "center": [0.0, 0.0, 0.0], "blur_distance_m": 50.0}
+    wall = thing("wall", {"m": material(**WHITE)}, views=["camera", "shadow"])
+    changes: list[dict[str, Any]] = [
+        {"alpha_mode": "mask", "alpha_cutoff": 0.4},
+        {"alpha_mode": "mask", "alpha_cutoff": 0.6},
+        {"alpha_mode": "mask", "alpha_cutoff": 0.6, "vertex_colors": False},
+        {"alpha_mode": "blend"},
+    ]
+    columns, casters = 24 * np.arange(len(changes)) + 12, []
+    for k, (change, x) in enumerate(zip(changes, columns, strict=True)):
+        one = material(**(BLACK | {"vertex_colors": True} | change))
+        place = [(float(x) - WIDTH / 2) * 2.0 * AWAY_M * tan(0.5 * FOV_RAD) / HEIGHT, 3.0, 4.0]
+        casters.append(thing(f"t{k}", {"m": one}, instance(place), mesh="veil_mesh", views=["shadow"]))
+    seen = render([wall, *casters], {"wall": quad(size=9.0), "veil": quad()}, sun=sun, shadow=shadow)
+    light = [seen[HEIGHT // 2 - 5 : HEIGHT // 2 + 5, x - 5 : x + 5].mean() for x in columns]
+    assert light[:3] == pytest.approx([0.0, 0.9 * 0.8, 0.0], abs=STEP)
+    assert light[3] == pytest.approx(0.5 * 0.9 * 0.8, abs=0.05)
+
+
 @pytest.mark.parametrize("view", sweep(["camera", "reflection", "refraction"], test=["reflection"]))
 def test_a_blended_object_shows_in_each_view(player: Callable[..., Any], tmp_path: Path, view: str) -> None:
     """The box of the small scene, half in the sea. Half as opaque, it changes the picture half as much."""
