@@ -18,6 +18,7 @@ from paradize.data import Texture
 from paradize.formats.ktx2.encode import encode_ktx2
 from paradize.stages.quantise import terrain_grid
 from tests.player.patches import tiled
+from tests.player.posed import Posed, differs
 from tests.player.synthetic import identity, write_scene
 from tests.sweeps import sweep
 
@@ -236,6 +237,28 @@ def test_nothing_that_a_view_sees_is_culled(
     assert all_of_it["cut_patches"] == counts["cut_patches"]
     assert all_of_it["patches"] < all_of_it["cut_patches"]
     assert counts["patches"] < (1.0 if eye in ("above", "at the rim") else 0.8) * all_of_it["patches"]
+
+
+def rock(x: npt.NDArray[np.float64], z: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    """5 m high and 8 m wide, on flat ground, between the vertices of the coarsest patches."""
+    return np.asarray(5.0 * np.exp(-((x - 4.0) ** 2 + (z - 4.0) ** 2) / 8.0))
+
+
+def test_the_ground_casts_shadows_of_the_patches_that_are_drawn_whatever_was_drawn_before(
+    player: Player, tmp_path: Path
+) -> None:
+    """From far away the ground is flat. The map of quality `fast` keeps its place."""
+    none = {"water": None, "reflection": None, "refraction": None, "objects": [], "particles": []}
+    folder = write_scene(tmp_path / "rock", terrain=tiled(SIZE_M, rock, levels=5, refine=4), **none)
+    posed = Posed(folder, player, tmp_path, size=(WIDTH, HEIGHT))
+    scene = posed.scene() | {"lod_error_px": 4.0}
+    scene["sun"]["direction"] = [0.8, 0.36, 0.48]
+    far, near = ((0.0, 400.0, 1.0), (0.0, 0.0, 0.0)), ((-7.0, 7.0, -5.0), (1.0, 0.0, 1.0))
+    options: dict[str, Any] = {"scene": scene, "quality": "shadow=fast"}
+    _, played = posed.views([far, near], **options)
+    alone, unshaded = (posed.render(*near, time_s=1 / 30, **options, disable=off) for off in ("", "shadow"))
+    assert differs(alone, unshaded).mean() > 0.02, "the rock casts a shadow"
+    assert np.array_equal(played, alone)
 
 
 def fly_over(

@@ -241,30 +241,110 @@ TEST_CASE("renderer: shadows are those of the levels that have arrived, also wit
     test::throw_on_error();
 }
 
-TEST_CASE("renderer: a surface gives off nothing before the map of its emission has arrived") {
+TEST_CASE("renderer: shadows are those of the levels of detail near the eye, wherever it was before") {
     if (!test::have_context()) {
         return;
     }
-    const auto drawn = [](assets::ObjectMap map, const glm::vec3 &emission) {
+    SmallScene small;
+    small.file.shadow->extent_m = 40.0F;
+    small.file.objects[0].materials.clear();
+    assets::Object row = small.file.objects[0];
+    row.camera = false;
+    row.instances.clear();
+    for (const double x : {-9.0, -3.0, 3.0, 9.0}) {
+        row.instances.push_back({.position = {x, 0.0, 0.0}, .scale = glm::dvec3(2.0)});
+    }
+    small.file.objects[0].instances = {{.position = {0.0, -1.0, 0.0}, .scale = glm::dvec3(20.0)}};
+    small.file.objects.push_back(row);
+    Streamer streamer = small.streamer();
+    streamer.upload({});
+    Scene scene(small.file, streamer);
+    const gl::ShaderLibrary shaders(gl::ShaderLibrary::find());
+    RenderSettings settings = render_settings(small.file, all_at(Tier::balanced), Device());
+    settings.shadow_cascades = 1; // it keeps its place, whatever the eye does
+    Renderer kept(scene, shaders, {64, 36, settings, {}});
+    const auto seen = [&](Renderer &renderer, double x) {
+        renderer.draw(1.0, {.eye = {x, 6.0, 0.1}, .target = {0.0, -1.0, 0.0}});
+        std::vector<std::uint8_t> pixels;
+        renderer.read_picture(pixels);
+        return pixels;
+    };
+    // The second level begins 7.5 m away: behind the first of the row, behind the second.
+    for (const double x : {-12.0, -6.0}) {
+        const std::vector<std::uint8_t> pixels = seen(kept, x);
+        Renderer fresh(scene, shaders, {64, 36, settings, {}});
+        CHECK(pixels == seen(fresh, x));
+    }
+    test::throw_on_error();
+}
+
+TEST_CASE("renderer: a shadow is drawn anew when finer holes of its caster arrive") {
+    if (!test::have_context()) {
+        return;
+    }
+    SmallScene small;
+    assets::Object &below = small.file.objects[0];
+    assets::Object caster = below;
+    below.materials.clear();
+    below.instances = {{.position = {0.0, -1.0, 0.0}, .scale = glm::dvec3(4.0)}};
+    caster.camera = false;
+    caster.instances = {{}};
+    for (assets::Material &material : caster.materials) {
+        material.opacity = 1.0F;
+        material.alpha_cutoff = 4.5F / 255.0F; // its texel's alpha is 3 / 255, and 5 / 255 two mips coarser
+    }
+    small.file.objects.push_back(caster);
+    Streamer streamer = small.streamer();
+    while (!streamer.mesh("quad_mesh")->levels()[0].resident) {
+        REQUIRE_FALSE(streamer.upload({.bytes = 2048}));
+    }
+    REQUIRE(streamer.texture("quad_color")->finest() == 2);
+    Scene scene(small.file, streamer);
+    const gl::ShaderLibrary shaders(gl::ShaderLibrary::find());
+    const RenderSettings settings = render_settings(small.file, all_at(Tier::balanced), Device());
+    Renderer kept(scene, shaders, {64, 36, settings, {}});
+    const std::vector<std::uint8_t> solid = picture(kept, small.file.flight);
+    streamer.upload({});
+    const std::vector<std::uint8_t> holed = picture(kept, small.file.flight);
+    Renderer fresh(scene, shaders, {64, 36, settings, {}});
+    CHECK(holed == picture(fresh, small.file.flight));
+    CHECK(holed != solid);
+    test::throw_on_error();
+}
+
+TEST_CASE(
+    "renderer: before their maps have arrived emission gives off nothing and occlusion darkens nothing") {
+    if (!test::have_context()) {
+        return;
+    }
+    const auto drawn = [](assets::ObjectMap map, const glm::vec3 &emission, float occlusion_strength = 1.0F,
+                          std::size_t bytes = 2200) { // the sky and the coarsest level of the mesh
         SmallScene small;
         small.file.objects[0].materials.resize(1);
         assets::Material &material = small.file.objects[0].materials[0];
         material = {};
         material.name = "wood";
         material.emission = emission;
+        material.occlusion_strength = occlusion_strength;
         material.maps[map] = "quad_color";
         Streamer streamer = small.streamer();
-        streamer.upload({.bytes = 2200}); // the sky and the coarsest level of the mesh
+        streamer.upload({.bytes = bytes});
         Scene scene(small.file, streamer);
         const gl::ShaderLibrary shaders(gl::ShaderLibrary::find());
         const RenderSettings settings = render_settings(small.file, all_at(Tier::balanced), Device());
         Renderer renderer(scene, shaders, {64, 36, settings, {}});
         return picture(renderer, small.file.flight);
     };
+    const glm::vec3 none(0.0F), glowing(2.0F);
     for (const assets::ObjectMap map : {assets::ObjectMap::emission, assets::ObjectMap::second_emission}) {
-        CHECK(drawn(map, glm::vec3(2.0F)) == drawn(map, glm::vec3(0.0F)));
+        CHECK(drawn(map, glowing) == drawn(map, none));
     }
-    CHECK(drawn(assets::ObjectMap::normal, glm::vec3(2.0F)) !=
-          drawn(assets::ObjectMap::normal, glm::vec3(0.0F)));
+    CHECK(drawn(assets::ObjectMap::normal, glowing) != drawn(assets::ObjectMap::normal, none));
+    for (const assets::ObjectMap map : {assets::ObjectMap::occlusion, assets::ObjectMap::second_occlusion}) {
+        CHECK(drawn(map, none, 1.0F) == drawn(map, none, 0.0F));
+    }
+    const std::size_t all = std::size_t{1} << 30U;
+    CHECK(drawn(assets::ObjectMap::occlusion, none, 1.0F, all) !=
+          drawn(assets::ObjectMap::occlusion, none, 0.0F, all));
     test::throw_on_error();
 }

@@ -91,10 +91,14 @@ TEST_CASE("mirror: clips what is below the water; the refraction clips what is a
     const auto kept = [](const View &view, float y) {
         return glm::dot(view.clip_plane, glm::vec4(0.0F, y, 0.0F, 1.0F)) >= 0.0F;
     };
-    CHECK(kept(mirror, 1.0F));
-    CHECK_FALSE(kept(mirror, -1.0F));
-    CHECK(kept(below, -1.0F));
-    CHECK_FALSE(kept(below, 1.0F));
+    for (const float y : {0.0F, 1.0F}) { // both hold the waterline
+        CHECK(kept(mirror, y));
+        CHECK(kept(below, -y));
+    }
+    for (const float y : {0.1F, 1.0F}) {
+        CHECK_FALSE(kept(mirror, -y));
+        CHECK_FALSE(kept(below, y));
+    }
     CHECK(kept(mirror_view(main, 2.0, 1.0F), 2.1F));
     CHECK_FALSE(kept(mirror_view(main, 2.0, 1.0F), 1.5F));
     CHECK_FALSE(mirror.sees({0.0F, -3.0F, 0.0F}, 1.0F));
