@@ -112,6 +112,30 @@ TEST_CASE("water: waves move what is mirrored and what is refracted, each by its
     }
 }
 
+TEST_CASE("water: it mirrors nothing from below its surface, and shows nothing from above through it") {
+    if (!test::have_context()) {
+        return;
+    }
+    for (const bool mirror : {true, false}) {
+        for (const double y : {1.0, 0.0}) { // above the water, below it
+            SeaOverQuad sea;
+            assets::Object &quad = sea.file.objects[0];
+            quad.materials.clear();
+            const glm::dquat turned(0.0, 1.0, 0.0, 0.0); // towards an eye below it
+            quad.instances = {{.position = {0.0, y, 0.0}}, {.position = {0.0, y, 0.0}, .rotation = turned}};
+            quad.camera = quad.shadow = false;
+            quad.reflection = mirror;
+            quad.refraction = !mirror;
+            Shot shot{.disabled = {"sky"}};
+            const Pixels seen = shot.of(sea);
+            quad.reflection = quad.refraction = false;
+            CAPTURE(mirror);
+            CAPTURE(y);
+            CHECK((seen != shot.of(sea)) == (mirror == (y > 0.3)));
+        }
+    }
+}
+
 TEST_CASE("water: without the picture of a mirror it mirrors the sky") {
     if (!test::have_context()) {
         return;
@@ -403,6 +427,60 @@ TEST_CASE("particles: insects darken the sky and sparkles light it, each field w
     // Two fields at one place are no copies of each other.
     const Changed one = changed({field(0.0, false)}), two = changed({field(0.0, false), field(0.0, false)});
     CHECK(two.brighter > 1.1 * one.brighter);
+}
+
+TEST_CASE("particles: sparkles have their field's colour, and are dark when they are born") {
+    if (!test::have_context()) {
+        return;
+    }
+    SmallScene small;
+    small.file.objects.clear();
+    Shot shot{.pose = {.eye = {0.0, 0.0, 6.0}, .target = {0.0, 0.0, 0.0}}, .disabled = {"sky", "post"}};
+    const auto seen = [&](float threshold) { // of life, which no particle here loses
+        small.file.particles = {{.name = "field",
+                                 .count = 60,
+                                 .size_m = {0.2F, 0.3F},
+                                 .life_per_s = {0.0F, 0.0F},
+                                 .threshold = threshold,
+                                 .color = {0.5F, 0.0F, 0.0F}}};
+        return shot.of(small);
+    };
+    const Pixels old = seen(0.0F);
+    int red = 0;
+    for (std::size_t i = 0; i < old.size(); i += 3) {
+        red += old[i];
+    }
+    CHECK(red > 1000);
+    CHECK(red == sum_of(old));
+    CHECK(sum_of(seen(0.99F)) < 0.2 * sum_of(old));
+}
+
+TEST_CASE("particles: insects hide as much of the sky as their lamp is on, and show its light") {
+    if (!test::have_context()) {
+        return;
+    }
+    SmallScene small;
+    small.file.objects.clear();
+    Shot shot{.pose = {.eye = {0.0, 0.0, 6.0}, .target = {0.0, 0.0, 0.0}}, .disabled = {"post"}};
+    const auto seen = [&](double off_s, float fade_s, const glm::vec3 &light) {
+        small.file.lights = {
+            {.name = "lamp", .color = light, .always = false, .off_s = off_s, .fade_s = fade_s}};
+        return shot.of(small);
+    };
+    const int bare = sum_of(seen(5.0, 0.0F, glm::vec3(0.0F)));
+    small.file.particles = {{.name = "field", .count = 20, .size_m = {0.1F, 0.2F}, .swarm = true}};
+    const glm::vec3 black(0.0F), green(0.0F, 1.0F, 0.0F);
+    const Pixels dark = seen(5.0, 0.0F, black);
+    CHECK(bare - sum_of(dark) > 1000);
+    // Half lit at second 1.
+    CHECK(bare - sum_of(seen(5.0, 2.0F, black)) == doctest::Approx(0.5 * (bare - sum_of(dark))).epsilon(0.1));
+    const Pixels lit = seen(5.0, 0.0F, green);
+    int more_green = 0;
+    for (std::size_t i = 1; i < lit.size(); i += 3) {
+        more_green += lit[i] - dark[i];
+    }
+    CHECK(more_green > 1000);
+    CHECK(more_green == sum_of(lit) - sum_of(dark));
 }
 
 TEST_CASE(
