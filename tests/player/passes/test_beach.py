@@ -171,6 +171,27 @@ def test_effect_map_only_below_mix_low_and_sand_only_above_mix_high(posed: Posed
     assert not differs(seen, other_effect, 1.5 / 255)[sand].any()
 
 
+def test_at_the_terrain_s_border_the_effect_map_ends_and_does_not_begin_anew(posed: Posed) -> None:
+    """Its texels are 4 m wide. At one border it looks as if the other half of the map were alike."""
+    one = without_box(scene(posed))
+    maps = {"effect_color": "box_color", "effect_normal": "water_dudv", "mix_low_m": 50.0, "mix_high_m": 51.0}
+    one["terrain"] |= maps
+
+    def seen(color: int, slope: int) -> Picture:
+        """From above the border on the left. color, slope: in the right half of the maps."""
+        colors = np.full((16, 16, 4), 200, np.uint8)
+        colors[:, 8:] = color
+        slopes = np.zeros((16, 16, 2), np.int8)
+        slopes[:, 8:] = slope
+        files = {"box_color": texture("RGBA8_SRGB", colors), "water_dudv": texture("RG8_SNORM", slopes)}
+        eye, target = (-28.0, 6.5, -15.0), (-28.0, 2.2, -15.1)
+        return posed.render(eye, target, scene=one, files=files, disable="water,post")
+
+    alike = seen(200, 0)
+    assert not differs(alike, seen(20, 0), 1.5 / 255).any()
+    assert not differs(alike, seen(200, 90), 1.5 / 255).any()
+
+
 def test_an_eye_in_the_sea_sees_the_sky_straight_above_and_only_water_at_flat_angles(posed: Posed) -> None:
     """Beyond 48.8 degrees from the vertical the surface reflects all light: Snell's law."""
     eye: Vec = (0.0, -1.0, 25.0)
@@ -299,6 +320,22 @@ def test_waves_run_up_the_beach_with_foam_and_leave_the_dry_sand_and_the_waterli
     assert ((later - calm).mean(axis=2)[foam] < -4 / 255).mean() > 0.3
     lap_later = posed.render(SHORE_EYE, SHORE, time_s=14.5, scene=without_box(scene(posed, **shape)))
     assert np.array_equal(running, lap_later)
+
+
+def test_without_the_picture_of_a_mirror_the_sheet_of_a_wave_is_not_black(posed: Posed) -> None:
+    """Seen at a flat angle, where it mirrors much. Wet sand alone is darker by less than a tenth."""
+    running, calm = (
+        posed.render(
+            (0.0, 1.0, 6.0),
+            (0.0, 0.3, -2.0),
+            time_s=4.5,
+            scene=without_box(scene(posed, swash_height_m=height_m, swash_waves=4)),
+            disable="post,reflection",
+        )
+        for height_m in (0.4, 0.0)
+    )
+    assert differs(running, calm).mean() > 0.02
+    assert (calm - running).max() < 0.2
 
 
 def ground(eye: Vec, target: Vec, slope: float = 0.0) -> npt.NDArray[np.float64]:

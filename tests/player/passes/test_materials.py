@@ -299,6 +299,21 @@ def test_beyond_a_maps_edges_lies_what_its_material_says(
         assert np.abs(line - expected)[known].max() <= 2.0 * STEP, (way, line, expected)
 
 
+def test_of_two_materials_with_one_map_each_has_its_own_filter(render: Render) -> None:
+    """Half of the map glows. Only a linear filter has values in between."""
+    texels = np.zeros((4, 4, 4), np.uint8)
+    texels[:, 2:] = 255
+    surfaces = [glow(1.0, 1.0, 1.0, emission_map="half", nearest=nearest) for nearest in (True, False)]
+    places = [instance([x, 0.0, 0.0]) for x in (-1.2, 1.2)]
+    things = [thing(f"t{k}", {"m": surfaces[k]}, places[k], mesh="a_mesh") for k in range(2)]
+    row = render(things, {"a": quad()}, {"half": texture("RGBA8_SRGB", texels)})[HEIGHT // 2, :, 0]
+    between = (row > 0.1) & (row < 0.9)
+    middles = (np.array([-1.2, 1.2]) * HEIGHT / (2.0 * AWAY_M * tan(0.5 * FOV_RAD)) + WIDTH / 2).astype(int)
+    nearest, linear = (int(between[x - 6 : x + 7].sum()) for x in middles)
+    assert nearest == 0
+    assert linear >= 3
+
+
 def over(front: list[float], alpha: float, back: F64) -> F64:
     return alpha * np.array(front) + (1 - alpha) * back
 
