@@ -31,6 +31,7 @@ struct Shot {
     std::vector<std::string> disabled;
     int width_px = 64, height_px = 36;
     double elapsed_s = 1.0;
+    Quality quality = all_at(Tier::balanced);
     std::uint64_t draw_calls = 0; // of the last picture
 
     Pixels of(SmallScene &small) {
@@ -38,7 +39,7 @@ struct Shot {
         streamer.upload({});
         Scene scene(small.file, streamer);
         const gl::ShaderLibrary shaders(gl::ShaderLibrary::find());
-        const RenderSettings settings = render_settings(small.file, all_at(Tier::balanced), Device());
+        const RenderSettings settings = render_settings(small.file, quality, Device());
         Renderer renderer(scene, shaders, {width_px, height_px, settings, disabled});
         renderer.draw(elapsed_s, pose);
         draw_calls = renderer.draw_calls();
@@ -609,4 +610,24 @@ TEST_CASE("sky: the stars end the flight where they began it") {
     const Pixels first = at(0.0);
     CHECK(mean_difference(at(9.99999), first) < 0.05);
     CHECK(mean_difference(at(5.0), first) > 0.5);
+}
+
+TEST_CASE("sky: stars give a picture that is drawn smaller and enlarged as much light") {
+    if (!test::have_context()) {
+        return;
+    }
+    OnlySky small(1);
+    assets::DaytimeKey &key = small.file.daytime[0];
+    key.sun.elevation_rad = key.moon.elevation_rad = -0.5F;
+    test::Bytes sky = test::ktx2_file(assets::PixelFormat::rgba8_unorm, 8, 8, 6);
+    std::fill(sky.end() - std::ptrdiff_t{4 * 6 * (64 + 16 + 4 + 1)}, sky.end(), std::byte{0}); // all mips
+    small.put("sky", sky);
+    Shot shot{.pose = {.eye = {0.0, 1.0, 0.0}, .target = {1.0, 2.0, 0.0}},
+              .disabled = {"post"},
+              .width_px = 256,
+              .height_px = 144};
+    const int whole = sum_of(shot.of(small));
+    shot.quality[static_cast<std::size_t>(QualityFeature::resolution)] = Tier::fast;
+    CHECK(whole > 10000);
+    CHECK(sum_of(shot.of(small)) == doctest::Approx(whole).epsilon(0.15));
 }
