@@ -1,8 +1,13 @@
 // Sizes and qualities of one renderer, one after another.
 
 #include "context.hpp"
+#include "gl/framebuffer.hpp"
 #include "gl/shader_library.hpp"
+#include "gl/texture.hpp"
+#include "passes/frame.hpp"
+#include "passes/pass.hpp"
 #include "render/renderer.hpp"
+#include "scene/camera.hpp"
 #include "small_scene.hpp"
 
 #include <doctest/doctest.h>
@@ -11,6 +16,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <initializer_list>
+#include <memory>
 #include <utility>
 #include <vector>
 
@@ -34,6 +40,17 @@ struct SmallSea : SmallScene {
         water.size_m = 200.0F;
         water.wave_height_m = 0.2F;
         file.refraction_scale = 0.5F;
+    }
+};
+
+/// Notes the clip distance and the winding of the view that it draws.
+struct NotesState : Pass {
+    bool clips = false, turned = false;
+    void draw(const Frame & /*frame*/, const View & /*view*/) override {
+        clips = glIsEnabled(GL_CLIP_DISTANCE0) == GL_TRUE;
+        GLint winding = 0;
+        glGetIntegerv(GL_FRONT_FACE, &winding);
+        turned = winding == GL_CW;
     }
 };
 
@@ -119,6 +136,27 @@ TEST_CASE("renderer: after other qualities of mirror, waves and edges a picture 
         CHECK(pixels != before);
         before = pixels;
     }
+    test::throw_on_error();
+}
+
+TEST_CASE("frame: while a view is drawn it clips, and mirrors turn triangles round, as the view says") {
+    if (!test::have_context()) {
+        return;
+    }
+    SharedByRenderers<> shared;
+    std::vector<std::unique_ptr<Pass>> passes;
+    passes.push_back(std::make_unique<NotesState>());
+    const auto &state = static_cast<const NotesState &>(*passes[0]);
+    Frame frame(shared.scene, passes);
+    const gl::Texture color = gl::make_target(GL_RGBA8, 8, 8);
+    const gl::Framebuffer target = gl::make_framebuffer(color, {});
+    const View main = main_view(flight_pose(shared.small.file.flight, 1.0), shared.small.file.flight, 8, 8);
+    for (const View &view : {mirror_view(main, 0.0, 1.0F), main, refraction_view(main, 0.0, 1.0F)}) {
+        frame.draw_view(view, target.name());
+        CHECK(state.clips == (view.kind != ViewKind::main));
+        CHECK(state.turned == (view.kind == ViewKind::mirror));
+    }
+    CHECK_FALSE(glIsEnabled(GL_CLIP_DISTANCE0));
     test::throw_on_error();
 }
 
