@@ -390,17 +390,19 @@ TEST_CASE("water: it hides beams and particles that are below it") {
     sea.file.objects.clear();
     sea.file.fog.density_per_m = 0.01F;
     const Pose down{.eye = {0.0, 5.0, 0.0}, .target = {0.0, 0.0, -8.0}};
-    for (const double y : {3.0, -10.0}) {
-        sea.file.lights = {{.name = "lamp", .position = {0.0, y, -10.0}, .intensity = 5e3F, .beam_m = 8.0F}};
+    for (const bool above : {true, false}) {
+        const double lamp_m = above ? 3.0 : -10.0, sparks_m = above ? 3.0 : -3.5;
+        sea.file.lights = {
+            {.name = "lamp", .position = {0.0, lamp_m, -10.0}, .intensity = 5e3F, .beam_m = 8.0F}};
         sea.file.particles = {{.name = "sparks",
-                               .center = {0.0, y, -10.0},
+                               .center = {0.0, sparks_m, -10.0},
                                .radius_m = 2.0F,
                                .count = 200,
                                .size_m = {0.5F, 1.0F}}};
         for (const std::string pass : {"beams", "particles"}) {
             Shot seen{.pose = down, .disabled = {}}, bare{.pose = down, .disabled = {pass}};
             CAPTURE(pass);
-            CHECK((seen.of(sea) != bare.of(sea)) == (y > 0.0));
+            CHECK((seen.of(sea) != bare.of(sea)) == above);
         }
     }
 }
