@@ -192,6 +192,20 @@ def test_at_the_terrain_s_border_the_effect_map_ends_and_does_not_begin_anew(pos
     assert not differs(alike, seen(200, 90), 1.5 / 255).any()
 
 
+def test_near_the_eye_grains_shift_the_effect_map_by_as_many_metres(posed: Posed) -> None:
+    """On a terrain that says it is twice as large, with as large grains, half as far in its map."""
+    one = without_box(scene(posed))
+    maps = {"effect_color": "box_color", "sand_normal": "water_normal", "mix_low_m": -5.0, "mix_high_m": 50.0}
+    one["terrain"] |= maps
+    larger = one | {"terrain": one["terrain"] | {"size_m": [120.0, 120.0], "sand_repeat": 16.0}}
+    near, far = (
+        [posed.render(eye, target, scene=of, disable="water,post") for of in (one, larger)]
+        for eye, target in (((0.0, 3.0, -10.0), (0.0, 1.5, -10.1)), ((0.0, 70.0, -10.0), (0.0, 1.5, -10.1)))
+    )
+    assert differs(*near, 2.5 / 255).mean() > 0.05
+    assert not differs(*far, 1.5 / 255).any()
+
+
 def test_an_eye_in_the_sea_sees_the_sky_straight_above_and_only_water_at_flat_angles(posed: Posed) -> None:
     """Beyond 48.8 degrees from the vertical the surface reflects all light: Snell's law."""
     eye: Vec = (0.0, -1.0, 25.0)
