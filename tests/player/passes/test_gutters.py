@@ -110,6 +110,22 @@ def test_max_level_0_samples_level_0_only(picture: Callable[..., np.ndarray]) ->
     assert magenta(picture(files=files, edit=limit_mips(0))) == 0
 
 
+def test_each_map_keeps_its_own_limit(picture: Callable[..., np.ndarray]) -> None:
+    """The leaves have a map of their own."""
+    files = {"box_color": mips([GREEN]), "leaf_color": mips([GREEN, GREEN, GREEN, MAGENTA])}
+
+    def limits(wood: int | None, leaf: int | None) -> Edit:
+        def edit(scene: dict[str, Any]) -> None:
+            scene["objects"][0]["materials"]["leaf"]["maps"]["color"] = "leaf_color"
+            scene["artifacts"]["box_color"]["max_level"] = wood
+            scene["artifacts"]["leaf_color"]["max_level"] = leaf
+
+        return edit
+
+    assert magenta(picture(files=files, edit=limits(None, 2))) == 0
+    assert magenta(picture(files=files, edit=limits(2, None))) > 50
+
+
 def relief(scale: float, bias: float, limit: float | None) -> Edit:
     def edit(scene: dict[str, Any]) -> None:
         (box,) = scene["objects"]

@@ -299,19 +299,26 @@ def test_beyond_a_maps_edges_lies_what_its_material_says(
         assert np.abs(line - expected)[known].max() <= 2.0 * STEP, (way, line, expected)
 
 
-def test_of_two_materials_with_one_map_each_has_its_own_filter(render: Render) -> None:
-    """Half of the map glows. Only a linear filter has values in between."""
+def test_of_materials_with_one_map_each_has_its_own_filter_and_wrap(render: Render) -> None:
+    """Half of the map glows, and each square shows it twice. Only a linear filter has values in between."""
     texels = np.zeros((4, 4, 4), np.uint8)
     texels[:, 2:] = 255
-    surfaces = [glow(1.0, 1.0, 1.0, emission_map="half", nearest=nearest) for nearest in (True, False)]
-    places = [instance([x, 0.0, 0.0]) for x in (-1.2, 1.2)]
-    things = [thing(f"t{k}", {"m": surfaces[k]}, places[k], mesh="a_mesh") for k in range(2)]
-    row = render(things, {"a": quad()}, {"half": texture("RGBA8_SRGB", texels)})[HEIGHT // 2, :, 0]
-    between = (row > 0.1) & (row < 0.9)
-    middles = (np.array([-1.2, 1.2]) * HEIGHT / (2.0 * AWAY_M * tan(0.5 * FOV_RAD)) + WIDTH / 2).astype(int)
-    nearest, linear = (int(between[x - 6 : x + 7].sum()) for x in middles)
-    assert nearest == 0
-    assert linear >= 3
+    square = quad(size=1.4)
+    assert square.uvs is not None
+    ways = [("repeat", False), ("repeat", True), ("clamp", True), ("mirror", True)]
+    across = np.array([-3.0, -1.0, 1.0, 3.0])
+    things = []
+    for k, ((wrap, nearest), x) in enumerate(zip(ways, across, strict=True)):
+        one = glow(1.0, 1.0, 1.0, emission_map="half", wrap=[wrap, "repeat"], nearest=nearest)
+        things.append(thing(f"t{k}", {"m": one}, instance([float(x), 0.0, 0.0]), mesh="a_mesh"))
+    mesh = replace(square, uvs=2.0 * square.uvs)
+    row = render(things, {"a": mesh}, {"half": texture("RGBA8_SRGB", texels)})[HEIGHT // 2, :, 0]
+    pixels_a_metre = HEIGHT / (2.0 * AWAY_M * tan(0.5 * FOV_RAD))
+    inner = (across * pixels_a_metre + WIDTH / 2).astype(int)[:, None] + np.arange(-6, 7)
+    between = ((row[inner] > 0.1) & (row[inner] < 0.9)).sum(axis=1)
+    assert between[0] >= 3 and not between[1:].any()
+    quarters = (across[:, None] + 1.4 * np.array([-0.375, -0.125, 0.125, 0.375])) * pixels_a_metre + WIDTH / 2
+    assert row[quarters[1:].astype(int)].tolist() == [[0, 1, 0, 1], [0, 1, 1, 1], [0, 1, 1, 0]]
 
 
 def over(front: list[float], alpha: float, back: F64) -> F64:
