@@ -1,9 +1,8 @@
 """terrain/effect.png and terrain/effect_height.png: details of the whole terrain.
 
-Placed by the terrain's heightmap: wind ripples on the dunes, a wet band and shells on the beach, wave
-ripples, starfish, sea grass and corals on the sea floor. The first file is the colour. The second is the
-relief, from which the terrain's normal map is baked. Row 0 at -Z, column 0 at -X; a texel is a square of
-0.098 m.
+Placed by the terrain's heightmap: wind ripples on the dunes, a wet band on the beach, wave ripples,
+starfish, sea grass and corals on the sea floor. The first file is the colour. The second is the relief,
+from which the terrain's normal map is baked. Row 0 at -Z, column 0 at -X; a texel is a square of 0.098 m.
 """
 
 from __future__ import annotations

@@ -148,7 +148,7 @@ def make(out: Path) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     way = flight_way(Path(__file__).resolve().parents[1] / "island.toml")
     tall = scattered(44, 2.9, CLEAR_M, 11, way, lambda x, z: in_grove(x, z) ** 0.5)
-    young = scattered(46, 2.2, CLEAR_M - 1.5, 23, way, lambda x, z: float(0.0 < in_grove(x, z) < 0.5))
+    young = scattered(50, 2.2, CLEAR_M - 1.5, 23, way, lambda x, z: float(0.0 < in_grove(x, z) < 0.5))
     near = [all(math.hypot(x - a, z - c) > 1.8 for a, _, c in tall) for x, _, z in young]
     write_places(folder / "tall.csv", tall, 12, scale=(0.64, 1.12), lean_deg=5.0)
     write_places(folder / "young.csv", young[near], 24, scale=(0.75, 1.2), lean_deg=5.0)

@@ -12,6 +12,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from tests.conftest import ROOT
@@ -111,6 +112,18 @@ def test_beams_rise_from_the_lamps(moment: Any) -> None:
 
     changed = differs(moment(214.0), moment(214.0, without))
     assert 0.004 < changed[:54].mean() < 0.2
+
+
+@pytest.mark.deep
+def test_mosquitoes_are_seen_round_their_lamp(moment: Any) -> None:
+    def without(one: dict[str, Any]) -> None:
+        one["particles"] = [field for field in one["particles"] if field["motion"] != "swarm"]
+
+    seen, bare = (moment(214.0, change, size=LARGE, disable="shadow") for change in (None, without))
+    changed = differs(seen, bare)
+    rows, columns = changed.nonzero()
+    assert changed.sum() > 100
+    assert np.ptp(rows) < 160 and np.ptp(columns) < 160, "one swarm"
 
 
 @pytest.mark.deep
