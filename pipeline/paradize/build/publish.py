@@ -100,8 +100,8 @@ def publish(
     context: BuildContext, maps: SceneMaps, tasks: list[Task], report: BakeReport, late_errors: LateErrors
 ) -> bool:
     """Publishes what the tasks baked, with a scene.json. Errors are added to the report; nothing is then
-    published. Returns whether `auto` must choose again, and publishes nothing then: errors that change its
-    choice were measured, and are added to `late_errors`."""
+    published. Where errors were measured that change the choice of tier `auto`, they are added to
+    `late_errors`, nothing is published, and True is returned: `auto` must choose again. Else False."""
     baked = _Baked({artifact.name: artifact for artifact in report.artifacts})
     try:
         _collect(baked, tasks)

@@ -88,8 +88,8 @@ def _limit(manifest: dict[str, Any], artifact: str) -> str:
 
 
 def saved_bytes(artifacts: Iterable[dict[str, Any]]) -> dict[str, int]:
-    """The bytes that all artifacts together save: `levels` and `patches` finer than any view needs, `maps`
-    that no pass reads. artifacts: as in `explain --json`."""
+    """The bytes that all artifacts together save: `levels` (mips too) and `patches` that no view
+    draws, `maps` that no pass reads. artifacts: as in `explain --json`."""
     saved = {"levels": 0, "patches": 0, "maps": 0}
     for facts in artifacts:
         detail, demand = facts["required_detail"], facts["demand"]
@@ -102,7 +102,7 @@ def saved_bytes(artifacts: Iterable[dict[str, Any]]) -> dict[str, int]:
 
 
 SAVED = {
-    "levels": "levels finer than any view needs",
+    "levels": "mips and levels of detail that no view draws",
     "patches": "terrain patches that no second needs",
     "maps": "maps that the pictures could give and no pass reads",
 }

@@ -136,7 +136,7 @@ def _scan(path: Path) -> tuple[str, tuple[str, ...]]:
 
 @cache
 def _scan_as_of(path: Path, *stamp: int) -> tuple[str, tuple[str, ...]]:
-    """Kept for good: a file that is changed or replaced has another stamp."""
+    """The result for this stamp, which a file that is changed or replaced no longer has."""
     if path.suffix != ".py":
         return kernel_digest(path), ()
     source = path.read_bytes()

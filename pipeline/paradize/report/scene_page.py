@@ -110,7 +110,7 @@ def _facts(
     facts = [
         (str(len(rows)), "artifacts"),
         (bytes_text(total), "on disk, all mips and levels"),
-        (bytes_text(sum(saved.values())), "not baked: finer than any view needs, or maps that no pass reads"),
+        (bytes_text(sum(saved.values())), "not baked: no view draws it, or no pass reads it"),
         (f"{baked} of {len(rows)}", f"baked this time, in {seconds_label(seconds)}"),
     ]
     if any(scene["budget"].values()):

@@ -73,11 +73,7 @@ def add_terrain(
             "effect maps",
             "maps",
             {"image": relief},
-            [
-                Output(
-                    "effect_normal", "texture", "normal", "ripples, shells and starfish in the light", readers
-                )
-            ],
+            [Output("effect_normal", "texture", "normal", "the effect map's relief in the light", readers)],
             **asdict(
                 MapSettings.of(
                     terrain.effect_relief,

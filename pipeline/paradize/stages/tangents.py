@@ -11,8 +11,8 @@ from paradize.data import Mesh
 from paradize.errors import BakeError
 from paradize.kernels.mesh import TANGENT_METHODS, split_tangents
 
-# The quicker first. Every tier takes MikkTSpace's frames unless told otherwise: normal maps are painted for
-# them, and they take only a tenth of a second for a million triangles.
+# The quicker first. Every tier takes MikkTSpace's frames where the setting names no method: normal maps are
+# painted for them, and they take only a tenth of a second for a million triangles.
 METHODS = TANGENT_METHODS
 
 

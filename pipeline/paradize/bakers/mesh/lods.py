@@ -208,7 +208,10 @@ def _chain(reference: Original, plan: Plan) -> tuple[list[MeasuredLevel], list[s
         turned = found.errors["normal_mean_deg"]
         if not (plan.errors or plan.screen_size) and turned > _TURNED_DEG:
             shape = f"{len(found.mesh.triangles)} triangles turn normals by {turned:.0f} degrees on the mean"
-            mend = 'for more, set lods_by = "screen_size" or "error" (--screen-size PIXELS, --errors A,B)'
+            ways = (
+                'lods_by = "screen_size" or "error" in a scene, --screen-size or --errors of `paradize mesh`'
+            )
+            mend = f"for more, set {ways}"
             notes.append(f"no level after lod{len(levels) - 1}; {mend}: {shape}, limit {_TURNED_DEG:.0f}")
             break
         notes += _append_better(levels, found)

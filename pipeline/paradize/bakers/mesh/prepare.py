@@ -101,7 +101,9 @@ def prepare_mesh(
         mesh, layout, notes = with_atlas(mesh, path, tier, settings.unwrapper)
         warnings += notes
     if mesh.uvs is None and (settings.attributes is None or "TANGENT" in settings.attributes):
-        warnings.append(f"{path}: no texture coordinates, so no tangent frames; mesh --atlas makes some")
+        warnings.append(
+            f"{path}: no texture coordinates, so no tangent frames; `paradize mesh --atlas` makes some"
+        )
     return mesh, Preparation(loading, validation, repaired, layout, materials, warnings)
 
 
