@@ -44,7 +44,7 @@ class Running:
     def next_message(self) -> str:
         """The next line on standard error that does not say how far the run is."""
         assert self.process.stderr
-        return next(line for line in self.process.stderr if " frames drawn, " not in line)
+        return next((line for line in self.process.stderr if " frames drawn, " not in line), "")
 
     def swapped(self) -> tuple[str, int]:
         """The number of new artifacts as text, and the first frame that shows them."""
