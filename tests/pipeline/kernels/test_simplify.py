@@ -296,7 +296,7 @@ def test_a_level_of_broken_boxes_is_not_made_and_the_reason_is_told(monkeypatch:
     steps, notes = make_levels(planks(20, (1, 1, 1)), Plan(count=2), "balanced")
     assert len(steps) == 1
     (result,) = [note for note in notes if "triangles turn normals by" in note]
-    assert 'set lods_by = "screen_size" or "error" in a scene, --screen-size or --errors of ' in result
+    assert 'set lods_by = "screen_size" or "error" in a scene, or give `paradize mesh` --' in result
     steps, _ = make_levels(planks(20), Plan(count=2), "balanced")
     assert len(steps) == 2 and steps[1].errors["normal_mean_deg"] <= 15
 

@@ -208,10 +208,8 @@ def _chain(reference: Original, plan: Plan) -> tuple[list[MeasuredLevel], list[s
         turned = found.errors["normal_mean_deg"]
         if not (plan.errors or plan.screen_size) and turned > _TURNED_DEG:
             shape = f"{len(found.mesh.triangles)} triangles turn normals by {turned:.0f} degrees on the mean"
-            ways = (
-                'lods_by = "screen_size" or "error" in a scene, --screen-size or --errors of `paradize mesh`'
-            )
-            mend = f"for more, set {ways}"
+            mend = 'for more, set lods_by = "screen_size" or "error" in a scene, '
+            mend += "or give `paradize mesh` --screen-size or --errors"
             notes.append(f"no level after lod{len(levels) - 1}; {mend}: {shape}, limit {_TURNED_DEG:.0f}")
             break
         notes += _append_better(levels, found)
