@@ -21,6 +21,7 @@ import lamps
 import music
 import nearby
 import palm
+import pebbles
 import rocks
 import sand
 import shells
@@ -32,7 +33,7 @@ import terrain
 import water
 
 SOUNDS = (sound, nearby, music)
-MODELS = (palm, jetty, bar, boat, lamps, grove, shells, starfish, driftwood, rocks, animals, shrubs)
+MODELS = (palm, jetty, bar, boat, lamps, grove, shells, pebbles, starfish, driftwood, rocks, animals, shrubs)
 MAKERS = (terrain, sand, effect, water, sky, clouds, *SOUNDS, *MODELS)
 
 

@@ -1,7 +1,8 @@
-"""Models a gull and a crab, coloured by vertex, and says where gulls circle and crabs walk.
+"""Models a gull and a crab, and says where gulls circle and crabs walk.
 
 Usage: python animals.py RAW_ASSETS
-Writes the folder animals: gull.obj, crab.obj, animals.mtl, gull.csv, crab.csv. Local axes, metres: both look
+Writes the folder animals: gull.obj, crab.obj, animals.mtl, their atlases gull.png and crab.png
+(animals_paint.py), gull.csv, crab.csv. Local axes, metres: both look
 along +Z. The gull's wings lie beyond 6 cm from x = 0 and the crab's legs beyond 5.5 cm, where the scene lets
 them beat. A crab's place is a piece of the beach that is flat along its way.
 """
@@ -15,37 +16,36 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+import animals_paint as atlas
 from grove import distance_to_way, flight_way
 from objfile import Model, grid_triangles, write_mtl
 from paint import rand
-from picture import hex_color
+from picture import write_image
 from terrain import height_at
 
 Floats = NDArray[np.float64]
 
 SIDES = 7
-# z, half width, half height, height of the middle, colour
+# z, half width, half height, height of the middle
 GULL = (
-    (0.335, 0.004, 0.004, 0.005, "#d9822b"),
-    (0.290, 0.013, 0.014, 0.010, "#e8b23c"),
-    (0.285, 0.026, 0.028, 0.016, "#f7f6f2"),
-    (0.235, 0.040, 0.042, 0.022, "#f7f6f2"),
-    (0.165, 0.046, 0.046, 0.010, "#f4f3ef"),
-    (0.040, 0.070, 0.066, -0.004, "#f4f3ef"),
-    (-0.120, 0.055, 0.050, 0.000, "#eeeeec"),
-    (-0.230, 0.034, 0.020, 0.008, "#f4f3ef"),
-    (-0.330, 0.075, 0.005, 0.010, "#fbfbf9"),
+    (0.335, 0.004, 0.004, 0.005),
+    (0.290, 0.013, 0.014, 0.010),
+    (0.285, 0.026, 0.028, 0.016),
+    (0.235, 0.040, 0.042, 0.022),
+    (0.165, 0.046, 0.046, 0.010),
+    (0.040, 0.070, 0.066, -0.004),
+    (-0.120, 0.055, 0.050, 0.000),
+    (-0.230, 0.034, 0.020, 0.008),
+    (-0.330, 0.075, 0.005, 0.010),
 )
-# of a wing: x, z of the leading and of the trailing edge, height, colour above
+# of a wing: x, z of the leading and of the trailing edge, height
 WING = (
-    (0.045, 0.105, -0.110, 0.018, "#aab3bb"),
-    (0.220, 0.165, -0.085, 0.052, "#9aa4ae"),
-    (0.420, 0.135, -0.085, 0.068, "#8f9aa5"),
-    (0.600, 0.020, -0.120, 0.058, "#7d8893"),
-    (0.720, -0.105, -0.165, 0.044, "#24282c"),
+    (0.045, 0.105, -0.110, 0.018),
+    (0.220, 0.165, -0.085, 0.052),
+    (0.420, 0.135, -0.085, 0.068),
+    (0.600, 0.020, -0.120, 0.058),
+    (0.720, -0.105, -0.165, 0.044),
 )
-UNDER = "#eceae4"
-SHELL, LEG, CLAW, BELLY, EYE = "#a5482f", "#bd6440", "#cc7a52", "#e0c4a0", "#1c1714"
 CRABS, WALK_M, FLATNESS_M = 8, (1.3, 0.12), 0.010
 WET_M = (0.05, 0.34)  # height of the sand that crabs walk on
 CLEAR_M, NEAR_M = 1.3, 4.2  # of the middle of a walk from the camera's way
@@ -62,44 +62,42 @@ GULLS = (
 )
 
 
-def paint(codes: list[str], each: int) -> Floats:
-    return np.repeat([hex_color(code) for code in codes], each, axis=0)
-
-
-def tube(model: Model, rings: list[Floats], codes: list[str]) -> None:
-    """Rings of points, each closed by its first point, from front to back."""
-    count = len(rings[0])
-    faces = grid_triangles(len(rings), count)
-    model.add("animal", "animal", np.concatenate(rings), None, faces, colors=paint(codes, count))
+def tube(model: Model, material: str, rings: list[Floats], pixels: list[Floats]) -> None:
+    """Rings of points, each closed by its first point, from front to back, and their pixels of the atlas."""
+    faces = grid_triangles(len(rings), len(rings[0]))
+    model.add(material, material, np.concatenate(rings), np.concatenate(pixels), faces)
 
 
 def gull() -> Model:
     """A gull with spread wings."""
-    model = Model()
+    model = Model(atlas.WIDTH, atlas.HEIGHT)
     turn = 2.0 * math.pi * np.arange(SIDES + 1) / SIDES
-    rings, codes = [], []
-    for z, wide, high, middle, code in GULL:
+    rings, pixels = [], []
+    for z, wide, high, middle in GULL:
         circle = [wide * np.cos(turn), middle + high * np.sin(turn), np.full(SIDES + 1, z)]
-        rings.append(np.stack(circle, axis=1))
-        codes.append(code)
-    tube(model, [ring[::-1] for ring in rings], codes)
+        rings.append(np.stack(circle, axis=1)[::-1])
+        pixels.append(
+            atlas.BODY.pixels(np.full(SIDES + 1, (GULL[0][0] - z) / atlas.GULL_M), turn / math.tau)[::-1]
+        )
+    tube(model, "gull", rings, pixels)
     for side in (-1.0, 1.0):
-        for lower in (False, True):
-            rows, colors = [], []
+        for lower, sheet in ((False, atlas.WING), (True, atlas.UNDERWING)):
+            rows, places = [], []
             for edge in (1, 2):
                 for station in WING:
                     x, y = station[0], station[3] - (0.012 if lower else 0.0) * (1.0 - station[0])
                     rows.append((side * x, y, station[edge]))
-                    dark = station[0] > 0.7
-                    colors.append(hex_color(station[4] if dark or not lower else UNDER))
+                    places.append(
+                        sheet.pixels(np.array((x - WING[0][0]) / atlas.WING_M), np.array(edge - 1.0))
+                    )
             faces = grid_triangles(2, len(WING))
             faces = faces[:, ::-1] if (side > 0) == lower else faces
-            model.add("animal", "animal", np.array(rows), None, faces, colors=np.array(colors))
+            model.add("gull", "gull", np.array(rows), np.array(places), faces)
     return model
 
 
 def limb(
-    model: Model, joints: list[tuple[float, float, float]], radii: list[float], codes: list[str]
+    model: Model, joints: list[tuple[float, float, float]], radii: list[float], sheet: atlas.Sheet
 ) -> None:
     """A leg or claw: a three-sided tube through joints."""
     spine = np.array(joints)
@@ -109,24 +107,25 @@ def limb(
     top = np.cross(side, along)
     top /= np.sqrt((top * top).sum(axis=1, keepdims=True))
     turn = 2.0 * math.pi * np.arange(4) / 3.0
-    rings = [
-        spine[i] + radii[i] * (np.cos(turn)[:, None] * side[i] + np.sin(turn)[:, None] * top[i])
-        for i in range(len(spine))
-    ]
-    tube(model, [ring[::-1] for ring in rings], codes)
+    rings, pixels = [], []
+    for i in range(len(spine)):
+        ring = np.cos(turn)[:, None] * side[i] + np.sin(turn)[:, None] * top[i]
+        rings.append((spine[i] + radii[i] * ring)[::-1])
+        pixels.append(sheet.pixels(np.full(4, i / (len(spine) - 1)), turn / math.tau)[::-1])
+    tube(model, "crab", rings, pixels)
 
 
 def crab() -> Model:
     """A crab whose shell is 14 cm wide, its legs on the ground at y = 0."""
-    model = Model()
+    model = Model(atlas.WIDTH, atlas.HEIGHT)
     turn = -2.0 * math.pi * np.arange(10) / 9
-    rings, codes = [], []
-    for share, code in ((-1.0, BELLY), (-0.45, BELLY), (0.1, SHELL), (0.6, SHELL), (1.0, "#94402a")):
-        reach = math.sqrt(max(1.0 - share * share, 0.0004))
+    rings, pixels = [], []
+    for share in (-1.0, -0.45, 0.1, 0.6, 1.0):
+        reach = atlas.shell_reach(share)
         x, z = 0.070 * reach * np.cos(turn), 0.050 * reach * np.sin(turn)
         rings.append(np.stack([x, np.full(10, 0.048 + 0.022 * share), z], axis=1))
-        codes.append(code)
-    tube(model, rings, codes)
+        pixels.append(atlas.shell_pixels(share, turn))
+    tube(model, "crab", rings, pixels)
     for side in (-1.0, 1.0):
         for k, z in enumerate((-0.036, -0.014, 0.008, 0.030)):
             out = 0.150 + 0.016 * (1.5 - abs(k - 1.5))
@@ -136,20 +135,16 @@ def crab() -> Model:
                 (side * 0.104, 0.066, z + 0.4 * fan),
                 (side * out, 0.0, z + fan),
             ]
-            limb(model, joints, [0.010, 0.008, 0.002], [LEG, LEG, BELLY])
+            limb(model, joints, [0.010, 0.008, 0.002], atlas.LEG)
         claw = [
             (side * 0.046, 0.048, 0.034),
             (side * 0.052, 0.050, 0.066),
             (side * 0.046, 0.056, 0.088),
             (side * 0.022, 0.052, 0.112),
         ]
-        limb(model, claw, [0.009, 0.011, 0.019, 0.003], [LEG, CLAW, CLAW, BELLY])
-        limb(
-            model,
-            [(side * 0.018, 0.062, 0.036), (side * 0.020, 0.078, 0.042), (side * 0.020, 0.086, 0.043)],
-            [0.004, 0.004, 0.006],
-            [LEG, LEG, EYE],
-        )
+        limb(model, claw, [0.009, 0.011, 0.019, 0.003], atlas.CLAW)
+        eye = [(side * 0.018, 0.062, 0.036), (side * 0.020, 0.078, 0.042), (side * 0.020, 0.086, 0.043)]
+        limb(model, eye, [0.004, 0.004, 0.006], atlas.EYE)
     return model
 
 
@@ -201,12 +196,14 @@ def make(out: Path) -> None:
     """Writes the folder animals under out."""
     folder = out / "animals"
     folder.mkdir(parents=True, exist_ok=True)
-    note = "Made by raw_assets/make/animals.py; coloured by vertex; metres, Y up"
-    gull().write(folder / "gull.obj", "animals.mtl", note)
-    crab().write(folder / "crab.obj", "animals.mtl", note)
+    note = "Made by raw_assets/make/animals.py; metres, Y up"
+    plain = ["Ka 0 0 0", "Kd 1 1 1", "Ks 0 0 0", "d 1", "illum 1"]
     write_mtl(
-        folder / "animals.mtl", note, {"animal": ["Ka 0 0 0", "Kd 1 1 1", "Ks 0 0 0", "d 1", "illum 1"]}
+        folder / "animals.mtl", note, {name: [*plain, f"map_Kd {name}.png"] for name in ("gull", "crab")}
     )
+    for name, model, picture in (("gull", gull(), atlas.gull()), ("crab", crab(), atlas.crab())):
+        model.write(folder / f"{name}.obj", "animals.mtl", note)
+        write_image(folder / f"{name}.png", picture, "uint8")
     rows = [f"{x:.2f},{y:.2f},{z:.2f},{yaw:.1f},{size:.2f}" for x, y, z, yaw, size in GULLS]
     text = "\n".join(["x,y,z,yaw_deg,scale", *rows]) + "\n"
     (folder / "gull.csv").write_text(text, encoding="ascii", newline="\n")

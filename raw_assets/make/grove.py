@@ -1,7 +1,7 @@
 """Makes the plants of the dunes: a grove of palms in the east, and tufts of beach grass.
 
 Usage: python grove.py RAW_ASSETS, after palm.py
-Writes where each stands, grove/tall.csv, young.csv, grass.csv and far_grass.csv, and the models
+Writes where each stands, grove/tall.csv, leaning.csv, young.csv, grass.csv and far_grass.csv, and the models
 grove/grass.obj and far_grass.obj, whose blades are coloured by vertex. far_grass, of fewer and wider blades,
 stands where the flight sees it from afar alone. Nothing stands in the way of the flight, on the beach or in
 the water.
@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 import sys
 import tomllib
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -33,6 +33,8 @@ TIP_COLOR = (0.72, 0.78, 0.30)
 GROVE = (25.0, -21.0, 20.0, 11.0, -28.0)
 CLEAR_M = 5.5  # from the camera's way, where crowns reach its height
 LOWEST_M = 1.1  # above the sea
+EDGE = 0.33  # `in_grove` where palms lean outwards
+CROWN_M = 4.6  # of a leaning palm, from its foot
 
 
 def flight_way(island: Path) -> Floats:
@@ -63,6 +65,14 @@ def in_grove(x: float, z: float) -> float:
     return max(0.0, 1.0 - math.hypot(u / along, v / across))
 
 
+def leaning_yaw_deg(x: float, z: float, way: Floats, chance: float) -> float | None:
+    """The turn of a palm at x, z that leans out of the grove for light; None where its crown would come too
+    near the camera's way. chance: 0 to 1."""
+    yaw = math.atan2(x - GROVE[0], z - GROVE[1]) + math.radians(50.0 * (chance - 0.5))
+    crown_x, crown_z = x + CROWN_M * math.sin(yaw), z + CROWN_M * math.cos(yaw)
+    return math.degrees(yaw) % 360.0 if distance_to_way(way, crown_x, crown_z) > CLEAR_M else None
+
+
 def grassy(x: float, z: float) -> float:
     """Where grass grows: under the palms, and in patches on the dunes."""
     patches = float(fbm(np.array([x / 9.0]), np.array([z / 9.0]), 71, 3)[0])
@@ -86,13 +96,20 @@ def scattered(count: int, gap_m: float, clear_m: float, seed: int, way: Floats, 
 
 
 def write_places(
-    path: Path, places: Floats, seed: int, *, scale: tuple[float, float], lean_deg: float
+    path: Path,
+    places: Floats,
+    seed: int,
+    *,
+    scale: tuple[float, float],
+    lean_deg: float,
+    yaws_deg: Sequence[float] | None = None,
 ) -> None:
-    """Writes a file of instances, each turned, leaning and scaled by chance."""
+    """Writes a file of instances, each leaning and scaled by chance, and turned so without `yaws_deg`."""
     lines = ["x,y,z,yaw_deg,pitch_deg,roll_deg,scale"]
     for k, (x, y, z) in enumerate(places):
         r = [rand(4 * k + i, seed) for i in range(4)]
-        turns = f"{360.0 * r[0]:.1f},{lean_deg * (2.0 * r[1] - 1.0):.1f},{lean_deg * (2.0 * r[2] - 1.0):.1f}"
+        yaw_deg = 360.0 * r[0] if yaws_deg is None else yaws_deg[k]
+        turns = f"{yaw_deg:.1f},{lean_deg * (2.0 * r[1] - 1.0):.1f},{lean_deg * (2.0 * r[2] - 1.0):.1f}"
         lines.append(f"{x:.2f},{y:.2f},{z:.2f},{turns},{scale[0] + (scale[1] - scale[0]) * r[3]:.3f}")
     path.write_text("\n".join(lines) + "\n", encoding="ascii", newline="\n")
 
@@ -147,10 +164,24 @@ def make(out: Path) -> None:
     folder = out / "grove"
     folder.mkdir(parents=True, exist_ok=True)
     way = flight_way(Path(__file__).resolve().parents[1] / "island.toml")
-    tall = scattered(44, 2.9, CLEAR_M, 11, way, lambda x, z: in_grove(x, z) ** 0.5)
+    old = scattered(44, 2.9, CLEAR_M, 11, way, lambda x, z: in_grove(x, z) ** 0.5)
     young = scattered(50, 2.2, CLEAR_M - 1.5, 23, way, lambda x, z: float(0.0 < in_grove(x, z) < 0.5))
-    near = [all(math.hypot(x - a, z - c) > 1.8 for a, _, c in tall) for x, _, z in young]
-    write_places(folder / "tall.csv", tall, 12, scale=(0.64, 1.12), lean_deg=5.0)
+    near = [all(math.hypot(x - a, z - c) > 1.8 for a, _, c in old) for x, _, z in young]
+    # of the old ones, those that lean stand at the edge
+    yaws = [
+        leaning_yaw_deg(x, z, way, rand(k, 14)) if in_grove(x, z) < EDGE else None
+        for k, (x, _, z) in enumerate(old)
+    ]
+    leans = np.array([yaw is not None for yaw in yaws])
+    write_places(folder / "tall.csv", old[~leans], 12, scale=(0.64, 1.12), lean_deg=5.0)
+    write_places(
+        folder / "leaning.csv",
+        old[leans],
+        13,
+        scale=(0.78, 1.12),
+        lean_deg=4.0,
+        yaws_deg=[yaw for yaw in yaws if yaw is not None],
+    )
     write_places(folder / "young.csv", young[near], 24, scale=(0.75, 1.2), lean_deg=5.0)
     write_grass(folder, way)
 

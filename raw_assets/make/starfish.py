@@ -1,6 +1,6 @@
 """Starfish on the floor of the lagoon: shore/starfish.obj, coloured by vertex, and starfish.csv.
 
-effect.py says where they lie, and paints those that the flight does not see from near by.
+effect.py says where most of them lie, and paints those that the flight does not see from near by.
 
 Usage: python starfish.py RAW_ASSETS
 """
@@ -23,6 +23,14 @@ RIDGE_COLOR, RIM_COLOR, TIP_COLOR = (1.0, 0.88, 0.62), (0.76, 0.20, 0.09), (1.0,
 # Of the rim above the sand, whose triangles are up to 1.5 cm wrong, and lifted to where water shows them at
 # their corners alone (shaders/lib/position.glsl).
 LIFT_M = 0.03
+# x, z, turn in radians, radius: where the flight looks down as night falls, and effect.py leaves bare sand
+MORE = (
+    (6.5, 18.3, 0.4, 0.30),
+    (3.2, 20.4, 1.3, 0.38),
+    (7.4, 22.4, 2.2, 0.42),
+    (4.6, 25.6, 0.9, 0.34),
+    (10.6, 27.6, 1.8, 0.40),
+)
 
 
 def arm(number: int) -> tuple[list[list[float]], list[list[float]]]:
@@ -80,6 +88,7 @@ def places() -> list[tuple[float, float, float, float, float]]:
         x, z = effect.place_m(star)
         if effect.is_near(star):
             found.append((x, height_at(x, z) + LIFT_M, z, math.degrees(star.turn), star.radius_m))
+    found += [(x, height_at(x, z) + LIFT_M, z, math.degrees(turn), radius) for x, z, turn, radius in MORE]
     return found
 
 

@@ -133,12 +133,39 @@ def test_the_eye_keeps_clear_of_the_jetty_and_of_all_that_grows(
 
 
 def test_sixty_palms_of_three_kinds_and_the_grass_stand_on_dry_sand(scene: Scene, ground: Any) -> None:
-    palms = [item for item in scene.objects if item.mesh.parent.name == "palm"]
-    assert len(palms) == 3 and sum(len(item.instances) for item in palms) >= 60
-    names = ("tall", "young", "grass", "far_grass", "bush", "fan")
+    grove = [item for item in scene.objects if item.mesh.parent.name == "palm" and item.name != "palm"]
+    counts = {item.name: len(item.instances) for item in grove}
+    assert set(counts) == {"tall", "leaning", "young"} and min(counts.values()) > 10
+    assert sum(counts.values()) >= 60
+    names = ("tall", "leaning", "young", "grass", "far_grass", "bush", "fan")
     for item in (item for item in scene.objects if item.name in names):
         at = np.array([instance.position for instance in item.instances])
         assert np.abs(at[:, 1] - ground(at[:, 0], at[:, 2])).max() < 0.02 and at[:, 1].min() > 1.0
+
+
+def test_palms_that_lean_do_so_out_of_the_grove(scene: Scene, objects: dict[str, np.ndarray]) -> None:
+    item = next(item for item in scene.objects if item.name == "leaning")
+    feet = np.array([instance.position for instance in item.instances])
+    points = objects["leaning"].reshape(len(feet), -1, 3)
+    palms = [item for item in scene.objects if item.name in ("tall", "young")]
+    middle = np.mean([instance.position for item in palms for instance in item.instances], axis=0)
+    crowns = points.mean(axis=1)  # most of a palm's surface is leaves
+    outwards = ((crowns - feet) * (feet - middle))[:, (0, 2)].sum(axis=1)
+    away = np.hypot(*(crowns - feet)[:, (0, 2)].T)
+    assert (outwards > 0.0).all() and away.min() > 1.5, away
+
+
+def test_pebbles_lie_in_the_sand_of_the_beach_beside_the_eye_s_way(
+    scene: Scene, objects: dict[str, np.ndarray], moments: np.ndarray, ground: Any
+) -> None:
+    item = next(item for item in scene.objects if item.name == "pebbles")
+    middles = np.array([instance.position for instance in item.instances])
+    away, _ = cKDTree(moments[:, 0][:, (0, 2)]).query(middles[:, (0, 2)])
+    assert len(middles) > 150 and middles[:, 1].min() > 0.1 and away.max() < 14.0
+    points = objects["pebbles"].reshape(len(middles), -1, 3)
+    height = points[..., 1] - ground(points[..., 0], points[..., 2])
+    assert height.max(axis=1).min() > 0.0 and height.max() < 0.1  # each handful is seen, none floats
+    assert np.quantile(height.min(axis=1), 0.9) < 0.005, "their open undersides lie in the sand"
 
 
 def test_tufts_of_few_blades_stand_where_the_eye_never_comes_near(scene: Scene, moments: np.ndarray) -> None:

@@ -136,6 +136,33 @@ def test_starfish_are_seen_on_the_floor_of_the_lagoon(moment: Any) -> None:
 
 
 @pytest.mark.deep
+def test_pebbles_are_seen_on_the_beach(moment: Any) -> None:
+    def without(one: dict[str, Any]) -> None:
+        one["objects"].remove(item(one, "pebbles"))
+
+    seen, bare = (moment(50.0, change, size=LARGE, disable=UNSHADED) for change in (None, without))
+    assert differs(seen, bare).mean() > 0.001
+
+
+@pytest.mark.deep
+@pytest.mark.parametrize(("name", "second", "pixels"), [("crab", 50.0, 300), ("gull", 113.0, 60)])
+def test_animals_show_their_maps(moment: Any, name: str, second: float, pixels: int) -> None:
+    """Not one colour, and not that of another animal: its pixels with the map differ from those without."""
+
+    def plain(one: dict[str, Any]) -> None:
+        for material in item(one, name)["materials"].values():
+            material["maps"]["color"] = None
+
+    def without(one: dict[str, Any]) -> None:
+        one["objects"].remove(item(one, name))
+
+    seen = moment(second, size=LARGE)
+    animal = differs(seen, moment(second, without, size=LARGE), FAINT)
+    changed = differs(seen, moment(second, plain, size=LARGE), FAINT) & animal
+    assert animal.sum() > pixels and changed.sum() > 0.5 * animal.sum(), (animal.sum(), changed.sum())
+
+
+@pytest.mark.deep
 def test_grass_leans_in_the_wind(moment: Any) -> None:
     def calm(one: dict[str, Any]) -> None:
         for name in ("grass", "far_grass"):
@@ -158,6 +185,31 @@ def test_the_palm_s_bark_has_relief(moment: Any) -> None:
     palm = differs(seen, moment(97.0, without, size=LARGE))
     changed = differs(seen, moment(97.0, smooth, size=LARGE), FAINT)
     assert (changed & palm).sum() > 0.05 * palm.sum()
+
+
+@pytest.mark.deep
+@pytest.mark.parametrize(("kind", "share"), [("normal", 0.05), ("height", 0.15)])
+def test_the_jetty_s_wood_has_relief(moment: Any, kind: str, share: float) -> None:
+    def smooth(one: dict[str, Any]) -> None:
+        for material in item(one, "jetty")["materials"].values():
+            material["maps"][kind] = None
+
+    def without(one: dict[str, Any]) -> None:
+        one["objects"].remove(item(one, "jetty"))
+
+    seen = moment(27.0, size=LARGE)
+    jetty = differs(seen, moment(27.0, without, size=LARGE))
+    changed = differs(seen, moment(27.0, smooth, size=LARGE), FAINT)
+    assert (changed & jetty).sum() > share * jetty.sum(), (changed & jetty).sum() / jetty.sum()
+
+
+@pytest.mark.deep
+def test_waves_break_up_the_mirror_image_of_the_island(moment: Any) -> None:
+    def calm(one: dict[str, Any]) -> None:
+        one["water"]["reflection_distortion"] = 0.0
+
+    seen = moment(113.0, size=LARGE)
+    assert differs(seen, moment(113.0, calm, size=LARGE), FAINT).mean() > 0.02
 
 
 @pytest.mark.deep
