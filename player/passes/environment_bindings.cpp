@@ -2,6 +2,7 @@
 
 #include "gl/texture.hpp"
 #include "scene/flight.hpp"
+#include "scene/repeating.hpp"
 
 #include <epoxy/gl.h>
 #include <glm/common.hpp>
@@ -26,6 +27,21 @@ constexpr std::array<Layer, Waves::layers> layer_table{
 
 const assets::Water no_water;
 
+/// The speed of a layer, tiles/s, next to `tiles_per_s`, that moves it by whole tiles in a flight
+/// (repeating.hpp).
+glm::dvec2 repeating(const glm::dvec2 &tiles_per_s, double duration_s) {
+    const glm::dvec2 moved = tiles_per_s * duration_s;
+    if (glm::length(moved) < least_repeats) {
+        return tiles_per_s;
+    }
+    glm::dvec2 whole = glm::round(moved);
+    if (whole == glm::dvec2(0.0)) {
+        const int longer = std::abs(moved.x) < std::abs(moved.y) ? 1 : 0;
+        whole[longer] = std::copysign(1.0, moved[longer]);
+    }
+    return whole / duration_s;
+}
+
 // A sharp sky has 512 texels along an edge; the environment starts at its fourth mip.
 constexpr float environment_trimmed_mips = 3.0F;
 // Slightly coarser than the mip with two texels per edge.
@@ -34,7 +50,8 @@ const float environment_blur = std::log2(static_cast<float>(environment_px)) + 1
 
 } // namespace
 
-Waves waves_at(const assets::Water &water, double elapsed_s, const glm::dvec3 &anchor) {
+Waves waves_at(const assets::SceneFile &file, double elapsed_s, const glm::dvec3 &anchor) {
+    const assets::Water &water = file.water ? *file.water : no_water;
     Waves waves;
     for (std::size_t i = 0; i < layer_table.size(); ++i) {
         const Layer &layer = layer_table[i];
@@ -43,13 +60,14 @@ Waves waves_at(const assets::Water &water, double elapsed_s, const glm::dvec3 &a
         const double tile =
             layer.scale * water.wave_repeat / std::max(static_cast<double>(water.size_m), 1e-3);
         waves.rows[i] = glm::vec4(c * tile, s * tile, -s * tile, c * tile);
-        const double u = layer.scale * layer.speed * (c * water.scroll_per_s.x + s * water.scroll_per_s.y);
-        const double v = layer.scale * layer.speed * (c * water.scroll_per_s.y - s * water.scroll_per_s.x);
+        const glm::dvec2 scroll(c * water.scroll_per_s.x + s * water.scroll_per_s.y,
+                                c * water.scroll_per_s.y - s * water.scroll_per_s.x);
+        const glm::dvec2 moved =
+            elapsed_s * repeating(layer.scale * layer.speed * scroll, file.flight.duration_s);
         // A value just below 1 may round to 1.0F, which equals 0 because the map repeats.
         const double origin_u = tile * (c * anchor.x + s * anchor.z);
         const double origin_v = tile * (c * anchor.z - s * anchor.x);
-        waves.offsets[i] =
-            glm::vec2(glm::fract(u * elapsed_s + origin_u), glm::fract(v * elapsed_s + origin_v));
+        waves.offsets[i] = glm::vec2(glm::fract(moved.x + origin_u), glm::fract(moved.y + origin_v));
         waves.lengths_m[static_cast<int>(i)] = static_cast<float>(1.0 / std::max(tile, 1e-6));
     }
     return waves;
@@ -158,7 +176,7 @@ void EnvironmentBindings::apply(const Frame &frame, const View &view) const {
     if (const StreamedTexture *map = frame.scene.texture(water.dudv)) {
         map->bind(unit_wave_dudv, wave_sampler_.name());
     }
-    const Waves waves = waves_at(water, frame.clock.elapsed_s, view.anchor);
+    const Waves waves = waves_at(file, frame.clock.elapsed_s, view.anchor);
     if (wave_rows_location_ >= 0) {
         glUniform4fv(wave_rows_location_, Waves::layers, glm::value_ptr(waves.rows[0]));
     }

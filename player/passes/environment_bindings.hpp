@@ -39,10 +39,10 @@ struct Waves {
     glm::vec3 lengths_m{1.0F};               // of one repeat of the map
 };
 
-/// Returns the wave layers at `elapsed_s`. Layers 0 and 1 run in opposite directions, layer 2 is a slow
-/// swell. Time and `anchor` (the floating origin) are wrapped in double, so that the waves stay smooth after
-/// a week of playback.
-Waves waves_at(const assets::Water &water, double elapsed_s, const glm::dvec3 &anchor = glm::dvec3(0.0));
+/// Returns the wave layers at `elapsed_s`. Layers 0 and 1 run against each other, layer 2 is a slow swell.
+/// They repeat with the flight, save one that moves less than half a tile in it. Time and `anchor` (the
+/// floating origin) are wrapped in double, so that the waves stay smooth after a week of playback.
+Waves waves_at(const assets::SceneFile &file, double elapsed_s, const glm::dvec3 &anchor = glm::dvec3(0.0));
 
 /// Returns u_swash of shaders/lib/swash.glsl: the waves that run up the beach. They repeat with the flight.
 glm::vec4 swash_at(const assets::SceneFile &file, double elapsed_s);

@@ -108,7 +108,8 @@ void Frame::draw_view(const View &view, unsigned framebuffer, bool depth_only, s
     block.water = glm::vec4(file.water ? file.water->absorption_per_m : glm::vec3(0.0F), water_m());
     block.anchor = glm::vec4(view.anchor, 0.0);
     if (file.wind) {
-        const WindNow wind = wind_now(*file.wind, wind_s.value_or(clock.elapsed_s), view.anchor);
+        const WindNow wind =
+            wind_now(*file.wind, file.flight.duration_s, wind_s.value_or(clock.elapsed_s), view.anchor);
         block.wind = wind.direction;
         block.wind_phases = wind.phases;
     }

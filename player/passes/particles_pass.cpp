@@ -2,6 +2,7 @@
 
 #include "gl/buffer.hpp"
 #include "gl/draw.hpp"
+#include "scene/repeating.hpp"
 
 #include <epoxy/gl.h>
 
@@ -31,14 +32,15 @@ std::uint64_t mixed(std::uint64_t value) {
 
 } // namespace
 
-ParticleSwarm::ParticleSwarm(const assets::ParticleField &field, std::uint64_t seed)
+ParticleSwarm::ParticleSwarm(const assets::ParticleField &field, std::uint64_t seed, double duration_s)
     : field_(field), seed_(seed), lives_(static_cast<std::size_t>(std::max(field.count, 0))),
       particles_(lives_.size()) {
     Pcg random(seed);
     const double fading = 1.0 - static_cast<double>(field.threshold);
     for (Lives &lives : lives_) {
         const double falling = random.uniform(field.life_per_s.x, field.life_per_s.y);
-        lives.per_s = std::min(falling / std::max(fading, 1e-9), most_lives_per_s);
+        lives.per_s = repeating(std::min(falling / std::max(fading, 1e-9), most_lives_per_s), duration_s);
+        lives.count = static_cast<std::uint64_t>(std::llround(lives.per_s * duration_s));
         // The first particles start at all ages, so that playback does not begin with a flash.
         lives.phase = random.uniform(0.0F, 1.0F);
     }
@@ -66,7 +68,8 @@ void ParticleSwarm::move_to(double time_s) {
     for (std::size_t i = 0; i < particles_.size(); ++i) {
         const double lived = lives_[i].phase + time_s * lives_[i].per_s;
         const double whole = std::floor(lived);
-        const std::uint64_t births = static_cast<std::uint64_t>(whole) + 1;
+        const auto over = static_cast<std::uint64_t>(whole);
+        const std::uint64_t births = (lives_[i].count > 0 ? over % lives_[i].count : over) + 1;
         Particle &particle = particles_[i];
         if (particle.births != births) {
             respawn(i, births);
@@ -90,7 +93,7 @@ ParticlesPass::ParticlesPass(const PassSetup &setup)
         if (field.swarm) {
             insects_.emplace_back(field, seed++, file.lights);
         } else {
-            sparkles_.emplace_back(field, seed++);
+            sparkles_.emplace_back(field, seed++, file.flight.duration_s);
             sparkle_count_ += static_cast<std::size_t>(field.count);
         }
         count += static_cast<std::size_t>(field.count);

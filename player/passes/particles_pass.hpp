@@ -31,7 +31,8 @@ struct Particle {
 /// each life are random numbers of field, particle and number of births.
 class ParticleSwarm {
   public:
-    ParticleSwarm(const assets::ParticleField &field, std::uint64_t seed);
+    /// They are at the end of a flight of `duration_s` as they were at its beginning.
+    ParticleSwarm(const assets::ParticleField &field, std::uint64_t seed, double duration_s);
     /// Sets the particles to how they are `time_s` after the start, a time not before it. Allocates nothing.
     void move_to(double time_s);
     const std::vector<Particle> &particles() const { return particles_; }
@@ -41,8 +42,9 @@ class ParticleSwarm {
   private:
     /// The constants of a particle over all its lives, and the random values of the present one.
     struct Lives {
-        double per_s = 0.0; // lives per second
-        double phase = 0.0; // share of a life that is over at second 0
+        double per_s = 0.0;      // lives per second
+        double phase = 0.0;      // share of a life that is over at second 0
+        std::uint64_t count = 0; // lives in a flight, after which they begin anew; 0: never
         glm::vec3 born{0.0F};
         float drift_m_per_s = 0.0F; // upwards
     };

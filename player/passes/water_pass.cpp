@@ -132,7 +132,7 @@ void WaterPass::draw(const Frame &frame, const View &view) {
     gl::Program::set(lit.deep, water.deep_color);
     gl::Program::set(lit.shallow, water.shallow_color);
     gl::Program::set(lit.shine, glm::vec2(water.specular, water.smoothness));
-    gl::Program::set(lit.wave_length, waves_at(water, 0.0).lengths_m);
+    gl::Program::set(lit.wave_length, waves_at(frame.scene.file(), 0.0).lengths_m);
     const glm::vec2 center =
         frame.settings.near_waves ? grid_center(water, view) : glm::vec2(view.eye.x, view.eye.z);
     gl::Program::set(lit.center, center);

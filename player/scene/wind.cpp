@@ -1,5 +1,6 @@
 #include "scene/wind.hpp"
 
+#include "scene/repeating.hpp"
 #include "scene/turn.hpp"
 
 #include <glm/geometric.hpp>
@@ -26,18 +27,20 @@ float phase_of(double angle) {
 
 } // namespace
 
-WindNow wind_now(const assets::Wind &wind, double elapsed_s, const glm::dvec3 &anchor) {
+WindNow wind_now(const assets::Wind &wind, double duration_s, double elapsed_s, const glm::dvec3 &anchor) {
     const double wave = turn / wind.gust_m;
     const double along = wave * (wind.direction.x * anchor.x + wind.direction.y * anchor.z);
     const double across = wave * (wind.direction.x * anchor.z - wind.direction.y * anchor.x);
-    const double travelled = wave * wind.speed_m_per_s * elapsed_s;
+    const double gusts_per_s = wind.speed_m_per_s / wind.gust_m;
+    // rad that a wave of so many turns per second has moved
+    const auto moved = [&](double per_s) { return turn * repeating(per_s, duration_s) * elapsed_s; };
     WindNow out;
     out.direction = glm::vec4(wind.direction, static_cast<float>(wave), 0.0F);
     out.phases = {
-        phase_of(along - travelled),
-        phase_of(second_along * along + second_across * across - 1.3 * travelled),
-        phase_of(sway_along * along - turn * sways_per_s * elapsed_s),
-        phase_of(glm::dot(flutter_wave, anchor) - turn * flutters_per_s * elapsed_s),
+        phase_of(along - moved(gusts_per_s)),
+        phase_of(second_along * along + second_across * across - moved(1.3 * gusts_per_s)),
+        phase_of(sway_along * along - moved(sways_per_s)),
+        phase_of(glm::dot(flutter_wave, anchor) - moved(flutters_per_s)),
     };
     return out;
 }

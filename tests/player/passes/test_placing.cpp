@@ -33,7 +33,7 @@ std::vector<glm::dvec3> moved_by_wind(test::ShaderProbe &probe, const glm::dvec3
     wind.direction = glm::normalize(glm::vec2(0.8F, -0.6F));
     wind.speed_m_per_s = 5.0F;
     wind.gust_m = 20.0F;
-    const WindNow now = wind_now(wind, second, anchor);
+    const WindNow now = wind_now(wind, 240.0, second, anchor);
     gl::FrameUniforms frame = test::plain_frame(16);
     frame.wind = now.direction;
     frame.wind_phases = now.phases;
