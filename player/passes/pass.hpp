@@ -49,8 +49,10 @@ class Pass {
     virtual void prepare(Frame & /*frame*/) {}
     /// Draws this pass in one view. Called for every view; check view.kind.
     virtual void draw(const Frame & /*frame*/, const View & /*view*/) {}
-    /// True if filter() must be called. The renderer then resolves the depth and keeps a second picture.
+    /// True if filter() may be called. The renderer then keeps a second picture and a resolved depth.
     virtual bool filters() const { return false; }
+    /// False if filter() would leave this frame's picture as it is. It is not called then.
+    virtual bool filters_now(const Frame & /*frame*/) const { return filters(); }
     /// Draws from frame.shared.picture and frame.shared.depth (resolved) into all of frame.filtered, in
     /// linear light. The result becomes frame.shared.picture for the next filter and for finish(). The main
     /// view's FrameUniforms are bound.

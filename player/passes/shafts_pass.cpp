@@ -54,37 +54,38 @@ void ShaftsPass::resize(const Frame &frame) {
     }
 }
 
+bool ShaftsPass::filters_now(const Frame &frame) const {
+    const glm::vec3 &radiance = frame.daylight.radiance;
+    const bool in_water = frame.view(ViewKind::main).eye.y < frame.water_m();
+    return filters() && !in_water && frame.shared.shadow_map != nullptr &&
+           std::max({radiance.r, radiance.g, radiance.b}) > dark;
+}
+
 void ShaftsPass::filter(Frame &frame) {
     const assets::LightShafts &shafts = *frame.scene.file().light_shafts;
-    const View &view = frame.view(ViewKind::main);
-    const bool in_water = view.eye.y < frame.water_m();
-    const glm::vec3 radiance =
-        in_water || frame.shared.shadow_map == nullptr ? glm::vec3(0.0F) : frame.daylight.radiance;
     glDisable(GL_DEPTH_TEST);
     glDisable(GL_CULL_FACE);
     gl::bind_texture(unit_depth, GL_TEXTURE_2D, frame.shared.depth->name());
-    const bool lit = std::max({radiance.r, radiance.g, radiance.b}) > dark;
-    if (lit) {
-        march_.use();
-        gl::bind_texture(unit_shadow_map, GL_TEXTURE_2D_ARRAY, frame.shared.shadow_map->name());
-        gl::Program::set(downsample_location_, downsampling_);
-        gl::Program::set(density_location_, shafts.density_per_m);
-        gl::Program::set(anisotropy_location_, shafts.anisotropy);
-        gl::Program::set(march_range_location_, shafts.range_m);
-        gl::bind_framebuffer(target_[0].name(), width_px_, height_px_);
-        frame.draw_fullscreen();
+    march_.use();
+    gl::bind_texture(unit_shadow_map, GL_TEXTURE_2D_ARRAY, frame.shared.shadow_map->name());
+    gl::Program::set(downsample_location_, downsampling_);
+    gl::Program::set(density_location_, shafts.density_per_m);
+    gl::Program::set(anisotropy_location_, shafts.anisotropy);
+    gl::Program::set(march_range_location_, shafts.range_m);
+    gl::bind_framebuffer(target_[0].name(), width_px_, height_px_);
+    frame.draw_fullscreen();
 
-        smooth_.use();
-        gl::bind_texture(unit_shafts, GL_TEXTURE_2D, texture_[0].name());
-        gl::bind_framebuffer(target_[1].name(), width_px_, height_px_);
-        frame.draw_fullscreen();
-    }
+    smooth_.use();
+    gl::bind_texture(unit_shafts, GL_TEXTURE_2D, texture_[0].name());
+    gl::bind_framebuffer(target_[1].name(), width_px_, height_px_);
+    frame.draw_fullscreen();
+
     add_.use();
     gl::bind_texture(unit_picture, GL_TEXTURE_2D, frame.shared.picture->name());
     gl::bind_texture(unit_shafts, GL_TEXTURE_2D, texture_[1].name());
     gl::Program::set(texels_location_, 1.0F / static_cast<float>(downsampling_));
     gl::Program::set(add_range_location_, shafts.range_m);
-    gl::Program::set(radiance_location_, radiance);
+    gl::Program::set(radiance_location_, frame.daylight.radiance);
     gl::bind_framebuffer(frame.filtered, frame.width_px, frame.height_px);
     frame.draw_fullscreen();
     glEnable(GL_CULL_FACE);

@@ -12,6 +12,7 @@ class ShaftsPass : public Pass {
     explicit ShaftsPass(const PassSetup &setup);
     void resize(const Frame &frame) override;
     bool filters() const override { return steps_ > 0; }
+    bool filters_now(const Frame &frame) const override;
     void filter(Frame &frame) override;
 
   private:

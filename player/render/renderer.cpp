@@ -169,10 +169,15 @@ bool Renderer::has_filters() const {
     return std::ranges::any_of(passes_, [](const std::unique_ptr<Pass> &pass) { return pass->filters(); });
 }
 
-/// Runs the passes that filter. The picture alternates between two targets.
+bool Renderer::has_filters_now() const {
+    return std::ranges::any_of(
+        passes_, [this](const std::unique_ptr<Pass> &pass) { return pass->filters_now(frame_); });
+}
+
+/// Runs the passes that filter this frame. The picture alternates between two targets.
 void Renderer::filter() {
     for (std::size_t i = 0; i < passes_.size(); ++i) {
-        if (!passes_[i]->filters()) {
+        if (!passes_[i]->filters_now(frame_)) {
             continue;
         }
         frame_.filtered = pictures_[1 - picture_].framebuffer.name();
@@ -208,14 +213,15 @@ void Renderer::draw_linear(const Pose &pose, const Sample &sample) {
     picture_ = 0;
     main_.resolve(frame_, pictures_[picture_].framebuffer.name());
     frame_.shared.picture = &pictures_[picture_].color;
-    if (has_filters()) {
+    const bool filters = has_filters_now();
+    if (filters) {
         main_.resolve_depth(depth_framebuffer_.name());
         frame_.shared.depth = &resolved_depth_;
     }
     if (frame_.meter != nullptr) {
         frame_.meter->stop(frame_.meter->resolve());
     }
-    if (has_filters()) {
+    if (filters) {
         filter();
     }
 }

@@ -95,6 +95,7 @@ class Renderer {
     void make_filter_targets();
     void filter();
     bool has_filters() const;
+    bool has_filters_now() const;
     void read_linear(std::vector<float> &pixels) const;
 
     const Scene &scene_;

@@ -273,6 +273,27 @@ TEST_CASE("shadow: a surface that nothing shades is as bright as without shadows
     CHECK(sum_of(shot.of(small)) < sum_of(unshaded.of(small)));
 }
 
+TEST_CASE("shadow: without light of sun or moon neither shadows nor lit air are drawn") {
+    if (!test::have_context()) {
+        return;
+    }
+    SmallScene small;
+    Shot with, without{.disabled = {"shadow"}};
+    const auto calls = [&] {
+        with.of(small);
+        without.of(small);
+        return with.draw_calls - without.draw_calls;
+    };
+    small.file.sun.intensity = 2.0F;
+    const std::uint64_t of_shadows = calls();
+    CHECK(of_shadows > 0);
+    small.file.light_shafts.emplace();
+    CHECK(calls() == of_shadows + 3);
+    small.file.sun.intensity = 0.0F;
+    CHECK(calls() == 0);
+    CHECK(with.of(small) == without.of(small));
+}
+
 TEST_CASE("shadow: its edge is as soft as the sun is wide, up to the distance of blur") {
     if (!test::have_context()) {
         return;
