@@ -19,12 +19,14 @@ constexpr float glow_strength = 0.22F; // share of the light of bright pixels th
 PostPass::PostPass(const PassSetup &setup)
     : program_(setup.shaders, "fullscreen.vert", "post.frag"),
       glow_(setup.shaders, "fullscreen.vert", "glow.frag"),
+      blur_(setup.shaders, "fullscreen.vert", "glow_blur.frag"),
       glow_strength_location_(program_.location("u_glow_strength")),
-      blur_step_location_(glow_.location("u_blur_step")),
+      blur_step_location_(blur_.location("u_blur_step")),
       downsample_location_(glow_.location("u_downsample")), exposure_location_(glow_.location("u_exposure")) {
     program_.set_unit("u_picture", unit_picture);
     program_.set_unit("u_glow", unit_glow);
     glow_.set_unit("u_source", unit_picture);
+    blur_.set_unit("u_source", unit_picture);
     if (setup.settings.render_scale < 1.0F) {
         enlarge_ = gl::Program(setup.shaders, "fullscreen.vert", "enlarge.frag");
         enlarge_.set_unit("u_picture", unit_picture);
@@ -57,12 +59,9 @@ void PostPass::enlarge(const Frame &frame, const gl::Texture &source, const glm:
     frame.draw_fullscreen();
 }
 
-void PostPass::draw_glow(const Frame &frame, unsigned source, unsigned framebuffer, int downsample,
-                         float step_x, float step_y) const {
+void PostPass::draw_glow(const Frame &frame, unsigned source, unsigned framebuffer) const {
     gl::bind_framebuffer(framebuffer, glow_width_px_, glow_height_px_);
     gl::bind_texture(unit_picture, GL_TEXTURE_2D, source);
-    gl::Program::set(downsample_location_, downsample);
-    gl::Program::set(blur_step_location_, glm::vec2(step_x, step_y));
     frame.draw_fullscreen();
 }
 
@@ -72,11 +71,16 @@ void PostPass::finish(Frame &frame) {
 
     glow_.use();
     gl::Program::set(exposure_location_, frame.daylight.exposure);
+    gl::Program::set(downsample_location_, downsampling_);
+    draw_glow(frame, frame.shared.picture->name(), glow_framebuffer_[0].name());
+
+    blur_.use();
     const float step_y = 1.0F / static_cast<float>(glow_rows);
     const float step_x = step_y * static_cast<float>(frame.height_px) / static_cast<float>(frame.width_px);
-    draw_glow(frame, frame.shared.picture->name(), glow_framebuffer_[0].name(), downsampling_, 0.0F, 0.0F);
-    draw_glow(frame, glow_color_[0].name(), glow_framebuffer_[1].name(), 0, step_x, 0.0F);
-    draw_glow(frame, glow_color_[1].name(), glow_framebuffer_[0].name(), 0, 0.0F, step_y);
+    gl::Program::set(blur_step_location_, glm::vec2(step_x, 0.0F));
+    draw_glow(frame, glow_color_[0].name(), glow_framebuffer_[1].name());
+    gl::Program::set(blur_step_location_, glm::vec2(0.0F, step_y));
+    draw_glow(frame, glow_color_[1].name(), glow_framebuffer_[0].name());
 
     gl::bind_framebuffer(enlarge_ ? encoded_.name() : frame.output, frame.width_px, frame.height_px);
     program_.use();

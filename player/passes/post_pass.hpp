@@ -18,15 +18,15 @@ class PostPass : public Pass {
 
   private:
     enum Unit : unsigned { unit_picture, unit_glow };
-    /// Runs the glow program from a texture into a framebuffer of the glow's size.
-    void draw_glow(const Frame &frame, unsigned source, unsigned framebuffer, int downsample, float step_x,
-                   float step_y) const;
+    /// Draws a glow from a texture into a framebuffer of the glow's size, by the program in use.
+    void draw_glow(const Frame &frame, unsigned source, unsigned framebuffer) const;
     /// Enlarges a texture along x or y into a framebuffer, which is bound.
     void enlarge(const Frame &frame, const gl::Texture &source, const glm::vec2 &along,
                  float texels_per_px) const;
 
     gl::Program program_;
     gl::Program glow_;
+    gl::Program blur_;
     gl::Program enlarge_;       // empty: the picture is drawn as large as it is shown
     gl::Texture encoded_color_; // the picture that it enlarges
     gl::Framebuffer encoded_;

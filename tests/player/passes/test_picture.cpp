@@ -73,22 +73,31 @@ double uchimura(double x) {
            shoulder * shoulder_share;
 }
 
-/// glow.frag over a picture: the green of each pixel.
-std::vector<double> glowing(const std::vector<float> &pixels, int downsample, float exposure,
-                            float step_x = 0.0F, float step_y = 0.0F) {
-    test::ShaderProbe probe((picture_px + std::max(downsample, 1) - 1) / std::max(downsample, 1),
-                            "fullscreen.vert", "glow.frag");
+/// The green of each pixel that a probe draws from a picture.
+std::vector<double> green_of(test::ShaderProbe &probe, const std::vector<float> &pixels) {
     const gl::Texture source = test::float_texture(picture_px, picture_px, pixels);
     probe.set_texture("u_source", 0, GL_TEXTURE_2D, source);
-    probe.set_int("u_downsample", downsample);
-    probe.set("u_exposure", {exposure});
-    probe.set("u_blur_step", {step_x, step_y});
     const std::vector<float> drawn = probe.draw();
     std::vector<double> out;
     for (std::size_t i = 0; i < drawn.size(); i += 4) {
         out.push_back(drawn[i + 1]);
     }
     return out;
+}
+
+/// glow.frag over a picture.
+std::vector<double> glowing(const std::vector<float> &pixels, int downsample, float exposure) {
+    test::ShaderProbe probe((picture_px + downsample - 1) / downsample, "fullscreen.vert", "glow.frag");
+    probe.set_int("u_downsample", downsample);
+    probe.set("u_exposure", {exposure});
+    return green_of(probe, pixels);
+}
+
+/// glow_blur.frag over a picture.
+std::vector<double> blurred_by(const std::vector<float> &pixels, float step_x, float step_y) {
+    test::ShaderProbe probe(picture_px, "fullscreen.vert", "glow_blur.frag");
+    probe.set("u_blur_step", {step_x, step_y});
+    return green_of(probe, pixels);
 }
 
 } // namespace
@@ -188,7 +197,7 @@ TEST_CASE("glow: its blur keeps the light, and falls alike to both sides") {
     for (const std::size_t stride : {std::size_t{1}, std::size_t{picture_px}}) { // along x, along y
         const float step = 1.0F / picture_px;
         const std::vector<double> blurred =
-            glowing(point, 0, 1.0F, stride == 1 ? step : 0.0F, stride == 1 ? 0.0F : step);
+            blurred_by(point, stride == 1 ? step : 0.0F, stride == 1 ? 0.0F : step);
         double sum = 0.0;
         for (const double value : blurred) {
             sum += value;
