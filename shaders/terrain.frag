@@ -1,5 +1,6 @@
 // Macros: FADE 1 leaves out pixels by u_fade; SWASH 1 has waves run up the beach; DRY, SUNKEN as in
-// lib/light.glsl; default 0. SAND_NORMAL, EFFECT_MAP 0: the scene has no such maps; default 1.
+// lib/light.glsl; default 0. SAND_NORMAL, EFFECT_MAP 0: the scene has no such maps; SAND 0: there is no sand so far
+// below; default 1.
 #include "lib/clip_frag.glsl"
 #include "lib/color.glsl"
 #include "lib/fog.glsl"
@@ -16,6 +17,9 @@
 #endif
 #ifndef EFFECT_MAP
 #define EFFECT_MAP 1
+#endif
+#ifndef SAND
+#define SAND 1
 #endif
 #ifndef SWASH
 #define SWASH 0
@@ -117,7 +121,7 @@ void main() {
 
     vec3 local_normal = vec3(0.0, 0.0, 1.0);
     vec2 grain_normal = vec2(0.0);
-#if SAND_NORMAL
+#if SAND && SAND_NORMAL
     if (grain_strength > 0.0) {
         grain_normal = sand_sample(u_sand_normal, v_uv_sand, scale, dx, dy).rg;
         local_normal = decode_normal(grain_normal, GRAIN_SLOPE * grain_strength);
@@ -130,6 +134,7 @@ void main() {
     vec3 albedo = vec3(0.0);
     vec3 sand = vec3(0.0);
     float grain = 1.0;
+#if SAND
     if (grain_strength > 0.0) {
         sand = sand_sample(u_sand_color, v_uv_sand, scale, dx, dy).rgb;
         float mean = luminance(v_sand_mean);
@@ -139,6 +144,7 @@ void main() {
         albedo += sand_share * contrast * sand;
         grain *= contrast;
     }
+#endif
 #if EFFECT_MAP
     vec2 ex = dFdx(v_uv_effect);
     vec2 ey = dFdy(v_uv_effect);

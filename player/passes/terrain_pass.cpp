@@ -14,6 +14,18 @@ namespace {
 // displacement of the effect map by grains at a slope of one, close to the eye
 constexpr float grain_shift_m = 0.12F;
 
+bool has_effect(const assets::Terrain &terrain) {
+    return !terrain.effect_color.empty() && !terrain.effect_normal.empty();
+}
+
+/// Whether a patch of this kind may show sand. Where the effect map covers all that is low, the sea floor has
+/// none.
+bool shows_sand(const assets::SceneFile &file, PatchKind kind) {
+    const assets::Terrain &terrain = *file.terrain;
+    return kind != PatchKind::sunken || !has_effect(terrain) ||
+           static_cast<double>(terrain.mix_low_m) < file.water->level_m;
+}
+
 std::string defines_of(const PassSetup &setup, PatchKind kind, bool point_lights, bool above_water) {
     const bool matte = kind == PatchKind::sunken;
     const assets::Terrain &terrain = *setup.scene.file().terrain;
@@ -22,8 +34,9 @@ std::string defines_of(const PassSetup &setup, PatchKind kind, bool point_lights
            (kind == PatchKind::dry ? "1" : "0") + "\n#define SUNKEN " + (matte ? "1" : "0") +
            "\n#define ABOVE_WATER " + (above_water ? "1" : "0") + "\n#define MATTE " + (matte ? "1" : "0") +
            "\n#define " + point_lights_define(point_lights) + "\n#define " + swash_define(setup) +
-           "\n#define SAND_NORMAL " + (terrain.sand_normal.empty() ? "0" : "1") + "\n#define EFFECT_MAP " +
-           (terrain.effect_color.empty() || terrain.effect_normal.empty() ? "0" : "1");
+           "\n#define SAND " + (shows_sand(setup.scene.file(), kind) ? "1" : "0") + "\n#define SAND_NORMAL " +
+           (terrain.sand_normal.empty() ? "0" : "1") + "\n#define EFFECT_MAP " +
+           (has_effect(terrain) ? "1" : "0");
 }
 
 /// The kinds of patches that the terrain has.

@@ -44,7 +44,7 @@ VARIANTS.append("ALPHA_MODE 1\n#define VERTEX_COLORS 1\n#define SWAY 1\n#define 
 VARIANTS += [f"VERTEX_LIT 1\n#define ALPHA_MODE {mode}\n#define POINT_LIGHTS 1" for mode in (0, 1)]
 VARIANTS += ["POINT_LIGHTS 1", "POINT_LIGHTS 1\n#define SWAY 1\n#define BEAT 1"]
 # Of the terrain's shader: patches that fade, those wholly above or below the water, and scenes with few maps.
-VARIANTS += ["FADE 1", "DRY 1", "SUNKEN 1\n#define MATTE 1"]
+VARIANTS += ["FADE 1", "DRY 1", "SUNKEN 1\n#define MATTE 1", "SUNKEN 1\n#define SAND 0"]
 VARIANTS += ["SAND_NORMAL 0", "EFFECT_MAP 0", "SAND_NORMAL 0\n#define EFFECT_MAP 0"]
 VARIANTS += ["IN_WATER 1", "TRANSLUCENT 0"]
 STEPS = [f"PARALLAX_STEPS {i}" for i in (0, 1, 24, 128)]  # the values that player/scene/quality.cpp sets

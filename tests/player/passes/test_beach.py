@@ -171,6 +171,19 @@ def test_effect_map_only_below_mix_low_and_sand_only_above_mix_high(posed: Posed
     assert not differs(seen, other_effect, 1.5 / 255)[sand].any()
 
 
+def test_the_sea_floor_shows_sand_where_the_effect_map_ends_below_it_and_else_none(posed: Posed) -> None:
+    strange = texture("RGBA8_SRGB", np.full((4, 4, 4), (255, 0, 255, 255), np.uint8))
+    one = without_box(scene(posed, level_m=5.0))  # above all of the ground
+    for low_m, shown in ((-50.0, 0.9), (5.0, 0.0)):
+        one["terrain"] |= {"effect_color": "box_color", "effect_normal": "water_dudv"}
+        one["terrain"] |= {"mix_low_m": low_m, "mix_high_m": low_m + 1.0}
+        seen, other = (
+            posed.render(DOWN_EYE, DOWN, disable="water,post", scene=one, files=files)
+            for files in (None, {"sand_color": strange})
+        )
+        assert (differs(seen, other).mean() > shown) == (shown > 0.0)
+
+
 def test_at_the_terrain_s_border_the_effect_map_ends_and_does_not_begin_anew(posed: Posed) -> None:
     """Its texels are 4 m wide. At one border it looks as if the other half of the map were alike."""
     one = without_box(scene(posed))

@@ -46,7 +46,8 @@ class Sand {
     glm::vec3 color{0.5F};
     glm::vec3 wet{1.0F, 0.4F, 0.9F}; // up to which height, m; how much darker; smoothness
     glm::vec4 swash{0.0F, 0.0F, 0.0F, 1.0F};
-    glm::vec4 border{0.5F}; // coordinates of the whole terrain at both ends
+    glm::vec4 mix{-1e6F, -1e6F, 0.0F, 0.0F}; // heights of no sand and of sand alone, m; specular, smoothness
+    glm::vec4 border{0.5F};                  // coordinates of the whole terrain at both ends
     glm::vec3 mirrored{0.0F};
     bool refracting = false;
     glm::vec3 eye{0.0F, 100.0F, 0.0F};
@@ -68,6 +69,10 @@ class Sand {
         probe_.set_texture("u_sand_color", 0, GL_TEXTURE_2D, sand);
         probe_.set_texture("u_reflection", 1, GL_TEXTURE_2D, picture);
         probe_.set_texture("u_wave_normal", 2, GL_TEXTURE_2D, calm_);
+        probe_.set_texture("u_effect_color", 1, GL_TEXTURE_2D, picture);
+        probe_.set_texture("u_effect_normal", 2, GL_TEXTURE_2D, calm_);
+        probe_.set_texture("u_sand_normal", 2, GL_TEXTURE_2D, calm_);
+        probe_.set("u_grain_offset_uv", {0.0F, 0.0F});
         probe_.set_texture("u_sky", 3, GL_TEXTURE_CUBE_MAP, sky_);
         probe_.set_texture("u_shadow_map", 4, GL_TEXTURE_2D_ARRAY, no_shadow_);
         probe_.set("u_sky_blur", {-1.0F}); // no sky: `ambient` comes from everywhere
@@ -78,7 +83,7 @@ class Sand {
         probe_.set("u_water_glow", {0.0F, 0.0F, 0.0F});
         probe_.set("u_has_reflection", {mirrored == glm::vec3(0.0F) ? 0.0F : 1.0F});
         probe_.set("u_sand_reference_m", {1.0F}); // far away: grains have no contrast of their own
-        probe_.set("u_sand_mix", {-1e6F, -1e6F, 0.0F, 0.0F});
+        probe_.set("u_sand_mix", {mix.x, mix.y, mix.z, mix.w});
         probe_.set("u_wet", {wet.x, wet.y, wet.z});
         probe_.set("u_swash", {swash.x, swash.y, swash.z, swash.w});
         probe_.set("u_refracting", {refracting ? 1.0F : 0.0F});
@@ -142,6 +147,22 @@ TEST_CASE(
     CHECK(least < 0.97);
     CHECK(most < 1.07);
     CHECK(most > 1.03);
+}
+
+TEST_CASE("sand: below the height where it begins, the shader without sand shows what that with sand shows") {
+    if (!test::have_context()) {
+        return;
+    }
+    const auto floor = [](std::initializer_list<std::string_view> defines, float low) {
+        Sand sand(defines);
+        sand.color = {0.7F, 0.5F, 0.3F};
+        sand.mirrored = {0.2F, 0.6F, 0.4F}; // the effect map too
+        sand.mix = {low, low + 1.0F, 0.0F, 0.0F};
+        return sand.between({-20.0F, -4.0F, 0.0F}, {20.0F, -0.5F, 5.0F});
+    };
+    const auto without = floor({"SUNKEN 1", "MATTE 1", "SAND 0"}, -0.5F);
+    CHECK(without == floor({"SUNKEN 1", "MATTE 1"}, -0.5F));
+    CHECK(without != floor({"SUNKEN 1", "MATTE 1"}, -2.0F));
 }
 
 TEST_CASE(
