@@ -5,8 +5,7 @@
 
 namespace paradize {
 
-/// What happens less often in a flight keeps its own speed: with a whole number it would stand still, or
-/// rush.
+/// Motion that repeats less often in a flight keeps its own speed: rounded, it would stand still, or rush.
 inline constexpr double least_repeats = 0.5;
 
 /// The rate next to `per_s` that happens a whole number of times, at least once, in a flight of `duration_s`.

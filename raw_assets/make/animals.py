@@ -1,8 +1,8 @@
-"""Models a gull and a crab, and says where gulls circle and crabs walk.
+"""Models a gull, a crab and a fish, and says where gulls circle, crabs walk and fish swim.
 
 Usage: python animals.py RAW_ASSETS
-Writes the folder animals: gull.obj, crab.obj, animals.mtl, their atlases gull.png and crab.png
-(animals_paint.py), gull.csv, crab.csv. Local axes, metres: both look
+Writes the folder animals: gull.obj, crab.obj, fish.obj, animals.mtl, the atlases gull.png and crab.png
+(animals_paint.py), gull.csv, crab.csv, fish.csv; the fish is coloured by vertex. Local axes, metres: all look
 along +Z. The gull's wings lie beyond 6 cm from x = 0 and the crab's legs beyond 5.5 cm, where the scene lets
 them beat. A crab's place is a piece of the beach that is flat along its way.
 """
@@ -20,7 +20,7 @@ import animals_paint as atlas
 from grove import distance_to_way, flight_way
 from objfile import Model, grid_triangles, write_mtl
 from paint import rand
-from picture import write_image
+from picture import hex_color, write_image
 from terrain import height_at
 
 Floats = NDArray[np.float64]
@@ -46,6 +46,18 @@ WING = (
     (0.600, 0.020, -0.120, 0.058),
     (0.720, -0.105, -0.165, 0.044),
 )
+# of a fish: z, half width, half height, colours of back, side and belly
+FISH = (
+    (0.150, 0.003, 0.004, "#3f5f7a", "#b9c9cc", "#e9ece6"),
+    (0.110, 0.017, 0.026, "#3f6f96", "#c9d8da", "#f1f3ee"),
+    (0.050, 0.026, 0.042, "#35689a", "#d6e2e2", "#f4f5f0"),
+    (-0.030, 0.022, 0.037, "#35689a", "#e8c34a", "#f4f5f0"),
+    (-0.100, 0.009, 0.014, "#3f6f96", "#e8c34a", "#e9ece6"),
+    (-0.125, 0.004, 0.020, "#d9a62c", "#e8b93a", "#d9a62c"),
+    (-0.175, 0.001, 0.052, "#d9a62c", "#f0cf5a", "#d9a62c"),
+)
+# x, y, z of the middles of their rounds, spread, fish: where the flight looks down at dusk and by night
+SHOALS = ((5.4, -0.62, 12.6, 1.5, 10), (5.6, -1.0, 19.5, 2.2, 10), (9.0, -0.9, 28.5, 2.2, 8))
 CRABS, WALK_M, FLATNESS_M = 8, (1.3, 0.12), 0.010
 WET_M = (0.05, 0.34)  # height of the sand that crabs walk on
 CLEAR_M, NEAR_M = 1.3, 4.2  # of the middle of a walk from the camera's way
@@ -148,6 +160,34 @@ def crab() -> Model:
     return model
 
 
+def fish() -> Model:
+    """A fish, 33 cm long, its tail upright."""
+    model = Model()
+    turn = 2.0 * math.pi * np.arange(9) / 8
+    rings, colors = [], []
+    for z, wide, high, back, side, belly in FISH:
+        ring = np.stack([wide * np.cos(turn), high * np.sin(turn), np.full(9, z)], axis=1)
+        codes = (side, side, back, side, side, side, belly, side, side)  # from the right over the back
+        rings.append(ring[::-1])
+        colors.append(np.array([hex_color(code) for code in codes])[::-1])
+    faces = grid_triangles(len(rings), 9)
+    model.add("fish", "fish", np.concatenate(rings), None, faces, colors=np.concatenate(colors))
+    return model
+
+
+def fish_places() -> list[str]:
+    """Rows of the file of fish: the middles of their rounds."""
+    rows = []
+    for shoal, (x, y, z, spread, count) in enumerate(SHOALS):
+        for k in range(count):
+            r = [2.0 * rand(8 * k + i, 310 + shoal) - 1.0 for i in range(5)]
+            place = (x + spread * r[0], y + 0.14 * r[1], z + spread * r[2])
+            rows.append(
+                ",".join(f"{v:.2f}" for v in place) + f",{180.0 + 180.0 * r[3]:.1f},{1.0 + 0.3 * r[4]:.2f}"
+            )
+    return rows
+
+
 def beach(x: float, z: float) -> tuple[float, float, float] | None:
     """Height, turn and pitch, degrees, of an ellipse that lies on the beach with its long axis along the
     shore; None where the beach is not flat enough."""
@@ -198,15 +238,16 @@ def make(out: Path) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     note = "Made by raw_assets/make/animals.py; metres, Y up"
     plain = ["Ka 0 0 0", "Kd 1 1 1", "Ks 0 0 0", "d 1", "illum 1"]
-    write_mtl(
-        folder / "animals.mtl", note, {name: [*plain, f"map_Kd {name}.png"] for name in ("gull", "crab")}
-    )
+    materials = {name: [*plain, f"map_Kd {name}.png"] for name in ("gull", "crab")}
+    write_mtl(folder / "animals.mtl", note, materials | {"fish": plain})
+    fish().write(folder / "fish.obj", "animals.mtl", note)
     for name, model, picture in (("gull", gull(), atlas.gull()), ("crab", crab(), atlas.crab())):
         model.write(folder / f"{name}.obj", "animals.mtl", note)
         write_image(folder / f"{name}.png", picture, "uint8")
     rows = [f"{x:.2f},{y:.2f},{z:.2f},{yaw:.1f},{size:.2f}" for x, y, z, yaw, size in GULLS]
-    text = "\n".join(["x,y,z,yaw_deg,scale", *rows]) + "\n"
-    (folder / "gull.csv").write_text(text, encoding="ascii", newline="\n")
+    for name, lines in (("gull", rows), ("fish", fish_places())):
+        text = "\n".join(["x,y,z,yaw_deg,scale", *lines]) + "\n"
+        (folder / f"{name}.csv").write_text(text, encoding="ascii", newline="\n")
     way = flight_way(Path(__file__).resolve().parents[1] / "island.toml")
     text = "\n".join(["x,y,z,yaw_deg,pitch_deg,scale", *crab_places(way)]) + "\n"
     (folder / "crab.csv").write_text(text, encoding="ascii", newline="\n")

@@ -46,7 +46,7 @@ class Palm:
 # The one on the beach, and three of the grove: an old one that stands over the others, one that leans out of
 # it for light, and a young one.
 FINE = {"sides": 9, "rings": 37, "segments": 12}
-COARSE = {"sides": 6, "rings": 13, "segments": 6}
+COARSE = {"sides": 8, "rings": 13, "segments": 6}
 PALMS = {
     "palm": Palm(length=8.6, lean=16.0, bent=37.0, fronds=16, frond=1.0, nuts=6, seed=0, **FINE),
     "tall": Palm(length=10.5, lean=5.0, bent=13.0, fronds=15, frond=0.92, nuts=2, seed=1, **COARSE),

@@ -18,6 +18,7 @@ from terrain import height_at
 
 COUNT = 900
 BAND_M = (0.13, 0.42)  # above the sea
+PALM_FOOT, FOOT_M = (-25.0, 3.0), 0.8  # none lies in the palm's foot
 RIBS = 9
 ROWS = 4  # from the hinge to the rim
 RADIUS_M = 0.055
@@ -62,7 +63,8 @@ def make(out: Path) -> None:
     for k in range(120 * COUNT):
         x, z = 130.0 * rand(2 * k, 61) - 65.0, 130.0 * rand(2 * k + 1, 61) - 65.0
         y = height_at(x, z)
-        if BAND_M[0] < y < BAND_M[1] and len(found) < COUNT:
+        in_foot = math.hypot(x - PALM_FOOT[0], z - PALM_FOOT[1]) < FOOT_M
+        if BAND_M[0] < y < BAND_M[1] and not in_foot and len(found) < COUNT:
             found.append((x, y, z))
     write_places(folder / "shells.csv", np.array(found), 62, scale=(0.8, 1.6), lean_deg=9.0)
     write_shell(folder)

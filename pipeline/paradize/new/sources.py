@@ -39,9 +39,9 @@ def write_sky(folder: Path, sun: tuple[float, float, float]) -> None:
         write_exr(folder / f"{name}.exr", light.astype(np.float32))
 
 
-def face_directions(texels: int = SKY_TEXELS) -> list[F64]:
-    """The direction to each texel of the six faces, (texels, texels, 3), unit."""
-    line = (np.arange(texels) + 0.5) / texels * 2.0 - 1.0
+def face_directions() -> list[F64]:
+    """The direction to each texel of the six faces, (SKY_TEXELS, SKY_TEXELS, 3), unit."""
+    line = (np.arange(SKY_TEXELS) + 0.5) / SKY_TEXELS * 2.0 - 1.0
     s, t = np.meshgrid(line, line)
     one = np.ones_like(s)
     axes = ((one, -t, -s), (-one, -t, s), (s, one, t), (s, -one, -t), (s, -t, one), (-s, -t, -one))

@@ -12,12 +12,37 @@ from paradize.new.sources import write_sand, write_sky
 from paradize.new.templates.island import flight_text, write_lanterns, write_night_sky, write_sources
 
 _TEXT_BYTES = 1 << 16
-_DAY = ("the afternoon sun; the sky's sun stands at the same place", 225.0, 35.0, "[1.0, 0.86, 0.66]", 4.0)
-_NIGHT = ("the moon; the sky's moon stands at the same place", 140.0, 30.0, "[0.6, 0.75, 1.0]", 0.4)
-_AIR = {
-    "island": ("[0.62, 0.72, 0.88]", 0.35, "[0.74, 0.84, 0.93]"),
-    "night": ("[0.35, 0.5, 0.9]", 0.1, "[0.015, 0.023, 0.045]"),
-}
+_SUN_DEG = (225.0, 35.0)  # azimuth and elevation
+_HAZE = "density_per_m = 0.002"
+_DAY = f"""# the afternoon sun; the sky's sun stands at the same place
+[sun]
+azimuth_deg = {_SUN_DEG[0]}
+elevation_deg = {_SUN_DEG[1]}
+color = [1.0, 0.86, 0.66]
+intensity = 4.0
+
+[ambient]
+color = [0.62, 0.72, 0.88]
+intensity = 0.35
+
+# hides the horizon
+[fog]
+color = [0.74, 0.84, 0.93]
+{_HAZE}
+
+"""
+# The player draws the discs of sun and moon, and stars.
+_NIGHT = "# moonlight; keys with a sun, and faces of their own, make it dawn\n" + "".join(
+    f"""[[daytime]]
+at_s = {second}
+sun = {{ azimuth_deg = 320.0, elevation_deg = -30.0, intensity = 0.0 }}
+moon = {{ azimuth_deg = {azimuth_deg}, elevation_deg = {elevation_deg}, intensity = 0.4 }}
+ambient = {{ color = [0.35, 0.5, 0.9], intensity = 0.1 }}
+fog = {{ color = [0.015, 0.023, 0.045], {_HAZE} }}
+
+"""
+    for second, azimuth_deg, elevation_deg in ((0.0, 140.0, 30.0), (20.0, 146.0, 32.0))
+)
 
 
 def new_from_template(folder: Path, template: str) -> NewScene:
@@ -34,11 +59,13 @@ def new_from_template(folder: Path, template: str) -> NewScene:
             return _text("empty").replace("@name", name), None
         write_sources(aside)
         write_sand(aside / "sand.png")
-        light = _DAY if template == "island" else _NIGHT
-        write = write_sky if template == "island" else write_night_sky
-        write(aside / "sky", _direction(light[1], light[2]))
-        text = _text("island").replace("@name", name).replace("@light\n", _light(template, light))
-        if template == "night":
+        night = template == "night"
+        if night:
+            write_night_sky(aside / "sky")
+        else:
+            write_sky(aside / "sky", _direction(*_SUN_DEG))
+        text = _text("island").replace("@name", name).replace("@light\n", _NIGHT if night else _DAY)
+        if night:
             write_lanterns(aside)
             before, mark, after = text.partition("# A loop of yours")
             text = before.rstrip("\n") + "\n" + _text("night") + "\n" + mark + after
@@ -50,17 +77,6 @@ def new_from_template(folder: Path, template: str) -> NewScene:
 
 def _text(template: str) -> str:
     return read_file(Path(__file__).with_name("templates") / f"{template}.toml", _TEXT_BYTES).decode()
-
-
-def _light(template: str, light: tuple[str, float, float, str, float]) -> str:
-    """The tables of the sun, of light from all sides, and of fog."""
-    what, azimuth_deg, elevation_deg, color, intensity = light
-    ambient, strength, haze = _AIR[template]
-    return (
-        f"# {what}\n[sun]\nazimuth_deg = {azimuth_deg}\nelevation_deg = {elevation_deg}\ncolor = {color}\n"
-        f"intensity = {intensity}\n\n[ambient]\ncolor = {ambient}\nintensity = {strength}\n\n"
-        f"# hides the horizon\n[fog]\ncolor = {haze}\ndensity_per_m = 0.002\n\n"
-    )
 
 
 def _direction(azimuth_deg: float, elevation_deg: float) -> tuple[float, float, float]:

@@ -80,6 +80,8 @@ def test_the_night_is_dark_and_its_lanterns_are_the_warmest(drawn: Callable[[str
     assert night.mean() < 0.35 * island.mean()
     warm = (night[:, :, 0] > 1.5 * night[:, :, 2]) & (night[:, :, 0] > 0.35)
     assert 0.0003 < warm.mean() < 0.1
+    stars = night[:55].max(axis=2) > 0.2
+    assert 0.003 < stars.mean() < 0.06
 
 
 def test_palms_and_lanterns_stand_on_the_ground_above_the_water(tmp_path: Path) -> None:

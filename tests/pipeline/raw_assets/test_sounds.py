@@ -98,3 +98,23 @@ def test_the_island_hears_the_shore_along_its_waterline() -> None:
     for x, y, z in (place for one in surf for place in one.places):
         row, column = (side * (value / scene.terrain.size_m[0] + 0.5) for value in (z, x))
         assert abs(heights[round(row), round(column)]) < 0.5 and math.isclose(y, 0.0)
+
+
+def test_the_island_hears_wind_where_palms_stand_and_crickets_and_lamps_by_night() -> None:
+    scene = load_scene(RAW / "island.toml")
+    sounds = {one.name: one for one in scene.sounds}
+    assert set(sounds) == {"sea", "coast", "lagoon", "palm_wind", "grove_wind", "crickets", "lamp_hum"}
+    assert scene.music and len(scene.music.files) == 2
+
+    def away_m(sound: str, objects: tuple[str, ...]) -> float:
+        """From the farthest of the sound's places to the nearest of these objects, on the ground."""
+        items = [item for item in scene.objects if item.name in objects]
+        stand = [instance.position for item in items for instance in item.instances]
+        return max(min(math.dist(place[::2], at[::2]) for at in stand) for place in sounds[sound].places)
+
+    assert away_m("palm_wind", ("palm",)) < 4.0  # its crown leans out
+    assert away_m("grove_wind", ("tall", "leaning", "young")) < 4.0
+    assert away_m("lamp_hum", ("lamp",)) < 2.0
+    sunset_s = next(one.at_s for one in scene.daytime if one.sun.elevation_deg < 0.0)
+    for name in ("crickets", "lamp_hum"):
+        assert sunset_s - 5.0 < sounds[name].on_s < sounds[name].off_s < scene.flight.duration_s

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tomllib
 from math import asin, atan2, degrees, pi, sqrt, tan
 from pathlib import Path
 from typing import Any
@@ -174,6 +175,27 @@ def test_tufts_of_few_blades_stand_where_the_eye_never_comes_near(scene: Scene, 
     assert len(far.instances) > 400 and away.min() > 9.0
 
 
+def test_no_shell_lies_in_the_palm_s_foot(scene: Scene) -> None:
+    items = {item.name: item for item in scene.objects}
+    shells = np.array([instance.position for instance in items["shell"].instances])
+    foot = np.array(items["palm"].instances[0].position)
+    assert len(shells) == 900 and np.hypot(*(shells - foot)[:, (0, 2)].T).min() > 0.7
+
+
+def test_the_flight_lasts_four_minutes_and_every_error_has_a_budget(scene: Scene) -> None:
+    assert (scene.flight.duration_s, scene.flight.fov_deg, scene.flight.near_m) == (240.0, 52.0, 0.2)
+    manifest = tomllib.loads((RAW / "island.toml").read_text(encoding="utf-8"))
+    assert set(manifest["budget"]) == {
+        "surface_max",
+        "terrain_max_m",
+        *(f"{kind}_p99_deg" for kind in ("normal", "dudv")),
+        *(f"{kind}_psnr_db" for kind in ("color", "alpha", "height", "gloss")),
+        "sky_max_relative",
+        "path_miss_m",
+        "path_ripple_max",
+    }
+
+
 def test_boulders_stand_in_the_sea_with_their_feet_under_water(scene: Scene, ground: Any) -> None:
     rocks = [item for item in scene.objects if item.mesh.parent.name == "rocks"]
     assert len(rocks) == 2 and sum(len(item.instances) for item in rocks) == 60
@@ -197,11 +219,11 @@ def test_the_bar_stands_on_the_beach_above_the_sea_and_the_boat_lies_at_its_edge
     assert ground(boat[:, 0], boat[:, 2]).min() < 0.1
 
 
-def test_crabs_walk_on_wet_sand_and_gulls_keep_clear_of_the_eye_and_the_ground(
+def test_crabs_walk_on_wet_sand_fish_swim_under_water_and_gulls_keep_clear_of_the_eye_and_the_ground(
     scene: Scene, moments: np.ndarray, ground: Any
 ) -> None:
     animals = {item.name: item for item in scene.objects if item.motion}
-    assert len(animals["crab"].instances) == 8 and len(animals["gull"].instances) == 8
+    assert {name: len(item.instances) for name, item in animals.items()} == {"crab": 8, "gull": 8, "fish": 28}
     for name, item in animals.items():
         motion = motion_json(item.motion)
         assert motion is not None
@@ -213,6 +235,8 @@ def test_crabs_walk_on_wet_sand_and_gulls_keep_clear_of_the_eye_and_the_ground(
             if name == "crab":
                 assert np.abs(above).max() < 0.02 and 0.03 < at[:, 1].min() <= at[:, 1].max() < 0.36
                 assert away.min() > 1.0
+            elif name == "fish":
+                assert above.min() > 0.08 and at[:, 1].max() < -0.3, f"fish {number}: {above.min():.2f} m"
             else:
                 assert above.min() > 4.0 and away.min() > 3.0, f"{name} {number}: {away.min():.1f} m"
 

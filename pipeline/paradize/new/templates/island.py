@@ -24,7 +24,7 @@ PALMS = (  # x, z, yaw in degrees, scale
     (0.6, 5.0, 330.0, 0.7),
 )  # fmt: skip
 LANTERNS = ((-0.6, 1.2), (4.2, -1.4), (-8.0, 7.0), (9.5, 6.5))
-_GROUND_PIXELS, _WAVE_TEXELS, _NIGHT_TEXELS = 257, 128, 256
+_GROUND_PIXELS, _WAVE_TEXELS = 257, 128
 _TRUNK, _SIDES, _FRONDS, _PARTS = 10, 8, 13, 8  # rings, sides of a ring, fronds, pieces of a frond
 
 
@@ -77,23 +77,13 @@ def write_lanterns(folder: Path) -> None:
     (folder / "lanterns.csv").write_text(_table("x,y,z", rows), encoding="utf-8")
 
 
-def write_night_sky(folder: Path, moon: tuple[float, float, float]) -> None:
-    """Writes six faces <FACES>.exr, linear light: stars, a moon (unit vector to it) with its halo, and a
-    horizon that is a little brighter."""
-    for number, (name, way) in enumerate(zip(FACES, face_directions(_NIGHT_TEXELS), strict=True)):
-        up = way[:, :, 1:2]
-        blue = np.array([0.006, 0.011, 0.026]) + np.array([0.012, 0.018, 0.030]) * np.exp(-6.0 * np.abs(up))
-        near = np.maximum((way * np.array(moon)).sum(axis=2, keepdims=True), 0.0)
-        pale = np.array([0.75, 0.85, 1.0])
-        light = blue + pale * (
-            0.05 * near**40 + 2.0 / (1.0 + np.exp(np.minimum((0.9997 - near) * 4e4, 60.0)))
-        )
-        cell = np.arange(_NIGHT_TEXELS * _NIGHT_TEXELS, dtype=np.uint64) + np.uint64(number << 32)
-        cell = (cell ^ (cell >> np.uint64(7))) * np.uint64(0x9E3779B97F4A7C15)
-        cell = (cell ^ (cell >> np.uint64(29))) * np.uint64(0xBF58476D1CE4E5B9)
-        chance = (cell >> np.uint64(40)).reshape(_NIGHT_TEXELS, _NIGHT_TEXELS, 1) / float(1 << 24)
-        stars = np.where(chance > 0.998, 0.08 + 0.9 * ((chance - 0.998) / 0.002) ** 5, 0.0)
-        write_exr(folder / f"{name}.exr", (light + pale * stars * (up > 0.02)).astype(np.float32))
+def write_night_sky(folder: Path) -> None:
+    """Writes six faces <FACES>.exr, linear light: a clear night, a little brighter at the horizon. The player
+    adds stars and moon."""
+    for name, way in zip(FACES, face_directions(), strict=True):
+        near_horizon = np.exp(-6.0 * np.abs(way[:, :, 1:2]))
+        light = np.array([0.006, 0.011, 0.026]) + np.array([0.012, 0.018, 0.030]) * near_horizon
+        write_exr(folder / f"{name}.exr", light.astype(np.float32))
 
 
 def flight_text() -> str:
