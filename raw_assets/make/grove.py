@@ -165,7 +165,7 @@ def make(out: Path) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     way = flight_way(Path(__file__).resolve().parents[1] / "island.toml")
     old = scattered(44, 2.9, CLEAR_M, 11, way, lambda x, z: in_grove(x, z) ** 0.5)
-    young = scattered(50, 2.2, CLEAR_M - 1.5, 23, way, lambda x, z: float(0.0 < in_grove(x, z) < 0.5))
+    young = scattered(56, 2.2, CLEAR_M, 23, way, lambda x, z: float(0.0 < in_grove(x, z) < 0.5))
     near = [all(math.hypot(x - a, z - c) > 1.8 for a, _, c in old) for x, _, z in young]
     # of the old ones, those that lean stand at the edge
     yaws = [
@@ -178,7 +178,7 @@ def make(out: Path) -> None:
         folder / "leaning.csv",
         old[leans],
         13,
-        scale=(0.78, 1.12),
+        scale=(0.76, 1.06),
         lean_deg=4.0,
         yaws_deg=[yaw for yaw in yaws if yaw is not None],
     )

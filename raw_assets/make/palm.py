@@ -50,7 +50,7 @@ COARSE = {"sides": 8, "rings": 13, "segments": 6}
 PALMS = {
     "palm": Palm(length=8.6, lean=16.0, bent=37.0, fronds=16, frond=1.0, nuts=6, seed=0, **FINE),
     "tall": Palm(length=10.5, lean=5.0, bent=13.0, fronds=15, frond=0.92, nuts=2, seed=1, **COARSE),
-    "leaning": Palm(length=8.8, lean=11.0, bent=30.0, fronds=15, frond=0.96, nuts=2, seed=3, **COARSE),
+    "leaning": Palm(length=8.8, lean=11.0, bent=30.0, fronds=13, frond=0.9, nuts=2, seed=3, **COARSE),
     "young": Palm(length=4.2, lean=9.0, bent=16.0, fronds=12, frond=0.86, nuts=0, seed=2, **COARSE),
 }
 
