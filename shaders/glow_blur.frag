@@ -1,4 +1,4 @@
-// Spreads the glow along x or y. A shader of its own, because software rasterisers compute both sides of a branch.
+// Spreads the glow along x or y. A shader of its own: software rasterisers compute both sides of a branch.
 uniform sampler2D u_source;
 uniform vec2 u_blur_step; // one texel of the source along x or y, UV
 

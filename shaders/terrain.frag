@@ -1,6 +1,6 @@
 // Macros: FADE 1 leaves out pixels by u_fade; SWASH 1 has waves run up the beach; DRY, SUNKEN as in
-// lib/light.glsl; default 0. SAND_NORMAL, EFFECT_MAP 0: the scene has no such maps; SAND 0: there is no sand so far
-// below; default 1.
+// lib/light.glsl; default 0. SAND_NORMAL, EFFECT_MAP 0: the scene has no such maps; SAND 0: the effect map alone
+// covers the patch; default 1.
 #include "lib/clip_frag.glsl"
 #include "lib/color.glsl"
 #include "lib/fog.glsl"

@@ -18,7 +18,7 @@ namespace paradize {
 namespace {
 
 /// Wave layer: scale relative to `tile`, bearing in radians, speed relative to `scroll`. No two layers share
-/// a period, so that their sum does not visibly repeat.
+/// a period shorter than the flight, so that their sum does not visibly repeat.
 struct Layer {
     double scale, bearing, speed;
 };
@@ -27,11 +27,11 @@ constexpr std::array<Layer, Waves::layers> layer_table{
 
 const assets::Water no_water;
 
-/// The speed of a layer, tiles/s, next to `tiles_per_s`, that moves it by whole tiles in a flight
-/// (repeating.hpp).
-glm::dvec2 repeating(const glm::dvec2 &tiles_per_s, double duration_s) {
+/// The speed nearest to `tiles_per_s` that moves a layer by whole tiles, at least one, in a flight. As
+/// whole_cycles_per_s, but for both axes together: one may stand still.
+glm::dvec2 whole_tiles_per_s(const glm::dvec2 &tiles_per_s, double duration_s) {
     const glm::dvec2 moved = tiles_per_s * duration_s;
-    if (glm::length(moved) < least_repeats) {
+    if (glm::length(moved) < least_cycles) {
         return tiles_per_s;
     }
     glm::dvec2 whole = glm::round(moved);
@@ -63,7 +63,7 @@ Waves waves_at(const assets::SceneFile &file, double elapsed_s, const glm::dvec3
         const glm::dvec2 scroll(c * water.scroll_per_s.x + s * water.scroll_per_s.y,
                                 c * water.scroll_per_s.y - s * water.scroll_per_s.x);
         const glm::dvec2 moved =
-            elapsed_s * repeating(layer.scale * layer.speed * scroll, file.flight.duration_s);
+            elapsed_s * whole_tiles_per_s(layer.scale * layer.speed * scroll, file.flight.duration_s);
         // A value just below 1 may round to 1.0F, which equals 0 because the map repeats.
         const double origin_u = tile * (c * anchor.x + s * anchor.z);
         const double origin_v = tile * (c * anchor.z - s * anchor.x);

@@ -39,7 +39,8 @@ ParticleSwarm::ParticleSwarm(const assets::ParticleField &field, std::uint64_t s
     const double fading = 1.0 - static_cast<double>(field.threshold);
     for (Lives &lives : lives_) {
         const double falling = random.uniform(field.life_per_s.x, field.life_per_s.y);
-        lives.per_s = repeating(std::min(falling / std::max(fading, 1e-9), most_lives_per_s), duration_s);
+        lives.per_s =
+            whole_cycles_per_s(std::min(falling / std::max(fading, 1e-9), most_lives_per_s), duration_s);
         lives.count = static_cast<std::uint64_t>(std::llround(lives.per_s * duration_s));
         // The first particles start at all ages, so that playback does not begin with a flash.
         lives.phase = random.uniform(0.0F, 1.0F);

@@ -31,7 +31,8 @@ struct Particle {
 /// each life are random numbers of field, particle and number of births.
 class ParticleSwarm {
   public:
-    /// They are at the end of a flight of `duration_s` as they were at its beginning.
+    /// They are at the end of a flight of `duration_s` as they were at its beginning, save those that live
+    /// longer than two flights.
     ParticleSwarm(const assets::ParticleField &field, std::uint64_t seed, double duration_s);
     /// Sets the particles to how they are `time_s` after the start, a time not before it. Allocates nothing.
     void move_to(double time_s);

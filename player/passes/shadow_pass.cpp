@@ -73,8 +73,8 @@ ShadowPass::ShadowPass(const PassSetup &setup)
 }
 
 void ShadowPass::prepare(Frame &frame) {
-    if (frame.daylight.radiance == glm::vec3(0.0F)) {
-        return; // without a light there are no shadows
+    if (!frame.daylight.shines()) {
+        return;
     }
     const assets::Shadow &shadow = *frame.scene.file().shadow;
     const View &light = frame.view(ViewKind::light);

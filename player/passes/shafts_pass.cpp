@@ -15,7 +15,6 @@ namespace paradize {
 
 namespace {
 constexpr int shaft_rows = 120; // approximate height of the textures, whatever the picture's size
-constexpr float dark = 1e-4F;   // light below this draws nothing
 } // namespace
 
 ShaftsPass::ShaftsPass(const PassSetup &setup) : steps_(setup.settings.shaft_steps) {
@@ -55,10 +54,8 @@ void ShaftsPass::resize(const Frame &frame) {
 }
 
 bool ShaftsPass::filters_now(const Frame &frame) const {
-    const glm::vec3 &radiance = frame.daylight.radiance;
     const bool in_water = frame.view(ViewKind::main).eye.y < frame.water_m();
-    return filters() && !in_water && frame.shared.shadow_map != nullptr &&
-           std::max({radiance.r, radiance.g, radiance.b}) > dark;
+    return filters() && !in_water && frame.shared.shadow_map != nullptr && frame.daylight.shines();
 }
 
 void ShaftsPass::filter(Frame &frame) {

@@ -18,8 +18,8 @@ bool has_effect(const assets::Terrain &terrain) {
     return !terrain.effect_color.empty() && !terrain.effect_normal.empty();
 }
 
-/// Whether a patch of this kind may show sand. Where the effect map covers all that is low, the sea floor has
-/// none.
+/// False for the sea floor where the effect map alone covers it: up to mix_low_m, which the sea does not
+/// exceed.
 bool shows_sand(const assets::SceneFile &file, PatchKind kind) {
     const assets::Terrain &terrain = *file.terrain;
     return kind != PatchKind::sunken || !has_effect(terrain) ||

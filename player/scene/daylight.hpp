@@ -6,6 +6,7 @@
 
 #include <glm/vec3.hpp>
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 
@@ -42,6 +43,8 @@ struct Daylight {
     float clouds_turn_rad = 0.0F; // how far the clouds have drifted, from north over east
 
     const Disc &brighter() const { return by_moon ? moon : sun; }
+    /// False where neither sun nor moon shines: nothing casts a shadow, and the air is not lit.
+    bool shines() const { return std::max({radiance.r, radiance.g, radiance.b}) > 1e-4F; }
 };
 
 /// Returns the light at a second of the flight, in [0, duration). A scene without keys has the same light at

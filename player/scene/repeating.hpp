@@ -1,18 +1,17 @@
 #pragma once
-// Speeds that make what moves be at a flight's end where it began. Uses no GL.
+// Rounds rates to whole cycles in a flight, so that its end meets its beginning. Uses no GL.
 
 #include <cmath>
 
 namespace paradize {
 
-/// Motion that repeats less often in a flight keeps its own speed: rounded, it would stand still, or rush.
-inline constexpr double least_repeats = 0.5;
+/// Cycles in a flight up to which a rate is not rounded: a motion so slow would stand still, or rush.
+inline constexpr double least_cycles = 0.5;
 
-/// The rate next to `per_s` that happens a whole number of times, at least once, in a flight of `duration_s`.
-inline double repeating(double per_s, double duration_s) {
-    const double times = std::abs(per_s) * duration_s;
-    return times < least_repeats ? per_s
-                                 : std::copysign(std::fmax(1.0, std::round(times)) / duration_s, per_s);
+/// The rate nearest to `per_s` with whole cycles, at least one, in a flight of `duration_s`.
+inline double whole_cycles_per_s(double per_s, double duration_s) {
+    const double cycles = per_s * duration_s;
+    return std::abs(cycles) < least_cycles ? per_s : std::round(cycles) / duration_s;
 }
 
 } // namespace paradize

@@ -33,7 +33,7 @@ WindNow wind_now(const assets::Wind &wind, double duration_s, double elapsed_s, 
     const double across = wave * (wind.direction.x * anchor.z - wind.direction.y * anchor.x);
     const double gusts_per_s = wind.speed_m_per_s / wind.gust_m;
     // rad that a wave of so many turns per second has moved
-    const auto moved = [&](double per_s) { return turn * repeating(per_s, duration_s) * elapsed_s; };
+    const auto moved = [&](double per_s) { return turn * whole_cycles_per_s(per_s, duration_s) * elapsed_s; };
     WindNow out;
     out.direction = glm::vec4(wind.direction, static_cast<float>(wave), 0.0F);
     out.phases = {

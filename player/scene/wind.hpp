@@ -16,7 +16,8 @@ struct WindNow {
 };
 
 /// Phases are found in double and wrapped, so that the wind is smooth after days and far from the origin. The
-/// same second gives the same wind, and the waves repeat with a flight of `duration_s` (repeating.hpp).
+/// same second gives the same wind, and its waves repeat with a flight of `duration_s`, save slow ones
+/// (repeating.hpp).
 WindNow wind_now(const assets::Wind &wind, double duration_s, double elapsed_s, const glm::dvec3 &anchor);
 
 } // namespace paradize

@@ -167,7 +167,7 @@ def fish() -> Model:
     rings, colors = [], []
     for z, wide, high, back, side, belly in FISH:
         ring = np.stack([wide * np.cos(turn), high * np.sin(turn), np.full(9, z)], axis=1)
-        codes = (side, side, back, side, side, side, belly, side, side)  # from the right over the back
+        codes = (side, side, back, side, side, side, belly, side, side)  # from the left over the back
         rings.append(ring[::-1])
         colors.append(np.array([hex_color(code) for code in codes])[::-1])
     faces = grid_triangles(len(rings), 9)

@@ -51,7 +51,7 @@ class Sheet:
         return (x - self.left) / self.width, (y - self.top) / self.height
 
 
-BODY = Sheet(10.0, 10.0, 108.0, 108.0)  # from beak to tail, and once round from the right side over the back
+BODY = Sheet(10.0, 10.0, 108.0, 108.0)  # from beak to tail, and once round from the left side over the back
 WING = Sheet(138.0, 10.0, 108.0, 44.0)  # from root to tip, and from the leading to the trailing edge
 UNDERWING = Sheet(138.0, 74.0, 108.0, 44.0)
 LEG = Sheet(138.0, 10.0, 108.0, 26.0)  # from root to tip, and once round

@@ -104,7 +104,7 @@ def write_places(
     lean_deg: float,
     yaws_deg: Sequence[float] | None = None,
 ) -> None:
-    """Writes a file of instances, each leaning and scaled by chance, and turned so without `yaws_deg`."""
+    """Writes a file of instances, leaning, scaled and, unless `yaws_deg` says how, turned by chance."""
     lines = ["x,y,z,yaw_deg,pitch_deg,roll_deg,scale"]
     for k, (x, y, z) in enumerate(places):
         r = [rand(4 * k + i, seed) for i in range(4)]

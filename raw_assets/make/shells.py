@@ -18,7 +18,7 @@ from terrain import height_at
 
 COUNT = 900
 BAND_M = (0.13, 0.42)  # above the sea
-PALM_FOOT, FOOT_M = (-25.0, 3.0), 0.8  # none lies in the palm's foot
+PALM_FOOT, FOOT_M = (-25.0, 3.0), 0.8  # where island.toml has the palm: none lies in its foot
 RIBS = 9
 ROWS = 4  # from the hinge to the rim
 RADIUS_M = 0.055

@@ -31,17 +31,17 @@ color = [0.74, 0.84, 0.93]
 {_HAZE}
 
 """
-# The player draws the discs of sun and moon, and stars.
-_NIGHT = "# moonlight; keys with a sun, and faces of their own, make it dawn\n" + "".join(
+# The player draws the moon's disc, and stars. Two keys are the least.
+_NIGHT = "# moonlight; more keys, with a sun and skies of their own, make a sunrise\n" + "".join(
     f"""[[daytime]]
 at_s = {second}
 sun = {{ azimuth_deg = 320.0, elevation_deg = -30.0, intensity = 0.0 }}
-moon = {{ azimuth_deg = {azimuth_deg}, elevation_deg = {elevation_deg}, intensity = 0.4 }}
+moon = {{ azimuth_deg = 140.0, elevation_deg = 30.0, intensity = 0.4 }}
 ambient = {{ color = [0.35, 0.5, 0.9], intensity = 0.1 }}
 fog = {{ color = [0.015, 0.023, 0.045], {_HAZE} }}
 
 """
-    for second, azimuth_deg, elevation_deg in ((0.0, 140.0, 30.0), (20.0, 146.0, 32.0))
+    for second in (0.0, 20.0)
 )
 
 

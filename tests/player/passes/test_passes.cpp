@@ -6,6 +6,7 @@
 #include "passes/pass.hpp"
 
 #include <doctest/doctest.h>
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
 #include <algorithm>
@@ -120,11 +121,28 @@ TEST_CASE("waves: every layer is at a flight's end where it began, and moves mea
     }
 }
 
-TEST_CASE("waves: in a flight of a few seconds they keep the speed that is asked") {
+TEST_CASE("waves: a layer moves by less than a tile more or less than is asked, and a slow one as is asked") {
     assets::SceneFile file = sea();
-    file.flight.duration_s = 10.0;
-    const float moved = waves_at(file, 10.0).offsets[0].x;
-    CHECK(moved == doctest::Approx(0.3).epsilon(1e-6));
+    const auto moved = [&](std::size_t layer, double duration_s) { // in a flight
+        file.flight.duration_s = duration_s;
+        glm::dvec2 second =
+            glm::dvec2(waves_at(file, 1.0).offsets[layer] - waves_at(file, 0.0).offsets[layer]);
+        second -= glm::round(second);
+        return second * duration_s;
+    };
+    constexpr double long_s = 1e5; // of which a tile more is nothing
+    for (const glm::vec2 &scroll :
+         {glm::vec2(0.03F, 0.018F), glm::vec2(0.01F, 0.006F), glm::vec2(0.03F, -0.02F)}) {
+        file.water->scroll_per_s = scroll;
+        for (std::size_t layer = 0; layer < Waves::layers; ++layer) {
+            const glm::dvec2 per_s = moved(layer, long_s) / long_s;
+            for (const double duration_s : {5.0, 10.0, 40.0, 240.0, 1000.0}) {
+                const glm::dvec2 asked = per_s * duration_s;
+                const double off = glm::distance(moved(layer, duration_s), asked);
+                CHECK(off < (glm::length(asked) < 0.49 ? 0.01 : 1.0));
+            }
+        }
+    }
 }
 
 TEST_CASE("waves: no scroll and no tile give finite numbers") {

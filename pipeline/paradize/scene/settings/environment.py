@@ -59,7 +59,11 @@ class Wind:
         meaning="compass direction that it blows from: 0 is north (-Z), 90 east (+X)",
     )
     speed_m_per_s: float = number(
-        6.0, low=0.0, high=100.0, unit="m/s", meaning="how fast gusts travel over the scene"
+        6.0,
+        low=0.0,
+        high=100.0,
+        unit="m/s",
+        meaning="how fast gusts travel over the scene: the nearest speed with whole gusts in a flight",
     )
     gust_m: float = number(30.0, low=0.1, high=1e5, unit="m", meaning="from one gust to the next")
 
@@ -130,7 +134,8 @@ class Water:
         low=-10.0,
         high=10.0,
         unit="tiles/s",
-        meaning="speed of the waves along x and z",
+        meaning="speed of the waves along x and z: the nearest with whole tiles in a flight; "
+        "below half a tile as it is",
     )
     reflection_distortion: float = number(
         0.02,

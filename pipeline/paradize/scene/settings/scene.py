@@ -140,7 +140,7 @@ class Particles:
         high=1e3,
         unit="1/s",
         rising=True,
-        meaning="slowest and fastest loss of life",
+        meaning="slowest and fastest loss of life: the nearest with whole lives in a flight",
     )
     threshold: float = number(
         0.02, low=0.0, high=1.0, meaning="below this life a particle is born again elsewhere"
