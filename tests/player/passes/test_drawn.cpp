@@ -16,6 +16,7 @@
 #include <cstdlib>
 #include <numeric>
 #include <string>
+#include <utility>
 #include <vector>
 
 using namespace paradize;
@@ -292,6 +293,40 @@ TEST_CASE("shadow: without light of sun or moon neither shadows nor lit air are 
     small.file.sun.intensity = 0.0F;
     CHECK(calls() == 0);
     CHECK(with.of(small) == without.of(small));
+}
+
+TEST_CASE(
+    "shadow: when light returns from elsewhere after a dark moment the picture is that of a first frame") {
+    if (!test::have_context()) {
+        return;
+    }
+    SmallScene small;
+    small.file.light_shafts.emplace();
+    assets::Sun &sun = small.file.sun;
+    Shot shot;
+    Streamer streamer = small.streamer();
+    streamer.upload({});
+    Scene scene(small.file, streamer);
+    const gl::ShaderLibrary shaders(gl::ShaderLibrary::find());
+    const RenderSettings settings = render_settings(small.file, shot.quality, Device());
+    Renderer renderer(scene, shaders, {shot.width_px, shot.height_px, settings, {}});
+    const auto drawn = [&](const glm::vec3 &direction, float intensity) {
+        sun.direction = direction;
+        sun.intensity = intensity;
+        renderer.draw(shot.elapsed_s, shot.pose);
+        Pixels pixels;
+        renderer.read_picture(pixels);
+        return pixels;
+    };
+    const glm::vec3 morning(0.8F, 0.6F, 0.0F), evening(-0.8F, 0.6F, 0.0F);
+    for (const auto &[direction, intensity] :
+         {std::pair(morning, 2.0F), std::pair(evening, 0.0F), std::pair(evening, 2.0F),
+          std::pair(morning, 0.0F), std::pair(morning, 2.0F)}) {
+        const Pixels pixels = drawn(direction, intensity);
+        CHECK(pixels == shot.of(small));
+    }
+    CHECK(drawn(morning, 2.0F) != drawn(evening, 2.0F));
+    test::throw_on_error();
 }
 
 TEST_CASE("shadow: its edge is as soft as the sun is wide, up to the distance of blur") {
