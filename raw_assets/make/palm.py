@@ -28,7 +28,8 @@ SPREAD = 1.55  # geometry of a frond is this much wider than the painted one
 class Palm:
     """A kind of palm. `length` of the trunk and `bent`, `lean` of its axis: metres, degrees; `fronds` in the
     crown, `frond` their length relative to the first palm's; `nuts` under it; `seed` of what varies. `sides`
-    and `rings` of the trunk, `segments` along a frond: fewer for palms that are seen from afar.
+    and `rings` of the trunk, `segments` along a frond: fewer for palms that are seen from afar. Their nuts
+    have the material of the trunk, because each material is a draw call.
     """
 
     length: float
@@ -41,12 +42,13 @@ class Palm:
     sides: int
     rings: int  # odd, because the two bark textures share one ring of vertices
     segments: int
+    nut_material: str
 
 
 # The one on the beach, and three of the grove: an old one that stands over the others, one that leans out of
 # it for light, and a young one.
-FINE = {"sides": 9, "rings": 37, "segments": 12}
-COARSE = {"sides": 8, "rings": 13, "segments": 6}
+FINE = {"sides": 9, "rings": 37, "segments": 12, "nut_material": "nuts"}
+COARSE = {"sides": 8, "rings": 13, "segments": 6, "nut_material": "trunk"}
 PALMS = {
     "palm": Palm(length=8.6, lean=16.0, bent=37.0, fronds=16, frond=1.0, nuts=6, seed=0, **FINE),
     "tall": Palm(length=10.5, lean=5.0, bent=13.0, fronds=15, frond=0.92, nuts=2, seed=1, **COARSE),
@@ -264,7 +266,9 @@ def add_nuts(model: Model, palm: Palm, crown: Floats) -> None:
             )
             chosen = faces[up_half == upper]
             used, local = np.unique(chosen, return_inverse=True)
-            model.add("nuts", "nuts", placed[used], pixels[used], local.reshape(-1, 3), normals[used])
+            model.add(
+                "nuts", palm.nut_material, placed[used], pixels[used], local.reshape(-1, 3), normals[used]
+            )
 
 
 def build(palm: Palm) -> Model:

@@ -16,7 +16,7 @@ from tests.made.crowd import write_crowd
 from tests.pictures import load
 
 Player = Callable[..., "subprocess.CompletedProcess[str]"]
-DAY, NIGHT = (75, 60), (214, 114)  # a second, and the most draw calls of its frames
+DAY, NIGHT = (75, 60), (214, 110)  # a second, and the most draw calls of its frames
 WITHOUT = {"MESA_EXTENSION_OVERRIDE": "-GL_ARB_multi_draw_indirect"}
 
 
